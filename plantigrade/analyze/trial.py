@@ -289,19 +289,19 @@ def _tell_mass(
     if given:
         if weighed is not None and abs(weighed.mass / human.mass - 1) > DOUBTFUL_MASS:
             notes.append(
-                f"the body mass is given as {human.mass:.1f} kg, but the force plates carry "
+                f"the body mass is given as {human.mass:.1f} kg, but the force plates measured "
                 f"{weighed.mass:.1f} kg."
             )
     elif weighed is not None:
         where = "quiet standing" if weighed.how == "standing" else "gait"
         notes.append(
             Info(
-                f"the file gives no body mass; the force plates show {weighed.mass:.1f} kg over "
-                f"{weighed.seconds:.1f} s of {where}."
+                f"the file gives no body mass; the force plates measured {weighed.mass:.1f} kg "
+                f"over {weighed.seconds:.1f} s of {where}."
             )
         )
     else:
-        why = ", and nobody stands quietly or walks on the force plates alone" if plates else ""
+        why = ", and nobody stands still or walks on the force plates alone" if plates else ""
         notes.append(
             f"the body mass is unknown{why}; {human.mass:.1f} kg is assumed for this height "
             "(set it with --mass)."

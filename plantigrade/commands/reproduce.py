@@ -174,22 +174,22 @@ def figures(metrics: dict[str, Any]) -> list[str]:
     if "rom_error_mean_deg" in metrics:
         paper = [row.difference for row in PAPER_TABLE.values()]
         lines.append(
-            f"  ranges of motion {metrics['rom_error_mean_deg']:.1f}° off on average, "
-            f"{metrics['rom_error_max_deg']:.1f}° at most (the paper, nine people: "
+            f"  range of motion  error {metrics['rom_error_mean_deg']:.1f}° mean, "
+            f"{metrics['rom_error_max_deg']:.1f}° maximum (paper, nine people: "
             f"{sum(paper) / len(paper):.1f}°, {max(paper)}°)"
         )
     lines.append(
-        f"  centre of mass   {metrics['com_error_max_mm']:.1f} mm off its path at most; "
-        f"contacts drift {metrics['contact_drift_max_mm']:.1f} mm, "
-        f"soles reach {metrics['sole_lowest_mm']:.1f} mm"
+        f"  centre of mass   error {metrics['com_error_max_mm']:.1f} mm maximum; "
+        f"contact drift {metrics['contact_drift_max_mm']:.1f} mm, "
+        f"lowest sole point {metrics['sole_lowest_mm']:.1f} mm"
     )
     if metrics.get("vertical_force_rmse_bw") is not None:
         lines.append(
-            f"  vertical force   {metrics['vertical_force_rmse_bw']:.3f} body weights off the "
-            f"measured one, r {metrics['vertical_force_correlation']:.2f}"
+            f"  vertical force   RMSE {metrics['vertical_force_rmse_bw']:.3f} body weights, "
+            f"r {metrics['vertical_force_correlation']:.2f}"
         )
     if metrics.get("dynamics_status", "ok") != "ok":
-        lines.append(f"  moved by forces  {metrics['dynamics_status']}")
+        lines.append(f"  with forces      {metrics['dynamics_status']}")
     if "cycle" in metrics["seconds"]:
         lines.append(f"  time             {metrics['seconds']['cycle']:.2f} s per gait cycle")
     return lines

@@ -11,7 +11,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, optional
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from plantigrade.commands.options import command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 
 if TYPE_CHECKING:
     from plantigrade.commands.simulate import Command

@@ -224,7 +224,7 @@ def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
         heaviest = max(found, key=lambda each: each.peak)
         notes.append(
             f"force plate {plate}, {', '.join(spans[:LISTED])}{more}: {heaviest.problem}; its "
-            "frames are left out of the moments."
+            "frames are excluded from the moments."
         )
     names = {"r": "right", "l": "left"}
     for k, side in enumerate(SIDES):
@@ -232,7 +232,7 @@ def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
         if share > 0 and any_plate:
             notes.append(
                 f"the {names[side]} foot stands without a force plate under it in {share:.0%} of "
-                "the frames; no plate tells its moments there."
+                "the frames; its moments are unknown there."
             )
     if not seen.all():
         notes.append(f"forces were measured in {seen.mean():.0%} of the frames only.")

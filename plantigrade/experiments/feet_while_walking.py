@@ -34,7 +34,7 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.harness import Going, PushedWalk, walk, world_for
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.other_bodies import on_body
-from plantigrade.workflows.settings import LEARNED
+from plantigrade.workflows.simulate_settings import LEARNED
 from plantigrade.workflows.walked import Landing
 from plantigrade.workflows.walkers import Walker, walker, walks_as
 from plantigrade.world.grounds import ground_named

@@ -30,7 +30,7 @@ from plantigrade.experiments.pushed_walk import PHASES, SIDES, limit
 from plantigrade.experiments.rough_walk import DURATION, HELD
 from plantigrade.experiments.table import ResultTable, Row
 from plantigrade.workflows.policies import is_policy
-from plantigrade.workflows.settings import POLICY
+from plantigrade.workflows.simulate_settings import POLICY
 
 SEEDS, STRIDES = 10, 22.0
 """Fields of bumps for each policy; how long level walking is measured [s]."""

@@ -112,7 +112,7 @@ def fit_markers(
     require_own_sides(attached, standing, seen_as, recording.source)
     recording, far = without_far_samples(recording)
     if far:
-        notes.append(f"{far} samples metres away from the person were left out.")
+        notes.append(f"{far} samples metres away from the person were discarded.")
     markers = recording.markers
     assert markers is not None
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
@@ -176,9 +176,8 @@ def fit_markers(
     unknown = [n for n in calibration.attached if n in tracked]
     if unknown:
         notes.append(
-            f"{len(unknown)} markers of unknown name were put on the segment they move with: "
-            + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12)
-            + "."
+            f"{len(unknown)} markers with unknown names were assigned to the segment they move "
+            "with: " + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12) + "."
         )
     lost = [n for n in ignored if n in markers.names]
     if lost:
@@ -341,13 +340,13 @@ def _follow(
             break
         suspects |= again
     notes = [
-        f"markers {a} and {b} are swapped in {count} frames; they were put back."
+        f"markers {a} and {b} are swapped in {count} frames; this was corrected."
         for (a, b), count in swapped.items()
     ]
     left_out = {name: int(k) for name, k in zip(names, suspects.sum(axis=0), strict=True) if k}
     if left_out:
         frames = ", ".join(f"{name} in {k} frames" for name, k in left_out.items())
-        notes.append(f"samples that fly off their segment were left out: {frames}.")
+        notes.append(f"outlier samples were discarded: {frames}.")
     return qpos, residual, np.isfinite(residual) & ~suspects, notes
 
 

@@ -81,7 +81,7 @@ def fit_skeleton(
     if found.swapped:
         notes.append(
             "the joints were identified by shape and the feet point backwards: left and right may "
-            "be exchanged (give names)."
+            "be swapped (give names)."
         )
     if found.by == "shape":
         told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
@@ -90,9 +90,9 @@ def fit_skeleton(
     sudden = jumps(skeleton, sorted(bodily))
     if sudden:
         notes.append(
-            f"joints turn suddenly between two frames, {len(sudden)} times: "
-            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed over it, but "
-            "check the file there."
+            f"joints jump between two frames, {len(sudden)} times: "
+            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed there, but "
+            "check the file."
         )
     source = SkeletonSource(skeleton, found)
     angle = quarter_turn_to_face_x(source.facing())
@@ -114,8 +114,8 @@ def fit_skeleton(
     elif height is None:
         notes.append(
             Info(
-                f"the stature is not in the file; {stature:.2f} m was found from the skeleton "
-                "(give --height to set it)."
+                f"the stature is not in the file; {stature:.2f} m was estimated from the skeleton "
+                "(set it with --height)."
             )
         )
     height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
@@ -135,7 +135,7 @@ def fit_skeleton(
         report = counter(progress, "planting the feet", n)
         qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
     else:
-        notes.append("no foot ever rests on the ground; the feet were left as they are.")
+        notes.append("no foot ever rests on the ground; the feet were left unchanged.")
     assumed = unmeasured(human, targets.seen)
     qpos = follow_the_legs(human, source.time, qpos, targets.seen)
     notes += note(assumed, "no joint of the skeleton")
@@ -145,8 +145,8 @@ def fit_skeleton(
         notes.append(Info(f"the motion was shifted by {middle:+.2f} m onto the ground."))
     if np.ptp(rise) > 0.02:
         notes.append(
-            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the way; it was made "
-            "level."
+            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the path; this was "
+            "removed."
         )
     sunk = float(before.penetration.max())
     if rests and sunk > UNEVEN:

@@ -28,8 +28,9 @@ from plantigrade.record.provenance import source_files
 from plantigrade.report.batch_table import PAGE, TABLE, Simulated, table_csv, table_html
 from plantigrade.workflows.beginning import around
 from plantigrade.workflows.fit import Step, fit, silent
-from plantigrade.workflows.settings import FitSettings, SimulateSettings
+from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.simulate import simulate
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
 from plantigrade.world import Controller, Disturbance
 

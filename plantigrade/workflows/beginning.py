@@ -29,7 +29,8 @@ from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.policies import is_policy, policy_of
-from plantigrade.workflows.settings import OF_RECORDINGS, SimulateSettings
+from plantigrade.workflows.settings import OF_RECORDINGS
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import styles_of
 from plantigrade.world import (
     Barrier,

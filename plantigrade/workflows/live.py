@@ -24,8 +24,8 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import run_of
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller, Disturbance, Load, Platform
 
 BY_HAND = Info(

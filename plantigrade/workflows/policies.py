@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plantigrade.errors import ParameterError
-from plantigrade.workflows.settings import LEARNED, POLICY, SimulateSettings
+from plantigrade.workflows.simulate_settings import LEARNED, POLICY, SimulateSettings
 
 if TYPE_CHECKING:
     from plantigrade.learn.controller import PolicyController

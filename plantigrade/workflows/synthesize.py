@@ -222,7 +222,7 @@ def synthesize_paper(
         "nodes": len(solution.paper.problem.nodes),
     }
     settings = {"task": "zhakatayev2023", **how.plain()}
-    what, made = f"{how.motion}, as in the paper", "by the stages of the paper"
+    what, made = f"{how.motion}, as in the paper", "solved by the stages of the paper"
     seconds = {"solve": result.seconds}
     return checked(record, what, made, settings, origin, figures, seconds=seconds)
 
@@ -250,7 +250,7 @@ def run_of(
     stages = {s.solver for s in solution.stages}
     solver = "IPOPT" if stages == {"ipopt"} else "the banded interior point"
     made = (
-        f"from the task alone by {solver} "
+        f"generated from the task by {solver} "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     what = f"{name} ({words})" if words else name
@@ -283,11 +283,11 @@ def checked(
         notes=(*record.notes, *limit_notes(record)),
     )
     state = status(verdict, violations)
-    passed = "it passed the check" if state == "ok" else "it did not pass the check"
+    passed = "the check passed" if state == "ok" else "the check failed"
     sentence = (
         f"{what[0].upper()}{what[1:]}, {record.motion.duration:.2f} s, of a person of "
         f"{human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of freedom "
-        f"and {human.feet} feet, made {made}; {passed} in {record.motion.n_frames} frames."
+        f"and {human.feet} feet, {made}; {passed} in {record.motion.n_frames} frames."
     )
     size = {"duration_s": record.motion.duration, "frames": record.motion.n_frames}
     age = settings.get("age") or figures.get("age_years")

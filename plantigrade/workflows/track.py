@@ -214,7 +214,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
     """Return the run of a tracked recording; its provenance names all files that were read."""
     solution, name = tracked.solution, recording.source.name
     made = (
-        f"from the recording by the banded interior point "
+        "tracked by the banded interior point "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     record = tracked.record()

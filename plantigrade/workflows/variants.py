@@ -10,7 +10,8 @@ from plantigrade.bounds import SEEDS
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import number_of, refuse_unknown
-from plantigrade.workflows.settings import FitSettings, SimulateSettings
+from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
 
 MOST = 100_000

@@ -21,7 +21,7 @@ from plantigrade.learn.controller import PolicyController, policy_named
 from plantigrade.options import shown
 from plantigrade.record import Record
 from plantigrade.workflows.policies import is_policy, shipped
-from plantigrade.workflows.settings import LEARNED
+from plantigrade.workflows.simulate_settings import LEARNED
 from plantigrade.world import Controller
 
 Make = Callable[[Record], Controller]

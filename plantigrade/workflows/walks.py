@@ -59,7 +59,7 @@ class RecordedWalk:
         if blurred:
             notes += (
                 f"in {blurred} of the steps one foot seems to leave before the other lands, as in "
-                "running; the other steps are walked, so both events were put midway.",
+                "running; the other steps are walking, so both events were set midway.",
             )
         return cls(
             trial.fit.recording.source.name,
@@ -115,7 +115,7 @@ class RecordedWalk:
         closes = "its mirror image" if loop.mirrored else "itself"
         note = Info(
             f"the recording is {what} of {loop.period:.2f} s that closes on {closes}; it was "
-            "repeated to three cycles, in which the gait was found."
+            "repeated to three cycles, in which gait events were detected."
         )
         figures = {
             **self.figures,

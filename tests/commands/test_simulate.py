@@ -108,7 +108,7 @@ def test_an_option_its_usual_controller_ignores_is_refused():
         (["--vary", "ground", "flat", "flat"], "a value is given twice"),
         (["--mass-error-pct", "nan"], "mass_error_pct must be"),
         (["--delay", "1"], "delay must be"),
-        (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "only a flat floor shifts"),
+        (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "shift needs a flat floor"),
         (["--ground", "hill"], "there are flat, slope:DEG"),
         (["--controller", "stable-pd"], "needs a motion"),
         (["--rate", "1000", "--control-rate", "300"], "whole multiple"),

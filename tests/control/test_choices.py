@@ -12,7 +12,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.workflows.settings import LEARNED
+from plantigrade.workflows.simulate_settings import LEARNED
 from plantigrade.world import Target, World, standing_on
 from plantigrade.world.offers import drawings_of, targets_of
 

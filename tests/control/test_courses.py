@@ -15,8 +15,8 @@ from plantigrade.control.pendulum.words import led_told
 from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
-from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import simulate
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import World
 
 

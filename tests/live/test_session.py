@@ -18,7 +18,7 @@ from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Drawing, StablePD, Target
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")

@@ -16,7 +16,7 @@ from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.workflows.other_bodies import walk_on_body
 from plantigrade.workflows.save import save
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, pose_of, styles_of, timed
 
 
