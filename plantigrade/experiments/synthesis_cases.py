@@ -75,13 +75,13 @@ class Part:
     most: float | None = None
 
 
-def walk_of(human: Human, extent: Extent, *, duration: float = DURATION) -> MotionTask:
-    """Return the walk from standing to standing that takes so long, at the speed it takes."""
+def walk_of(human: Human, extent: Extent) -> MotionTask:
+    """Return the walk from standing to standing that takes :data:`DURATION`."""
     low, high = 0.5, 2.2  # the faster, the shorter
     for _ in range(20):
         speed = (low + high) / 2
         plan = walk_plan(human, gait_parameters(human, speed), steps=extent.steps)
-        longer = plan.duration > duration
+        longer = plan.duration > DURATION
         low, high = (speed, high) if longer else (low, speed)
     told = {"speed": (low + high) / 2, "steps": extent.steps}
     return task_of("walk", human, told, extent.nodes_per_second)

@@ -164,7 +164,7 @@ class Legs:
             self.deepest = max(self.deepest, -float(self._contact.dist[both].min()))
 
 
-def certificate(record: Record, duration: float | None = None) -> dict[str, Any]:
+def certificate(record: Record) -> dict[str, Any]:
     """Return whether a motion survives in the physical world, its error, and what push it survives.
 
     One undisturbed and one disturbed start; pushes forward, back and to the sides in the middle of
@@ -172,10 +172,9 @@ def certificate(record: Record, duration: float | None = None) -> dict[str, Any]
 
     Args:
         record: The motion.
-        duration: Of the replay [s]; as in :func:`replay_once` if absent.
     """
     controller = Replay(record)
-    found = [replay_once(controller, duration, seed=seed) for seed in (0, 1)]
+    found = [replay_once(controller, seed=seed) for seed in (0, 1)]
     survived = all(each.survived for each in found)
     pushes: dict[str, float] = {}
     if survived:

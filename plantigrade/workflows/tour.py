@@ -4,7 +4,6 @@ The form in which 34 policies of a humanoid robot were compared in 2026: punches
 0.08 s at a random body in a random direction; the best completed 77 % of its tours.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,16 +59,14 @@ def waypoints(
     return np.asarray(np.cumsum(far * np.stack([np.cos(heading), np.sin(heading)], 1), axis=0))
 
 
-def punches(
-    walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS, hardest: float = HARDEST
-) -> tuple[Push, ...]:
+def punches(walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS) -> tuple[Push, ...]:
     """Return a punch for every way: body, direction, force and time at random."""
     every = SECONDS / WAYPOINTS
     names = walker.record.human.body_names
     return tuple(
         Push(
             body=str(names[int(rng.integers(len(names)))]),
-            force=float(rng.uniform(0.0, hardest)),
+            force=float(rng.uniform(0.0, HARDEST)),
             duration=PUNCH,
             direction=float(rng.uniform(0.0, 2 * np.pi)),
             time=every * (k + float(rng.uniform(*LATE))),
@@ -84,8 +81,6 @@ def tour(
     seed: int = 0,
     *,
     n: int = WAYPOINTS,
-    hardest: float = HARDEST,
-    say: Callable[[str], None] = lambda _: None,
 ) -> Toured:
     """Simulate a tour.
 
@@ -97,12 +92,10 @@ def tour(
         walker: Who walks.
         seed: Of turns and punches.
         n: How many waypoints, five seconds for each.
-        hardest: Greatest force of a punch [N].
-        say: Called at every waypoint.
     """
     rng = np.random.default_rng(seed)
     controller = walker.make(walker.record)
-    acting = punches(walker, rng, n, hardest)
+    acting = punches(walker, rng, n)
     follow = getattr(controller, "follow", None)
     goals = waypoints(walker, rng, n, straight=follow is None)
     if follow is not None:
@@ -113,7 +106,6 @@ def tour(
         going.step()
         if np.linalg.norm(going.place - goals[reached]) < REACHED:
             reached += 1
-            say(f"waypoint {reached} at {world.time:.1f} s")
     found = going.walked()
     end = found.end or ("" if reached == n else "too late")
     came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < world.time)
