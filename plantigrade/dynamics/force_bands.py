@@ -24,7 +24,7 @@ from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 
-DRAWS = 32
+DRAWS = 32  # Monte Carlo draws; their number scatters a band by an eighth
 NINETY = 1.645  # standard deviations of the half-width of a 90 % band
 # Over how long the errors of rows are alike [s]
 NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz

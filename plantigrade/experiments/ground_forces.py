@@ -35,7 +35,7 @@ from plantigrade.workflows.settings import FitSettings
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}
 """Body mass where neither file nor plates tell it [kg]: weighed in other trials of the person."""
-NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0
+NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
 NOISY, BESIDE = "with noise, ", "beside one plate, "
 PREFIXES = {
     "": "",

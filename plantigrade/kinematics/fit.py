@@ -48,7 +48,7 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
-STATIC_FRAMES = 6
+STATIC_FRAMES = 6  # of a standing trial, evenly spread
 VISIBLE = 0.75  # share of the markers a frame must show to be fitted
 FLYING = 0.05  # a sample this far off its place [m] is looked at …
 FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker's usual error

@@ -51,7 +51,7 @@ SMALL_JOINTS = {
 # Where so many markers see both segments of a joint of a multi-segment foot, they decide alone.
 ENOUGH_MARKERS = 3
 _FOOT_JOINTS = ("subtalar_", "ankle_", "heel_", "cuboid_", "mtp")
-_NOISE = 0.006
+_NOISE = 0.006  # of a measured point, standard deviation [m]
 
 
 def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
