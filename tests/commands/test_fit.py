@@ -220,7 +220,7 @@ def test_files_of_one_name_go_to_folders_of_their_own():
         (["fit", "a.c3d", "--age", "200"], "age must be 0.5–120 years"),
         (
             ["fit", "{data}/c3d/HC038A11.c3d", "--static", "{data}/cmu_asfamc/07_01.amc"],
-            "no standing trial",
+            "not a standing trial",
         ),
         (
             ["fit", "{data}/cmu_asfamc/07_01.amc", "--forces", "{data}/cmu_asfamc/07_05.amc"],

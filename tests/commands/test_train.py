@@ -78,7 +78,7 @@ def test_the_rules_are_those_asked_for(tmp_path):
     )
     assert lean.weights is None and landing.weights is not None and landing.weights.force > 0.0
     assert landing.terrain == pytest.approx(0.04) and landing.pushes == 120.0
-    with pytest.raises(ParameterError, match="landing is for form=lean"):
+    with pytest.raises(ParameterError, match="landing needs form=lean"):
         training.rules_of(None, TrainSettings(joints="42", form="paper", landing=True))
     paper = training.rules_of(None, TrainSettings(joints="42", feet="rigid", form="paper"))
     assert not paper.mirrored and not paper.passive
