@@ -1,4 +1,4 @@
-"""A human body that moves by the laws of physics, on multi-segment feet.
+"""Physics-based human motion with multi-segment feet.
 
 The names below are the public face; each is loaded when it is first used, so that ``import
 plantigrade`` costs nothing::

@@ -16,7 +16,7 @@ ROOT = Path(plantigrade.__file__).parent
 # Each line may import from the lines above it only.
 LAYERS = (
     ("errors",),
-    ("arrays", "constants", "extras", "options", "printable", "threads", "toml"),
+    ("arrays", "constants", "extras", "notes", "options", "printable", "threads", "toml"),
     ("bounds",),
     ("spatial",),
     ("charts",),

@@ -46,7 +46,7 @@ def limit_notes(record: Record) -> list[str]:
     named = ", ".join(f"{name} ({share:.0f} %)" for name, share in shares.items())
     return [
         f"joints at a limit of their range in more than {OFTEN:.0f} % of the frames: {named}; "
-        "there their curves are cut, and hatched in the plots."
+        "their curves are clipped there, and hatched in the plots."
     ]
 
 

@@ -1,4 +1,4 @@
-r"""Whether a Record obeys physics, its limits and its task: the judge, independent of the engines.
+r"""Check that a Record satisfies physics, its limits and its task, independently of the engines.
 
 The motion is examined frame by frame with MuJoCo's inverse dynamics and nothing else; no
 expression, row or constant of an optimiser is used. With the equations of motion of the free body,
@@ -47,7 +47,7 @@ _FEET = ("the feet", "the right foot", "the left foot")
 
 
 def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict:
-    """Return the verdict on a motion, its forces, its limits and the conditions of its task.
+    """Return the verdict on a motion, its forces, limits and task conditions.
 
     Sample it finely: ten frames between two nodes of what made it, nodes among the frames.
 
@@ -108,7 +108,7 @@ def _advice(record: Record) -> str:
             "forces without plates leave over what is noise of the motion; more than that comes "
             "from a hand or a seat that carries too, from the body mass, or from the fit"
         )
-    return "look at the body mass, at the clock and the place of the plates, and at the fit"
+    return "check the body mass, the clock and position of the plates, and the fit"
 
 
 def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[Series]:

@@ -28,7 +28,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 
-ALPHA = 0.05
+ALPHA = 0.05  # two-sided error probability of the 95 % band
 FEWEST = 3
 """Cycles of a gait without which there is no band."""
 

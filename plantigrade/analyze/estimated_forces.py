@@ -37,7 +37,7 @@ MOST_SHIFT = 0.06
 """Centre of mass further from the body's own than any body is misjudged by [m]."""
 UNEVEN = 0.06
 """Feet that stand at heights further apart are not on level ground [m]."""
-CANNOT = "ground reactions cannot be told from this motion: "
+CANNOT = "ground reactions cannot be estimated from this motion: "
 
 
 def estimate(
@@ -77,10 +77,12 @@ def estimate(
     band, more = knee_band(human, found), FASTER if found.flies else 1.0
     if found.noise > more * NOISY or band > more * WIDE:
         noisy = f"is {found.noise:.1f} times as noisy as assumed"
-        why = noisy if found.noise > more * NOISY else "tells little of how the feet share the load"
+        why = (
+            noisy if found.noise > more * NOISY else "says little about how the feet share the load"
+        )
         note = (
             f"the motion {why}: do not trust the estimated moments of the knee, which are known to "
-            f"±{band:.2f} N m/kg only (90 %)."
+            f"±{band:.2f} N m/kg (90 %)."
         )
         return found, moments, (note,)
     return found, moments, ()

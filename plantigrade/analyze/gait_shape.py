@@ -23,7 +23,7 @@ HUMP = 0.02  # a trough is one if the lower hump is this much higher [body weigh
 
 @dataclass(frozen=True)
 class Agreement:
-    """One curve over the gait cycle against a published mean."""
+    """One curve over the gait cycle compared with a published mean."""
 
     rmse: float  #: Root mean square difference, in the unit of the curve
     rmse_offset_removed: float  #: The same once the mean difference is taken off
@@ -42,7 +42,7 @@ class Humps:
 
 @dataclass(frozen=True)
 class GaitShape:
-    """What a gait looks like, of one foot; mean over its cycles."""
+    """Shape of the gait of one foot; mean over its cycles."""
 
     agreement: dict[str, Agreement]  #: Coordinate → against the norm of the speed class
     humps: Humps | None  #: Of the vertical ground reaction; None where forces are not known
@@ -70,7 +70,7 @@ class GaitShape:
 
 
 def gait_shape(curves: GaitCurves, speed_class: str = "free", *, side: str = "r") -> GaitShape:
-    """Return what a gait looks like.
+    """Return the shape of a gait.
 
     Args:
         curves: Curves over its cycles.

@@ -1,4 +1,4 @@
-"""Several reproduced gaits: Table I and Figs. 4 to 7 of [Boukheddimi]_ over one's own recordings.
+"""Several reproduced gaits: Table I and Figs. 4 to 7 of [Boukheddimi]_ over your own recordings.
 
 The paper compares nine simulated gaits with nine recorded ones: the range of motion (ROM) of twelve
 rotations, a paired Student test where the differences pass Shapiro and Wilk's test of normality
@@ -101,7 +101,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Study:
-    """Several reproduced gaits against the recorded ones."""
+    """Several reproduced gaits compared with the recorded ones."""
 
     names: tuple[str, ...]  #: Of the gaits
     comparisons: tuple[Comparison, ...] = field(repr=False)  #: One per gait

@@ -1,4 +1,4 @@
-"""Published mean and standard deviation of gait curves, to draw behind one's own.
+"""Published mean and standard deviation of gait curves, to compare with.
 
 Two populations, never mixed up: a page names the one it shows, with number, ages and speed.
 
@@ -55,7 +55,7 @@ CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)
 
 @dataclass(frozen=True)
 class Population:
-    """Whose gait was published."""
+    """A population with published gait curves."""
 
     name: str  #: ``"adults"``, ``"children"`` or ``"own norms"``
     people: str  #: Who they are, how many, of which ages
@@ -155,13 +155,13 @@ def reason(age: float | None = None, height: float | None = None) -> str:
 
     Example:
         >>> reason(9), reason(None, 1.7)
-        ('by an age of 9 years', 'by a body height of 1.70 m, for no age is known')
+        ('by an age of 9 years', 'by a body height of 1.70 m, because no age is known')
     """
     if age is not None:
         return f"by an age of {age:.3g} years"
     if height is not None:
-        return f"by a body height of {height:.2f} m, for no age is known"
-    return "for neither age nor body height is known"
+        return f"by a body height of {height:.2f} m, because no age is known"
+    return "because neither age nor body height is known"
 
 
 def names(population: Population = CHILDREN) -> tuple[str, ...]:

@@ -83,14 +83,14 @@ def norms_of(records: Mapping[str, Record], people: str, where: str = "") -> Pop
     """
     if len(records) < FEWEST:
         raise ParameterError(
-            f"norms need the runs of {FEWEST} people at least; {where or 'here'} holds "
+            f"norms need runs of {FEWEST} people at least; {where or 'here'} holds "
             f"{len(records)}: name a folder that holds run folders"
         )
     means = {name: person_curves(record) for name, record in records.items()}
     still = [name for name, curves in means.items() if not curves]
     if still:
         raise ParameterError(
-            f"{', '.join(still)}: no whole gait cycle; move what shows no walking elsewhere"
+            f"{', '.join(still)}: no whole gait cycle; move runs without walking elsewhere"
         )
     shared = [n for n in NAMES if all(n in curves for curves in means.values())]
     curves = {}

@@ -131,7 +131,7 @@ def _even(path: str | Path, name: str, rows: Array) -> tuple[Array, Array]:
         problem = f"{name} goes from {percent[0]:g} to {percent[-1]:g} percent"
         raise FileError(path, problem, where=name, remedy="give each variable from 0 to 100")
     if not (np.diff(percent) > 0).all():
-        problem = "percent does not grow from row to row"
+        problem = "percent does not increase from row to row"
         raise FileError(path, problem, where=name, remedy="give each variable once, in order")
     mean, sd = (np.interp(PERCENT, percent, rows[:, k]) for k in (1, 2))
     return mean, sd
@@ -140,7 +140,7 @@ def _even(path: str | Path, name: str, rows: Array) -> tuple[Array, Array]:
 def _advice(variable: str) -> str:
     plain = without_side(variable)
     if plain in NAMES:
-        return f"write {plain}: norms are of both sides, those of the right foot's cycle"
+        return f"write {plain}: norms apply to both sides, over the cycle of the right foot"
     near = difflib.get_close_matches(variable, NAMES, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return f"{hint}names are those of coordinates, as knee_angle, hip_flexion_moment"

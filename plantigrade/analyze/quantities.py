@@ -1,4 +1,4 @@
-"""What the checker looks at: key in ``metrics.json``, unit, words and advice of every quantity."""
+"""Quantities of the check: key in ``metrics.json``, unit, wording and advice."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""A reproduced gait held against the recorded one: ranges of motion, curves, feet, centre of mass.
+"""A reproduced gait compared with the recorded one: ranges of motion, curves, feet, centre of mass.
 
 The recorded motion is the record's reference ``"recorded"``: both move the same person on the same
 soles and the same clock. What is compared was tracked only in part: of the
@@ -50,7 +50,7 @@ STANDING = 0.005  # a foot whose lowest point is no higher than this stands on t
 
 @dataclass(frozen=True)
 class Comparison:
-    """One reproduced gait against the recorded one.
+    """One reproduced gait compared with the recorded one.
 
     Curves are cut at the recorded heel strikes of the coordinate's own side (pelvis and trunk: the
     right's); of the other side where the own has no whole cycle. Without any whole cycle they
@@ -135,7 +135,7 @@ class Comparison:
 
 
 def compare(record: Record) -> Comparison:
-    """Hold a reproduced gait against the recorded one.
+    """Compare a reproduced gait with the recorded one.
 
     Args:
         record: The reproduced gait, with the recorded motion as a reference.

@@ -35,7 +35,7 @@ WORDS = {
     "force_residual_rms_bw": "the ground reactions are {:.2f} body weights from the estimated ones",
     "equations_residual_max_bw": "forces and motion disagree by {:.1g} body weights",
 }
-LOOK = "; the report's “What each level missed” shows which task gave way first"
+LOOK = "; the report's “Residual of each level” shows which task gave way first"
 
 
 def gait_status(record: Record, held: Comparison) -> str:

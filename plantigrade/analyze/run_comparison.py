@@ -143,7 +143,9 @@ def compare_runs(runs: Sequence[Run], names: Sequence[str]) -> RunComparison:
         ParameterError: If there is none, or one has no whole gait cycle.
     """
     if not runs:
-        raise ParameterError("nothing to compare: give two runs, or one for its right and left")
+        raise ParameterError(
+            "nothing to compare: give two runs, or one to compare its right and left side"
+        )
     gaits = [gait_of(run, name) for run, name in zip(runs, names, strict=True)]
     if len(gaits) == 1:
         gaits = list(sides_of(gaits[0]))
@@ -161,7 +163,8 @@ def gait_of(run: Run, name: str) -> Gait:
     curves, loaded = gait_curves(run.record), gait_curves(forces)
     if not curves.cycles:
         raise ParameterError(
-            f"{name} shows no whole gait cycle; runs are compared over the cycle, so name walks"
+            f"{name} shows no whole gait cycle; runs are compared over the gait cycle, so give "
+            "walks"
         )
     every: dict[str, Array] = dict(clinical_angles(run.record, curves))
     every |= {n: curves.angles[n] for n in TRUNK if n in curves.angles}

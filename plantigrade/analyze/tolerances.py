@@ -1,4 +1,4 @@
-"""What the checker allows: discretisation error between the nodes of a spline, and not more."""
+"""Tolerances of the check: the discretisation error between the nodes of a spline, and no more."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far a motion may be off and still be called physical.
+    """Largest errors of a motion that still counts as physical.
 
     Body weight is mass times gravity; "percent of body weight times metre" is the moment of a
     hundredth of it at one metre.

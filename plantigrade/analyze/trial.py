@@ -1,4 +1,4 @@
-"""From a fitted recording to everything that is known about it: one Record and its curves.
+"""Analysis of a fitted recording: one Record and its curves.
 
 Filter and differentiate, find the gait events, share the plates out to the feet, estimate the
 forces that no plate measured, compute the joint moments, cut the cycles, measure the gait.
@@ -44,6 +44,7 @@ from plantigrade.motion.event_sources import as_measured, clock_shift, with_meas
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.plate_events import plate_events
+from plantigrade.notes import Info
 from plantigrade.record import Record
 
 CUTOFF = 6.0
@@ -175,7 +176,7 @@ def analyse(
     human, notes, plates = fit.human, list(fit.warnings), fit.recording.plates
     if without_plates and plates:
         plates = ()
-        notes.append("the force plates were withheld: forces and moments follow from the motion.")
+        notes.append(Info("force plates withheld: forces and moments are estimated from motion."))
     if mass is not None and abs(mass - human.mass) > 1e-9:
         human = human.with_mass(mass)
     given = mass is not None or fit.recording.subject.mass is not None
@@ -189,8 +190,11 @@ def analyse(
         cutoff = RUNNING_CUTOFF if flies else CUTOFF
         if flies:
             notes.append(
-                f"the person {flies}: motion and forces are low-passed at {RUNNING_CUTOFF:g} Hz, "
-                f"not at the {CUTOFF:g} Hz of walking (--cutoff sets another)."
+                Info(
+                    f"the person {flies}: motion and forces are low-pass filtered at "
+                    f"{RUNNING_CUTOFF:g} Hz, not at the {CUTOFF:g} Hz used for walking "
+                    "(set it with --cutoff)."
+                )
             )
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
@@ -285,17 +289,19 @@ def _tell_mass(
     if given:
         if weighed is not None and abs(weighed.mass / human.mass - 1) > DOUBTFUL_MASS:
             notes.append(
-                f"the body mass is given as {human.mass:.1f} kg, but the force plates carry "
+                f"the body mass is given as {human.mass:.1f} kg, but the force plates measured "
                 f"{weighed.mass:.1f} kg."
             )
     elif weighed is not None:
         where = "quiet standing" if weighed.how == "standing" else "gait"
         notes.append(
-            f"the file gives no body mass; the force plates show {weighed.mass:.1f} kg over "
-            f"{weighed.seconds:.1f} s of {where}."
+            Info(
+                f"the file gives no body mass; the force plates measured {weighed.mass:.1f} kg "
+                f"over {weighed.seconds:.1f} s of {where}."
+            )
         )
     else:
-        why = ", and nobody stands quietly or walks on the force plates alone" if plates else ""
+        why = ", and nobody stands still or walks on the force plates alone" if plates else ""
         notes.append(
             f"the body mass is unknown{why}; {human.mass:.1f} kg is assumed for this height "
             "(set it with --mass)."

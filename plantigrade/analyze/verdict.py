@@ -1,4 +1,4 @@
-"""What the checker says of a motion: the worst of every quantity, and every fault in words."""
+"""The verdict of the check: the worst value of every quantity, and every fault in words."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -30,7 +30,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Finding(Measure):
-    """One thing that is wrong, where and when it is worst."""
+    """One fault, with place and time of its worst value."""
 
     start: float = np.nan  #: Since when it is too large [s]
     end: float = np.nan  #: Until when [s]
@@ -92,7 +92,7 @@ class Slip:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What the checker says of a Record."""
+    """The verdict of the check on a Record."""
 
     measures: dict[str, Measure]  #: The worst of every quantity, by its name, good or bad
     conditions: dict[str, Measure]  #: The worst of every condition of the task, by its name

@@ -174,10 +174,10 @@ def title_text(text: str, x: float) -> str:
     )
 
 
-def text_at(words, x, y, *, anchor="start", size=10.5, colour=SOFT) -> str:
+def text_at(words, x, y, *, anchor="start", colour=SOFT) -> str:
     """Return words at a place."""
     return (
-        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="{size}" {_FONT} '
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="10.5" {_FONT} '
         f'style="fill:{colour}">{escape(str(words))}</text>'
     )
 

@@ -1,4 +1,4 @@
-"""Compare walks: curves over each other, differences with confidence."""
+"""Compare walks: overlaid curves and differences with confidence bands."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,16 +13,17 @@ from plantigrade.errors import ParameterError
 
 @dataclass(frozen=True, kw_only=True)
 class Command(RunOptions):
-    """Compare walks: curves over each other, differences with confidence, one page.
+    """Compare walks: overlaid curves and differences with confidence bands, on one page.
 
-    Each later run is compared with the first; of a single run the left side with the right.
+    Each further run is compared with the first. A single run has its left side compared with its
+    right.
     """
 
     runs: Annotated[
         tyro.conf.Positional[tuple[Path, ...]],
         tyro.conf.arg(metavar="RUN [RUN ...]", help_behavior_hint=""),
     ]
-    """Run folders of any kind that show walking."""
+    """Run folders of any kind that contain walking."""
 
     def run(self) -> Outcome:
         """Do it."""
@@ -31,7 +32,7 @@ class Command(RunOptions):
         from plantigrade.workflows.compare import compare, default_name, summary, write
 
         if not self.runs:
-            raise ParameterError("no run was named; write plantigrade compare RUN RUN")
+            raise ParameterError("no run given: plantigrade compare RUN RUN")
         found = compare(*self.runs)
         self.refuse_existing(default_name(found))
         with Progress(quiet=self.quiet).step("writing the page"):

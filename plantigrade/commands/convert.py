@@ -20,8 +20,8 @@ from plantigrade.options import Flag, OptionalPath, optional
 class Command(PrintOptions, Bounded):
     """Convert a motion file to another format.
 
-    What the target's format has no place for is left out and named; force plates then go beside it,
-    into NAME_grf.mot.
+    Data that the target format cannot hold is left out with a warning; force plates are then
+    written to NAME_grf.mot.
     """
 
     activity = "a recording"
@@ -30,13 +30,13 @@ class Command(PrintOptions, Bounded):
     source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="IN")]
     """File to read."""
     target: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="OUT")]
-    """File to write; its ending says the format."""
+    """File to write; the extension selects the format."""
     skeleton: OptionalPath = None
-    """Skeleton (.asf) of an AMC file, where it does not lie beside it."""
+    """Skeleton (.asf) of an AMC file, if it is not in the same folder."""
     rate: Annotated[float | None, optional("HZ")] = None
-    """Frames per second of an AMC file, which does not say it."""
+    """Frame rate of an AMC file, which does not state it [Hz]."""
     overwrite: Flag = False
-    """Replace files that exist."""
+    """Replace existing files."""
 
     def run(self) -> Outcome:
         """Write the target, whole or not at all.
@@ -50,10 +50,10 @@ class Command(PrintOptions, Bounded):
         self._refuse(self.target)
         if self.target.exists() and self.target.samefile(self.source):
             # A format keeps less than what was read: the recording itself would be lost.
-            raise RunExists(f"{self.target} is the file to read; name another file to write")
+            raise RunExists(f"{self.target} is the input file; choose another output file")
         folder = self.target.parent
         if not folder.is_dir():
-            raise FileError(self.target, f"there is no folder {folder}", remedy="make it first")
+            raise FileError(self.target, f"there is no folder {folder}", remedy="create it first")
         given = {"skeleton": self.skeleton, "rate": self.rate}
         options = {name: value for name, value in given.items() if value is not None}
         try:
@@ -65,7 +65,9 @@ class Command(PrintOptions, Bounded):
                 for path in paths:
                     self._refuse(folder / path.name)
                     if (folder / path.name).is_dir():
-                        raise RunExists(f"{folder / path.name} is a folder; name another file")
+                        raise RunExists(
+                            f"{folder / path.name} is a folder; choose another file name"
+                        )
                 for path in paths:
                     os.replace(path, folder / path.name)
         except FileError as error:
@@ -91,4 +93,4 @@ class Command(PrintOptions, Bounded):
 
     def _refuse(self, path: Path) -> None:
         if path.exists() and not self.overwrite:
-            raise RunExists(f"{path} exists; name another file or add --overwrite")
+            raise RunExists(f"{path} exists; choose another file or add --overwrite")

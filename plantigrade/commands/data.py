@@ -1,4 +1,4 @@
-"""List the recordings in a folder and what each of them holds."""
+"""List the recordings in a folder and what each one contains."""
 
 import textwrap
 from dataclasses import dataclass
@@ -28,13 +28,13 @@ _COUNTED = {
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
-    """List the recordings in a folder and what each of them holds.
+    """List the recordings in a folder and what each one contains.
 
-    Every file is opened; one that cannot be read is listed with the reason.
+    Every file is read; one that cannot be read is listed with the reason.
     """
 
     folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FOLDER")] = Path(".")
-    """Folder to look in, with its subfolders; or one file."""
+    """Folder to search, including its subfolders; or a single file."""
 
     def run(self) -> Outcome:
         """Return one line per recording.

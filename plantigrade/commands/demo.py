@@ -1,4 +1,4 @@
-"""Run the main job on the embedded default, end to end."""
+"""Run the whole pipeline on built-in data."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,12 +27,12 @@ COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 @dataclass(frozen=True, kw_only=True)
 class Command(Person, RunOptions):
-    """Run the main job on the embedded default, end to end, and say where to look.
+    """Run the whole pipeline on built-in data and say where the results are.
 
-    A published mean walk is put on a person, written as a marker recording with the faults of a
-    real one, read back, fitted, and held against the truth. Then the gait is rebuilt from a few
-    ordered tasks and held against the recorded one. At last the person walks in the physical
-    world, and is pushed.
+    A published mean walk is written as a marker recording with realistic noise and gaps, read back,
+    fitted, and compared with the true angles. The gait is then reproduced from prioritised tasks
+    and compared with the recording. Finally the person walks in the physics simulation and is
+    pushed.
     """
 
     activity = "walking"
@@ -41,7 +41,7 @@ class Command(Person, RunOptions):
     speed: float = 1.25
     """Walking speed [m/s]."""
     seed: int = 0
-    """Seed of the faults of the recording."""
+    """Random seed of the recording's noise and gaps."""
 
     def run(self) -> Outcome:
         """Walk, record, fit, reproduce, walk on."""
@@ -68,7 +68,7 @@ class Command(Person, RunOptions):
                 refuse_existing(folder, self.overwrite)
         told = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
-        with progress.step("walking by the textbook"):
+        with progress.step("generating the textbook walk"):
             walk = textbook_walk(human, speed=self.speed)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / RECORDING
@@ -79,11 +79,11 @@ class Command(Person, RunOptions):
             settings = ReproduceSettings(**own, companions=False)
             recording, trial = fitting.fit_trial(path, settings, progress.step)
             fitted = fitting.run_of(recording, trial, settings, title="Textbook walk", **told)
-            with progress.step("rebuilding the gait from ordered tasks"):
+            with progress.step("reproducing the gait from prioritised tasks"):
                 gait = reproducing.run_of(
                     recording, trial, settings, title="Textbook walk, reproduced", **told
                 )
-        with progress.step("walking in the physical world, pushed"):
+        with progress.step("simulating the walk with a push"):
             pushed = simulate(
                 fitted,
                 controller="pendulum",
@@ -115,19 +115,19 @@ class Command(Person, RunOptions):
             save(pushed, walked, overwrite=self.overwrite)
         metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING))
         text = (
-            f"{fit.summary(out, metrics)}\n  against the truth, joint angles off by "
-            f"{metrics['angle_error_mean_deg']:.1f}° (offset removed "
-            f"{metrics['angle_error_offset_removed_deg']:.1f}°)\n"
+            f"{fit.summary(out, metrics)}\n  angle error    "
+            f"{metrics['angle_error_mean_deg']:.1f}° from the true joint angles, "
+            f"{metrics['angle_error_offset_removed_deg']:.1f}° without offsets\n"
             f"{reproduce.summary(rebuilt, gait.metrics)}\n"
-            f"{walked}: pushed by 100 N for 0.2 s in the physical world, "
-            f"{'it walks on' if pushed.ok else pushed.status}\n"
+            f"{walked}: simulated, pushed with 100 N for 0.2 s: "
+            f"{'keeps walking' if pushed.ok else pushed.status}\n"
             f"  viewer           {walked / 'viewer.html'}\n"
-            f"next, the same recording by itself, and then your own:\n"
+            f"next, run the same recording on its own, then yours:\n"
             f"  plantigrade fit {kept_file}\n"
             f"  plantigrade reproduce {kept_file}"
         )
         if not gait.ok:
-            metrics["status"] = f"of the reproduced gait: {gait.status}"
+            metrics["status"] = f"reproduced gait: {gait.status}"
         return Outcome(text, metrics)
 
 

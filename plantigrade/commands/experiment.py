@@ -1,4 +1,4 @@
-"""Compute a table or figure: ours beside the published numbers."""
+"""Recompute a published table or figure, our numbers beside the published ones."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ def _listed(names: Iterable[str], word: str = "or") -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
-    """Compute a table or figure: ours beside the published numbers."""
+    """Recompute a published table or figure, our numbers beside the published ones."""
 
     ranges = {"jobs": (-1, 1024, "")}
 
@@ -52,20 +52,20 @@ class Command(PrintOptions, Bounded):
     ] = None
     """Name of the experiment."""
     all: Flag = False
-    """Run every experiment, whether or not one fails; figures.json in --out has their figures."""
+    """Run every experiment, even if one fails, and write all figures to figures.json in --out."""
     quick: Flag = False
-    """A short form: a few recordings or motions of each kind; all experiments in eight minutes."""
+    """Run a short form with few recordings and motions; all experiments take eight minutes."""
     compare: Annotated[tuple[Path, Path] | None, optional("BEFORE.json AFTER.json")] = None
-    """Run nothing, but print what differs between two files of figures that --all has written."""
+    """Run nothing; print the differences between two figures.json files."""
     data: OptionalPath = None
-    """Folder of recordings; PLANTIGRADE_DATA or ../shared/data if absent."""
+    """Folder of recordings; by default PLANTIGRADE_DATA, then ../shared/data."""
     out: Annotated[
         Path | None,
         optional(
             "PATH",
-            "Folder for results, figures and page, or for all experiments (--all); runs/NAME or "
-            f"runs/experiments if absent. What {_listed(taking('out', 'overwrite'))} measured "
-            "there is not measured again: a stopped run goes on.",
+            "Output folder; by default runs/NAME, or runs/experiments with --all. "
+            f"{_listed(taking('out', 'overwrite'), 'and')} reuse the results they find there, so "
+            "an interrupted run continues.",
         ),
     ] = None
     """Folder for results, figures and pages."""
@@ -74,8 +74,7 @@ class Command(PrintOptions, Bounded):
         tyro.conf.arg(
             name="part",
             metavar="PART",
-            help=f"Only this part of {_listed(taking('parts'))}; repeatable, and an "
-            "unknown one lists them all.",
+            help=f"Run only this part of {_listed(taking('parts'))}; an unknown part lists all.",
         ),
     ] = ()
     """Only these parts of an experiment."""
@@ -84,19 +83,19 @@ class Command(PrintOptions, Bounded):
         tyro.conf.arg(
             name="controller",
             metavar="NAME",
-            help=f"Who walks in {_listed(taking('controllers'))}: a controller of simulate, "
-            "pendulum:LAW, or your own as FILE.py:NAME; repeatable, pendulum if absent.",
+            help=f"Controller for {_listed(taking('controllers'))}: as for "
+            "simulate, pendulum:LAW, or your own as FILE.py:NAME. The default is pendulum.",
         ),
     ] = ()
     """Controllers that are to walk."""
     overwrite: Flag = False
-    """Measure anew what is in the folder of --out."""
+    """Discard results already in --out and measure again."""
 
     jobs: Annotated[
         int | None,
         optional(
             "N",
-            f"How many runs of {_listed(taking('jobs'))} at once; -1 for one per core.",
+            f"Number of parallel runs of {_listed(taking('jobs'))}; -1 for one per core.",
         ),
     ] = None
     """How many runs at once."""
@@ -105,7 +104,7 @@ class Command(PrintOptions, Bounded):
         """Refuse what cannot be, before any work."""
         super().__post_init__()
         if self.jobs == 0:
-            raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
+            raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
 
     def run(self) -> Outcome:
         """Do it."""
@@ -115,12 +114,12 @@ class Command(PrintOptions, Bounded):
         if (self.name is not None) + self.all + (self.compare is not None) != 1:
             raise ParameterError(
                 f"name one experiment, or give --all or --compare alone; "
-                f"there are {', '.join(EXPERIMENTS)}"
+                f"experiments are {', '.join(EXPERIMENTS)}"
             )
         if self.compare is not None:
             self._refuse_but((), "--compare")
             if self.quick:
-                raise ParameterError("--quick means nothing for --compare")
+                raise ParameterError("--quick has no effect with --compare")
             return self._compared(*self.compare)
         if self.all:
             self._refuse_but(("data", "out", "overwrite", "jobs"), "--all")
@@ -137,7 +136,7 @@ class Command(PrintOptions, Bounded):
         """Raise if an option is given that means nothing here."""
         for option, flag in OPTIONS.items():
             if getattr(self, option) and option not in allowed:
-                raise ParameterError(f"{flag} means nothing for {what}")
+                raise ParameterError(f"{flag} has no effect with {what}")
 
     def _table(
         self, experiment: Experiment, out: Path, *, overwrite: bool, say: Callable[[str], None]
@@ -163,7 +162,7 @@ class Command(PrintOptions, Bounded):
         folder = self.out or Path("runs") / "experiments"
         path = folder / FILE
         if path.exists() and not self.overwrite:
-            raise RunExists(f"{path} exists: choose another folder with --out, or add --overwrite")
+            raise RunExists(f"{path} exists; choose another --out, or add --overwrite")
 
         def figures(experiment: Experiment) -> dict[str, Any]:
             out = folder / experiment.name
@@ -218,6 +217,4 @@ def data_folder(given: Path | None, *, needed: bool) -> Path | None:
         return folder
     if given is None and not needed:
         return None
-    raise ParameterError(
-        f"no folder of recordings at {folder}; name one with --data or PLANTIGRADE_DATA"
-    )
+    raise ParameterError(f"no folder of recordings at {folder}; set --data or PLANTIGRADE_DATA")

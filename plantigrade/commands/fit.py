@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(FitSettings, RunOptions, JobOptions):
-    """Fit a recording to a scaled human: motion, forces and moments, measured or estimated.
+    """Fit a scaled human to a recording: motion, ground reactions and joint moments.
 
-    Several are independent runs, and one table of them all.
-
-    A standing trial, a skeleton or a file of forces that belongs to the recording is found beside
-    it by name and content, or named by option.
+    Several recordings are fitted independently and summarised in one table. A standing trial,
+    skeleton or force file in the same folder is found by name and content, or can be given as an
+    option.
     """
 
     files: Annotated[
@@ -36,7 +35,7 @@ class Command(FitSettings, RunOptions, JobOptions):
     def run(self) -> Outcome:
         """Fit one recording, or each of several on its own."""
         if not self.files:
-            raise ParameterError("no recording was named; write plantigrade fit FILE")
+            raise ParameterError("no recording given: plantigrade fit FILE")
         names = [f"fit-{name}" for name in run_names(self.files)]
         if len(self.files) > 1:
             return self._several(names)
@@ -115,7 +114,7 @@ def fit_one(
         run = save(named, out, overwrite=options.overwrite, numbered=numbered)
     of = f"{path.name}: " if len(options.files) > 1 else ""
     for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
-        progress.warn(of + sentence)
+        progress.note(sentence, of)
     return run
 
 
@@ -141,7 +140,7 @@ def run_names(files: Sequence[Path]) -> list[str]:
         names = [name_of(p) if n in alike else n for p, n in zip(paths, names, strict=True)]
     twice = [str(f) for f, n in zip(files, names, strict=True) if names.count(n) > 1]
     if twice:
-        raise ParameterError(f"{twice[0]} was named twice; name each recording once")
+        raise ParameterError(f"{twice[0]} is given twice; give each recording once")
     return names
 
 

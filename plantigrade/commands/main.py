@@ -28,22 +28,22 @@ from plantigrade.printable import printable  # noqa: E402
 DONE, BAD_INPUT, NO_RESULT, INTERRUPTED = 0, 2, 3, 130
 
 COMMANDS = {
-    "demo": "Run the main job on the embedded default, end to end, and say where to look.",
-    "fit": "Fit a recording to a scaled human: motion, forces and moments, measured or estimated.",
-    "reproduce": "Rebuild a recorded gait from three ordered tasks; several make a study.",
-    "synthesize": "Make a motion from a task alone, by trajectory optimisation.",
-    "simulate": "Put a person, or a motion, into the physical world with a controller.",
-    "train": "Teach a person to walk after a reference, by reinforcement learning.",
-    "vault": "Search the activations that throw a gymnast off the vaulting table fastest.",
+    "demo": "Run the whole pipeline on built-in data and say where the results are.",
+    "fit": "Fit a scaled human to a recording: motion, ground reactions and joint moments.",
+    "reproduce": "Reproduce a recorded gait from three prioritised tasks; several make a study.",
+    "synthesize": "Generate a motion from a task description by trajectory optimisation.",
+    "simulate": "Simulate a person, standing or moving, under a controller.",
+    "train": "Train a walking policy on a reference walk by reinforcement learning.",
+    "vault": "Optimise a gymnast's vault: the joint activations that give the fastest take-off.",
     "convert": "Convert a motion file to another format.",
-    "model": "Write the human as MJCF and print what it is made of.",
-    "view": "Show a run as a live, movable scene in the browser.",
-    "report": "Write the report and the viewer page of a run anew.",
-    "compare": "Compare walks: curves over each other, differences with confidence, one page.",
-    "norms": "Write your own norms from runs: mean and standard deviation over people.",
-    "picture": "Draw a run as one picture that moves, or as a strip of instants.",
-    "experiment": "Compute a table or figure: ours beside the published numbers.",
-    "data": "List the recordings in a folder and what each of them holds.",
+    "model": "Write a human as MJCF, or print its segments, joints and strengths.",
+    "view": "Show a run as an interactive 3-D scene in the browser.",
+    "report": "Write the report and viewer pages of a run again.",
+    "compare": "Compare walks: overlaid curves and differences with confidence bands, on one page.",
+    "norms": "Compute norms from your own runs: mean and standard deviation over people.",
+    "picture": "Draw a run as an animated SVG, or as a strip of still frames.",
+    "experiment": "Recompute a published table or figure, our numbers beside the published ones.",
+    "data": "List the recordings in a folder and what each one contains.",
 }
 """Every command in the order of the help page; each is a module of this package."""
 
@@ -72,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:  # no permission, no space, a folder where a file was named
         return _complain(f"error: {_refusal(error)}", BAD_INPUT)
     except KeyboardInterrupt:
-        return _complain("interrupted: a run folder that is not complete is not kept", INTERRUPTED)
+        return _complain("interrupted: no incomplete run folder is kept", INTERRUPTED)
 
 
 def usage() -> str:
@@ -81,11 +81,11 @@ def usage() -> str:
     listed = "\n".join(f"  {name:{width}}  {what}" for name, what in COMMANDS.items())
     return (
         "usage: plantigrade COMMAND [OPTIONS]\n\n"
-        "A human body that moves by the laws of physics, on multi-segment feet.\n\n"
+        "Physics-based human motion with multi-segment feet.\n\n"
         f"commands:\n{listed}\n\n"
         "`plantigrade COMMAND --help` lists the options of a command;\n"
         "`plantigrade --version` prints the version;\n"
-        "`plantigrade --print-completion {bash,zsh,fish}` prints the script that completes words.\n"
+        "`plantigrade --print-completion {bash,zsh,fish}` prints a shell completion script.\n"
         "Start with `plantigrade demo`, then `plantigrade fit FILE`."
     )
 
@@ -179,7 +179,7 @@ def completion(shell: str = "") -> str:
 
 def _unknown(name: str) -> str:
     if name.startswith("-"):
-        return f"option {name} before the command; write `plantigrade COMMAND {name}`"
+        return f"option {name} must come after the command: `plantigrade COMMAND {name}`"
     near = difflib.get_close_matches(name, COMMANDS, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return f"no command {name!r}; {hint}there are {', '.join(COMMANDS)}"
@@ -191,7 +191,7 @@ def _refusal(error: OSError) -> str:
         return str(error)
     path, _, part = os.fspath(error.filename).partition(os.sep + ".plantigrade-")
     doing = "cannot be written to" if part else "cannot be used"
-    return f"{path}: {doing} ({error.strerror}) — name a file in a folder you may write to"
+    return f"{path}: {doing} ({error.strerror}) — choose a folder you can write to"
 
 
 def _complain(sentence: str, code: int) -> int:

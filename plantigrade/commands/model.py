@@ -1,9 +1,6 @@
-"""Write the human as MJCF and print what it is made of."""
+"""Write a human as MJCF, or print its segments, joints and strengths."""
 
-import os
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
@@ -28,15 +25,15 @@ SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 @dataclass(frozen=True, kw_only=True)
 class Command(Person, PrintOptions):
-    """Write the human as MJCF and print what it is made of."""
+    """Write a human as MJCF, or print its segments, joints and strengths."""
 
     lengths: Lengths = ()
-    """Own segment length, as thigh=0.43; may be given several times."""
+    """Segment length, such as thigh=0.43; repeatable."""
     marker_set: SetOrFile = None
-    """Markers to put on the body as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal,
-    or a TOML file of your own."""
+    """Marker set to add as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal, or your own
+    TOML file."""
     out: OptionalPath = None
-    """MJCF file to write, of the person alone; - prints it instead of the summary."""
+    """MJCF file to write; - prints it instead of the summary."""
     overwrite: Flag = False
     """Replace the file if it exists."""
 
@@ -48,11 +45,12 @@ class Command(Person, PrintOptions):
             FileError: If the marker set cannot be read.
             RunExists: If the file exists and is not to be replaced.
         """
+        from plantigrade.io.text import write_whole
         from plantigrade.models import Human
         from plantigrade.models.mjcf import with_sites
 
         if self.overwrite and self.out is None:
-            raise ParameterError("--overwrite means nothing without --out")
+            raise ParameterError("--overwrite has no effect without --out")
         human = Human.create(**self.known, lengths=own_lengths(self.lengths))
         markers = _markers(human, self.marker_set)
         xml = with_sites(human.xml, {n: (p.body, p.position) for n, p in markers.items()})
@@ -61,7 +59,10 @@ class Command(Person, PrintOptions):
             return Outcome(text=_text(human, metrics), metrics=metrics)
         if str(self.out) == "-":
             return Outcome(text=xml, metrics=metrics)
-        _write(self.out, xml, self.overwrite)
+        if self.out.exists() and not self.overwrite:
+            raise RunExists(f"{self.out} exists; choose another file or add --overwrite")
+        self.out.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(self.out, xml + "\n")
         metrics["target_file"] = self.out
         return Outcome(text=f"{_text(human, metrics)}\nwrote {self.out}", metrics=metrics)
 
@@ -187,14 +188,3 @@ def _text(human: "Human", metrics: dict[str, Any]) -> str:
         lines += ["", "markers"]
         lines += [f"  {name:24}{row['body']}" for name, row in metrics["markers"].items()]
     return "\n".join(lines)
-
-
-def _write(path: Path, text: str, overwrite: bool) -> None:
-    """Write a file, whole or not at all."""
-    if path.exists() and not overwrite:
-        raise RunExists(f"{path} exists; name another file or add --overwrite")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
-        written = Path(folder) / path.name  # renaming works inside one file system only
-        written.write_text(text + "\n", encoding="utf-8")
-        os.replace(written, path)

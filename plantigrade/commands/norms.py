@@ -1,4 +1,4 @@
-"""Write your own norms from runs: mean and standard deviation over people."""
+"""Compute norms from your own runs: mean and standard deviation over people."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,22 +14,22 @@ from plantigrade.options import Flag, OptionalWord
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
-    """Write your own norms from runs: mean and standard deviation over people.
+    """Compute norms from your own runs: mean and standard deviation over people.
 
-    Each run counts as one person, with the mean of its gait cycles and of both sides.
+    Each run counts as one person and enters as the mean of its gait cycles and both sides.
     """
 
     runs: Annotated[
         tyro.conf.Positional[tuple[Path, ...]],
         tyro.conf.arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint=""),
     ]
-    """Folders of runs, or run folders: one run per person."""
+    """Run folders, or folders of runs: one run per person."""
     out: Path = Path("norms.csv")
-    """Table to write (.csv)."""
+    """CSV file to write."""
     people: OptionalWord = None
-    """Who they are, in words for the pages: "30 adults, 20–60 years"."""
+    """Description of the group for reports, such as "30 adults, 20–60 years"."""
     overwrite: Flag = False
-    """Replace the table if it exists."""
+    """Replace the file if it exists."""
 
     def run(self) -> Outcome:
         """Do it."""
@@ -38,11 +38,13 @@ class Command(PrintOptions):
         from plantigrade.io.text import write_text
 
         if not self.runs:
-            raise ParameterError("no folder was named; write plantigrade norms FOLDER")
+            raise ParameterError("no folder given: plantigrade norms FOLDER")
         if self.out.suffix.lower() != ".csv":
-            raise FileError(self.out, "is no .csv file", remedy="end the name of --out in .csv")
+            raise FileError(
+                self.out, "is not a .csv file", remedy="give --out a name ending in .csv"
+            )
         if self.out.exists() and not self.overwrite:
-            raise FileError(self.out, "exists", remedy="name another --out, or add --overwrite")
+            raise FileError(self.out, "exists", remedy="choose another --out, or add --overwrite")
         found = norms_of_folder(*self.runs)
         if self.people:
             found = own_population(found.curves, self.people)

@@ -17,9 +17,9 @@ class PrintOptions:
     """What is printed, and where."""
 
     quiet: Flag = False
-    """No progress on standard error, only warnings."""
+    """Print only warnings and errors: no progress, no information."""
     json: Flag = False
-    """Print metrics.json on standard output, everything else on standard error."""
+    """Print metrics.json on standard output and everything else on standard error."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class RunOptions(PrintOptions, Bounded):
     """Where the run folder goes."""
 
     out: OptionalPath = None
-    """Run folder to write; runs/<command>-<name> if absent, numbered where that is taken."""
+    """Run folder to write; by default runs/<command>-<name>, numbered if taken."""
     overwrite: Flag = False
     """Replace the run folder if it exists."""
 
@@ -60,19 +60,19 @@ class JobOptions(Bounded):
     ranges = {"jobs": (-1, 1024, "")}
 
     jobs: int = 1
-    """Number of runs side by side; -1 for one per core."""
+    """Number of parallel runs; -1 for one per core."""
     backend: Backend = "loky"
-    """Where they run: joblib's backend."""
+    """joblib backend for parallel runs."""
     address: OptionalWord = None
-    """Address of a running Ray or Dask cluster; one on this machine is started if absent."""
+    """Address of a Ray or Dask cluster; by default one is started on this machine."""
 
     def __post_init__(self):
         """Refuse what cannot be, before any work."""
         super().__post_init__()
         if self.jobs == 0:
-            raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
+            raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
         if self.address is not None and self.backend not in ("ray", "dask"):
-            raise ParameterError(f"--address is for ray and dask; {self.backend} runs here")
+            raise ParameterError(f"--address needs --backend ray or dask, not {self.backend}")
 
     def side_by_side(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         """Yield what became of each item, in order."""

@@ -1,7 +1,5 @@
-"""Draw a run as one picture that moves, or as a strip of instants."""
+"""Draw a run as an animated SVG, or as a strip of still frames."""
 
-import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -23,11 +21,10 @@ Foot = Literal["right", "left", "none"]
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
-    """Draw a run as one picture that moves, or as a strip of instants.
+    """Draw a run as an animated SVG, or as a strip of still frames.
 
-    The picture is an SVG file without script, so it also moves in a README. A steady gait plays one
-    stride without end; any other motion plays its first ten seconds, or what --start and --stop
-    name.
+    The SVG contains no script, so it also plays in a README. A steady gait loops over one stride;
+    any other motion plays its first ten seconds, or the interval from --start to --stop.
     """
 
     ranges = {
@@ -41,27 +38,27 @@ class Command(PrintOptions, Bounded):
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to draw."""
     out: OptionalPath = None
-    """File to write (.svg); picture.svg in the run folder if absent."""
+    """File to write (.svg); by default picture.svg in the run folder."""
     overwrite: Flag = False
     """Replace the file if it exists outside the run folder."""
     still: Flag = False
-    """Draw a strip of instants side by side instead."""
+    """Draw a strip of still frames instead."""
     view: View = "side"
-    """From where: the walker's right side, left side, front, back, or a quarter turn in front."""
+    """View of the walker: right side, left side, front, back, or three-quarter front."""
     foot: Foot = "right"
-    """Foot to show enlarged beside the body."""
+    """Foot to show enlarged."""
     start: Seconds = None
-    """First instant, on the clock of the motion."""
+    """First instant [s]."""
     stop: Seconds = None
-    """Last instant."""
+    """Last instant [s]."""
     rate: float = 20.0
-    """Frames per second of the motion; a browser draws what lies between them."""
+    """Key frames per second; the browser interpolates between them."""
     speed: float = 1.0
-    """How fast it plays; 1 is true speed."""
+    """Playback speed; 1 is real time."""
     height_px: int = 420
-    """Height of the picture."""
+    """Height [pixels]."""
     title: OptionalWord = None
-    """Words above the body; the title of the run if absent."""
+    """Title; that of the run by default."""
 
     def run(self) -> Outcome:
         """Draw it and write the file, whole or not at all.
@@ -71,28 +68,29 @@ class Command(PrintOptions, Bounded):
             ParameterError: If a value is not allowed, or the motion cannot be drawn.
             RunExists: If the file exists and is not to be replaced.
         """
+        from plantigrade.io.text import write_whole
         from plantigrade.record import Run
         from plantigrade.record.folder import replace_files
 
         out = self.run_folder / "picture.svg" if self.out is None else self.out
         if out.suffix.lower() != ".svg":
             raise FileError(
-                out, f"a picture cannot be written as {out.suffix or 'a file without ending'}",
-                remedy="name a file that ends in .svg",
+                out, f"cannot write a picture as {out.suffix or 'a file without extension'}",
+                remedy="choose a name ending in .svg",
             )  # fmt: skip
         self._refuse()
         own = out.parent.resolve() == self.run_folder.resolve()
         if out.exists() and not own and not self.overwrite:
-            raise RunExists(f"{out} exists; name another file or add --overwrite")
+            raise RunExists(f"{out} exists; choose another file or add --overwrite")
         run = Run.load(self.run_folder)
         svg, facts = self._still(run) if self.still else self._moving(run)
         if own:
             replace_files(self.run_folder, {out.name: svg})  # it becomes one of the run's files
         else:
-            _write(out, svg)
+            write_whole(out, svg)
         size = len(svg.encode()) / 1000
         metrics = {"status": "ok", "command": "picture", "target_file": out, **facts}
-        shown = f"{facts['frames']} instants" if self.still else _told(facts)
+        shown = f"{facts['frames']} still frames" if self.still else _told(facts)
         return Outcome(text=f"wrote {out}: {shown}, {size:.0f} kB", metrics=metrics)
 
     def _refuse(self) -> None:
@@ -100,7 +98,7 @@ class Command(PrintOptions, Bounded):
             default = Command(run_folder=self.run_folder)
             for name in ("foot", "rate", "speed", "title"):
                 if getattr(self, name) != getattr(default, name):
-                    raise ParameterError(f"--{name} means nothing to a strip; leave out --still")
+                    raise ParameterError(f"--{name} has no effect with --still")
 
     def _moving(self, run: "Run") -> tuple[str, dict[str, Any]]:
         from plantigrade.report.moving import moving_picture
@@ -138,15 +136,5 @@ class Command(PrintOptions, Bounded):
 
 
 def _told(facts: dict[str, Any]) -> str:
-    kind = "one stride without end" if facts["loop"] else f"{facts['seconds']:.1f} s"
+    kind = "one looping stride" if facts["loop"] else f"{facts['seconds']:.1f} s"
     return f"{kind}, {facts['frames']} frames"
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file, whole or not at all."""
-    if not path.parent.is_dir():
-        raise FileError(path, f"there is no folder {path.parent}", remedy="make it first")
-    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
-        written = Path(folder) / path.name  # renaming works inside one file system only
-        written.write_text(text, encoding="utf-8")
-        os.replace(written, path)

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
+from plantigrade.notes import Info
 from plantigrade.printable import printable
 
 Item = TypeVar("Item")
@@ -35,6 +36,16 @@ class Progress:
     def warn(self, sentence: str) -> None:
         """Print one warning, quiet or not."""
         self._console.print(f"warning: {printable(sentence, lines=False)}", style="yellow")
+
+    def note(self, sentence: str, of: str = "") -> None:
+        """Print a note: information unless quiet, a warning always.
+
+        Args:
+            sentence: The note.
+            of: What it is about, put before it.
+        """
+        say = self.say if isinstance(sentence, Info) else self.warn
+        say(of + sentence)
 
     @contextlib.contextmanager
     def step(self, sentence: str) -> Iterator[None]:

@@ -1,4 +1,4 @@
-"""Write the report and the viewer page of a run anew."""
+"""Write the report and viewer pages of a run again."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,16 +14,16 @@ from plantigrade.options import OptionalPath, Years
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
-    """Write the report and the viewer page of a run anew."""
+    """Write the report and viewer pages of a run again."""
 
     ranges = {"age": AGES}
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
-    """Run folder to report on."""
+    """Run folder."""
     norms: OptionalPath = None
-    """Compare with your own norms from now on: a table (.csv) or a folder of runs."""
+    """Your own norms to compare with from now on: a .csv file or a folder of runs."""
     age: Years = None
-    """Age [years]: whether adults or children are the norm from now on."""
+    """Age [years]; selects adult or children's norms from now on."""
 
     def run(self) -> Outcome:
         """Do it."""

@@ -1,4 +1,4 @@
-"""Rebuild recorded gaits from ordered tasks; several of them make a study."""
+"""Reproduce recorded gaits from prioritised tasks; several recordings make a study."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,11 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(ReproduceSettings, RunOptions, JobOptions):
-    """Rebuild a recorded gait from three ordered tasks; several make a study.
+    """Reproduce a recorded gait from three prioritised tasks; several make a study.
 
-    Of the recording the tasks see the contacts of the feet, the paths of the heels over the ground
-    and of the centre of mass, and the posture at the end of each phase, by default with its rate;
-    all else follows.
+    The tasks take only foot contacts, heel and centre-of-mass paths, and the posture (by default
+    with its rate) at the end of each gait phase from the recording. Everything else is computed.
     """
 
     files: Annotated[
@@ -40,14 +39,14 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
         from plantigrade.commands.progress import Progress
 
         if not self.files:
-            raise ParameterError("no recording was named; write plantigrade reproduce FILE")
+            raise ParameterError("no recording given: plantigrade reproduce FILE")
         progress, files = Progress(quiet=self.quiet), list(self.files)
         if len(files) > 1 or files[0].is_dir():
             return self._study(progress)
         self.refuse_existing(f"reproduce-{files[0].stem}")
         run = reproduce_one(self, (files[0], self.out), progress)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
-            progress.warn(sentence)
+            progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def _study(self, progress: "Progress") -> Outcome:
@@ -78,7 +77,7 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
             progress.say(f"{k}/{of} {path}: {members[-1].words}")
         if not members:
             raise ParameterError(
-                f"none of {of} recordings could be reproduced; the first: {files[0]}: "
+                f"none of the {of} recordings could be reproduced; first: {files[0]}: "
                 f"{left_out[str(files[0])]}"
             )
         with progress.step("writing the study"):
@@ -175,22 +174,22 @@ def figures(metrics: dict[str, Any]) -> list[str]:
     if "rom_error_mean_deg" in metrics:
         paper = [row.difference for row in PAPER_TABLE.values()]
         lines.append(
-            f"  ranges of motion {metrics['rom_error_mean_deg']:.1f}° off on average, "
-            f"{metrics['rom_error_max_deg']:.1f}° at most (the paper, nine people: "
+            f"  range of motion  error {metrics['rom_error_mean_deg']:.1f}° mean, "
+            f"{metrics['rom_error_max_deg']:.1f}° maximum (paper, nine people: "
             f"{sum(paper) / len(paper):.1f}°, {max(paper)}°)"
         )
     lines.append(
-        f"  centre of mass   {metrics['com_error_max_mm']:.1f} mm off its path at most; "
-        f"contacts drift {metrics['contact_drift_max_mm']:.1f} mm, "
-        f"soles reach {metrics['sole_lowest_mm']:.1f} mm"
+        f"  centre of mass   error {metrics['com_error_max_mm']:.1f} mm maximum; "
+        f"contact drift {metrics['contact_drift_max_mm']:.1f} mm, "
+        f"lowest sole point {metrics['sole_lowest_mm']:.1f} mm"
     )
     if metrics.get("vertical_force_rmse_bw") is not None:
         lines.append(
-            f"  vertical force   {metrics['vertical_force_rmse_bw']:.3f} body weights off the "
-            f"measured one, r {metrics['vertical_force_correlation']:.2f}"
+            f"  vertical force   RMSE {metrics['vertical_force_rmse_bw']:.3f} body weights, "
+            f"r {metrics['vertical_force_correlation']:.2f}"
         )
     if metrics.get("dynamics_status", "ok") != "ok":
-        lines.append(f"  moved by forces  {metrics['dynamics_status']}")
+        lines.append(f"  with forces      {metrics['dynamics_status']}")
     if "cycle" in metrics["seconds"]:
         lines.append(f"  time             {metrics['seconds']['cycle']:.2f} s per gait cycle")
     return lines

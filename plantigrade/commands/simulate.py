@@ -1,4 +1,4 @@
-"""Simulate a person in the physical world."""
+"""Simulate a person under a controller."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,37 +11,37 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, optional
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 
 
 @dataclass(frozen=True, kw_only=True)
 class Command(SimulateSettings, RunOptions, JobOptions):
-    """Put a person, or a motion, into the physical world with a controller.
+    """Simulate a person, standing or moving, under a controller.
 
-    A recording is fitted first, a run is taken as it is; without either a person stands. The exit
-    code is 0 if the person is on the feet at the end, 3 if it fell or the simulation diverged.
+    A recording is fitted first, a run is used as it is; without either the person stands. The exit
+    code is 0 if the person is on their feet at the end, 3 after a fall or a diverged simulation.
 
-    With --seeds or --vary it is simulated many times, and one table is made of it; then a fall is a
-    result, and the exit code 3 if one failed or diverged. A batch that was stopped goes on.
+    With --seeds or --vary a batch is run and tabulated; a fall is then a valid result, and the exit
+    code is 3 only if a member failed or diverged. An interrupted batch continues where it stopped.
     """
 
     source: Annotated[
         tyro.conf.Positional[Path | None],
         tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
     ] = None
-    """Recording or run folder whose motion is put into the world."""
+    """Recording or run folder whose motion is simulated."""
     seeds: int = 1
-    """So many times, with seeds from that of --seed on."""
+    """Number of simulations, with consecutive seeds from --seed on."""
     vary: Annotated[
         tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, optional("OPTION VALUE [VALUE ...]")
     ] = ()
-    """An option and its values, such as ground flat slope:5; repeatable: all combinations."""
+    """Option to vary and its values, such as ground flat slope:5; repeatable, all combined."""
     live: Flag = False
-    """Run it in the browser: look on, push and drag, change the ground and the controller."""
+    """Run interactively in the browser: push, drag, change ground and controller."""
     port: int = 8080
-    """Port of the live page; the next free one if it is taken."""
+    """Port of the live page, or the next free one."""
     no_open: Flag = False
-    """Only print the address of the live page; do not open a browser."""
+    """Print the address of the live page without opening a browser."""
 
     ranges = {"port": (1, 65535, ""), "seeds": (1, 100000, "")}
 
@@ -49,11 +49,11 @@ class Command(SimulateSettings, RunOptions, JobOptions):
         """Refuse what only a live page has a use for."""
         super().__post_init__()
         if not self.live and (self.port != 8080 or self.no_open):
-            raise ParameterError("--port and --no-open are for --live")
+            raise ParameterError("--port and --no-open need --live")
         if self.live and (self.seeds > 1 or self.vary):
-            raise ParameterError("--seeds and --vary simulate many: leave out --live")
+            raise ParameterError("--seeds and --vary run a batch, which cannot be --live")
         if not (self.seeds > 1 or self.vary) and (self.jobs != 1 or self.backend != "loky"):
-            raise ParameterError("--jobs and --backend are for many: add --seeds or --vary")
+            raise ParameterError("--jobs and --backend need a batch: add --seeds or --vary")
 
     def run(self) -> Outcome:
         """Simulate and write the run folder."""
@@ -73,7 +73,7 @@ class Command(SimulateSettings, RunOptions, JobOptions):
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:  # how it ended is among them
-            progress.warn(sentence)
+            progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     def show(self) -> Outcome:
@@ -113,16 +113,16 @@ class Command(SimulateSettings, RunOptions, JobOptions):
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
     """Return what a reader wants to know first."""
     seconds = metrics["seconds"]["simulate"]
-    ended = "on the feet" if metrics["status"] == "ok" else metrics["status"]
+    ended = "on their feet at the end" if metrics["status"] == "ok" else metrics["status"]
     lines = [
-        f"{folder}: {metrics['duration_s']:.2f} s of physics in {seconds:.1f} s, {ended}",
-        f"  controller       {metrics['controller']}; motors up to "
-        f"{metrics['motor_torque_max_pct']:.0f} % of the joints' strength",
-        f"  vertical force   {metrics['vertical_force_mean_bw']:.2f} body weights on average, "
-        f"{metrics['vertical_force_max_bw']:.2f} at most",
+        f"{folder}: {metrics['duration_s']:.2f} s simulated in {seconds:.1f} s, {ended}",
+        f"  controller       {metrics['controller']}; motor torques up to "
+        f"{metrics['motor_torque_max_pct']:.0f} % of joint strength",
+        f"  vertical force   {metrics['vertical_force_mean_bw']:.2f} body weights (mean), "
+        f"{metrics['vertical_force_max_bw']:.2f} (peak)",
     ]
     if "tracking_error_rms_deg" in metrics:
-        lines.append(f"  motion           {metrics['tracking_error_rms_deg']:.1f}° off, RMS")
+        lines.append(f"  tracking error   {metrics['tracking_error_rms_deg']:.1f}° RMS")
     if "trunk_lean_mean_followed_deg" in metrics:
         ahead, aside, ahead_was, aside_was = (
             metrics[f"trunk_{what}{of}_deg"]
@@ -130,8 +130,8 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
             for what in ("lean_mean", "sideways_rms")
         )
         lines.append(
-            f"  trunk            {ahead:.1f}° forward on average ({ahead_was:.1f}° in the motion), "
-            f"{aside:.1f}° to the sides, RMS ({aside_was:.1f}°)"
+            f"  trunk            {ahead:.1f}° forward lean (reference {ahead_was:.1f}°), "
+            f"{aside:.1f}° RMS sideways (reference {aside_was:.1f}°)"
         )
     lines += [
         f"  report           {folder / 'report.html'}",

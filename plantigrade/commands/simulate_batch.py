@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from plantigrade.commands.options import command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 
 if TYPE_CHECKING:
     from plantigrade.commands.simulate import Command
@@ -42,10 +42,10 @@ def several(options: "Command") -> Outcome:
             progress.warn(f"{one.name}: {one.problem}")
     if batch.seeds_alike:
         progress.warn(
-            "all seeds gave the same: nothing is random here (--start-noise, --sensor-noise-deg, "
-            "and uneven grounds such as bumps:2 are)"
+            "all seeds gave the same result: nothing in this simulation is random (--start-noise, "
+            "--sensor-noise-deg and uneven ground such as bumps:2 are)"
         )
-    lines = [f"{folder}: {batch.on_feet} of {len(batch.members)} on the feet at the end"]
+    lines = [f"{folder}: {batch.on_feet} of {len(batch.members)} on their feet at the end"]
     lines.append(f"  table            {folder / PAGE}")
     return Outcome("\n".join(lines), read_metrics(Path(folder)))
 
@@ -65,7 +65,7 @@ def varied(given: tuple[tuple[str, ...], ...]) -> dict[str, list[str]]:
         name, values = words[0].lstrip("-").replace("-", "_") if words else "", list(words[1:])
         if not values or name in found:
             raise ParameterError(
-                f"--vary {' '.join(words)}: name an option once, with its values after it, as in "
+                f"--vary {' '.join(words)}: give each option once, followed by its values, such as "
                 "--vary ground flat slope:5"
             )
         found[name] = values

@@ -1,4 +1,4 @@
-"""Make a motion from a task alone, or a recorded one physical: one subcommand for each task."""
+"""Generate a motion from a task, or a dynamically consistent one from a recording."""
 
 import signal
 import time
@@ -30,10 +30,10 @@ EVERY = 0.5  # between two lines of progress [s]
 
 @dataclass(frozen=True, kw_only=True)
 class Command(RunOptions):
-    """Make a motion from a task alone, by trajectory optimisation.
+    """Generate a motion from a task description by trajectory optimisation.
 
-    The motion obeys the equations of motion with true contact forces; an independent checker
-    decides whether it is valid. Ctrl-C stops with the best so far, which is checked and written.
+    The motion satisfies the equations of motion with unilateral contact forces; an independent
+    check decides whether it is valid. Ctrl-C stops with the best solution so far.
     """
 
     word: ClassVar[str] = ""
@@ -59,10 +59,12 @@ class Command(RunOptions):
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         findings = run.record.signals.get("check.findings", ())
-        for line in (*run.record.notes, *findings[:SAID]):
-            progress.warn(str(line))
+        for sentence in run.record.notes:
+            progress.note(sentence)
+        for finding in findings[:SAID]:
+            progress.warn(str(finding))
         if len(findings) > SAID:
-            progress.warn(f"{len(findings) - SAID} more of that kind are in the report")
+            progress.warn(f"{len(findings) - SAID} more findings are in the report")
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
     @property
@@ -99,7 +101,7 @@ class _Task(SolveSettings, Command):
 
 @dataclass(frozen=True, kw_only=True)
 class Paper(PaperSettings, Command):
-    """Solve a motion of Zhakatayev et al. (2023) as the paper sets it."""
+    """Solve a motion of Zhakatayev et al. (2023) as posed in the paper."""
 
     word, told = PAPER, (PaperSettings,)
 
@@ -111,11 +113,11 @@ class Paper(PaperSettings, Command):
 
 @dataclass(frozen=True, kw_only=True)
 class Track(TrackSettings, Command):
-    """Make a recorded motion physical: near it, and on true contact forces."""
+    """Track a recorded motion with a dynamically consistent one."""
 
     word, told = TRACK, (TrackSettings,)
     recording: Annotated[Path, tyro.conf.arg(metavar="FILE", help_behavior_hint="(required)")]
-    """Recording to track: C3D, TRC, BVH, AMC or MOT."""
+    """Recording to track (.c3d, .trc, .bvh, .amc, .mot)."""
 
     @property
     def name(self) -> str:
@@ -155,7 +157,9 @@ def parse(words: Sequence[str]) -> Any:
         print(usage())
         if first in ("-h", "--help"):
             raise SystemExit(0)
-        raise ParameterError(f"{first} must follow the task: plantigrade synthesize TASK {first}")
+        raise ParameterError(
+            f"{first} must come after the task: plantigrade synthesize TASK {first}"
+        )
     kind = SUBCOMMANDS.get(first)
     if first.lower().endswith(".toml"):
         from plantigrade.synthesize.tasks.task_file import read_task_file
@@ -178,9 +182,9 @@ def usage() -> str:
     about = (Command.__doc__ or "").replace("\n    ", "\n").strip()
     return (
         f"usage: plantigrade synthesize TASK [OPTIONS]\n\n{about}\n\ntasks:\n{listed}\n"
-        f"  {'FILE.toml':{width}}  A task of your own.\n\n"
-        "`plantigrade synthesize TASK --help` lists the options of a task, and those of all tasks\n"
-        "(who does it, how it is solved, --out, --json, --quiet)."
+        f"  {'FILE.toml':{width}}  Your own task.\n\n"
+        "`plantigrade synthesize TASK --help` lists the options of a task and those common\n"
+        "to all tasks (person, solver, --out, --json, --quiet)."
     )
 
 
@@ -220,7 +224,7 @@ class Watch:
         named = f" ({worst.replace('_', ' ')})" if worst else ""
         self.progress.say(
             f"{self._stage}: iteration {it.number:3d}, cost {it.objective:.4g}, "
-            f"off by {it.violation:.1e}{named}"
+            f"violation {it.violation:.1e}{named}"
         )
 
     @contextmanager
@@ -231,7 +235,9 @@ class Watch:
             if self.asked:
                 raise KeyboardInterrupt
             self.asked = True
-            self.progress.warn("stopping with the best so far; press Ctrl-C again to give up")
+            self.progress.warn(
+                "stopping with the best solution so far; press Ctrl-C again to abort"
+            )
 
         try:
             before = signal.signal(signal.SIGINT, ask)
@@ -248,11 +254,11 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
     """Return what a reader wants to know first."""
     m, ok = metrics, metrics["status"] == "ok"
     rows = {
-        "verdict": "passed the check" if ok else "DID NOT PASS THE CHECK",
-        "unexplained": f"{m['check_root_force_rms_bw_percent']:.2f} % of body weight RMS, "
-        f"{m['check_root_force_max_bw_percent']:.2f} % at most; "
+        "verdict": "check passed" if ok else "CHECK FAILED",
+        "residual force": f"{m['check_root_force_rms_bw_percent']:.2f} % of body weight RMS, "
+        f"{m['check_root_force_max_bw_percent']:.2f} % peak; "
         f"slip {m['check_slip_max_mm']:.2f} mm, "
-        f"{m['check_penetration_max_mm']:.2f} mm in the ground",
+        f"penetration {m['check_penetration_max_mm']:.2f} mm",
     }
     if m.get("walking_speed_m_s") is not None:
         rows["walk"] = (
@@ -260,8 +266,8 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
             f"stance {m['stance_r_pct']:.0f} %, step width {100 * m['step_width_m']:.0f} cm"
         )
     if m.get("cost_of_transport") is not None:
-        rows["cost"] = (
-            f"{m['cost_of_transport']:.2f} of transport (joint work "
+        rows["transport"] = (
+            f"cost of transport {m['cost_of_transport']:.2f} (joint work "
             f"{m['joint_work_absolute_j']:.0f} J over {m['displacement_m']:.2f} m)"
         )
     rows |= {page: str(folder / f"{page}.html") for page in ("report", "viewer")}

@@ -1,4 +1,4 @@
-"""Teach a person to walk."""
+"""Train walking policies."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,27 +15,28 @@ from plantigrade.workflows.settings import TrainSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Command(TrainSettings, RunOptions):
-    """Teach a person to walk after a reference, by reinforcement learning.
+    """Train a walking policy on a reference walk by reinforcement learning.
 
-    Any walk is a reference: a recording, which is fitted first, or a run; without either the
-    published mean walk. Needs the extra: pip install 'plantigrade[learn]'. What was stopped, by
-    Ctrl-C or otherwise, goes on with --resume as if it had not been. The exit code is 0 if the goal
-    was reached with every seed, otherwise 3.
+    The reference is a recording, which is fitted first, or a run; by default a published mean walk.
+    Requires pip install 'plantigrade[learn]'. With --resume, interrupted training continues. The
+    exit code is 0 if every seed reached the goal, otherwise 3.
     """
 
     source: Annotated[
         tyro.conf.Positional[Path | None],
         tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
     ] = None
-    """Recording or run folder whose walk is followed."""
+    """Recording or run folder with the reference walk."""
     resume: Flag = False
-    """Take up a training that was stopped, in the folder of --out."""
+    """Continue an interrupted training in the --out folder."""
 
     def __post_init__(self):
         """Refuse what cannot be."""
         super().__post_init__()
         if self.resume and self.overwrite:
-            raise ParameterError("--resume keeps what is there, --overwrite replaces it: give one")
+            raise ParameterError(
+                "--resume continues a training, --overwrite replaces it: give only one"
+            )
 
     def run(self) -> Outcome:
         """Train, and print where the policies are."""
@@ -56,13 +57,13 @@ class Command(TrainSettings, RunOptions):
                 tell=lambda seed, row: progress.say(line(seed, row)),
             )
         except KeyboardInterrupt:
-            progress.warn(f"stopped: add --resume (and --out {out}) to go on, nothing is lost")
+            progress.warn(f"stopped; nothing is lost: continue with --resume --out {out}")
             raise SystemExit(130) from None
         said = [f"{one.folder}: {ended(one.reached, one.last)}" for one in taught]
         if self.seeds > 1:
-            said.append(f"  curves of all    {Path(out) / SPREAD}")
+            said.append(f"  learning curves  {Path(out) / SPREAD}")
         file = taught[0].folder / "policy.npz"
-        said.append(f"  walk with it     plantigrade simulate --controller {file}")
+        said.append(f"  try it           plantigrade simulate --controller {file}")
         missed = [one.seed for one in taught if self.goal and not one.reached]
         metrics: dict[str, Any] = {
             "status": "ok",
@@ -73,17 +74,21 @@ class Command(TrainSettings, RunOptions):
             "goal_reached": [one.reached for one in taught],
         }
         if missed:
-            metrics["status"] = f"the goal was not reached with seed {', '.join(map(str, missed))}"
+            metrics["status"] = f"goal not reached with seed {', '.join(map(str, missed))}"
         return Outcome("\n".join(said), metrics)
 
 
 def line(seed: int, row: Any) -> str:
     """Return a line of progress."""
-    looked = "" if row.standing < 0 else f"; {row.standing} of 16 starts last, {row.lasted:.1f} s"
+    looked = (
+        ""
+        if row.standing < 0
+        else f"; {row.standing} of 16 walks without a fall, mean {row.lasted:.1f} s"
+    )
     return (
         f"seed {seed}: {row.decisions / 1e6:.2f} M decisions, {row.seconds / 60:.1f} min: reward "
-        f"{row.reward:.2f} (pose {row.pose:.2f}, velocity {row.velocity:.2f}, mass {row.com:.2f}, "
-        f"ends {row.ends:.2f}), {row.falls_per_minute:.1f} falls a minute{looked}"
+        f"{row.reward:.2f} (pose {row.pose:.2f}, velocity {row.velocity:.2f}, com {row.com:.2f}, "
+        f"ends {row.ends:.2f}), {row.falls_per_minute:.1f} falls/min{looked}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Vault: a gymnast on the table, thrown as high as can be."""
+"""Optimise a gymnast's vault."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +11,10 @@ from plantigrade.workflows.settings import VaultSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Command(VaultSettings, JobOptions, RunOptions):
-    """Search the activations that throw a gymnast off the vaulting table fastest.
+    """Optimise a gymnast's vault: the joint activations that give the fastest take-off.
 
-    A planar model of six segments, driven by torques, from touchdown of the hands to take-off. The
-    exit code is 3 if the hands never leave the table, the body falls, or the vault does not pass
-    the check.
+    A torque-driven planar model of six segments, from hand contact to take-off. The exit code is 3
+    if the hands never leave the table, the body moves down at take-off, or the check fails.
     """
 
     def run(self) -> Outcome:
@@ -38,7 +37,7 @@ class Command(VaultSettings, JobOptions, RunOptions):
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:
-            progress.warn(sentence)
+            progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
 
 

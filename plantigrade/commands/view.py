@@ -14,10 +14,9 @@ from plantigrade.options import Flag
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
-    """Show a run as a live, movable scene in the browser.
+    """Show a run as an interactive 3-D scene in the browser.
 
-    The server runs on this machine until Ctrl-C; over ssh, forward its port. For a page that needs
-    no server, open the run's viewer.html.
+    The server runs until Ctrl-C; over ssh, forward its port. The run's viewer.html needs no server.
     """
 
     ranges = {"port": (1, 65535, "")}
@@ -25,9 +24,9 @@ class Command(PrintOptions, Bounded):
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to show."""
     port: int = 8080
-    """Port to listen on; the next free one if it is taken."""
+    """Port to listen on, or the next free one."""
     no_open: Flag = False
-    """Only print the address; do not open a browser."""
+    """Print the address without opening a browser."""
 
     def run(self) -> Outcome:
         """Serve the run until interrupted.

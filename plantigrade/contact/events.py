@@ -1,11 +1,11 @@
-"""Gait events of a plan of contacts."""
+"""Gait events of a contact plan."""
 
 from plantigrade.contact.plan import SAME, ContactPlan
 from plantigrade.motion.recording import GaitEvent
 
 
 def alternates(plan: ContactPlan) -> bool:
-    """Return whether feet step in turns, so that there are strides to measure."""
+    """Return whether the feet step alternately, so that there are strides to measure."""
     if plan.periodic:
         return True
     struck = sorted((s.heel_strike, s.footprint.side) for s in plan.stances if s.heel_strike > 0)

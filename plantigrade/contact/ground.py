@@ -1,4 +1,4 @@
-r"""What a body stands and sits on: one ground for optimiser, checker, exported model and world.
+r"""The ground and seats under a body, shared by optimiser, check, exported model and world.
 
 Ground is all :math:`x` with :math:`n^T x = h(x)`: a plane that may rise along x, with steps across
 it, relief upon it, and seats above it. Its axes are x uphill, y to the left and z off the ground.
@@ -34,7 +34,7 @@ def _fixed(numbers: list) -> Array:
 
 @dataclass(frozen=True)
 class Step:
-    """An edge across x, beyond which the ground has another height.
+    """An edge across x beyond which the ground has another height.
 
     Attributes:
         x: Where the edge is [m].
@@ -47,7 +47,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Seat:
-    """A level surface that carries a place of the body which is no foot.
+    """A level surface that supports a part of the body other than a foot.
 
     Attributes:
         site: Name of the contact site that rests on it.
@@ -60,7 +60,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Bump:
-    """A sphere in the ground, of which a cap stands out.
+    """A sphere in the ground with a cap above it.
 
     Attributes:
         centre: Its centre, axes of the ground [m].
@@ -130,7 +130,7 @@ class HeightField:
 
 @dataclass(frozen=True)
 class Ground:
-    """What feet stand on.
+    """The ground under the feet.
 
     Attributes:
         height: Height along the normal, before the first step [m].

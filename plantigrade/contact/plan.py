@@ -1,4 +1,4 @@
-"""Which part of which foot stands where, and when: what a task says about contact.
+"""Contact plans: which part of which foot is in contact, where and when.
 
 A :class:`~plantigrade.contact.site.ContactSite` is a place that can carry force; a
 :class:`Stance` is one foot standing on one :class:`Footprint`, rolling from the heel over the flat
@@ -21,7 +21,7 @@ SAME = 1e-7
 
 @dataclass(frozen=True)
 class Footprint:
-    """Where a foot stands.
+    """Position and heading of a foot on the ground.
 
     Attributes:
         side: ``"r"`` or ``"l"``.
@@ -98,7 +98,7 @@ class Stance:
 
 @dataclass(frozen=True)
 class Support:
-    """A place of the body that rests on something other than the ground: a chair, a wall, a rail.
+    """A point of the body supported by something other than the ground: a chair, a wall, a rail.
 
     Attributes:
         site: The place; its ``side`` is empty.
@@ -115,7 +115,7 @@ class Support:
 
 @dataclass(frozen=True)
 class ContactPlan:
-    """All stances of a motion.
+    """All stances and supports of a motion.
 
     Attributes:
         duration: How long the motion lasts [s]; one period where it is periodic.

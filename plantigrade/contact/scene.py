@@ -1,4 +1,4 @@
-"""The scene a motion happens in, as MJCF that loads and simulates in plain MuJoCo.
+"""The scene of a motion as MJCF that loads and simulates in plain MuJoCo.
 
 To the person of :attr:`Human.xml` it adds what a simulation needs: the ground of the motion with
 its steps, relief and seats, friction, a motor for every hinge with the Human's torque limits, some

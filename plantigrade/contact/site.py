@@ -1,4 +1,4 @@
-"""Places of a body that may be touched: spheres under the feet, or any other place named so."""
+"""Contact sites: spheres under the feet, or other points of the body that may be touched."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -54,7 +54,7 @@ class Point:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSite(Point):
-    """A place of a body that may carry force.
+    """A point of a body that can carry contact force.
 
     Attributes:
         body: Name of the body that is touched and that stands still with the site: a sphere on the
@@ -133,7 +133,7 @@ def contact_sites(human: Human) -> tuple[ContactSite, ...]:
 
 
 def foot_sites(human: Human) -> tuple[ContactSite, ...]:
-    """Return the places of both feet that can carry force in a plan, right foot first.
+    """Return the sites of both feet that can carry force in a plan, right foot first.
 
     A sphere on the hinge of the toes belongs to the hindfoot as much as to the toes; it is taken to
     stand still with the toes, so that the foot rolls over it without slipping.

@@ -1,4 +1,4 @@
-"""Controllers: what moves a person in a world, ``controller(state) -> command``.
+"""Controllers that move a person in a world: ``controller(state) -> command``.
 
 The world knows none of them; anything that is called with a state and returns a command is one.
 """

@@ -64,8 +64,8 @@ class Situation:
         """
         if self.record is None:
             raise ParameterError(
-                f"{name} carries out a motion: name a run or a recording, or let posture hold a "
-                "person"
+                f"{name} needs a motion: give a run or a recording, or use controller=posture to "
+                "stand"
             )
         return self.record
 
@@ -77,7 +77,8 @@ class Situation:
         """
         if self.motion is None:
             raise ParameterError(
-                f"{name} follows a motion: name a recording or a run, or let posture hold a person"
+                f"{name} needs a motion: give a recording or a run, or use controller=posture to "
+                "stand"
             )
         return self.motion
 

@@ -1,4 +1,4 @@
-"""A body that is left alone, and one that holds its posture."""
+"""Passive joints, and a controller that holds a posture."""
 
 from dataclasses import dataclass
 

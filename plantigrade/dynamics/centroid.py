@@ -25,7 +25,7 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 @dataclass(frozen=True)
 class Centroid:
-    r"""The whole body as one over time, world axes."""
+    r"""Whole-body quantities over time, world axes."""
 
     com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
     com_vel: Float[Array, "n_frames 3"]  #: Its velocity [m/s]
@@ -84,7 +84,7 @@ def zero_moment_point(
     *,
     least: float,
 ) -> Float[Array, "n_frames 3"]:
-    """Return where on a level plane a wrench has no horizontal moment [m].
+    """Return the point of a level plane at which a wrench has no horizontal moment [m].
 
     Args:
         force: Force [N], world axes.

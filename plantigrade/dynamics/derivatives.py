@@ -29,7 +29,7 @@ from plantigrade.motion.recording import even_clock
 
 @dataclass(frozen=True)
 class Derivatives:
-    """A motion with what follows from it."""
+    """A motion with its derivatives."""
 
     qpos: Float[Array, "n_frames nq"]  #: Configurations, smoothed where a cut-off was given
     #: Velocities: root linear in world axes [m/s], root angular in body axes [rad/s], hinges

@@ -1,4 +1,4 @@
-r"""Ground reactions from the motion alone, or beside plates: one quadratic program per recording.
+r"""Ground reactions from motion, with or without plates: one quadratic program per recording.
 
 Unknown are the wrench of each foot in every frame of its contacts, force :math:`F` and moment
 :math:`M` about a point of the floor below the ankle, the noise :math:`\eta` of the motion, and for
@@ -47,7 +47,7 @@ MANY, SLOWEST = 800, 50.0  # more frames than so many are left out too, down to 
 
 @dataclass(frozen=True)
 class GroundForces:
-    """Ground reactions of both feet over a motion, with how sure they are; sides r, l."""
+    """Ground reactions of both feet over a motion, with confidence bands; sides r, l."""
 
     forces: FootForces  #: Every foot in every frame
     measured: Bool[Array, "n_frames 2"]  #: Where plates told them
@@ -107,7 +107,7 @@ def estimate_forces(
         flies = loading.flies
     if not contacts and measured is None:
         raise ParameterError(
-            "no foot comes to the ground in this motion; forces need a foot that stands (or tell "
+            "no foot touches the ground in this motion; forces need a standing foot (or give "
             "`contacts` when something carries)"
         )
     step = _step(motion)

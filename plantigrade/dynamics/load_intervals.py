@@ -1,4 +1,4 @@
-"""When a body touches the ground or a seat, as the estimate of ground forces needs it."""
+"""Intervals in which feet or a seat can carry load, for the estimate of ground forces."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,7 @@ class Support:
 
 @dataclass(frozen=True)
 class LoadInterval:
-    """One stretch of time in which one foot, or another support, may carry load.
+    """One interval in which a foot or another support may carry load.
 
     Attributes:
         side: ``"r"`` or ``"l"``, or the name of a :class:`Support`.

@@ -1,4 +1,4 @@
-r"""Measured ground reactions on the frames of a motion: which plate holds which foot, and when.
+r"""Measured ground reactions at the frames of a motion: which foot is on which plate, and when.
 
 **Which foot.** A loading of a plate belongs to the foot whose sole is at its centre of pressure;
 a plate that names its side is believed. One plate may hold one foot after the other. While both
@@ -60,7 +60,7 @@ SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
 
 @dataclass(frozen=True)
 class PlateUse:
-    """One loading of a plate and whose it was."""
+    """One loading of a plate and the foot it belongs to."""
 
     plate: str  #: Name of the plate
     side: str  #: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure
@@ -187,7 +187,7 @@ def assign_plates(
 def over_plates(
     plates: tuple[ForcePlate, ...], foot_points: Mapping[str, Float[Array, "n_frames n_points 3"]]
 ) -> Bool[Array, " n_frames"]:
-    """Return the frames in which both soles are over plates whole, so that nothing escapes them.
+    """Return the frames in which both soles are entirely over plates.
 
     Plates whose corners are not known do not count.
     """
@@ -224,7 +224,7 @@ def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
         heaviest = max(found, key=lambda each: each.peak)
         notes.append(
             f"force plate {plate}, {', '.join(spans[:LISTED])}{more}: {heaviest.problem}; its "
-            "frames are left out of the moments."
+            "frames are excluded from the moments."
         )
     names = {"r": "right", "l": "left"}
     for k, side in enumerate(SIDES):
@@ -232,7 +232,7 @@ def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
         if share > 0 and any_plate:
             notes.append(
                 f"the {names[side]} foot stands without a force plate under it in {share:.0%} of "
-                "the frames; no plate tells its moments there."
+                "the frames; its moments are unknown there."
             )
     if not seen.all():
         notes.append(f"forces were measured in {seen.mean():.0%} of the frames only.")

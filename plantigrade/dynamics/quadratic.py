@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_bande
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import SolverError
 
-TOLERANCE = 1e-5
+TOLERANCE = 1e-5  # of residuals and of the gap, in scaled units
 MOST = 80  # steps
 WARM = 1e-3  # slacks and multipliers to begin with from another optimum, at least
 FLOOR = 1e-9  # added to the diagonal, of one

@@ -31,10 +31,12 @@ from plantigrade.experiments.walking import (
 )
 from plantigrade.report.section import Section
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.harness import Going, Landing, PushedWalk, walk, world_for
+from plantigrade.workflows.harness import Going, PushedWalk, walk, world_for
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.settings import LEARNED
-from plantigrade.workflows.walkers import Walker, on_body, walker, walks_as
+from plantigrade.workflows.other_bodies import on_body
+from plantigrade.workflows.simulate_settings import LEARNED
+from plantigrade.workflows.walked import Landing
+from plantigrade.workflows.walkers import Walker, walker, walks_as
 from plantigrade.world.grounds import ground_named
 
 FEET = ("multi-segment", "two-segment", "rigid")

@@ -84,7 +84,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one walk."""
     trial = fit_trial(path)[1]
     if trial.forces is None:
-        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
+        raise ReproduceError(f"{path} has no force plates to compare with")
     walk = RecordedWalk.of(trial)
     made = rebuild(walk.reference(), forces=True)
     motion, forced = made.motion, made.record()

@@ -35,7 +35,7 @@ from plantigrade.workflows.settings import FitSettings
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}
 """Body mass where neither file nor plates tell it [kg]: weighed in other trials of the person."""
-NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0
+NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
 NOISY, BESIDE = "with noise, ", "beside one plate, "
 PREFIXES = {
     "": "",
@@ -170,7 +170,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     """Return all rows of one recording: as it is, and of a walk also with noise."""
     trial = fit_trial(path, FitSettings(mass=MASSES.get(name)))[1]
     if trial.forces is None:
-        raise ReproduceError(f"{path} came without force plates; nothing to compare with")
+        raise ReproduceError(f"{path} has no force plates to compare with")
     fit, mass = trial.fit, trial.fit.human.mass
     alone = analyse(fit, mass=mass, without_plates=True)
     if alone.ground is None:

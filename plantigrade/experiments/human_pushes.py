@@ -21,8 +21,10 @@ from plantigrade.experiments.table import Row, at_least
 from plantigrade.experiments.walking import recorded
 from plantigrade.models import Human
 from plantigrade.record import Record
-from plantigrade.workflows.harness import Walked, walk
-from plantigrade.workflows.walkers import leg_of, on_body, walker, walks_as
+from plantigrade.workflows.harness import walk
+from plantigrade.workflows.other_bodies import leg_of, on_body
+from plantigrade.workflows.walked import Walked
+from plantigrade.workflows.walkers import walker, walks_as
 from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"
@@ -38,7 +40,7 @@ WALKS = (
 """Walks of 0.85 to 1.4 m/s; the one nearest to a speed is taken."""
 FASTEST, SLOWEST = 1.25, 0.75
 """A walk is made so many times faster at most, and slower."""
-SURVIVE = 95.0
+SURVIVE = 95.0  # goal: share of pushes survived [%]
 COLUMNS = (
     "height", "weight", "sex", "actual_speed", "push_force_not_normalized", "push_duration",
     "push_direction", "push_start", "crouch", "maximal_detour_distance", "detour_first_step",

@@ -50,7 +50,7 @@ class KeptResults:
                 self.results = {str(k): dict(v) for k, v in held.items()}
             except (OSError, ValueError, AttributeError, TypeError) as error:
                 raise FileError(
-                    path, f"holds no results ({error})", remedy="delete it to start anew"
+                    path, f"holds no results ({error})", remedy="delete it to start again"
                 ) from error
 
     def get(

@@ -30,7 +30,7 @@ from plantigrade.experiments.pushed_walk import PHASES, SIDES, limit
 from plantigrade.experiments.rough_walk import DURATION, HELD
 from plantigrade.experiments.table import ResultTable, Row
 from plantigrade.workflows.policies import is_policy
-from plantigrade.workflows.settings import POLICY
+from plantigrade.workflows.simulate_settings import POLICY
 
 SEEDS, STRIDES = 10, 22.0
 """Fields of bumps for each policy; how long level walking is measured [s]."""
@@ -210,13 +210,13 @@ def run(*, controllers: Sequence[str] = (), **options: Any) -> ResultTable:
         options: As :meth:`~plantigrade.experiments.measured.Measured.run` takes it.
 
     Raises:
-        ParameterError: If a controller is no policy.
+        ParameterError: If a controller is not a policy.
         FileError: If a policy cannot be read.
     """
     for word in controllers:  # before hours are spent
         if not is_policy(word):
             raise ParameterError(
-                f"controller={word} is no policy: learned-feet compares files ({POLICY}) that "
+                f"controller={word} is not a policy: learned-feet compares files ({POLICY}) that "
                 "plantigrade train wrote, and learned"
             )
         policy_of(word)

@@ -91,7 +91,7 @@ class Measured:
             raise FileError(
                 path,
                 f"holds results of other code, of another form ({error!r})",
-                remedy="--overwrite measures all anew",
+                remedy="use --overwrite to measure again",
             ) from error
         kept.get_all(cases, self._told, jobs=jobs)
         table, sections = self._shown(kept)

@@ -39,7 +39,7 @@ from plantigrade.experiments.walking import (
 )
 from plantigrade.report.section import Section
 from plantigrade.workflows.harness import PushedWalk
-from plantigrade.workflows.walkers import limits_of
+from plantigrade.workflows.other_bodies import limits_of
 from plantigrade.world.push_limits import PushTest, directions, push_limit
 
 FORCE, IMPULSE = 0.4, 0.2
@@ -56,7 +56,7 @@ KINDS = {
     "stronger": (FORCE, STRONGER),
 }
 """Part → how long its pushes act, and how strong the joints are."""
-MEDIAN, WORST = 400.0, 250.0
+MEDIAN, WORST = 400.0, 250.0  # goals of the push limit [N]
 PAPER = (486.02, 478.60, 456.24, 452.43, 457.72, 452.60, 469.68, 467.22)
 """Sizes of the paper's eight pushes [N]: its components, some of whose signs are lost in print."""
 NOTES = (

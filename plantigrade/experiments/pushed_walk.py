@@ -20,7 +20,7 @@ ROUND = {"front": 180, "front left": 225, "left": 270, "back left": 315, "back":
          "back right": 45, "right": 90, "front right": 135}  # fmt: skip
 """Where a push comes from → direction of its force [deg]."""
 PHASES = (0.0, 0.25, 0.5, 0.75)
-PAPER, GOAL = 80.0, 150.0
+PAPER, GOAL = 80.0, 150.0  # side push withstood: least, and mean over the stride [N]
 NOTES = (
     "",
     "A push at the upper trunk for 0.4 s after two seconds of walking, in steps of 20 N until the "

@@ -16,7 +16,7 @@ from plantigrade.workflows.replays import replay_once
 from plantigrade.world.grounds import ground_named
 
 LONG, SHORT, STARTS = 10.0, 3.0, 5
-SURVIVE = 90.0
+SURVIVE = 90.0  # goal: share of starts survived [%]
 NAMES = ("walk 1.0 m/s", "walk 1.3 m/s", "walk 1.6 m/s", "walk from standing", "sit-to-stand",
          "side-step", "squat", "jump")  # fmt: skip
 WALKS = tuple(name for name in NAMES if name.startswith("walk"))

@@ -34,7 +34,8 @@ from plantigrade.experiments.walking import (
 )
 from plantigrade.record import Record
 from plantigrade.workflows.harness import walk
-from plantigrade.workflows.walkers import Walker, on_body, walks_as, with_legs
+from plantigrade.workflows.other_bodies import on_body, with_legs
+from plantigrade.workflows.walkers import Walker, walks_as
 from plantigrade.world import Controller
 from plantigrade.world.grounds import ground_named
 
@@ -72,7 +73,7 @@ RECORDINGS = (*(name for names in PEOPLE.values() for name in names), *MORE)
 QUICK = ("cmu_asfamc/49_01.amc",)
 STANDS = 0.1
 """Who is slower does not walk [m/s]."""
-KEEP, SLOWEST, RMS, DRIFT, SHARE = 0.95, 0.6, 4.0, 0.2, 90.0
+KEEP, SLOWEST, RMS, DRIFT, SHARE = 0.95, 0.6, 4.0, 0.2, 90.0  # goals: speeds, [deg], [m], [%]
 STUDY = {
     "flat": "60 s, 0.99 m/s of 1.06, RMS 3.5 to 4.1°, 0.25 m aside",
     "slope -15": "1.28 m/s, RMS 8.9°",

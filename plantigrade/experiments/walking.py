@@ -11,11 +11,12 @@ from plantigrade.experiments.table import ResultTable
 from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.workflows.fit import fit_trial
-from plantigrade.workflows.harness import Walked
 from plantigrade.workflows.motions import synthesize
+from plantigrade.workflows.other_bodies import as_strong, on_body
 from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.settings import FitSettings
-from plantigrade.workflows.walkers import Walker, as_strong, make_named, on_body, walker
+from plantigrade.workflows.walked import Walked
+from plantigrade.workflows.walkers import Walker, make_named, walker
 
 RECORDING = "cmu_asfamc/16_15.amc"
 """A straight walk of 1.1 m/s without gaps."""
@@ -25,7 +26,14 @@ SPEED = 1.1
 """Of the walk that is synthesised where there are no recordings [m/s]."""
 CONTROLLERS = ("pendulum",)
 """What walks where no controller is named."""
-ROOMS = ("control", "workflows/harness", "workflows/walkers", "kinematics")
+ROOMS = (
+    "control",
+    "workflows/harness",
+    "workflows/walked",
+    "workflows/walkers",
+    "workflows/other_bodies",
+    "kinematics",
+)
 """Whose code decides results."""
 
 

@@ -187,9 +187,9 @@ def _load(path: Path, remedy: str) -> dict[str, np.ndarray]:
             if len(infos) > _MAX_ARRAYS or total > MAX_BYTES or bomb:
                 raise FileError(
                     path,
-                    f"would unpack to {total / 2**20:.0f} MiB in {len(infos)} arrays; allowed are "
-                    f"{MAX_BYTES / 2**20:.0f} MiB, {_MAX_ARRAYS} arrays and {MAX_RATIO} times the "
-                    "size of the file",
+                    f"would decompress to {total / 2**20:.0f} MiB in {len(infos)} arrays; allowed "
+                    f"are {MAX_BYTES / 2**20:.0f} MiB, {_MAX_ARRAYS} arrays and {MAX_RATIO} times "
+                    "the size of the file",
                     remedy="cut the motion into shorter ones",
                 )
             with np.load(path, allow_pickle=False) as archive:

@@ -5,6 +5,8 @@ through :func:`numbers`, so that a broken file gives the same error in every for
 """
 
 import codecs
+import os
+import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -126,6 +128,20 @@ def write_text(path: str | Path, text: str) -> None:
         Path(path).write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise not_written(path, error) from error
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file of UTF-8, whole or not at all.
+
+    Raises:
+        FileError: If its folder does not exist.
+    """
+    if not path.parent.is_dir():
+        raise FileError(path, f"there is no folder {path.parent}", remedy="create it first")
+    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
+        written = Path(folder) / path.name  # renaming works inside one file system only
+        written.write_text(text, encoding="utf-8")
+        os.replace(written, path)
 
 
 def not_written(path: str | Path, error: OSError) -> FileError:

@@ -1,4 +1,4 @@
-r"""Scale a person to recorded markers: lengths, marker places and poses in one least squares.
+r"""Scale a person to markers: lengths, marker positions and poses in one least-squares problem.
 
 Over a choice of frames :math:`f`, markers :math:`i`, lengths :math:`\ell_k` and marker places
 :math:`b_i` (in their bodies),
@@ -104,7 +104,7 @@ class Calibration:
 
 
 def softness(place: Attachment | None) -> float:
-    """Return how much more than a marker on bone a marker in this place moves on its segment."""
+    """Return how much more a marker here moves on its segment than a marker on bone."""
     if place is None:
         return 1.0
     return FIRM.get(place.body, SOFT.get(place.body, 1.0) if place.spread > BONE else 1.0)
@@ -416,7 +416,7 @@ def calibrate(
 
 
 def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) -> None:
-    """Raise a FitError unless enough markers have a place to give the pose of a body."""
+    """Raise a FitError unless enough markers have known positions to determine a body pose."""
     known = [n for n in names if placed[n] is not None]
     bodies = {p.body for p in placed.values() if p is not None}
     if len(known) < 6 or len(bodies) < 3:

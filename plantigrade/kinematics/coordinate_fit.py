@@ -26,6 +26,7 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.jumps import unwrapped
 from plantigrade.motion.recording import Table, rate_of
+from plantigrade.notes import Info
 from plantigrade.spatial.conventions import PELVIS
 
 USUAL_HEIGHT = 1.74  # [m], where the file gives no height
@@ -66,7 +67,7 @@ def fit_coordinates(
     left_out = [n for n in table.names if n not in (*human.coordinates, *PELVIS)]
     if left_out:
         notes.append(
-            f"{len(left_out)} columns are no coordinates of this person and were left out: "
+            f"{len(left_out)} columns are not coordinates of this person and were ignored: "
             f"{listed(left_out)}."
         )
     qpos = human.from_coordinates(table.names, table.values)
@@ -76,14 +77,14 @@ def fit_coordinates(
         # Such files are strides put together; their height fits the feet to centimetres only.
         flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > FLIGHT
         qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
-        notes.append("the file gives no path of the pelvis; it was found from the standing feet.")
+        notes.append("the file gives no pelvis path; it was computed from the standing feet.")
     way = _way(human, table.time, qpos)
     if np.abs(way).max() > 0:
-        notes.append("the ground moves under the feet (a treadmill, or walking in place).")
+        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
     qpos, rise = level(human, qpos, rate, way=way)
     shift = float(np.median(rise))
     if abs(shift) > 0.02:
-        notes.append(f"the motion was moved vertically by {1e3 * shift:+.0f} mm onto the ground.")
+        notes.append(Info(f"the motion was shifted by {1e3 * shift:+.0f} mm onto the ground."))
     seen = np.array([name in table.names for name in human.coordinates])
     assumed = unmeasured(human, seen)
     qpos = follow_the_legs(human, table.time, qpos, seen)
@@ -141,7 +142,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     if len(good) < 2:
         raise FitError(f"{recording.source}: no row has all its values")
     if len(good) < len(table.time):
-        notes.append(f"{len(table.time) - len(good)} rows lack values; they were bridged.")
+        notes.append(f"{len(table.time) - len(good)} rows lack values and were interpolated.")
     keep = slice(good[0], good[-1] + 1)
     time, values = table.time[keep], table.values[keep].copy()
     for column in values.T:
@@ -152,7 +153,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     off = np.abs(smooth - values[:, angles]).max(axis=0, initial=0.0)
     wrapped = [names[k] for k, by in zip(angles, off, strict=True) if by > np.pi]
     if wrapped:
-        notes.append(f"angles that step by a whole turn were led on: {listed(wrapped)}.")
+        notes.append(Info(f"angles that jump by a full turn were unwrapped: {listed(wrapped)}."))
         values[:, angles] = smooth
     return Table(names, time, values)
 
@@ -171,7 +172,7 @@ def _stature(person: Person, table: Table, notes: list[str]) -> float:
     """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
     if "pelvis_ty" not in table.names:
         notes.append(
-            f"the file does not show the height; {USUAL_HEIGHT:.2f} m was assumed "
+            f"the file does not determine body height; {USUAL_HEIGHT:.2f} m was assumed "
             "(set it with --height)."
         )
         return USUAL_HEIGHT
@@ -189,15 +190,18 @@ def _stature(person: Person, table: Table, notes: list[str]) -> float:
         stature *= usual
         if not PLAUSIBLE[0] <= stature <= PLAUSIBLE[1]:
             notes.append(
-                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on the "
-                f"ground at 0; {USUAL_HEIGHT:.2f} m was taken as stature (--height)."
+                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on "
+                f"ground at 0; {USUAL_HEIGHT:.2f} m was assumed as body height (set it with "
+                "--height)."
             )
             return USUAL_HEIGHT
         if abs(usual - 1) < 1e-3:
             break
     notes.append(
-        f"the stature is not in the file; {stature:.2f} m was found from the pelvis's height "
-        "(--height)."
+        Info(
+            f"the stature is not in the file; {stature:.2f} m was estimated from the pelvis height "
+            "(set it with --height)."
+        )
     )
     return float(stature)
 
@@ -213,5 +217,5 @@ def _clipped(
     if beyond:
         beyond.sort(reverse=True)
         cut = listed([f"{c} by up to {v:.1f}°" for v, c in beyond])
-        notes.append(f"joint limits cut {cut}.")
+        notes.append(f"joint limits clipped {cut}.")
     return result

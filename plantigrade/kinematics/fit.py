@@ -1,4 +1,4 @@
-"""Fit a marker recording: scale the person, follow every frame, find wrong samples.
+"""Fit a marker recording: scale the person, solve every frame, detect wrong samples.
 
 :func:`fit_markers` is the whole path: turn the recording so that the person faces x, choose
 frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve every frame with
@@ -43,11 +43,12 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
+from plantigrade.notes import Info
 from plantigrade.spatial.conventions import rotation_matrix
 
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
 CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
-STATIC_FRAMES = 6
+STATIC_FRAMES = 6  # of a standing trial, evenly spread
 VISIBLE = 0.75  # share of the markers a frame must show to be fitted
 FLYING = 0.05  # a sample this far off its place [m] is looked at …
 FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker's usual error
@@ -63,7 +64,7 @@ def fit_markers(
     marker_set: MarkerSet | None = None,
     progress: Progress | None = None,
 ) -> Fit:
-    """Put a marker recording on a person scaled to it.
+    """Fit a scaled person to a marker recording.
 
     Args:
         recording: The recording; it must have markers.
@@ -111,7 +112,7 @@ def fit_markers(
     require_own_sides(attached, standing, seen_as, recording.source)
     recording, far = without_far_samples(recording)
     if far:
-        notes.append(f"{far} samples metres away from the person were left out.")
+        notes.append(f"{far} samples metres away from the person were discarded.")
     markers = recording.markers
     assert markers is not None
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
@@ -175,9 +176,8 @@ def fit_markers(
     unknown = [n for n in calibration.attached if n in tracked]
     if unknown:
         notes.append(
-            f"{len(unknown)} markers of unknown name were put on the segment they move with: "
-            + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12)
-            + "."
+            f"{len(unknown)} markers with unknown names were assigned to the segment they move "
+            "with: " + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12) + "."
         )
     lost = [n for n in ignored if n in markers.names]
     if lost:
@@ -188,8 +188,10 @@ def fit_markers(
         )
     if person.height is None:
         notes.append(
-            f"the stature is not in the file; {calibration.human.height:.2f} m was found from the "
-            "markers (give --height to set it)."
+            Info(
+                f"the stature is not in the file; {calibration.human.height:.2f} m was estimated "
+                "from the markers (set it with --height)."
+            )
         )
     used = np.where(kept, residual, np.nan)
     return Fit(
@@ -258,7 +260,7 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
     if not good.any():
         raise FitError(
             f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
-            "fill the gaps first or give a marker set of the markers that are there"
+            "fill the gaps first, or give a marker set for the visible markers"
         )
     inner = slice(good.argmax(), len(good) - good[::-1].argmax())
     for gap in runs(~good[inner]):  # inverse kinematics tolerates short ones
@@ -338,13 +340,13 @@ def _follow(
             break
         suspects |= again
     notes = [
-        f"markers {a} and {b} are swapped in {count} frames; they were put back."
+        f"markers {a} and {b} are swapped in {count} frames; this was corrected."
         for (a, b), count in swapped.items()
     ]
     left_out = {name: int(k) for name, k in zip(names, suspects.sum(axis=0), strict=True) if k}
     if left_out:
         frames = ", ".join(f"{name} in {k} frames" for name, k in left_out.items())
-        notes.append(f"samples that fly off their segment were left out: {frames}.")
+        notes.append(f"outlier samples were discarded: {frames}.")
     return qpos, residual, np.isfinite(residual) & ~suspects, notes
 
 

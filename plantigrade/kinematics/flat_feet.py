@@ -116,7 +116,7 @@ def set_flat(
         if pitch > MOST_PITCHED or tilt > MOST_TILTED:
             notes.append(
                 f"the {'right' if side == 'r' else 'left'} foot rests {np.rad2deg(pitch):.0f}° "
-                f"pitched and {np.rad2deg(tilt):.0f}° tilted: it is not taken to stand flat."
+                f"pitched and {np.rad2deg(tilt):.0f}° tilted: it is not assumed to stand flat."
             )
             continue
         heights[side] = float(np.median(ankle[:, 2])) - ground
@@ -130,7 +130,7 @@ def set_flat(
         middle = float(np.mean(list(heights.values())))
         notes.append(
             f"the ankles of standing feet are {1e3 * middle:.0f} mm above the ground of the file: "
-            "its floor is elsewhere, and the soles were left as they are."
+            "the floor is elsewhere, and the soles were left unchanged."
         )
     shod = human
     if bare is not None:
@@ -140,7 +140,7 @@ def set_flat(
         if mean > THICK:
             notes.append(
                 f"the ankles stand {1e3 * mean:.0f} mm higher than on bare feet; soles of that "
-                "thickness were put under them."
+                "thickness were added."
             )
     moved = tuple(
         replace(p, position=_in_body(shod, p.body, found.get(i, _in_foot(human, p))))

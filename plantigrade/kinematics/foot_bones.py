@@ -1,4 +1,4 @@
-r"""From the motion of a foot without bones to that of one with bones, by the ground it presses.
+r"""Motion of the bones of a foot, from the motion of a foot without bones and its ground contact.
 
 Recordings that show a foot as one piece, or as a foot and toes, say nothing of its segments. Where
 they are follows from the ankle and from what presses the ground
@@ -79,7 +79,7 @@ def pressing(
     height: Float[Array, " n_frames"],
     standing: float,
 ) -> np.ndarray:
-    """Return what of a foot presses the ground in every frame, without the tips of the toes.
+    """Return which parts of a foot press the ground in every frame, without the tips of the toes.
 
     Args:
         rests: When which region of the soles rests.
@@ -220,7 +220,7 @@ def with_bones(
     known: Sequence[str] = (),
     turns: bool = True,
 ) -> tuple[Float[Array, "n_frames nq"], dict[str, float]]:
-    """Return a motion whose feet have the bones that the level ground tells of, and figures.
+    """Return a motion whose foot bones follow from contact with level ground, and figures.
 
     The legs stay, and the ankles keep their place: a foot that was a little above the ground or in
     it still is (:func:`plantigrade.kinematics.planting.plant_feet` comes next).
@@ -263,7 +263,7 @@ def with_bones(
 def on_feet_with_bones(
     human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
 ) -> tuple[Human, Float[Array, "n_frames nq_bones"], dict[str, float]]:
-    """Return person and motion on multi-segment feet, which stand where the feet without did.
+    """Return person and motion with multi-segment feet that stand where the original feet did.
 
     Any motion on level ground will do: recorded, reproduced or found by optimisation. Hinges keep
     their angles but those of the feet, and of the legs as little as planted feet ask for.

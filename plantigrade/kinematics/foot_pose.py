@@ -1,4 +1,4 @@
-r"""Where the bones of a foot are, given its ankle and which segments press the ground.
+r"""Pose of the bones of a foot from its ankle and the segments that press the ground.
 
 Eqs. 1-5 of [Park2020]_ for the multi-segment foot of :mod:`plantigrade.models.feet`. A segment that
 is *marked* lies flat on the ground: its joint is as high above it as when the foot stands, and its

@@ -51,11 +51,11 @@ SMALL_JOINTS = {
 # Where so many markers see both segments of a joint of a multi-segment foot, they decide alone.
 ENOUGH_MARKERS = 3
 _FOOT_JOINTS = ("subtalar_", "ankle_", "heel_", "cuboid_", "mtp")
-_NOISE = 0.006
+_NOISE = 0.006  # of a measured point, standard deviation [m]
 
 
 def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
-    """Return the usual pull of each hinge towards the rest posture where points are measured.
+    """Return the default weights of the hinges towards the rest posture.
 
     Its unit is [m^2/rad^2].
     """
@@ -73,7 +73,7 @@ def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
 
 
 class Terms(PointSet):
-    """What inverse kinematics is to match, each term linear in points fixed to bodies.
+    """Targets of inverse kinematics, each linear in points fixed to bodies.
 
     A term is the position of a point, or the vector from one point to another. An orientation is
     two vectors between points of one body.
@@ -112,7 +112,7 @@ class Terms(PointSet):
 
 @dataclass(frozen=True)
 class InverseSolution:
-    """What inverse kinematics found for one frame.
+    """Result of inverse kinematics for one frame.
 
     Attributes:
         qpos: The configuration.

@@ -108,4 +108,4 @@ def _said(found: Exchange, where: str) -> list[str]:
     if not found:
         return []
     pairs = "; ".join(" and ".join(cycle) for cycle in found.cycles)
-    return [f"labels are exchanged through {where}: {pairs}; they were put back."]
+    return [f"labels are swapped throughout {where}: {pairs}; this was corrected."]

@@ -1,4 +1,4 @@
-r"""Legs that reach for their feet: angles of hip, knee and ankle in closed form.
+r"""Analytic inverse kinematics of the legs: hip, knee and ankle angles in closed form.
 
 From the hip the ankle is at :math:`k + R_a(\theta) t` in the axes of the thigh, with the knee at
 :math:`k`, its axis :math:`a` and the shank :math:`t`, so that how far it is from there gives the
@@ -31,7 +31,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """Postures whose legs reach for their feet.
+    """Postures whose legs reach given foot poses.
 
     Attributes:
         qpos: The postures.

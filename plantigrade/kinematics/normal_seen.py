@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import CROSS
 
-SMALL = 1e-9
+SMALL = 1e-9  # below this a length or sine counts as zero
 HALF_TURN = 1e-12  # 1 + cosine of what counts as one
 NEARLY = -0.9  # cosine beyond which a turn is made by way of a half-turn
 SAME = 1e-4  # two poses that sink as deep as each other but for this are equally good [m]

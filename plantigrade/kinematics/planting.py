@@ -16,7 +16,7 @@ from plantigrade.models import Human
 LANDING = 0.12  # time over which a foot comes to its spot on the ground and leaves it [s]
 SLIDES = 0.03  # a foot that rests for a second and strays further slides or pivots indeed [m]
 SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
-PASSES = 4
+PASSES = 4  # of planting and lifting, at most
 _PLANTED = 1.0  # weight of the foot's points
 _HELD = {"pelvis": 0.06, "knee": 0.01}  # weights of points that stay where they were
 _POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]

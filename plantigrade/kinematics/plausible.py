@@ -153,7 +153,7 @@ def lean_notes(rotations: Float[Array, "n_frames 3 3"]) -> list[str]:
     how = "upside down" if cosine < -UPRIGHT else "lying"
     return [
         f"the person is {how} in most frames ({np.rad2deg(np.arccos(cosine)):.0f}° from upright); "
-        "if that is not so, the vertical axis of the file is not z: turn it before."
+        "if this is wrong, the vertical axis of the file is not z: rotate it first."
     ]
 
 
@@ -168,8 +168,8 @@ def verdict(error: float | None, kind: str) -> str:
         return "ok"
     if np.isfinite(error):
         return (
-            f"the body could not be brought to the recording: mean {kind} error "
-            f"{1e3 * error:.0f} mm, allowed are {1e3 * LARGEST_ERROR[kind]:.0f}; check names, "
-            "units and that all frames are of one person"
+            f"the body could not be fitted to the recording: mean {kind} error "
+            f"{1e3 * error:.0f} mm, at most {1e3 * LARGEST_ERROR[kind]:.0f} is allowed; check "
+            "names, units and that all frames are of one person"
         )
-    return "the body could not be brought to the recording: no error is known"
+    return "the body could not be fitted to the recording: no error is known"

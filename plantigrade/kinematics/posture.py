@@ -104,7 +104,7 @@ def pelvis_notes(human: Human, places: Sequence[Attachment]) -> list[str]:
         return []
     return [
         "no marker shows the back of the pelvis: its tilt, and hip flexion with it, follow from "
-        "the legs and may be ten degrees off; the shape of the curves is not touched."
+        "the legs and may be off by ten degrees; the shape of the curves is unaffected."
     ]
 
 

@@ -41,6 +41,7 @@ from plantigrade.motion import Recording
 from plantigrade.motion.jumps import jumps
 from plantigrade.motion.recording import SkeletonMotion, rate_of
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
+from plantigrade.notes import Info
 
 SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
 UNEVEN = 0.08  # feet that sink deeper than this before they are planted are worth a word [m]
@@ -80,7 +81,7 @@ def fit_skeleton(
     if found.swapped:
         notes.append(
             "the joints were identified by shape and the feet point backwards: left and right may "
-            "be exchanged (give names)."
+            "be swapped (give names)."
         )
     if found.by == "shape":
         told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
@@ -89,9 +90,9 @@ def fit_skeleton(
     sudden = jumps(skeleton, sorted(bodily))
     if sudden:
         notes.append(
-            f"joints turn suddenly between two frames, {len(sudden)} times: "
-            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed over it, but "
-            "check the file there."
+            f"joints jump between two frames, {len(sudden)} times: "
+            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed there, but "
+            "check the file."
         )
     source = SkeletonSource(skeleton, found)
     angle = quarter_turn_to_face_x(source.facing())
@@ -103,15 +104,19 @@ def fit_skeleton(
     height, stature = person.height, source.stature()
     if height is not None and abs(height / stature - 1) > SCALE_TOLERANCE:
         notes.append(
-            f"the skeleton is that of a person of {stature:.2f} m; it was scaled by "
-            f"{height / stature:.3f} to the height given, {height:.2f} m."
+            Info(
+                f"the skeleton is that of a person of {stature:.2f} m; it was scaled by "
+                f"{height / stature:.3f} to the height given, {height:.2f} m."
+            )
         )
         skeleton = _scaled(source.skeleton, height / stature)
         recording, source = replace(recording, skeleton=skeleton), SkeletonSource(skeleton, found)
     elif height is None:
         notes.append(
-            f"the stature is not in the file; {stature:.2f} m was found from the skeleton "
-            "(give --height to set it)."
+            Info(
+                f"the stature is not in the file; {stature:.2f} m was estimated from the skeleton "
+                "(set it with --height)."
+            )
         )
     height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
     human = human_of(person, height, source.lengths(height, person.sex or "male"))
@@ -130,18 +135,18 @@ def fit_skeleton(
         report = counter(progress, "planting the feet", n)
         qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
     else:
-        notes.append("no foot ever rests on the ground; the feet were left as they are.")
+        notes.append("no foot ever rests on the ground; the feet were left unchanged.")
     assumed = unmeasured(human, targets.seen)
     qpos = follow_the_legs(human, source.time, qpos, targets.seen)
     notes += note(assumed, "no joint of the skeleton")
     after = sole_paths(human, qpos)
     middle = float(np.median(rise))
     if abs(middle) > 0.10:
-        notes.append(f"the motion was moved vertically by {middle:+.2f} m to stand on the ground.")
+        notes.append(Info(f"the motion was shifted by {middle:+.2f} m onto the ground."))
     if np.ptp(rise) > 0.02:
         notes.append(
-            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the way; it was made "
-            "level."
+            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the path; this was "
+            "removed."
         )
     sunk = float(before.penetration.max())
     if rests and sunk > UNEVEN:
@@ -150,7 +155,7 @@ def fit_skeleton(
             "were lifted onto it."
         )
     if np.abs(np.ptp(way, axis=0)).max() > 0:
-        notes.append("the ground moves under the feet (a treadmill, or walking in place).")
+        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
     error = targets.errors(qpos, rise)
     metrics = {
         "joint_rms_mm": 1e3 * float(np.sqrt((error**2).mean())),

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.errors import FitError
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import rotation_matrix
@@ -16,7 +15,6 @@ AS_LOW = 0.04  # a foot higher than this above the other does not stand [m]
 def forward_path(
     human: Human,
     qpos: Float[Array, "n_frames nq"],
-    stance: Bool[Array, "n_frames 2"] | None = None,
     *,
     rate: float,
     vertical: bool = True,
@@ -24,48 +22,33 @@ def forward_path(
     """Return the motion with a root path on which the standing foot stays where it is.
 
     For motions that say nothing of where the pelvis goes. In every step of time the points of
-    the soles nearest to the ground stand still on the mean; in flight the velocity is kept. Where
-    the standing foot is not given, it is the lower one; of two feet that pass each other near the
-    ground it is the one that falls behind the pelvis (in walking backward: that gets ahead of it),
-    for a swinging foot may come as near to the ground as the standing one.
+    the soles nearest to the ground stand still on the mean. The standing foot is the lower one; of
+    two feet that pass each other near the ground it is the one that falls behind the pelvis (in
+    walking backward: that gets ahead of it), for a swinging foot may come as near to the ground as
+    the standing one.
 
     Args:
         human: The person.
         qpos: The motion; its horizontal root position is replaced.
-        stance: Which foot (right, left) stands when.
         rate: Frames per second [Hz].
         vertical: Whether the height is replaced too: lowest point of the standing foot at 0.
-
-    Raises:
-        FitError: If ``stance`` is given and no foot ever stands.
     """
     n = len(qpos)
-    if stance is not None and not stance.any():
-        raise FitError("no foot ever stands, so the path of the body cannot be found from the feet")
     result = qpos.copy()
     result[:, :2] = 0.0
     contact = sole_paths(human, result)
     position, sides = contact.position, np.array([SIDES.index(s.side) for s in contact.sites])
-    may = np.ones((n, len(sides)), bool) if stance is None else stance[:, sides]
-    height = np.where(may, position[..., 2], np.inf)
-    bottom = height.min(axis=1)
-    flying = ~np.isfinite(bottom)
-    close = np.exp(-((np.where(may, height - np.where(flying, 0, bottom)[:, None], 1.0)) / 0.006))
-    close[flying] = 0.0
-    if stance is None:
-        close = close * _falls_behind(result, position, sides, rate)
+    bottom = position[..., 2].min(axis=1)
+    close = np.exp(-(position[..., 2] - bottom[:, None]) / 0.006)
+    close *= _falls_behind(result, position, sides, rate)
     step = np.zeros((n, 2))
     for k in range(n - 1):
         w = close[k] + close[k + 1]
-        if flying[k] and flying[k + 1] or w.sum() < 1e-6:
-            step[k + 1] = step[k]
-        else:
-            moved = position[k + 1, :, :2] - position[k, :, :2]
-            step[k + 1] = -(w @ moved) / w.sum()
+        moved = position[k + 1, :, :2] - position[k, :, :2]
+        step[k + 1] = -(w @ moved) / w.sum()
     result[:, :2] = np.cumsum(step, axis=0)
     if vertical:
-        k = np.arange(n)
-        result[:, 2] -= np.interp(k, k[~flying], bottom[~flying])
+        result[:, 2] -= bottom
     return result
 
 

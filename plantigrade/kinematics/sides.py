@@ -31,7 +31,7 @@ def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Rec
         raise FitError(f"--swap-sides exchanges names of markers; {recording.source} has none")
     names = names_of_other_sides(markers.names, marker_set)
     if names == markers.names:
-        raise FitError(f"{recording.source}: no name of a marker tells its side")
+        raise FitError(f"{recording.source}: no marker name indicates a side")
     sides = {"l": "r", "r": "l"}
     return replace(
         recording,
@@ -53,7 +53,7 @@ def mirror_axis(recording: Recording) -> Recording:
     """
     markers = recording.markers
     if markers is None:
-        raise FitError(f"--mirror-axis turns an axis of markers; {recording.source} has none")
+        raise FitError(f"--mirror-axis reverses an axis of markers; {recording.source} has none")
     return replace(
         recording,
         markers=replace(markers, positions=markers.positions * MIRROR),

@@ -1,4 +1,4 @@
-"""Where the soles of a person are over a motion: the lowest points of the contact spheres."""
+"""Paths of the soles over a motion: the lowest points of the contact spheres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

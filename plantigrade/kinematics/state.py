@@ -1,4 +1,4 @@
-r"""The evaluated state of a body: where its points are, how they move, and what moves them.
+r"""The evaluated state of a body: positions, velocities, Jacobians and inertia.
 
 Having a :class:`State` *is* having run forward kinematics at its configuration and velocity.
 Nothing of it can be changed: :meth:`State.moved_to` and :meth:`State.integrated` return the next

@@ -1,4 +1,4 @@
-"""A vector that moves smoothly: value, velocity and acceleration at any time."""
+"""A smooth vector function of time: value, velocity and acceleration."""
 
 from bisect import bisect_right
 from math import factorial

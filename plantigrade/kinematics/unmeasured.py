@@ -195,7 +195,7 @@ def note(names: Sequence[str], what: str) -> list[str]:
     if not parts:
         return []
     return [
-        f"{what} shows {parts}: assumed, not measured, by a published posture and motion of "
+        f"{what} shows {parts}: assumed, not measured, from a published posture and motion of "
         "walking in step with the legs."
     ]
 

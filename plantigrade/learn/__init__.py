@@ -1,4 +1,4 @@
-"""Learning to walk: a Gymnasium environment over the world, and policies that have learned.
+"""Learning to walk: a Gymnasium environment and trained policies.
 
 Importing this room registers ``plantigrade/Walk-v0`` where Gymnasium is installed. The environments
 need the extra ``learn``; a trained policy does not.

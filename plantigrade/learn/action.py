@@ -1,4 +1,4 @@
-r"""What a policy commands: displacements of the reference, and gains of the joints of the foot.
+r"""Actions of a policy: displacements from the reference, and gains of the foot joints.
 
 An action :math:`a = [\theta_{disp}, \alpha_{pd}]` within ±1 asks for the posture
 :math:`\theta_{des} = \theta_{ref} + s\,\theta_{disp}` by stable PD, with gains of each joint of the
@@ -50,7 +50,7 @@ PAPER_GAINS = Gains(
 
 
 class Action:
-    """The numbers of an action, and the command they make.
+    """The entries of an action and the command they define.
 
     Args:
         human: The person.

@@ -1,4 +1,4 @@
-"""Walking after a reference as a Gymnasium environment, ``plantigrade/Walk-v0``.
+"""Tracking a reference walk as a Gymnasium environment, ``plantigrade/Walk-v0``.
 
 ::
 
@@ -34,7 +34,7 @@ else:
 
 
 class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
-    """A person who is to follow a walk, at 30 decisions per second.
+    """A person who tracks a walk, at 30 decisions per second.
 
     Every episode begins on the reference, at a random instant of it [DeepMimic]_, and ends early
     (``terminated``) where the person has fallen or lost the way, or the simulation has diverged;
@@ -58,7 +58,7 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(self, reference: Any = None, *, render_mode: str | None = None, **rules: Any):
         if render_mode is not None:
-            raise ParameterError("render_mode must be None: save a run of record() and look at it")
+            raise ParameterError("render_mode must be None: save a run of record() and view that")
         self.render_mode = None
         self.following = Following(_rules(reference, rules))
         self.observation_space, self.action_space = spaces(self.following)
@@ -117,7 +117,7 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
 
 
 class Walks(gymnasium.vector.VectorEnv):
-    """Many persons who are to follow a walk, in one process.
+    """Many persons who track a walk, in one process.
 
     What is seen and rewarded is computed for all of them at once. An episode that has ended begins
     anew in the same step: its last sight is ``infos["final_obs"]``, where ``infos["_final_obs"]``
@@ -199,7 +199,7 @@ class Walks(gymnasium.vector.VectorEnv):
 
 
 def spaces(following: Following) -> tuple[Any, Any]:
-    """Return the spaces of what one person sees and decides."""
+    """Return the observation and action spaces of one person."""
     wide = np.full(len(following.observation), np.inf, dtype=np.float32)
     one = np.ones(len(following.action), dtype=np.float32)
     box = gymnasium.spaces.Box

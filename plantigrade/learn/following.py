@@ -1,4 +1,4 @@
-"""Persons who are to follow a walk, several worlds at once: what both environments are made of."""
+"""Persons who track a walk in several worlds at once, the basis of both environments."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ FELL, ASTRAY, DIVERGED = "fell", "lost", "diverged"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rules:
-    """What an episode is.
+    """Rules of an episode.
 
     Attributes:
         reference: Whom and what to follow: a run (recorded and fitted, rebuilt, or synthesised),
@@ -105,9 +105,9 @@ class Rules:
         if self.reach is not None and not 0.0 < self.reach < np.inf:
             raise ParameterError(f"reach={self.reach:g} rad must be positive")
         if self.mirrored and self.form != "lean":
-            raise ParameterError("mirrored=True is for form='lean': the other is as printed")
+            raise ParameterError("mirrored=True needs form='lean'")
         if self.terrain and self.ground != "flat":
-            raise ParameterError("terrain lies on level ground: leave out ground, or terrain")
+            raise ParameterError("terrain and ground cannot be combined; give one")
         part_of_stride("start", self.start)
 
     def world(self, human: Human) -> World:
@@ -136,7 +136,7 @@ class Rules:
 
 
 def part_of_stride(name: str, part: Any) -> float | None:
-    """Return where an episode begins, or None where that is random.
+    """Return the phase at which an episode starts, or None if it is random.
 
     Raises:
         ParameterError: If it is no number from 0 to 1.
@@ -149,7 +149,7 @@ def part_of_stride(name: str, part: Any) -> float | None:
 
 
 class Form:
-    """What a policy sees and what its decisions mean, by the rules.
+    """Observations and actions of a policy under given rules.
 
     Args:
         human: The person.
@@ -208,10 +208,10 @@ class Form:
 
 
 class Following:
-    """Persons in worlds of their own, all after one reference.
+    """Persons in worlds of their own, all tracking one reference.
 
     Args:
-        rules: What an episode is.
+        rules: Rules of an episode.
         n: How many persons.
 
     Attributes:

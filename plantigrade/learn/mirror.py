@@ -84,6 +84,6 @@ def refuse_uneven(reference: Reference) -> None:
     found = unevenness(reference)
     if found > EVEN:
         raise ParameterError(
-            f"mirrored=True is for a stride that is even to both sides; the halves of this differ "
+            f"mirrored=True needs a symmetric stride; the halves of this differ "
             f"by {np.rad2deg(found):.1f}° (at most {np.rad2deg(EVEN):g}°)"
         )

@@ -1,4 +1,4 @@
-"""What a policy sees of the person, in axes that turn with the pelvis over the ground."""
+"""Observations of a policy, in axes that turn with the heading of the pelvis."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A walk as a reference that goes on for ever: one stride, closed, with how far it leads."""
+"""A reference walk that repeats without end: one closed stride and its displacement."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ BESIDE = 3 + 3 * 4 + 1
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A walk at any time: a table of one stride, or of a motion that is no walk and ends.
+    """A walk at any time: a table of one stride, or of a motion that ends.
 
     The walk leads along x from the origin, on level ground at height zero.
 
@@ -76,11 +76,13 @@ class Reference:
         record = source.record if isinstance(source, Run) else source
         if not isinstance(record, Record):
             raise ParameterError(
-                f"a reference is a run, its folder or a record, not {shown(record)}"
+                f"a reference must be a run, its folder or a record, not {shown(record)}"
             )
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven or ground.seats:
-            raise ParameterError("a reference is walked on level ground, without steps and seats")
+            raise ParameterError(
+                "a reference must be a walk on level ground, without steps and seats"
+            )
         return cls.of_motion(record.human, record.motion)
 
     @classmethod

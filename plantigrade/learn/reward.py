@@ -1,4 +1,4 @@
-r"""How well a person follows a reference: terms from 0 to 1, and their weighted sum.
+r"""Rewards for tracking a reference: terms from 0 to 1, and their weighted sum.
 
 [Park2020]_, Eq. 10, prints :math:`r = w_p r_p + w_v r_v + w_c r_c + w_e r_e` and takes the terms
 from [DeepMimic]_:
@@ -129,7 +129,7 @@ class Reward:
 
 
 def inclined(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
-    """Return how far the first two axes of bodies point up: sines of pitch and roll."""
+    """Return the sines of pitch and roll of bodies."""
     first, second = first_axes(quat)
     return np.stack([first[..., 2], second[..., 2]], axis=-1)
 

@@ -5,11 +5,10 @@ its own, and all that it leaves is in the checkpoint: so one that was stopped an
 ends in the same policy, number for number, as one that was not.
 """
 
-import csv
 import os
 import time as clock
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,10 @@ import numpy as np
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.extras import require
 from plantigrade.io.text import not_written
+from plantigrade.learn.curve import Progress, write_curve
 from plantigrade.learn.environment import Walks
 from plantigrade.learn.following import Following, Rules
+from plantigrade.learn.hyperparameters import GOING_ON, Learning
 from plantigrade.learn.persons import Persons
 from plantigrade.learn.policy import CLIP, Policy, lasted
 from plantigrade.learn.transfer import carried_over
@@ -37,94 +38,6 @@ SLOWEST, FASTEST = 1e-5, 1e-3
 """Range of learning rates."""
 READY = 4.0
 """With fewer falls than one in so long a time the goal is looked at [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Learning:
-    """How a policy learns: the networks of [Park2020]_, and what taught a walk in 10 minutes.
-
-    Attributes:
-        persons: How many walk at once.
-        steps: Decisions of each between two updates.
-        updates: Updates in a part.
-        epochs: Passes over the decisions in an update.
-        batch: Decisions in a gradient.
-        gamma: Discount of a decision later.
-        trace: λ of the generalised advantage.
-        clip: By which the ratio of probabilities may change.
-        rate: Learning rate of the actor to begin with; it follows the divergence.
-        judging: That of the critic, always the same; that of the actor if absent.
-        divergence: Wanted of the policies before and after an update.
-        spread: Standard deviation of displacements to begin with [rad].
-        layers: Neurons of the hidden layers, of actor and critic.
-        starts: From how many instants of the stride the goal is looked at.
-        patience: Parts between two looks.
-        listening: Parts in which only the critic learns, where a policy is there to begin with.
-    """
-
-    persons: int = 64
-    steps: int = 64
-    updates: int = 5
-    epochs: int = 5
-    batch: int = 1024
-    gamma: float = 0.97
-    trace: float = 0.95
-    clip: float = 0.2
-    rate: float = 1e-4
-    judging: float | None = None
-    divergence: float = 0.02
-    spread: float = 0.11
-    layers: tuple[int, ...] = (256, 128, 128)
-    starts: int = 16
-    patience: int = 4
-    listening: int = 1
-
-    @property
-    def part(self) -> int:
-        """Decisions in a part."""
-        return self.persons * self.steps * self.updates
-
-
-GOING_ON = Learning(divergence=0.03, judging=1e-3)
-"""Of who begins with a policy: the critic, which knows nothing, learns before that changes."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Progress:
-    """One row of the learning curve: a part of the training.
-
-    Attributes:
-        decisions: So far.
-        seconds: Of the clock, so far, as long as it ran [s].
-        reward: Mean of a decision, with noise.
-        pose: Likewise of the term; the next three, too.
-        velocity: Likewise.
-        com: Likewise.
-        ends: Likewise.
-        falls_per_minute: With noise.
-        spread: Standard deviation of actions.
-        rate: Learning rate.
-        standing: Of the starts that were looked at without noise, how many did not fall; -1 where
-            none was looked at.
-        lasted: How long they walked on average [s]; -1 likewise.
-        force: Mean of a decision of that term, with noise.
-        soles: Likewise.
-    """
-
-    decisions: int
-    seconds: float
-    reward: float
-    pose: float
-    velocity: float
-    com: float
-    ends: float
-    falls_per_minute: float
-    spread: float
-    rate: float
-    standing: int = -1
-    lasted: float = -1.0
-    force: float = 0.0
-    soles: float = 0.0
 
 
 class Training:
@@ -366,10 +279,7 @@ class Training:
         try:
             _torch.save(state, beside)
             os.replace(beside, path)
-            with open(self.folder / CURVE, "w", newline="", encoding="utf-8") as stream:
-                table = csv.DictWriter(stream, [f.name for f in fields(Progress)])
-                table.writeheader()
-                table.writerows({k: _short(v) for k, v in asdict(r).items()} for r in self.curve)
+            write_curve(self.folder / CURVE, self.curve)
         except OSError as error:
             raise not_written(path, error) from error
 
@@ -405,12 +315,12 @@ class Training:
             state = _torch.load(path, weights_only=True)
             what, curve = dict(state["what"]), [Progress(**row) for row in state["curve"]]
         except Exception as error:
-            raise FileError(path, f"no checkpoint of a training: {str(error)[:200]}") from error
+            raise FileError(path, f"not a checkpoint of a training: {str(error)[:200]}") from error
         mine = self._what()
         other = [k for k in mine if what.get(k) != mine[k]]
         if other:
             raise ParameterError(
-                f"{path} is the checkpoint of another training: {', '.join(other)} differ; give "
+                f"{path} is a checkpoint of another training: {', '.join(other)} differ; give "
                 "another folder, or the options of that training"
             )
         learner, rms = self._learner, self._norm.obs_rms
@@ -424,7 +334,7 @@ class Training:
                 raise ValueError("numbers are missing, or not finite")
             reached = state["reached"] is not None and state["reached"] >= self.goal > 0
         except Exception as error:
-            raise FileError(path, f"no whole checkpoint: {str(error)[:200]}") from error
+            raise FileError(path, f"damaged checkpoint: {str(error)[:200]}") from error
         (rms.mean, rms.var), (rms.count, self._rate) = seen, numbers[-2:]
         learner.lr_schedule = _utils.ConstantSchedule(self._rate)
         self.curve, self.reached = curve, reached
@@ -467,7 +377,3 @@ class _Follow(_sb3.common.callbacks.BaseCallback):
         if not self._first:
             self._training.follow()
         self._first = False
-
-
-def _short(value: float | int) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

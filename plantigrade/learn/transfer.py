@@ -28,7 +28,7 @@ def carried_over(
         ParameterError: If one of them is not of the form ``"lean"``.
     """
     if {policy.rules.form, rules.form} != {"lean"}:
-        raise ParameterError("only a policy of form='lean' begins another, of the same form")
+        raise ParameterError("a policy can start another one only if both have form='lean'")
     theirs, mine = Form(policy.reference.human, policy.rules), Form(human, rules)
     seen = _seen(list(policy.reference.human.body_names), list(human.body_names))
     done = _done(_names(policy.reference.human, theirs), _names(human, mine))

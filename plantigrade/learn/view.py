@@ -1,4 +1,4 @@
-"""What is read of worlds after a step: one row a world, brought up to date together."""
+"""State read from worlds after a step: one row per world, updated together."""
 
 from collections.abc import Sequence
 

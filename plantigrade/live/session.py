@@ -217,7 +217,7 @@ class Session:
     def hold(self, body: int, at: Float[Array, " 3"], end: Float[Array, " 3"]) -> None:
         """Hold a body at a place, and pull it to another one, world [m]."""
         if not 0 < body < self.world.model.nbody:
-            raise ParameterError(f"there is no body {body} to be held")
+            raise ParameterError(f"there is no body {body} to hold")
         data = self.world.data
         turn = data.xmat[body].reshape(3, 3)
         self._hand.hold(Rope(body, turn.T @ (at - data.xpos[body]), end))

@@ -19,7 +19,7 @@ from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, block, co
 FEET = ("rigid", "two-segment", "multi-segment")
 
 _LENGTH, _WIDTH, _ANKLE = 0.240, 0.094, 0.0585  # of the table below [m]
-_RADIUS = 0.010
+_RADIUS = 0.010  # of a contact sphere on a foot of that length [m]
 
 # x forward, y lateral (left foot), z above the ground [m]; None: resting on the ground.
 _POINTS: dict[str, tuple[float, float, float | None]] = {

@@ -1,4 +1,4 @@
-"""Who somebody is, as far as it is known: what becomes a Human."""
+"""What is known of a person, from which a Human is made."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -28,11 +28,11 @@ class Person(Bounded):
     mass: Kilograms = None
     """Body mass [kg]."""
     sex: Sex = None
-    """Sex, for the body segment parameters."""
+    """Sex, which selects the body segment parameters."""
     joints: Joints = None
-    """Joint set, by its number of coordinates."""
+    """Joint set, named by its number of coordinates."""
     feet: Feet = None
-    """Foot model: one box, a box with hinged toes, or 16 bones in five segments."""
+    """Foot model: one box, a box with hinged toes, or five segments with 16 bones."""
 
     @property
     def known(self) -> dict[str, Any]:

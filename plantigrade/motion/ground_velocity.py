@@ -20,6 +20,9 @@ roll through short stances seem to share a velocity of their own, as in running 
 LONGEST_GAP = 0.1
 """Longest gap of a marker that is filled before event detection [s]."""
 
+NEAR = 0.15
+"""Velocities this close together count as one spot of a cloud [m/s]."""
+
 CUTOFF = 12.0
 """Cut-off frequency for the points of the foot [Hz]; lower for low frame rates."""
 
@@ -87,13 +90,13 @@ def _drift(time, heel, toe):
     return np.polyfit(time[seen] - time[seen].mean(), middle[seen, :2], 1)[0]
 
 
-def _densest(samples, radius=0.15):
+def _densest(samples):
     """Return the densest spot of a cloud of velocities, or None for an empty cloud."""
     if len(samples) == 0:
         return None
     samples = samples[:: max(1, len(samples) // 800)]
     apart = np.linalg.norm(samples[:, None] - samples[None], axis=-1)
-    spot = samples[np.argmax((apart < radius).sum(axis=1))]
+    spot = samples[np.argmax((apart < NEAR).sum(axis=1))]
     for _ in range(5):
-        spot = samples[np.linalg.norm(samples - spot, axis=1) < radius].mean(axis=0)
+        spot = samples[np.linalg.norm(samples - spot, axis=1) < NEAR].mean(axis=0)
     return spot

@@ -1,4 +1,4 @@
-"""Record, what happened; Run, the folder that keeps it."""
+"""Records of motions with their forces, and runs, the folders that store them."""
 
 from plantigrade.record.conditions import Condition
 from plantigrade.record.provenance import Provenance

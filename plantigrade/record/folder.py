@@ -189,7 +189,7 @@ def _check_depth(value: Any, depth: int = 0) -> None:
 
 
 def refuse_unwritable(out: str | Path) -> None:
-    """Raise if nothing may be written where a folder of results is to be.
+    """Raise if a folder of results cannot be written there.
 
     Raises:
         FileError: If the nearest folder above it that exists is no folder, or may not be written.
@@ -199,7 +199,7 @@ def refuse_unwritable(out: str | Path) -> None:
     if not above.is_dir():
         raise _unwritable(out, f"{above} is no folder")
     if not os.access(above, os.W_OK | os.X_OK):
-        raise _unwritable(out, f"nothing may be written to {above}")
+        raise _unwritable(out, f"no permission to write to {above}")
 
 
 def refuse_existing(out: str | Path, overwrite: bool) -> None:
@@ -215,7 +215,7 @@ def refuse_existing(out: str | Path, overwrite: bool) -> None:
     if not os.path.lexists(out):
         return
     if not overwrite:
-        raise RunExists(f"{out} exists: choose another folder with --out, or add --overwrite")
+        raise RunExists(f"{out} exists; choose another --out, or add --overwrite")
     if out.is_symlink() or not out.is_dir():
         raise RunExists(f"{out} is not a folder and will not be replaced: choose another --out")
     present = _contents(out)

@@ -1,4 +1,4 @@
-"""Many independent runs side by side: files, subjects, seeds, pushes.
+"""Independent runs in parallel: files, subjects, seeds, pushes.
 
 joblib does the work, here or on a cluster (ray, dask). Whatever goes wrong with one item is a row
 of the result and never the end of the others.
@@ -25,7 +25,7 @@ _GENERATING = ("loky", "threading")  # hand over each result as soon as it is re
 
 @dataclass(frozen=True)
 class Done(Generic[Item, Result]):
-    """What came of one item.
+    """The result of one item.
 
     Attributes:
         item: The item.
@@ -53,7 +53,7 @@ def run_jobs(
     backend: str = "loky",
     address: str | None = None,
 ) -> Iterator[Done[Item, Result]]:
-    """Do the same work for every item and yield what came of each, in their order.
+    """Do the same work for every item and yield the results in order.
 
     Args:
         work: What is done; with a backend of processes it must be importable or picklable.
@@ -75,9 +75,11 @@ def run_jobs(
     if backend not in BACKENDS:
         raise ParameterError(f"no backend {backend!r}; there are {', '.join(BACKENDS)}")
     if jobs == 0:
-        raise ParameterError("jobs=0 does nothing; allowed are 1, 2, … or -1 for one per core")
+        raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
     if address is not None and backend not in ("ray", "dask"):
-        raise ParameterError(f"an address is for ray and dask; {backend} runs on this machine")
+        raise ParameterError(
+            f"an address needs backend ray or dask; {backend} runs on this machine"
+        )
     if jobs == 1 and backend == "loky":  # no other process is needed
         return (_attempt(work, item) for item in items)
     _start(backend, address)

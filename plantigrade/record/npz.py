@@ -9,7 +9,8 @@ nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``conta
 (k,); gait events as ``event_time``, ``event_side``, ``event_kind``; limits as
 ``limit_coordinate``, ``limit_velocity``, ``limit_torque``, ``limit_force``, ``limit_overlap``;
 ``conditions`` of the task (JSON text); recorded markers as ``marker_names``, ``marker_time``,
-``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes``; every signal as
+``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes`` to the user, and in
+``notes_info`` a one for each that only informs (absent: all are warnings); every signal as
 ``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first
 of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run are in
 ``metrics.json`` beside it.
@@ -30,6 +31,7 @@ from plantigrade.io.npz import LARGEST, Arrays
 from plantigrade.io.text import not_written
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
+from plantigrade.notes import Info
 from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 
@@ -96,6 +98,8 @@ def _arrays(record: Record) -> dict[str, Any]:
         arrays["recorded_markers"] = markers.positions
     if record.notes:
         arrays["notes"] = _words(record.notes)
+        informs = np.array([isinstance(note, Info) for note in record.notes])
+        arrays["notes_info"] = informs if informs.any() else None
     for name, value in record.signals.items():
         arrays[f"signal/{name}"] = np.asarray(value)
     for name, other in record.references.items():
@@ -148,12 +152,20 @@ def read_npz(path: str | Path) -> Record:
             recorded_markers=markers,
             fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
             clock=0.0 if clock is None else float(clock),
-            notes=arrays.words("notes"),
+            notes=_notes(arrays),
         )
     except ParameterError as error:
         raise FileError(
-            path, f"does not hold one motion of one person: {error}", remedy="run the command again"
+            path, f"does not hold a motion of one person: {error}", remedy="run the command again"
         ) from error
+
+
+def _notes(arrays: Arrays) -> tuple[str, ...]:
+    notes = arrays.words("notes")
+    informs = arrays.numbers("notes_info", len(notes))
+    if informs is None:
+        return notes
+    return tuple(Info(n) if i > 0 else n for n, i in zip(notes, informs, strict=True))
 
 
 def _poses(arrays: Arrays, key: str, n: int, nq: int) -> np.ndarray:

@@ -90,7 +90,8 @@ class Record:
         recorded_markers: The recorded markers, on the frames of ``motion``.
         fitted_markers: The same markers on the body, world [m].
         clock: Time zero of ``motion`` on the clock of the recording [s].
-        notes: What the user should know, one sentence each.
+        notes: Warnings to the user, one sentence each; those of type
+            :class:`~plantigrade.notes.Info` only inform.
     """
 
     human: Human
@@ -144,7 +145,7 @@ class Record:
                 raise ParameterError(what)
         for name, other in self.references.items():
             if other.joint_names != self.motion.joint_names or not other.n_frames:
-                raise ParameterError(f"reference {name!r} is no motion of this person")
+                raise ParameterError(f"reference {name!r} is not a motion of this person")
         check_signals(self.signals, n, nv)
 
     @property

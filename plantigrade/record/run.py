@@ -1,4 +1,4 @@
-"""A run: one or more Records with their figures and where they come from, and its folder."""
+"""Runs: one or more Records with figures and provenance, and their folder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,6 +10,7 @@ from plantigrade.errors import FileError
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
+from plantigrade.notes import Info
 from plantigrade.options import as_path
 from plantigrade.record.folder import FORMAT, METRICS, read_metrics, write_folder
 from plantigrade.record.npz import read_npz, write_npz
@@ -24,12 +25,12 @@ RUNS = Path("runs")
 """Where a run goes for which no folder is named."""
 
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
-         "source_files", "notes", "files", "seconds")  # fmt: skip
+         "source_files", "notes", "warnings", "files", "seconds")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a command made.
+    """The result of a command.
 
     Attributes:
         record: What happened.
@@ -89,6 +90,7 @@ class Run:
             "seconds": dict(self.seconds),
             **self.figures,
             "notes": list(self.record.notes),
+            "warnings": [note for note in self.record.notes if not isinstance(note, Info)],
             **({"files": list(self.files)} if self.files else {}),
         }
 
@@ -183,7 +185,7 @@ class Run:
         missing = ", ".join(name for name in (MODEL, MOTION) if not (folder / name).is_file())
         if missing:
             remedy = "name a folder a plantigrade command wrote"
-            raise FileError(folder, f"is not a whole run: {missing} missing", remedy=remedy)
+            raise FileError(folder, f"is not a complete run: {missing} missing", remedy=remedy)
         kept = sorted(folder.glob("*.npz"))
         others = {path.stem: read_npz(path) for path in kept if path.name != MOTION}
         settings, sources = metrics.get("settings"), metrics.get("source_files")

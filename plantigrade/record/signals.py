@@ -131,7 +131,7 @@ def check_signals(signals: Mapping[str, Array], n_frames: int, nv: int) -> None:
     for family in TOGETHER:
         missing = [name for name in family if name not in signals]
         if missing and len(missing) < len(family):
-            raise ParameterError(f"signal {missing[0]} is missing, others of its kind are there")
+            raise ParameterError(f"signal {missing[0]} is missing, but others of its kind exist")
     things = (signals.get(f"things.{what}", ()) for what in ("name", "kind", "size"))
     for name, kind, (x, y, z) in zip(*things, strict=True):
         Thing(str(name), str(kind), (float(x), float(y), float(z)))

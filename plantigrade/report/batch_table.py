@@ -16,9 +16,9 @@ COLUMNS = (
     ("fell at [s]", "fell_at_s", 2),
     ("diverged at [s]", "diverged_at_s", 2),
     ("duration [s]", "duration_s", 2),
-    ("force, most [weights]", "vertical_force_max_bw", 2),
-    ("motors, most [%]", "motor_torque_max_pct", 0),
-    ("off the motion [°]", "tracking_error_rms_deg", 1),
+    ("peak force [BW]", "vertical_force_max_bw", 2),
+    ("peak motor torque [%]", "motor_torque_max_pct", 0),
+    ("tracking error [°]", "tracking_error_rms_deg", 1),
 )
 """Heading, figure and decimals of each column of numbers."""
 
@@ -76,7 +76,7 @@ def table_html(
         rows.append([one.name, *(str(one.varied[k]) for k in own), one.status, *figures])
     held = sum(bool(one.metrics.get("on_feet")) for one in members)
     text = (
-        "The folder of every simulation has its name; plantigrade report FOLDER writes its report "
+        "Each simulation has a folder of its name; plantigrade report FOLDER writes its report "
         "and its viewer. The same table with all digits is table.csv."
     )
     headers = ("simulation", *own, "status", *(label for label, _, _ in shown))
@@ -87,7 +87,7 @@ def table_html(
         ],
         provenance=provenance,
         title=title,
-        sentence=f"{held} of {len(members)} on the feet at the end.",
+        sentence=f"{held} of {len(members)} on their feet at the end.",
         status=status,
         left_out=[(one.name, one.problem) for one in members if one.problem],
         key=(),
@@ -106,5 +106,5 @@ def _by_value(members: Sequence[Simulated], own: Sequence[str]) -> list[Section]
             those = [one for one in members if str(one.varied[name]) == value]
             held = sum(bool(one.metrics.get("on_feet")) for one in those)
             rows.append([name, value, f"{held} of {len(those)}"])
-    headers = ("", "value", "on the feet at the end")
-    return [Section("By what varies", headers=headers, rows=rows)] if rows else []
+    headers = ("", "value", "on their feet at the end")
+    return [Section("By varied option", headers=headers, rows=rows)] if rows else []

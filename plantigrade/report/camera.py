@@ -1,4 +1,4 @@
-"""From where a picture looks at a motion: an orthographic camera, named after walkers' sides."""
+"""Orthographic cameras for pictures of a motion, named after the walker's sides."""
 
 from dataclasses import dataclass
 

@@ -50,7 +50,7 @@ def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
     gaits = found.gaits
     first, others = gaits[0].name, ", ".join(gait.name for gait in gaits[1:])
     if found.sides:
-        sentence = "Left and right of one gait over each other; differences are left minus right."
+        sentence = "Left and right side of one gait; differences are left minus right."
         titles = {"": "Right and left"}
     else:
         sentence = f"{others} beside {first}; differences are the later minus {first}."
@@ -96,8 +96,8 @@ def measure_section(found: RunComparison) -> Section:
     headers = ["measure", *(gait.name for gait in found.gaits)]
     headers += [one.format(gait.name) for gait in found.gaits[1:]]
     text = (
-        f"A Gait Profile Score that differs by less than {SMALLEST}° does not matter clinically "
-        "(Baker et al. 2012, Gait & Posture 35:612; of children)."
+        f"A Gait Profile Score that differs by less than {SMALLEST}° is not clinically relevant "
+        "(Baker et al. 2012, Gait & Posture 35:612; in children)."
     )
     return Section("Measures", headers=[*headers, "unit"], rows=rows, text=text)
 
@@ -107,8 +107,8 @@ def overlay_section(found: RunComparison, title: str, ending: str) -> Section:
     counts = ", ".join(f"{gait.name} {_count(gait, f'knee_angle{ending}')}" for gait in found.gaits)
     who = _norm_of(found)
     text = f"Line and band: mean and standard deviation over cycles ({counts})."
-    text += " Dashed upright lines: foot off. Thick lines on the axis: the difference from the "
-    text += "first is greater than its 95 % band."
+    text += " Dashed vertical lines: foot off. Thick lines on the axis: the difference from the "
+    text += "first exceeds its 95 % band."
     if who is not None:
         text += f" Grey band: mean ± 1 SD of {who[0].people}. {who[0].citation}".rstrip() + "."
     grid = [[_cell(found, name, ending, overlay) for name in level] for level in LEVELS]
@@ -126,7 +126,7 @@ def difference_section(found: RunComparison, title: str, ending: str) -> Section
         "(McGinley et al. 2009, Gait & Posture 29:360)."
     )
     if any(each.half is None for table in found.differences.values() for each in table.values()):
-        text += f" Without a band: fewer than {FEWEST} cycles of a gait that was measured."
+        text += f" No band: fewer than {FEWEST} cycles of a gait that was measured."
     grid = [[_cell(found, name, ending, difference) for name in level] for level in LEVELS]
     return Section(f"{title}: differences", text=text, grid=[PLANES, *grid])
 
@@ -140,7 +140,7 @@ def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]
     for title, shown in (("Trunk", trunk), (f"Ground reactions and moments{word}", loads)):
         figures = [draw(found, name) for name in shown for draw in (overlay, difference)]
         if figures:
-            sections.append(Section(title, figures, text="Drawn in the same way.", folded=True))
+            sections.append(Section(title, figures, text="Drawn as above.", folded=True))
     return sections
 
 
@@ -197,7 +197,7 @@ def _cell(found: RunComparison, name: str, ending: str, draw) -> Figure | str:
     if "_" not in name:
         return name
     full = f"{name}{ending}"
-    return draw(found, full, HEIGHT) if full in found.names else "not moved in all of them"
+    return draw(found, full, HEIGHT) if full in found.names else "do not move in all of them"
 
 
 def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
@@ -248,8 +248,8 @@ def _notes(found: RunComparison) -> list[str]:
     for gait in found.gaits:
         if gait.exact:
             notes.append(
-                f"every stride of {gait.name} is the same, for it was made from a task: the band "
-                "holds the scatter of the others alone."
+                f"every stride of {gait.name} is the same because it was generated from a task: "
+                "the band contains the scatter of the others only."
             )
     return notes
 

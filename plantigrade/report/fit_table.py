@@ -83,7 +83,7 @@ def table_html(
     )
     headers = ("recording", "status", *(label for label, _, _ in shown), "")
     return page_html(
-        [Section("Recording by recording", headers=headers, rows=rows, text=text)],
+        [Section("Recordings", headers=headers, rows=rows, text=text)],
         provenance=provenance,
         title="Fitted recordings",
         sentence=f"{len(fitted)} of {len(fitted) + len(left_out)} recordings fitted.",

@@ -53,7 +53,7 @@ def serve(
     live = LiveViewer(record, forces=forces, port=port, title=title)
     stop = stop or Event()
     try:
-        print(f"Viewer at {live.address} (end with Ctrl-C)", file=sys.stderr)
+        print(f"Viewer at {live.address} (press Ctrl-C to stop)", file=sys.stderr)
         if open:
             webbrowser.open(live.address)
         live.play(stop)

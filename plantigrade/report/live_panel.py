@@ -53,7 +53,7 @@ class Panel:
             self._way = gui.add_slider("Direction [°]", -180.0, 180.0, 15.0, 0.0)
             self._long = gui.add_slider("Duration [s]", 0.05, 1.0, 0.05, 0.2)
             gui.add_button("Push the trunk").on_click(lambda _: self._push())
-            gui.add_markdown("0° pushes forward, 90° to the left. Or drag a body with the mouse.")
+            gui.add_markdown("0° is forward, 90° to the left. Or drag a body with the mouse.")
         self._force.on_update(lambda _: self._ask(self._strengthen))
         with gui.add_folder("Ground"):
             level = not session.tilts
@@ -80,9 +80,9 @@ class Panel:
             self._joints = gui.add_dropdown(
                 "Joint set", [*JOINT_SETS], initial_value=session.choice.joints
             )
-            gui.add_markdown("Another body stands, at rest, where this one is.")
+            gui.add_markdown("Replaces the body by another one, standing at rest.")
             self._load = gui.add_slider(
-                "Load on the back [kg]", 0.0, max(40.0, session.load), 1.0, session.load
+                "Backpack [kg]", 0.0, max(40.0, session.load), 1.0, session.load
             )
         self._load.on_update(lambda event: event.client is None or self._carry())
         for box in (self._controller, self._feet, self._joints):
@@ -161,7 +161,7 @@ class Panel:
         if can_save:
             gui.add_button("Save the run so far").on_click(lambda _: self.wants_saving.set())
         for label, key, act in (
-            ("Pause or go on", "SPACE", lambda: setattr(session, "paused", not session.paused)),
+            ("Pause or continue", "SPACE", lambda: setattr(session, "paused", not session.paused)),
             ("One step", "N", session.step),
             ("Restart", "R", session.restart),
         ):

@@ -26,7 +26,7 @@ def open_server(port: int, title: str) -> Any:
         ParameterError: If the port is none.
     """
     if not 0 < port < 65536:
-        raise ParameterError(f"{port=} is no port; choose one from 1024 to 65535")
+        raise ParameterError(f"{port=} is not a valid port; choose one from 1024 to 65535")
     import viser
 
     with redirect_stdout(StringIO()), local_only():  # its banner: --json owns standard output

@@ -1,4 +1,4 @@
-"""A moving picture of a motion: one SVG that plays wherever a page shows images.
+"""Animated picture of a motion: one SVG that plays wherever a page shows images.
 
 The file holds no script and asks for nothing, so that it also moves in a README. Every outline is
 one path whose data are animated (SMIL); limbs are drawn as silhouettes, far ones first. Beside the
@@ -37,7 +37,7 @@ INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
 
 @dataclass(frozen=True)
 class MovingPicture:
-    """A moving picture and what it shows.
+    """An animated picture and what it shows.
 
     Attributes:
         svg: The file.
@@ -99,7 +99,7 @@ def moving_picture(
     _, resting = _scene(record, still, view=view, side=FEET[foot], clock=clock, prefix="s", box=box)
     left, top, right, bottom = box
     width, height = right - left, bottom - top
-    words = title or "A moving body"
+    words = title or "Animated body"
     svg = (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" '
         f'aria-label="{escape(words, {chr(34): "&quot;"})}" '

@@ -1,4 +1,4 @@
-"""The pages of a run, whatever made it: ``report.html`` and ``viewer.html``."""
+"""The pages of any run: ``report.html`` and ``viewer.html``."""
 
 from typing import Any
 
@@ -29,17 +29,17 @@ SIMULATED = (
     ("speed", " m/s", "speed_m_s", 2),
     ("speed of the recording", " m/s", "recorded_speed_m_s", 2),
     ("steps", "", "landings", 0),
-    ("off the motion, RMS", "°", "tracking_error_rms_deg", 1),
-    ("lean of the trunk, mean", "°", "trunk_lean_mean_deg", 1),
-    ("off the way, most", " m", "astray_max_m", 2),
-    ("vertical force, largest", " BW", "vertical_force_max_bw", 2),
-    ("motors, most", " %", "motor_torque_max_pct", 0),
+    ("tracking error, RMS", "°", "tracking_error_rms_deg", 1),
+    ("trunk lean, mean", "°", "trunk_lean_mean_deg", 1),
+    ("distance from path, maximum", " m", "astray_max_m", 2),
+    ("vertical force, peak", " BW", "vertical_force_max_bw", 2),
+    ("motor torque, peak", " %", "motor_torque_max_pct", 0),
 )
 FROM_TASKS = (
     ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
-    ("range of motion error, largest", "°", "rom_error_max_deg", 1),
-    ("centre of mass error, largest", " mm", "com_error_max_mm", 1),
-    ("contact drift, largest", " mm", "contact_drift_max_mm", 1),
+    ("range of motion error, maximum", "°", "rom_error_max_deg", 1),
+    ("centre of mass error, maximum", " mm", "com_error_max_mm", 1),
+    ("contact drift, maximum", " mm", "contact_drift_max_mm", 1),
     ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
     ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
 )
@@ -51,7 +51,7 @@ SOLVED = (
     ("rise in flight", " m", "flight_rise_m", 2),
     ("take-off speed", " m/s", "take_off_speed_m_s", 2),
     ("knee range", "°", "knee_angle_range_r_deg", 0),
-    ("vertical force, largest", " BW", "ground_force_max_bw", 2),
+    ("vertical force, peak", " BW", "ground_force_max_bw", 2),
     ("cost of transport", "", "cost_of_transport", 2),
 )
 
@@ -66,7 +66,7 @@ def pages(run: Run) -> dict[str, str]:
 
 
 def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
-    """Return the report as one page: all that the run has something for, then ``more`` sections.
+    """Return the report as one page: all sections the run has data for, then ``more``.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -87,7 +87,7 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
         strip=Markup(strip_of(subject)),
         reference=next(iter(run.record.references), ""),
         arrows=_has_arrows(subject),
-        footer="World axes: x forward, y left, z up; signs of angles are OpenSim's.",
+        footer="World axes: x forward, y left, z up. Signs of angles as in OpenSim.",
         provenance={
             name: provenance[name]
             for name in ("source_files", "version", "command", "settings", "seed")
@@ -191,7 +191,7 @@ def _strip_frames(subject: Subject) -> list[int]:
 
 
 def who_of(subject: Subject) -> list[str]:
-    """Return who moved, as far as it is known, the model, and with whom the gait is compared."""
+    """Return the person, the model, and the norms the gait is compared with."""
     human, age, figures = subject.record.human, subject.number("age_years"), subject.figures
     name, sex, date = (figures.get(key) for key in ("subject_name", "sex", "recorded_on"))
     known = [f"Subject {name}"] if name else []
@@ -207,10 +207,10 @@ def who_of(subject: Subject) -> list[str]:
 
 
 def facts_of(subject: Subject) -> dict[str, str]:
-    """Return name and value of what is shown large."""
+    """Return name and value of the headline figures."""
     signals = subject.record.signals
     if "check.quantity" in signals:
-        verdict = {"verdict": "passed" if subject.run.ok else "did not pass"}
+        verdict = {"verdict": "passed" if subject.run.ok else "failed"}
         found = verdict | _told(subject, SOLVED)
         if "walking speed" in found:
             found.pop("distance", None)

@@ -94,7 +94,7 @@ def part_of(
     end = min(last, begin + longest) if stop is None else stop
     if not first - 1e-9 <= begin < end <= last + 1e-9:
         raise ParameterError(
-            f"from {begin:g} s to {end:g} s is no part of this motion, "
+            f"from {begin:g} s to {end:g} s is not within this motion, "
             f"which goes from {first:g} s to {last:g} s"
         )
     return begin, end

@@ -27,7 +27,7 @@ from plantigrade.report.shapes import PLATE, THING, Shape, rgb, shapes_of
 from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
-MAX_FRAMES = 6000
+MAX_FRAMES = 6000  # that a page holds; longer motions are thinned
 REACH, THICK = 0.8, 0.02
 """How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
 CAMERA = 0.3  # width of the window that smooths the ground under the camera [s]

@@ -1,4 +1,4 @@
-"""What a report is about, its parts and what they need of a run, and the page they make.
+"""Sections of a report, what they require of a run, and the page they form.
 
 No page holds an outside address.
 """
@@ -169,7 +169,7 @@ class Section:
 def needs(
     *signals: str, reference: str = "", planned: bool = False
 ) -> Callable[[Draw], Callable[[Subject], list[Section]]]:
-    """Mark a function that draws sections with what a run must have for them.
+    """Mark a function that draws sections with the data it requires of a run.
 
     Args:
         signals: Names of signals of the record; all must be there.
@@ -193,7 +193,7 @@ def needs(
 
 
 def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
-    """Return every section that a run has something for."""
+    """Return every section that a run has data for."""
     found = [draw(subject) for draw in sections]
     return [s for part in found for s in ([part] if isinstance(part, Section) else part)]
 

@@ -24,7 +24,7 @@ SEEN = {
     "left": "from its left",
     "front": "from the front",
     "back": "from behind",
-    "quarter": "from ahead of its right side",
+    "quarter": "from the front right",
 }
 TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 

@@ -105,8 +105,8 @@ def table_section(study: Study) -> Section:
         text += (
             " A paired Student test where Shapiro and Wilk's test does not reject normality, else "
             "Wilcoxon's, both at 5 %. ‡: no significant difference, the paper's “significantly "
-            "identical”; it proves no equality, the interval says what is excluded. The test takes "
-            "gaits as independent: give one recording per person."
+            "identical”; it does not prove equality; the interval shows what is excluded. The test "
+            "assumes independent gaits: give one recording per person."
         )
     else:
         text += (
@@ -143,7 +143,7 @@ def curve_sections(study: Study) -> list[Section]:
     )
     return [
         Section("Figures 4 to 7: angles over the gait cycle", figures, text=text),
-        Section("The other rotations", others, text="Drawn in the same way.", folded=True),
+        Section("The other rotations", others, text="Drawn as above.", folded=True),
     ]
 
 
@@ -171,8 +171,8 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
     columns = (
         ("strides", "cycles_count", 0),
         ("ROM error, mean [°]", "rom_error_mean_deg", 1),
-        ("largest [°]", "rom_error_max_deg", 1),
-        ("CoM error, largest [mm]", "com_error_max_mm", 1),
+        ("maximum [°]", "rom_error_max_deg", 1),
+        ("CoM error, maximum [mm]", "com_error_max_mm", 1),
         ("contact drift [mm]", "contact_drift_max_mm", 1),
         ("lowest sole [mm]", "sole_lowest_mm", 1),
         ("vertical force error [BW]", "vertical_force_rmse_bw", 3),
@@ -195,7 +195,7 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         "swing, reproduced / recorded; no task tracks it."
     )
     return Section(
-        "Gait by gait",
+        "Individual gaits",
         text=text,
         headers=(
             "gait", "", *(label for label, _, _ in columns),
@@ -213,8 +213,8 @@ def rotation_section(gaits: Sequence[Gait]) -> Section:
         cells = (signed_text(errors[n]) if n in errors else "–" for _, n in ROTATIONS)
         rows.append([gait.name, *cells])
     return Section(
-        "Ranges of motion, gait by gait",
-        text="Reproduced minus recorded range of motion in degrees, of the gaits that count.",
+        "Ranges of motion of individual gaits",
+        text="Reproduced minus recorded range of motion [°], for the gaits in the statistics.",
         headers=("gait", *(sided_title(name) for _, name in ROTATIONS)),
         rows=rows,
         folded=True,
@@ -231,10 +231,10 @@ def _facts(study: Study | None) -> dict[str, str]:
     return {
         "gaits": str(study.n),
         "range of motion error, mean": f"{np.mean(errors):.1f}°",
-        "range of motion error, largest": f"{np.max(errors):.1f}°",
+        "range of motion error, maximum": f"{np.max(errors):.1f}°",
         "RMSE, mean": f"{np.mean([row.rmse for row in study.rows]):.1f}°",
         **({"without significant difference": words} if tested else {}),
-        "centre of mass error, largest": f"{worst:.1f} mm",
+        "centre of mass error, maximum": f"{worst:.1f} mm",
     }
 
 

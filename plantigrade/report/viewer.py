@@ -141,7 +141,7 @@ def encode(array: np.ndarray) -> dict:
 
 
 def page_data(record: Record, scene: Scene) -> dict[str, Any]:
-    """Return what the page is drawn from, as it stands in it: shapes, places, colours."""
+    """Return the data the page is drawn from: shapes, positions, colours."""
     shapes = []
     for shape in scene.shapes:
         item = {

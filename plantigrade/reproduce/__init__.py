@@ -1,4 +1,4 @@
-"""Motion from ordered tasks: a gait rebuilt from a recording's few, or any movement of your own.
+"""Motion from prioritised tasks: a gait reproduced from a recording, or your own movements.
 
 A recorded gait, once it is a motion of a Human with its gait events, is rebuilt in two lines::
 

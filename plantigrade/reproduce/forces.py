@@ -1,4 +1,4 @@
-r"""A gait from ordered tasks that moves by forces: joint moments and ground reactions come with it.
+r"""A gait from prioritised tasks computed with forces: joint moments and ground reactions.
 
 The unknowns are joint accelerations and contact forces; the acceleration of the root follows from
 the equations of motion (:mod:`plantigrade.wbc.forces`), which therefore hold at every
@@ -66,7 +66,7 @@ FOLLOW, CALM = 300.0, 50.0  # stiffness [1/s²] and damping [1/s] of the posture
 
 
 def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
-    """Return the order of tasks that rebuilds a recorded gait by forces."""
+    """Return the order of tasks that reproduces a recorded gait with forces."""
     reference, carried = support.reference, support.com
     schedule = ContactSchedule(reference)
     levels: list[list[Task]] = []

@@ -1,4 +1,4 @@
-r"""A gait from three ordered tasks [Boukheddimi]_, and the default with one more.
+r"""A gait from three prioritised tasks [Boukheddimi]_, and the default with one more.
 
 The hierarchy, from the top:
 
@@ -59,7 +59,7 @@ FARTHEST = 0.02  # a rolling heel is not pulled harder than if it were this far 
 
 @dataclass(frozen=True)
 class GaitTasks:
-    """Which tasks make the gait.
+    """The tasks of a gait.
 
     Attributes:
         phases: ``"eight"`` (swing in its three parts), ``"six"`` (swing divided where the leg is
@@ -102,7 +102,7 @@ def gait_tasks(name: str) -> GaitTasks:
 def gait_order(
     reference: Reference, tasks: GaitTasks, schedule: ContactSchedule | None = None
 ) -> TaskOrder:
-    """Return the order of tasks that rebuilds a recorded gait.
+    """Return the order of tasks that reproduces a recorded gait.
 
     Args:
         reference: The recorded gait.

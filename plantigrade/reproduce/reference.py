@@ -107,7 +107,7 @@ def reference_of(
         raise ReproduceError(
             f"the recording shows {len(walked)} consecutive gait events; a reproduced gait needs "
             "at least three (two phases): heel strike, the other foot's toe off, its heel strike. "
-            "Give a recording in which somebody walks two steps or more"
+            "Give a recording with at least two steps of walking"
         )
     time = even_clock(time)
     qpos = continuous(qpos)

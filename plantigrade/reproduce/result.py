@@ -1,4 +1,4 @@
-"""A recorded gait rebuilt from ordered tasks, with or without the forces that move it."""
+"""A recorded gait reproduced from prioritised tasks, with or without forces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from plantigrade.wbc.stepping import STEP, OrderedMotion, move
 
 @dataclass(frozen=True)
 class ReproducedGait:
-    """A recorded gait and the motion rebuilt from it.
+    """A recorded gait and the motion reproduced from it.
 
     Attributes:
         reference: What the tasks saw of the recording.
@@ -82,7 +82,7 @@ def rebuild(
     step: float = STEP,
     progress: Callable[[float], None] | None = None,
 ) -> ReproducedGait:
-    """Rebuild a recorded gait from ordered tasks.
+    """Reproduce a recorded gait from prioritised tasks.
 
     Args:
         reference: The recorded gait.

@@ -1,4 +1,4 @@
-"""One recorded cycle of walking, repeated: many files hold exactly one, meant to be looped.
+"""Repetition of one recorded gait cycle; many files hold exactly one, meant to be looped.
 
 Such a file shows no two heel strikes of one foot. Where its end meets its beginning (the same
 posture, moving the same way, a step further on) it is continued with itself: every repetition
@@ -96,7 +96,7 @@ def unroll(
     *,
     times: int = 3,
 ) -> tuple[Float[Array, " n"], Float[Array, "n nq"]]:
-    """Return a motion repeated: each repetition goes on where the one before ended.
+    """Return a motion repeated, each repetition starting where the previous one ended.
 
     Args:
         human: The person.

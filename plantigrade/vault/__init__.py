@@ -1,4 +1,4 @@
-"""The vaulting model: a planar gymnast on the table, driven by torques, thrown as high as can be.
+"""The vaulting model: a planar, torque-driven gymnast on the table.
 
 After a conference report on the table contact of gymnastic vaulting [Cheng2009]_.
 

@@ -1,4 +1,4 @@
-"""How a gymnast arrives: velocity, rotation and posture as the hands touch the table."""
+"""The approach of a gymnast: velocity, rotation and posture at hand contact."""
 
 import math
 from dataclasses import dataclass
@@ -39,23 +39,23 @@ class Approach(Bounded):
     }
 
     speed: float = 5.0
-    """Velocity of the centre of mass forward at touchdown [m/s]."""
+    """Forward velocity of the centre of mass at hand contact [m/s]."""
     rise: float = 2.4
-    """Its velocity upward [m/s]."""
+    """Upward velocity of the centre of mass at hand contact [m/s]."""
     somersault: Degrees = math.radians(400.0)
-    """Angular velocity of the whole body, forward [deg/s]."""
+    """Forward angular velocity of the whole body [deg/s]."""
     trunk: Degrees = math.radians(22.0)
-    """Trunk above the horizontal, head first; a handstand has 90 [deg]."""
+    """Angle of the trunk above the horizontal [deg]; 90 is a handstand."""
     shoulder: Degrees = math.radians(155.0)
-    """Angle between arm and trunk; 180 is overhead [deg]."""
+    """Shoulder angle [deg]; 180 is overhead."""
     elbow: Degrees = 2.98
-    """Angle of the elbow; 180 is straight, the report's gymnast had 171 [deg]."""
+    """Elbow angle [deg]; 180 is straight, the report's gymnast had 171."""
     hip: Degrees = math.radians(190.0)
-    """Angle of the hip; more than 180 is arched [deg]."""
+    """Hip angle [deg]; above 180 is arched."""
     knee: Degrees = math.radians(171.0)
-    """Angle of the knee; 180 is straight [deg]."""
+    """Knee angle [deg]; 180 is straight."""
     ankle: Degrees = math.radians(135.0)
-    """Angle between shank and sole; 90 in standing [deg]."""
+    """Ankle angle between shank and sole [deg]; 90 in standing."""
 
     @property
     def posture(self) -> "Float[Array, ' 6']":

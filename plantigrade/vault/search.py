@@ -1,4 +1,4 @@
-"""Activations that throw a gymnast highest: the report's downhill simplex, and a modern search.
+"""Search for the best activations: the report's downhill simplex, and a modern method.
 
 The report's *downhill simplex* is SciPy's, with the coefficients for many unknowns of [Gao2012]_.
 As there, first guesses vary, and each optimum found is where the next simplex starts, until that
@@ -10,7 +10,7 @@ evaluations for 30 unknowns, two searches each, it ended at 2.571 and 2.573 m/s 
 2.562 m/s. It needs no further library.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from time import process_time
 from typing import Any
@@ -155,7 +155,6 @@ def searched(
     *,
     seed: int = 0,
     parallel: Mapping[str, Any] | None = None,
-    say: Callable[[Found], None] = lambda _: None,
 ) -> tuple[Found, ...]:
     """Return what all searches found, the best first.
 
@@ -166,7 +165,6 @@ def searched(
         seed: Of the first start; the others count on.
         parallel: How they are done side by side: ``jobs``, ``backend`` and ``address`` of
             :func:`~plantigrade.record.jobs.run_jobs`; one after the other if absent.
-        say: Called with each as it is done.
 
     Raises:
         SolverError: If one could not be done.
@@ -177,5 +175,4 @@ def searched(
         if done.result is None:
             raise SolverError(f"a search failed: {done.problem}")
         found.append(done.result)
-        say(done.result)
     return tuple(sorted(found, key=lambda each: -each.rise))

@@ -1,4 +1,4 @@
-r"""Six segments of a gymnast whose left side does what the right side does.
+r"""Six segments of a gymnast with symmetric sides.
 
 The report's planar model has a lower arm, an upper arm, head and trunk, thighs, shanks and feet.
 Here they are the bodies of an ordinary :class:`~plantigrade.models.Human`, so that lengths, masses

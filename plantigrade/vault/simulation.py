@@ -119,8 +119,8 @@ class Vault:
         down = -float(found(theta, omega, off)[2].full()[1, 0])
         if not down > 0.0:
             raise ParameterError(
-                f"the hands never touch the table: they rise at {-down:.1f} m/s where they should "
-                "come down; arrive with less rise or more somersault"
+                f"the hands never touch the table: they move up at {-down:.1f} m/s where they "
+                "should come down; arrive with less rise or more somersault"
             )
         above = float(com[2] - self.table.table_height - extras[_HAND_Z])
         if not above > LOWEST:

@@ -45,7 +45,7 @@ class Table(Bounded):
     }
 
     table_height: float = 1.35
-    """Height of the table's top [m]; men's competitions have 1.35."""
+    """Height of the table [m]; 1.35 in men's competition."""
     stiffness: float = 150.0
     """Vertical stiffness under both hands [kN/m²]."""
     damping: float = 3.0

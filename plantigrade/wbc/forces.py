@@ -1,4 +1,4 @@
-r"""Motion by forces: joint accelerations and contact forces, chosen together.
+r"""Motion with forces: joint accelerations and contact forces, solved together.
 
 **Friction.** A contact force lies in a pyramid inside the cone of friction,
 :math:`f = G \lambda,\ \lambda \ge 0`, whose edges are four forces, one part up and :math:`\mu`
@@ -54,7 +54,7 @@ SMALL, STEADY = 1.0, 1.0  # its size, its change from the instant before
 
 @dataclass(frozen=True)
 class Footing:
-    """What the ground can do.
+    """Forces that the ground can provide.
 
     Attributes:
         friction: Coefficient of friction.

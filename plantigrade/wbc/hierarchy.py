@@ -39,7 +39,7 @@ geqrf, orgqr, gesdd, posv, trtrs = get_lapack_funcs(
     ("geqrf", "orgqr", "gesdd", "posv", "trtrs"), dtype=np.float64
 )
 
-UNBOUNDED = 1e30
+UNBOUNDED = 1e30  # DAQP's infinity
 SATISFIED = 1e-9  # relative violation of an inequality that is none
 # Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
 # on one another can be too tight for the first: then it gives up, or stops short of what a level

@@ -1,4 +1,4 @@
-"""Tasks in strict order, and the rows that they ask for."""
+"""Tasks in strict order of priority, and their rows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

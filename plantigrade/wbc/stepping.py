@@ -1,4 +1,4 @@
-r"""Motion from ordered tasks: at every tick, the hierarchy's acceleration, integrated.
+r"""Motion from prioritised tasks: the hierarchy's acceleration, integrated at every tick.
 
 At every tick the rows of a :class:`~plantigrade.wbc.order.TaskOrder` become a hierarchical
 quadratic program (Eqs. 2-9 of [Boukheddimi]_), whose answer is integrated over the step.
@@ -48,7 +48,7 @@ STAYS = 0.02  # how readily all other joints move in them
 
 @dataclass(frozen=True)
 class OrderedMotion:
-    """What came out, tick by tick.
+    """The resulting motion, tick by tick.
 
     Attributes:
         human: Who moved.
@@ -147,7 +147,7 @@ def move(
     ground: Footing | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> OrderedMotion:
-    """Move a person by an order of tasks.
+    """Compute the motion of a person from an order of tasks.
 
     Args:
         human: Who moves.
@@ -223,7 +223,7 @@ def move(
 
 
 def first_state(state: State, order: TaskOrder, time: float) -> State:
-    """Return the state a motion begins with: lifted out of the ground.
+    """Return the initial state of a motion, lifted out of the ground.
 
     A recorded posture has its feet some millimetres in the ground; a motion must not begin with a
     jump. Gauss-Newton steps, by the legs. (Feet above the ground come down by themselves.)

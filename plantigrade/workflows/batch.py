@@ -28,8 +28,9 @@ from plantigrade.record.provenance import source_files
 from plantigrade.report.batch_table import PAGE, TABLE, Simulated, table_csv, table_html
 from plantigrade.workflows.beginning import around
 from plantigrade.workflows.fit import Step, fit, silent
-from plantigrade.workflows.settings import FitSettings, SimulateSettings
+from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.simulate import simulate
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
 from plantigrade.world import Controller, Disturbance
 
@@ -222,7 +223,8 @@ def _begin(
     if path.is_dir():
         if how.known:
             raise ParameterError(
-                f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+                f"a run defines its own person: leave out {', '.join(how.known)}, or name the "
+                "recording"
             )
         return path.absolute()
     if folder is not None and (folder / FITTED / METRICS).is_file():
@@ -271,7 +273,7 @@ def _claim(folder: Path, spec: Mapping[str, Any], overwrite: bool) -> None:
         shutil.rmtree(folder)
     try:
         folder.mkdir(parents=True)
-        begun = {"status": "not finished: the same command goes on", "kind": KIND, **spec}
+        begun = {"status": "not finished; run the same command to continue", "kind": KIND, **spec}
         (folder / METRICS).write_text(
             metrics_json({"format": 2, **begun, "files": []}) + "\n", encoding="utf-8"
         )
@@ -295,7 +297,7 @@ def _write(batch: Batch, spec: Mapping[str, Any], command: str) -> None:
     provenance = {key: spec[key] for key in ("version", "settings", "source_files")}
     provenance["command"] = command
     page = table_html(
-        members, status=batch.status, provenance=provenance, title="Simulations side by side"
+        members, status=batch.status, provenance=provenance, title="Batch of simulations"
     )
     figures = {
         "simulations_count": len(members),

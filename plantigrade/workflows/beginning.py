@@ -29,7 +29,8 @@ from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.policies import is_policy, policy_of
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.settings import OF_RECORDINGS
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import styles_of
 from plantigrade.world import (
     Barrier,
@@ -114,7 +115,7 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
     if how.shift is not None:
         shift = FloorShift.written(how.shift)
         if how.ground not in (None, "flat"):
-            raise ParameterError(f"only a flat floor shifts, not ground={how.ground!r}")
+            raise ParameterError(f"shift needs a flat floor, not ground={how.ground!r}")
         acting: tuple[Disturbance, ...] = (shift, *pushes)
     else:
         acting = pushes if plate is None else (plate, *pushes)
@@ -140,6 +141,8 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
+    if not (_recording(source) or how.then or how.upper_body):
+        how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
     if is_policy(how.controller):
         return _learned(source, how, command)
     begin = _start_of(source, how, step, command)
@@ -176,7 +179,7 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
         FileError: If there is no such policy.
     """
     if source is not None or how.motion is not None:
-        raise ParameterError("a policy walks as it was taught: leave out recording, run and motion")
+        raise ParameterError("a policy brings its own motion: leave out recording, run and motion")
     policy = policy_of(how)
     word, lasts = str(how.controller), how.duration or LEARNED_WALK
     origin = Provenance(command, how.plain(), seed=how.seed)
@@ -187,12 +190,20 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
 def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
     if how.motion is not None:
         if source is not None:
-            raise ParameterError("motion is a script of its own: leave out the recording or run")
+            raise ParameterError("motion and a recording or run cannot be combined; give one")
         return _scripted(how.motion, how, command)
     begin = _moving(source, how, step, command)
     if how.controller != SCRIPTED or begin.motion is None or begin.motion.n_frames == 1:
         return begin  # one frame is a posture, which is held
     return _over_the_feet(begin)
+
+
+def _recording(source: Any) -> Path | None:
+    """Return the file of a recording; None where the source is a run, its folder or nothing."""
+    if source is None or isinstance(source, Run):
+        return None
+    path = as_path(source, "what is simulated")
+    return None if path.is_dir() else path
 
 
 def _over_the_feet(begin: Start) -> Start:
@@ -202,32 +213,32 @@ def _over_the_feet(begin: Start) -> Start:
     motion = feasible_motion(begin.human, asked)
     script = Followed(begin.human, motion, asked.presses)
     moved = 1e3 * float(np.linalg.norm((script.com - asked.com)[:, :2], axis=1).max())
-    said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet carry it."
+    said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet can carry it."
     return replace(begin, motion=motion, script=script, notes=(*begin.notes, said))
 
 
 def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
     """Return who starts without a script."""
+    path = _recording(source)
+    if path is not None:
+        recording, trial = fit_trial(path, how, step)
+        origin = fit_provenance(recording, how, command, how.seed)
+        return _of_trial(recording.source.name, trial, origin)
     if source is None:
         human = how.human()
         return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))
     if not isinstance(source, Run):
-        path = as_path(source, "what is simulated")
-        if not path.is_dir():
-            recording, trial = fit_trial(path, how, step)
-            origin = fit_provenance(recording, how, command, how.seed)
-            return _of_trial(recording.source.name, trial, origin)
-        source = Run.load(path)
+        source = Run.load(source)
     if how.known:
         raise ParameterError(
-            f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
         )
     record, folder = source.record, source.folder
     first = record.motion.qpos[0]
     sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])
     if sunk > DEEP:
         raise ParameterError(
-            f"the motion starts {sunk:.2f} m below its ground: name a run whose feet are on it"
+            f"the motion starts {sunk:.2f} m below its ground; give a run whose feet are on it"
         )
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(

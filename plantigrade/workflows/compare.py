@@ -52,7 +52,7 @@ def names_of(runs: Sequence[Run]) -> list[str]:
         same = [r for r in runs[:k] if r is run or _same_folder(r, run)]
         if same:
             where = run.folder or run.title or run.name
-            raise ParameterError(f"{where} was named twice; a run differs from itself nowhere")
+            raise ParameterError(f"{where} is given twice")
     names = [run.name or run.title or run.kind for run in runs]
     longer = [f"{r.folder.resolve().parent.name}/{n}" if r.folder else n
               for r, n in zip(runs, names, strict=True)]  # fmt: skip
@@ -121,7 +121,7 @@ def summary(folder: Path, found: RunComparison) -> str:
         lines.append(
             f"    beyond the 95 % band somewhere in the cycle: {beyond} of {known} angles"
             if known
-            else "    too few cycles for a band of confidence"
+            else "    too few cycles for a confidence band"
         )
     return "\n".join([*lines, f"  page           {folder / PAGE}"])
 

@@ -33,6 +33,7 @@ from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.recording import Subject
+from plantigrade.notes import Info
 from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
@@ -49,7 +50,7 @@ def silent(_: str) -> contextlib.AbstractContextManager:
 
 
 def load(path: str | Path, settings: FitSettings) -> Recording:
-    """Read a recording and what belongs to it.
+    """Read a recording and its companion files.
 
     Raises:
         FileError: If a file cannot be read.
@@ -63,23 +64,23 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if recording.markers is None or not recording.markers.names:
         for name in ("static", "marker_set", "swap_sides", "mirror_axis"):
             if getattr(settings, name):
-                raise FitError(f"{name} means nothing for {path.name}, which holds no markers")
+                raise FitError(f"{name} has no effect on {path.name}, which holds no markers")
     found = find_companions(recording, read) if settings.companions else Companions()
     static = read(settings.static) if settings.static else found.static
     if static is not None and static.markers is None:
-        raise FitError(f"{settings.static} holds no markers, so it is no standing trial")
+        raise FitError(f"{settings.static} holds no markers, so it is not a standing trial")
     plates, source = recording.plates or found.forces, found.forces_source
     if settings.forces:
         plates, source = read(settings.forces).plates, settings.forces
         if not plates:
             raise FitError(f"{settings.forces} holds no ground reactions")
     if settings.without_plates and not plates:
-        raise FitError(f"without_plates means nothing for {path.name}, which came without any")
+        raise FitError(f"without_plates has no effect on {path.name}, which has none")
     notes = []
     if static is not None and settings.static is None:
-        notes.append(f"{static.source.name} beside it was taken as its standing trial.")
+        notes.append(Info(f"{static.source.name}, found beside it, is its standing trial."))
     if source is not None and settings.forces is None:
-        notes.append(f"{source.name} beside it was taken as its ground reactions.")
+        notes.append(Info(f"{source.name}, found beside it, holds its ground reactions."))
     named = (static.source if static else None, source, skeleton, settings.marker_set)
     recording = replace(
         recording,
@@ -90,10 +91,10 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     if settings.swap_sides:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
         recording = swap_sides(recording, chosen)
-        notes.append("left and right were exchanged in the names of markers and events.")
+        notes.append(Info("left and right were swapped in marker and event names."))
     if settings.mirror_axis:
         recording = mirror_axis(recording)
-        notes.append("the axis to the left was turned round in markers and ground reactions.")
+        notes.append(Info("the leftward axis of markers and ground reactions was reversed."))
     return replace(recording, warnings=(*recording.warnings, *notes))
 
 
@@ -219,7 +220,7 @@ def run_of(
 def provenance(
     recording: Recording, settings: FitSettings, command: str = "", seed: int | None = None
 ) -> Provenance:
-    """Return where a result on a recording comes from: all files that were read."""
+    """Return the provenance of a result on a recording: all files that were read."""
     own = norm_files(settings.norms)
     files = source_files([recording.source, *recording.companions, *own])
     return Provenance(command, settings.plain(), files, seed)
@@ -236,7 +237,7 @@ def norm_signals(settings: FitSettings) -> dict[str, Array]:
 
 
 def personal_figures(settings: Settings) -> dict[str, Any]:
-    """Return what the settings say of a person, as the figures of a run hold it."""
+    """Return what the settings say of a person, as figures of a run."""
     return Subject(age=settings.age, sex=settings.sex).figures
 
 
@@ -267,7 +268,7 @@ def sentence(trial: Trial) -> str:
         text += f"; RMS {kind} error {error:.1f} mm"
     if trial.forces is not None and bool(np.any(trial.forces.valid_side)):
         text += "; joint moments from the measured ground reactions"
-        text += ", estimated where no plate told them" if trial.ground is not None else ""
+        text += ", estimated where there was no plate" if trial.ground is not None else ""
     elif trial.ground is not None:
         text += "; ground reactions and joint moments estimated from the motion"
     return text[0].upper() + text[1:] + "."

@@ -17,19 +17,20 @@ from plantigrade.live.clock import Clock
 from plantigrade.live.session import Cast, Choice, Session, run
 from plantigrade.live.slope import Slope
 from plantigrade.models import Human
+from plantigrade.notes import Info
 from plantigrade.record import Run
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import run_of
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller, Disturbance, Load, Platform
 
-BY_HAND = (
-    "A live session: what was pushed by hand is a contact site of its own (push_…); friction and "
-    "targets as they were set are the signals live.…"
+BY_HAND = Info(
+    "A live session: pushes by hand are contact sites of their own (push_…); friction and target "
+    "values are the signals live.…"
 )
 
 
@@ -236,7 +237,7 @@ def _look_on(
 ) -> None:
     """Show the page, and save when somebody wants it, until interrupted; then end both."""
     try:
-        tell(f"Live at {page.address} (end with Ctrl-C)")
+        tell(f"Live at {page.address} (press Ctrl-C to stop)")
         if open:
             webbrowser.open(page.address)
         while not stop.is_set():

@@ -1,4 +1,4 @@
-"""Whatever ``plantigrade synthesize`` makes: a task, a task file, a paper's motion, or tracking."""
+"""The motions of ``plantigrade synthesize``: a task, a task file, a paper's motion, or tracking."""
 
 import contextlib
 from collections.abc import Callable
@@ -36,7 +36,7 @@ def synthesize(
     command: str = "",
     **options: Any,
 ) -> Run:
-    """Make a motion from a task alone by trajectory optimisation, and have it checked.
+    """Generate a motion from a task by trajectory optimisation, and check it.
 
     Args:
         task: A task of :data:`~plantigrade.synthesize.tasks.settings.TASKS` (``"walk"``,
@@ -66,11 +66,11 @@ def synthesize(
     if word == TRACK:
         recording = options.pop("recording", None)
         if recording is None:
-            raise ParameterError("track needs a recording: give recording=FILE")
+            raise ParameterError("track needs recording=FILE")
         path = as_path(recording, "recording")
         refuse_unknown(word, options, ["recording", *_names(TrackSettings)])
         how = TrackSettings.given(word, settings, options)
-        title = f"{path.name}, on forces of the ground"
+        title = f"{path.name}, tracked with ground forces"
         origin = Origin(title, name=_folder(word, path.stem), **told)
         return track(path, how, progress=progress, step=step, origin=origin)
     if word == PAPER:
@@ -88,7 +88,7 @@ def synthesize(
     parameters |= {name: value for name, value in options.items() if name in own}
     how = {name: value for name, value in options.items() if name not in own}
     name = base if file is None else Path(word).stem
-    title = f"{name.replace('-', ' ').capitalize()}, from the task alone"
+    title = f"{name.replace('-', ' ').capitalize()}, generated from the task"
     files = () if file is None else (Path(word),)
     return synthesize_task(
         TASKS[base](**parameters),

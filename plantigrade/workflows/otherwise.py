@@ -105,10 +105,10 @@ class Otherwise:
         share = 100.0 * (self.mass - 1.0)
         said = [
             share and f"{abs(share):g} % {'heavier' if share > 0 else 'lighter'} than planned",
-            self.friction is not None and f"on friction {self.friction:g}",
+            self.friction is not None and f"with friction {self.friction:g}",
             self.delay and f"commands {1e3 * self.delay:g} ms late",
             self.sensors and f"sensor noise {np.rad2deg(self.sensors):.2g}°",
-            self.start and f"start disturbed by {self.start:g} rad/s and m/s",
+            self.start and f"initial velocities disturbed by {self.start:g} rad/s and m/s",
         ]
         return "".join(f", {words}" for words in said if words)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plantigrade.errors import ParameterError
-from plantigrade.workflows.settings import LEARNED, POLICY, SimulateSettings
+from plantigrade.workflows.simulate_settings import LEARNED, POLICY, SimulateSettings
 
 if TYPE_CHECKING:
     from plantigrade.learn.controller import PolicyController
@@ -56,6 +56,6 @@ def policy_of(how: SimulateSettings) -> "PolicyController":
     path = file_of(word, known.pop("feet", None) if word == LEARNED else None)
     if known:
         raise ParameterError(
-            f"a policy has its own person: leave out {', '.join(known)}, or train one for yours"
+            f"a policy defines its own person: leave out {', '.join(known)}, or train one for yours"
         )
     return policy_named(path)

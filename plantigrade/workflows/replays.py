@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.control.replay import Replay
 from plantigrade.control.replay.clearance import part_of
+from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.otherwise import Otherwise
@@ -163,7 +164,7 @@ class Legs:
             self.deepest = max(self.deepest, -float(self._contact.dist[both].min()))
 
 
-def certificate(record: Record, duration: float | None = None) -> dict[str, Any]:
+def certificate(record: Record) -> dict[str, Any]:
     """Return whether a motion survives in the physical world, its error, and what push it survives.
 
     One undisturbed and one disturbed start; pushes forward, back and to the sides in the middle of
@@ -171,10 +172,9 @@ def certificate(record: Record, duration: float | None = None) -> dict[str, Any]
 
     Args:
         record: The motion.
-        duration: Of the replay [s]; as in :func:`replay_once` if absent.
     """
     controller = Replay(record)
-    found = [replay_once(controller, duration, seed=seed) for seed in (0, 1)]
+    found = [replay_once(controller, seed=seed) for seed in (0, 1)]
     survived = all(each.survived for each in found)
     pushes: dict[str, float] = {}
     if survived:
@@ -193,9 +193,7 @@ def certificate(record: Record, duration: float | None = None) -> dict[str, Any]
 def certified(figures: dict[str, Any]) -> str:
     """Return the certificate of a motion in one sentence."""
     if not figures["replay_survived"]:
-        return (
-            f"Carried out in the physical world it falls after {figures['replay_seconds']:.2f} s."
-        )
+        return f"In simulation it falls after {figures['replay_seconds']:.2f} s."
     pushes = [v for k, v in figures.items() if k.startswith("replay_push_")]
     weakest = min(pushes)
     way = next(
@@ -207,7 +205,7 @@ def certified(figures: dict[str, Any]) -> str:
         else f"not every push of {TRIED[0]:.0f} N (weakest: {way})"
     )
     off, beside = figures["replay_error_rms_deg"], 100.0 * figures["replay_off_path_end_m"]
-    return (
-        f"Carried out in the physical world it survives, {off:.1f}° off the motion and "
-        f"{beside:.0f} cm beside its path at the end; on the way it survives {held}."
+    return Info(
+        f"In simulation it stays upright, {off:.1f}° off the motion and "
+        f"{beside:.0f} cm beside its path at the end; on the way it withstands {held}."
     )

@@ -1,4 +1,4 @@
-"""A recorded gait rebuilt from ordered tasks: fit, reproduce, compare."""
+"""Reproduce a recorded gait from prioritised tasks: fit, reproduce, compare."""
 
 import time as clock
 from dataclasses import replace
@@ -14,6 +14,7 @@ from plantigrade.analyze.reproduction_status import force_figures, gait_figures,
 from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
+from plantigrade.notes import Info
 from plantigrade.record import Record, Run
 from plantigrade.reproduce.gait import gait_tasks
 from plantigrade.reproduce.reference import Reference
@@ -44,7 +45,7 @@ def reproduce(
     command: str = "",
     **options: Any,
 ) -> Run:
-    """Rebuild the recorded gait of a file from ordered tasks.
+    """Reproduce the recorded gait of a file from prioritised tasks.
 
     Args:
         path: The recording, as :func:`plantigrade.workflows.fit.fit` takes it.
@@ -79,7 +80,7 @@ def run_of(
     command: str = "",
     seed: int | None = None,
 ) -> Run:
-    """Return the run of a gait that is rebuilt from an analysed recording.
+    """Return the run of a gait reproduced from an analysed recording.
 
     Its record is the motion from the hierarchy of accelerations; ``others["forces"]`` is the
     motion moved by forces, with the measured forces as signals ``measured.…``.
@@ -116,7 +117,7 @@ def run_of(
         figures |= force_figures(forced, compare(forced), walk.measured, walk.ground)
         if figures["dynamics_status"] != "ok":
             notes.append(
-                f"of the gait moved by forces: {figures['dynamics_status']}; its ground reactions "
+                f"gait computed with forces: {figures['dynamics_status']}; its ground reactions "
                 "and joint moments are left out of the report."
             )
     signals = {**record.signals, **assumed, **norm_signals(settings)}
@@ -152,7 +153,7 @@ def _sentence(name: str, record: Record, held: Comparison, tasks: str) -> str:
     human, motion, n, m = record.human, record.motion, len(held.cycles), held.metrics()
     text = (
         f"The gait of {name} ({motion.duration:.2f} s, {n} stride{'' if n == 1 else 's'}) "
-        f"rebuilt from the ordered tasks “{tasks}” on a person of {human.height:.2f} m and "
+        f"reproduced from the prioritised tasks “{tasks}” on a person of {human.height:.2f} m and "
         f"{human.mass:.1f} kg with {human.model.nv} degrees of freedom; the centre of mass within "
         f"{m['com_error_max_mm']:.1f} mm of its path"
     )
@@ -166,13 +167,15 @@ def _notes(walk: RecordedWalk, reference: Reference) -> list[str]:
     events, found = walk.motion.events, []
     if len(reference.events) < len(events):
         found.append(
-            f"of {len(events)} gait events the longest sequence of steps was reproduced: "
+            f"of {len(events)} gait events, the longest sequence of steps was reproduced: "
             f"{len(reference.events)} events, {reference.start:.2f} to {reference.stop:.2f} s."
         )
     way = float(np.linalg.norm(walk.ground[-1, :2] - walk.ground[0, :2]))
     if way > TREADMILL:
         found.append(
-            f"the ground moves at {way / walk.motion.duration:.2f} m/s (a treadmill); the gait was "
-            "reproduced over ground at rest."
+            Info(
+                f"the ground moves at {way / walk.motion.duration:.2f} m/s (a treadmill); the gait "
+                "was reproduced over ground at rest."
+            )
         )
     return found

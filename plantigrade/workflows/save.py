@@ -83,7 +83,7 @@ def report(
 
 
 def compared_anew(run: Run, norms: str | Path | None, age: float | None) -> Run:
-    """Return a run that is compared with other norms: its figures, and what they come from.
+    """Return a run compared with other norms, with its figures and their sources.
 
     Raises:
         FileError: If the norms cannot be read.

@@ -16,12 +16,13 @@ from plantigrade.control.replay.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion
+from plantigrade.notes import Info
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, timed
 from plantigrade.world import Controller, Disturbance, PhasePush, State, World
 from plantigrade.world.command import Commanded
@@ -76,9 +77,7 @@ def simulate(
     how = SimulateSettings.given("simulate", settings, options)
     by_hand = [word for word in how.then if timed(word, "walk to go over to", THEN)[1] is None]
     if by_hand:
-        raise ParameterError(
-            f"then={by_hand[0]!r} has no time, as only a live page needs none: {THEN}"
-        )
+        raise ParameterError(f"then={by_hand[0]!r} needs a time, except with --live: {THEN}")
     otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
     ground = otherwise.under(begin.ground)
@@ -88,13 +87,14 @@ def simulate(
         moved_by = controller_of(begin, ground, how, word)
     elif how.controller is None:
         word = getattr(controller, "__name__", type(controller).__name__)
+    how.refuse_unused(word)
     lasts = _duration(begin, how, moved_by)
     begins = [(_called(each), min(each.edges(), default=0.0)) for each in (*acting, *disturbances)]
     for what, first in (*begins, *(() if begin.wish is None else begin.wish.changes)):
         if first >= lasts:
             raise ParameterError(
                 f"{what} would begin at {first:g} s, but the simulation lasts {lasts:g} s: give it "
-                "a longer duration, or let that begin earlier"
+                "a longer duration or an earlier time"
             )
     moved_by = UntilFall(moved_by)
     with step("simulating"):
@@ -178,7 +178,7 @@ def run_of(
     controller: Controller,
 ) -> Run:
     """Return the run of a simulation, with what its controller says of it."""
-    said = getattr(controller, "said", tuple)()
+    said = map(Info, getattr(controller, "said", tuple)())
     waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
     missed = [sentence for sentence in waited if sentence]
     record = replace(record, notes=(*record.notes, *said, *missed, *_passed(record)))
@@ -268,8 +268,8 @@ def _passed(record: Record) -> tuple[str, ...]:
         return ()
     far = 100.0 * spare(record)
     if touched(record):
-        return (f"It struck the barrier, up to {-far:.1f} cm deep in the skin.",)
-    return (f"It passed the barrier {far:.1f} cm away.",)
+        return (f"It hit the barrier, up to {-far:.1f} cm deep in the skin.",)
+    return (Info(f"It passed the barrier {far:.1f} cm away."),)
 
 
 def _sentence(
@@ -279,7 +279,7 @@ def _sentence(
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
     words = {"speed": how.speed, "path": how.path, "stoop": how.stoop}
     asked = ", ".join(f"{name} {asked}" for name, asked in words.items() if asked is not None)
-    led = f", led by {asked}" if asked else ""
+    led = f", with {asked}" if asked else ""
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
     times = {1: "once", 2: "twice"}
     pushes = "".join(
@@ -287,8 +287,8 @@ def _sentence(
         for what, words in kinds.items()
         if words
     )
-    pushes += f", with {how.load:g} kg on the back" if how.load else ""
-    pushes += (", on a floor that shifts" if how.shift else "") + otherwise
+    pushes += f", with a backpack of {how.load:g} kg" if how.load else ""
+    pushes += (", on a shifting floor" if how.shift else "") + otherwise
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{led}{pushes}: "

@@ -1,4 +1,4 @@
-"""Several reproduced gaits as one study: a folder with statistics, the paper's table beside."""
+"""A study of several reproduced gaits: a folder with statistics and the paper's table."""
 
 import csv
 import io

@@ -13,8 +13,9 @@ from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Record, Run
 from plantigrade.workflows.fit import Step, fit_trial
-from plantigrade.workflows.settings import FitSettings, SimulateSettings
-from plantigrade.workflows.walkers import on_body, walk_on_body
+from plantigrade.workflows.other_bodies import on_body, walk_on_body
+from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 
 THEN = "write FILE@S or RUN@S, such as stroll.c3d@4"
 UPPER = (

@@ -46,7 +46,7 @@ UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ra
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a run comes from: title of its pages, command line, files read; and its name."""
+    """Origin of a run: title of its pages, command line, files read, and its name."""
 
     title: str = ""
     command: str = ""
@@ -62,7 +62,7 @@ def synthesize_task(
     progress: Progress | None = None,
     origin: Origin | None = None,
 ) -> Run:
-    """Make a motion and have it checked.
+    """Generate a motion and check it.
 
     Args:
         told: What is to be done.
@@ -101,7 +101,7 @@ def synthesize_task(
 
 
 def proven(run: Run) -> Run:
-    """Return a run with what became of its motion in the physical world: figures and a note."""
+    """Return a run with the result of simulating its motion: figures and a note."""
     began = clock.perf_counter()
     figures = certificate(run.record)
     record = replace(run.record, notes=(*run.record.notes, certified(figures)))
@@ -112,11 +112,11 @@ def proven(run: Run) -> Run:
 def _refuse_beside_timing(how: SolveSettings, file: TaskFile | None) -> None:
     """Refuse what means nothing where the timing is optimised: every trial is solved one way."""
     if file is not None:
-        raise ParameterError("the timing of a task file stays as it is: leave out optimise_timing")
+        raise ParameterError("optimise_timing does not apply to a task file")
     plain = SolveSettings()
     for name in ("solver", "warm", "restarts"):
         if getattr(how, name) != getattr(plain, name):
-            raise ParameterError(f"{name} means nothing beside optimise_timing: leave out one")
+            raise ParameterError(f"{name} has no effect with optimise_timing: leave out one")
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:
@@ -199,7 +199,7 @@ def _optimised(
 def synthesize_paper(
     how: PaperSettings, *, progress: Progress | None = None, origin: Origin | None = None
 ) -> Run:
-    """Make a motion of the paper and have it checked.
+    """Solve a motion of the paper and check it.
 
     Raises:
         ParameterError: If the person has other feet than the paper's.
@@ -222,7 +222,7 @@ def synthesize_paper(
         "nodes": len(solution.paper.problem.nodes),
     }
     settings = {"task": "zhakatayev2023", **how.plain()}
-    what, made = f"{how.motion}, as in the paper", "by the stages of the paper"
+    what, made = f"{how.motion}, as in the paper", "solved by the stages of the paper"
     seconds = {"solve": result.seconds}
     return checked(record, what, made, settings, origin, figures, seconds=seconds)
 
@@ -250,7 +250,7 @@ def run_of(
     stages = {s.solver for s in solution.stages}
     solver = "IPOPT" if stages == {"ipopt"} else "the banded interior point"
     made = (
-        f"from the task alone by {solver} "
+        f"generated from the task by {solver} "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     what = f"{name} ({words})" if words else name
@@ -283,11 +283,11 @@ def checked(
         notes=(*record.notes, *limit_notes(record)),
     )
     state = status(verdict, violations)
-    passed = "it passed the check" if state == "ok" else "it did not pass the check"
+    passed = "the check passed" if state == "ok" else "the check failed"
     sentence = (
         f"{what[0].upper()}{what[1:]}, {record.motion.duration:.2f} s, of a person of "
         f"{human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of freedom "
-        f"and {human.feet} feet, made {made}; {passed} in {record.motion.n_frames} frames."
+        f"and {human.feet} feet, {made}; {passed} in {record.motion.n_frames} frames."
     )
     size = {"duration_s": record.motion.duration, "frames": record.motion.n_frames}
     age = settings.get("age") or figures.get("age_years")
@@ -324,7 +324,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
 
 def solver_figures(solution: Solution) -> dict[str, Any]:
-    """Return how the solver got there."""
+    """Return figures of the solver's convergence."""
     problem, last = solution.problem, solution.stages[-1].history[-1]
     found: dict[str, Any] = {
         "task": solution.task.name,
@@ -346,7 +346,7 @@ def solver_figures(solution: Solution) -> dict[str, Any]:
 
 
 def in_words(name: str, value: Any) -> str:
-    """Return what a task was told, in words.
+    """Return the parameters of a task in words.
 
     Example:
         >>> in_words("step_length", 0.6), in_words("turn", np.pi / 2), in_words("periodic", True)

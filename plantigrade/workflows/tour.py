@@ -1,10 +1,9 @@
-"""A tour of twelve waypoints in a minute, with a punch on every way between two of them.
+"""A tour of twelve waypoints in a minute, with a punch on every leg.
 
 The form in which 34 policies of a humanoid robot were compared in 2026: punches of up to 600 N for
 0.08 s at a random body in a random direction; the best completed 77 % of its tours.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +29,7 @@ LATE = (0.1, 0.9)
 
 @dataclass(frozen=True)
 class Toured:
-    """What became of a tour.
+    """The outcome of a tour.
 
     Attributes:
         completed: Whether all waypoints were reached in time, on the feet.
@@ -60,16 +59,14 @@ def waypoints(
     return np.asarray(np.cumsum(far * np.stack([np.cos(heading), np.sin(heading)], 1), axis=0))
 
 
-def punches(
-    walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS, hardest: float = HARDEST
-) -> tuple[Push, ...]:
+def punches(walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS) -> tuple[Push, ...]:
     """Return a punch for every way: body, direction, force and time at random."""
     every = SECONDS / WAYPOINTS
     names = walker.record.human.body_names
     return tuple(
         Push(
             body=str(names[int(rng.integers(len(names)))]),
-            force=float(rng.uniform(0.0, hardest)),
+            force=float(rng.uniform(0.0, HARDEST)),
             duration=PUNCH,
             direction=float(rng.uniform(0.0, 2 * np.pi)),
             time=every * (k + float(rng.uniform(*LATE))),
@@ -84,10 +81,8 @@ def tour(
     seed: int = 0,
     *,
     n: int = WAYPOINTS,
-    hardest: float = HARDEST,
-    say: Callable[[str], None] = lambda _: None,
 ) -> Toured:
-    """Let somebody go on a tour.
+    """Simulate a tour.
 
     A controller with a method ``follow(waypoints)`` is told the waypoints before it starts, world
     [m], rows of x and y; the walk starts at the origin along x. Who has none goes straight on, and
@@ -97,12 +92,10 @@ def tour(
         walker: Who walks.
         seed: Of turns and punches.
         n: How many waypoints, five seconds for each.
-        hardest: Greatest force of a punch [N].
-        say: Called at every waypoint.
     """
     rng = np.random.default_rng(seed)
     controller = walker.make(walker.record)
-    acting = punches(walker, rng, n, hardest)
+    acting = punches(walker, rng, n)
     follow = getattr(controller, "follow", None)
     goals = waypoints(walker, rng, n, straight=follow is None)
     if follow is not None:
@@ -113,7 +106,6 @@ def tour(
         going.step()
         if np.linalg.norm(going.place - goals[reached]) < REACHED:
             reached += 1
-            say(f"waypoint {reached} at {world.time:.1f} s")
     found = going.walked()
     end = found.end or ("" if reached == n else "too late")
     came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < world.time)

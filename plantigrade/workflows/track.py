@@ -1,4 +1,4 @@
-"""A recording made physical: fitted, then tracked on ground reactions.
+"""Track a recording with a dynamically consistent motion.
 
 Ground reactions are estimated from the motion; the tracked motion starts from them and keeps near
 them as closely as their error bands allow. Measured ones are withheld; at most the body mass is
@@ -46,7 +46,7 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A recorded motion on ground reactions.
+    """A tracked recording.
 
     Attributes:
         walk: The recorded motion, as fitted.
@@ -113,7 +113,7 @@ class Tracked:
         """Compare the forces with the measured ones.
 
         Raises:
-            ReproduceError: If the recording came without force plates.
+            ReproduceError: If the recording has no force plates.
         """
         return compare_forces(self.compared(), self._measured, ground=self.walk.ground)
 
@@ -123,7 +123,7 @@ class Tracked:
         The joint moments beside them are those of the recorded motion.
 
         Raises:
-            ReproduceError: If the recording came without force plates.
+            ReproduceError: If the recording has no force plates.
         """
         motion, found = self.motion, self.estimate
         assert motion.qacc is not None
@@ -149,7 +149,7 @@ class Tracked:
     @property
     def _measured(self) -> Record:
         if self.walk.measured is None:
-            raise ReproduceError(f"{self.walk.name} came without force plates")
+            raise ReproduceError(f"{self.walk.name} has no force plates")
         return self.walk.measured
 
     def figures(self) -> dict[str, Any]:
@@ -187,7 +187,7 @@ def track(
     step: Callable[[str], contextlib.AbstractContextManager] = silent,
     origin: Origin | None = None,
 ) -> Run:
-    """Fit a recording, make it physical with ground reactions, and have it checked.
+    """Fit a recording, track it with ground reactions, and check the result.
 
     Args:
         path: The recording: markers, a skeleton's motion, or joint coordinates.
@@ -214,7 +214,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
     """Return the run of a tracked recording; its provenance names all files that were read."""
     solution, name = tracked.solution, recording.source.name
     made = (
-        f"from the recording by the banded interior point "
+        "tracked by the banded interior point "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     record = tracked.record()
@@ -240,7 +240,7 @@ def track_trial(
     tracking: Tracking | None = None,
     progress: Progress | None = None,
 ) -> Tracked:
-    """Track a fitted recording on ground reactions; see :func:`track`."""
+    """Track a fitted recording with ground reactions; see :func:`track`."""
     settings, began = settings or TrackSettings(), clock.perf_counter()
     if trial.withheld is None and trial.forces is not None:
         trial = analyse(

@@ -22,10 +22,10 @@ from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import Step, fit_trial, silent
 from plantigrade.workflows.policies import file_of
-from plantigrade.workflows.settings import TrainSettings
+from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
 
 if TYPE_CHECKING:
-    from plantigrade.learn.training import Progress
+    from plantigrade.learn.curve import Progress
 
 PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
 """The person of [Park2020]_, who walks where no recording is named."""
@@ -73,7 +73,7 @@ def train(
         resume: Take up what was stopped; what has ended is kept as it is.
         overwrite: Replace what is there.
         step: Shows progress of a fit.
-        tell: Called with the seed and a :class:`~plantigrade.learn.training.Progress` after every
+        tell: Called with the seed and a :class:`~plantigrade.learn.curve.Progress` after every
             part of a training.
         options: Fields of ``settings`` by name; they replace those of ``settings``.
 
@@ -158,7 +158,7 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
     reference = _reference(source, how, step)
     lean = how.form == "lean"
     if how.landing and not lean:
-        raise ParameterError("landing is for form=lean: the other is rewarded as printed")
+        raise ParameterError("landing needs form=lean")
     return Rules(
         reference=reference,
         form=how.form,
@@ -174,6 +174,7 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
 
 def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
     if source is None:
+        how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
         return Reference.textbook(Human.create(**{**PAPER_PERSON, **how.known}))
     if not isinstance(source, Run):
         path = as_path(source, "what is followed")
@@ -181,8 +182,9 @@ def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
             return Reference.of(fit_trial(path, how, step)[1].record())
     if how.known:
         raise ParameterError(
-            f"a run has its own person: leave out {', '.join(how.known)}, or name the recording"
+            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
         )
+    how.refuse(OF_RECORDINGS, "on a run; name the recording")
     return Reference.of(source)
 
 

@@ -10,7 +10,8 @@ from plantigrade.bounds import SEEDS
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import number_of, refuse_unknown
-from plantigrade.workflows.settings import FitSettings, SimulateSettings
+from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
 
 MOST = 100_000
@@ -53,7 +54,7 @@ def variants(
             raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
         axes[name] = [typed(name, value) for value in values]
         if any(value in axes[name][:i] for i, value in enumerate(axes[name])):
-            raise ParameterError(f"{name} varies: it has one of its values twice")
+            raise ParameterError(f"{name}: a value is given twice")
     if seeds > 1:
         axes["seed"] = [how.seed + i for i in range(seeds)]
     count = 1

@@ -137,10 +137,7 @@ def run_of(
     hinge, share = vaulted.held
     notes = ()
     if share > 100.0:
-        notes = (
-            f"{hinge}, which the model's rigid segments hold, would need {share:.0f} % of its "
-            "strength",
-        )
+        notes = (f"{hinge}, which is rigid in the model, would need {share:.0f} % of its strength",)
     status = verdict.status
     if not vaulted.contact.left:
         tried = sum(f.evaluations for f in every)

@@ -1,4 +1,4 @@
-"""From an analysed recording to a walk that can be rebuilt, or the reason why there is none.
+"""From an analysed recording to a walk that can be reproduced, or the reason why it cannot.
 
 Events that a jerk has blurred are put in order, a single cycle is repeated; recordings in which
 there is no walking, or no level ground, are refused.
@@ -24,6 +24,7 @@ from plantigrade.motion import Motion
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.recording import even_clock
+from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.reproduce.phases import in_order, walking_events
 from plantigrade.reproduce.reference import Reference, reference_of
@@ -39,7 +40,7 @@ CUTOFF = 6.0
 
 @dataclass(frozen=True)
 class RecordedWalk:
-    """A recorded walk on its way to the tasks."""
+    """A recorded walk to be reproduced."""
 
     name: str  #: Name of the file
     human: Human  #: Who walks
@@ -58,7 +59,7 @@ class RecordedWalk:
         if blurred:
             notes += (
                 f"in {blurred} of the steps one foot seems to leave before the other lands, as in "
-                "running; the other steps are walked, so both events were put midway.",
+                "running; the other steps are walking, so both events were set midway.",
             )
         return cls(
             trial.fit.recording.source.name,
@@ -112,9 +113,9 @@ class RecordedWalk:
         motion = Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
         what = "half a cycle" if loop.mirrored else "one cycle"
         closes = "its mirror image" if loop.mirrored else "itself"
-        note = (
+        note = Info(
             f"the recording is {what} of {loop.period:.2f} s that closes on {closes}; it was "
-            "repeated to three cycles, in which the gait was found."
+            "repeated to three cycles, in which gait events were detected."
         )
         figures = {
             **self.figures,

@@ -1,4 +1,4 @@
-"""The physical world: a person on a ground, disturbances, and time that any controller steps.
+"""The physics simulation: a person on a ground, with disturbances, stepped by any controller.
 
 What is named here is public: a :class:`World` with a ``controller(state) -> command``::
 

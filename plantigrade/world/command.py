@@ -1,4 +1,4 @@
-r"""What a controller asks of the joints, and how the world does it.
+r"""Commands of a controller to the joints, and their implementation.
 
 A :class:`StablePD` law with stiffness :math:`k_p` and damping :math:`k_d` is meant at the end of a
 step of length :math:`h` [Tan2011]_,
@@ -27,7 +27,7 @@ Hinges = Float[Array, " n_hinges"]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Command:
-    """Nothing: the joints are left to their passive moments.
+    """No command: the joints are left to their passive moments.
 
     Attributes:
         signals: What the controller wants to be kept with this command, by name: one number or
@@ -78,7 +78,7 @@ class PD(StablePD):
 
 @dataclass(frozen=True, eq=False)
 class Acceleration(Command):
-    """Accelerations that the hinges are to have; see the module.
+    """Prescribed accelerations of the hinges; see the module.
 
     Attributes:
         acceleration: Accelerations [rad/s²].

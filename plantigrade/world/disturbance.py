@@ -1,4 +1,4 @@
-"""What else acts on a person in a world: the interface, and forces at a body."""
+"""Disturbances of a person in a world: the interface, and forces on a body."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -56,7 +56,7 @@ def written_numbers(word: str, what: str, form: str, *counts: int) -> list[float
 
 
 class Disturbance:
-    """Something that acts on a world; a subclass overrides what it needs.
+    """A disturbance of a world; a subclass overrides what it needs.
 
     One disturbance may serve several worlds: what it keeps of one is ``world.memory[self]``.
     """
@@ -135,7 +135,7 @@ class Push(Disturbance):
             force, duration, direction, at = (float(part) for part in (*size, percent))
         except ValueError:
             raise ParameterError(
-                f"{word!r} is no push: write NEWTON,SECONDS,DIRECTION_DEG,AT_S such as "
+                f"{word!r} is not a push: write NEWTON,SECONDS,DIRECTION_DEG,AT_S such as "
                 "100,0.2,90,1.5, to the left after 1.5 s; or r25 for AT_S, at 25 % of a right cycle"
             ) from None
         turned = float(np.deg2rad(direction))
@@ -174,7 +174,7 @@ class Push(Disturbance):
 
 @dataclass(frozen=True, kw_only=True)
 class PhasePush(Push):
-    """A push at a phase of the gait, once: so much of a cycle after a foot strikes the ground.
+    """One push at a phase of the gait, measured from a heel strike.
 
     How long a cycle lasts is told by the strike before; so the first two strikes are waited for.
 
@@ -230,7 +230,7 @@ class PhasePush(Push):
 
 @dataclass
 class Steps:
-    """What a push at a phase has seen of a foot.
+    """What a phase push has observed of a foot.
 
     Attributes:
         begin: When to push [s].

@@ -1,4 +1,4 @@
-"""When a person has fallen: something else than feet and seat carries it on the ground."""
+"""Detection of falls: something other than feet and seat carries the person."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class Fall:
 
 
 class FallWatch:
-    """Looks for falls in a world.
+    """Detects falls in a world.
 
     Args:
         human: The person.

@@ -1,4 +1,4 @@
-"""Grounds by name, as the command line says them: ``slope:5``, ``bumps:2``, ``stones``."""
+"""Grounds by name, as on the command line: ``slope:5``, ``bumps:2``, ``stones``."""
 
 from collections.abc import Callable
 

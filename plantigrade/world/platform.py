@@ -1,4 +1,4 @@
-"""Ground that moves: a heavy plate on joints, driven along a path, with the friction of the floor.
+"""Moving ground: a heavy plate on joints, driven along a path, with the friction of the floor.
 
 It is a body with joints and not one that is put from place to place: what MuJoCo calls mocap has no
 velocity in a contact and carries nobody along.
@@ -33,7 +33,7 @@ JOINTS = ("platform_x", "platform_y", "platform_pitch", "platform_roll")
 
 
 class Platform(Disturbance):
-    """A level floor that moves; a subclass says where it is at a time.
+    """A moving level floor; a subclass defines its position over time.
 
     Attributes:
         half: Half its length and width [m].
@@ -109,7 +109,7 @@ class Platform(Disturbance):
 
 @dataclass(frozen=True, kw_only=True)
 class Tilting(Platform):
-    """A plate that sways about the place where the person starts.
+    """A plate that sways about the start position of the person.
 
     Attributes:
         amplitude: Greatest slope [rad].
@@ -145,7 +145,7 @@ class Tilting(Platform):
 
 @dataclass(frozen=True, kw_only=True)
 class FloorShift(Platform):
-    """A floor that suddenly shifts, and stays where it is then.
+    """A floor that suddenly shifts and stays there.
 
     Attributes:
         distance: How far [m].

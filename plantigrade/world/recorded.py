@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array
+from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import MOVED, PLACE
 from plantigrade.record.things import PLACES, described
@@ -45,8 +46,10 @@ def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Rec
         )
     if np.abs(signals.get(PLACE, 0.0)).max() > MOVED:
         notes.append(
-            "The ground moved (signal ground.place: shift [m] and tilt [rad]): the viewer shows a "
-            "plate, the checker looks along it; drawings of the report have it at rest."
+            Info(
+                "The ground moved (signal ground.place: shift [m] and tilt [rad]). The viewer and "
+                "the checker follow it; the drawings in the report show it at rest."
+            )
         )
     return Record(
         world.human,

@@ -81,7 +81,7 @@ class Recorder:
             until: There are no events after this time [s].
         """
         if not len(self):
-            raise ParameterError("nothing was recorded: step the world first")
+            raise ParameterError("nothing was recorded; step the world first")
         rows = self.rows
         time, force = np.array(rows["time"]), touch.force
         events = []

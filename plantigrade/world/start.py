@@ -1,4 +1,4 @@
-"""How a person stands at the beginning: feet on the ground, weight over the feet."""
+"""Initial standing posture: feet on the ground, centre of mass over the feet."""
 
 from collections.abc import Mapping
 
@@ -49,7 +49,9 @@ def standing_on(
         ParameterError: If the stance is not over the feet, or the feet cannot be there.
     """
     if not 0.0 <= ahead <= 1.0:
-        raise ParameterError(f"ahead={ahead:g} is not over the soles, 0 at the heels and 1 before")
+        raise ParameterError(
+            f"ahead={ahead:g} is not over the soles (0 at the heels, 1 at the toes)"
+        )
     upright = human.standing() if width is None else _astride(human, width)
     for name, angle in (bent or {}).items():
         upright[[7 + human.hinge(f"{name}_{side}") for side in SIDES]] += angle
@@ -69,7 +71,7 @@ def standing_on(
 
 
 def laid(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
-    """Return a person who stands on both feet, their soles laid on a ground.
+    """Return a posture of standing on both feet, with the soles placed on a ground.
 
     Legs bend, ankles and joints within the feet turn until the soles lie on it as closely as they
     can: least squares of the gaps under them. Pelvis and trunk stay as they are, the feet and the

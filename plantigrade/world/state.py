@@ -1,4 +1,4 @@
-"""What a controller sees of a world."""
+"""The state of a world as a controller sees it."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING

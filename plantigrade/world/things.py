@@ -39,7 +39,7 @@ FARTHEST, FASTEST = 1e3, 50.0
 
 @dataclass(frozen=True, kw_only=True)
 class Rope(Disturbance):
-    """A rope that pulls a body to a fixed place with a constant force.
+    """A rope that pulls a body towards a fixed point with a constant force.
 
     Attributes:
         force: Tension [N].

@@ -1,4 +1,4 @@
-"""A world: a person on a ground, what disturbs them, and time that any controller steps.
+"""A simulated world: a person on a ground, with disturbances, stepped by any controller.
 
 ::
 
@@ -275,7 +275,7 @@ class World:
             ParameterError: If nothing was recorded.
         """
         if self._recorder is None:
-            raise ParameterError("this world keeps no frames: make it with recording=True")
+            raise ParameterError("this world records no frames; create it with recording=True")
         recorder, data = self._recorder, self.data
         if self.diverged is None and self._steps % self._per_frame == 0:
             recorder.before(data, self.time)

@@ -105,8 +105,8 @@ def test_what_cannot_be_compared_is_said(folders, record, tmp_path, capsys):
     Run(still, "fit").save(tmp_path / "still")
     before = str(folders / "before")
     for words, sentence in (
-        ([], "no run was named"),
-        ([before, before], "was named twice"),
+        ([], "no run given"),
+        ([before, before], "is given twice"),
         ([before, str(tmp_path / "still")], "still shows no whole gait cycle"),
         ([before, str(tmp_path)], "is not a run folder"),
     ):

@@ -133,7 +133,7 @@ def test_the_plates_weigh_a_walker():
     trial = analyse(plated_walk().fit(known_mass=False, mass=55.0))
     assert trial.fit.human.mass == pytest.approx(MASS, rel=0.01)
     assert trial.figures["mass_kg"] == trial.fit.human.mass
-    assert any("force plates show" in w for w in trial.notes)
+    assert any("force plates measured" in w for w in trial.notes)
     assert trial.fit.human.height == pytest.approx(1.74)
 
 
@@ -143,7 +143,9 @@ def test_a_mass_that_is_told_stands(told):
     trial = analyse(fit, mass=told)
     assert trial.fit.human.mass == pytest.approx(told or MASS)
     doubted = [w for w in trial.notes if "mass" in w]
-    assert not doubted if told is None else "55.0 kg, but the force plates carry 71" in doubted[0]
+    assert (
+        not doubted if told is None else "55.0 kg, but the force plates measured 71" in doubted[0]
+    )
 
 
 def test_without_forces_the_mass_is_a_guess_and_says_so():

@@ -220,7 +220,7 @@ def test_files_of_one_name_go_to_folders_of_their_own():
         (["fit", "a.c3d", "--age", "200"], "age must be 0.5–120 years"),
         (
             ["fit", "{data}/c3d/HC038A11.c3d", "--static", "{data}/cmu_asfamc/07_01.amc"],
-            "no standing trial",
+            "not a standing trial",
         ),
         (
             ["fit", "{data}/cmu_asfamc/07_01.amc", "--forces", "{data}/cmu_asfamc/07_05.amc"],
@@ -260,7 +260,7 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(run_folder, "_put_in_next_place", interrupt)  # all is written but the name
     monkeypatch.chdir(tmp_path)
     assert cli.main(["fit", str(data / KINDS["normal_gait"][0])]) == 130
-    assert "not complete" in capsys.readouterr().err
+    assert "no incomplete run folder" in capsys.readouterr().err
     assert list((tmp_path / "runs").iterdir()) == []
 
 

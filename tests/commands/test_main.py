@@ -95,7 +95,7 @@ def test_unknown_option_is_bad_input(name, capsys):
     [
         (["dmeo"], "did you mean demo?"),
         (["xyzzy"], "there are demo, fit"),
-        (["--json", "demo"], "before the command"),
+        (["--json", "demo"], "after the command"),
     ],
 )
 def test_unknown_command_is_bad_input(words, sentence, capsys):

@@ -38,11 +38,11 @@ def said(capsys) -> str:
         ("fit walk.c3d --no-dynamics", "--no-dynamics"),
         ("fit walk.c3d --seed 3", "--seed"),
         ("reproduce walk.c3d --seed 3", "--seed"),
-        ("fit walk.c3d --address tcp://here", "--address is for ray and dask"),
+        ("fit walk.c3d --address tcp://here", "--address needs --backend ray or dask"),
         ("demo --jobs 2", "--jobs"),
         ("demo --cutoff 6", "--cutoff"),
         ("model --seed 3", "--seed"),
-        ("model --overwrite", "--overwrite means nothing without --out"),
+        ("model --overwrite", "--overwrite has no effect without --out"),
         ("view run --height 1.8", "--height"),
         ("report run --out x", "--out"),
         ("data . --jobs 2", "--jobs"),
@@ -50,7 +50,7 @@ def said(capsys) -> str:
         ("experiment gait-table --seed 1", "--seed"),
         ("synthesize squat --cutoff nan --static /nope", "--cutoff"),
         ("synthesize walk --jobs 2", "--jobs"),
-        ("synthesize walk --strides 3", "strides are those of a periodic walk"),
+        ("synthesize walk --strides 3", "strides needs periodic"),
         ("synthesize walk --periodic --steps 6", "a periodic walk has no number of steps"),
         ("synthesize track --recording a.c3d --solver ipopt", "--solver"),
     ],
@@ -67,8 +67,8 @@ def test_what_is_refused_is_said_in_words(words, sentence, capsys, tmp_path, mon
 @pytest.mark.parametrize(
     ("file", "option", "sentence"),
     [
-        ("cmu_bvh/07_01.bvh", "--marker-set", "marker_set means nothing for 07_01.bvh"),
-        ("cmu_asfamc/16_15.amc", "--static", "static means nothing for 16_15.amc"),
+        ("cmu_bvh/07_01.bvh", "--marker-set", "marker_set has no effect on 07_01.bvh"),
+        ("cmu_asfamc/16_15.amc", "--static", "static has no effect on 16_15.amc"),
         ("c3d/HC038A11.c3d", "--skeleton", "C3D files have no option 'skeleton'"),
     ],
 )

@@ -80,7 +80,7 @@ def test_its_pages_in_a_browser(browser, one):
     assert moved(both, alone) > 0.002, "the recorded body is not to be seen"
     browser.open(run / "report.html")
     text = browser.evaluate("document.body.innerText")
-    assert "Ranges of motion" in text and "What each level missed" in text
+    assert "Ranges of motion" in text and "Residual of each level" in text
     assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 25
     assert browser.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
     assert browser.errors == [] and browser.requests == []
@@ -206,7 +206,7 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["walk.c3d", "--jobs", "0"], "jobs=0"),
+        (["walk.c3d", "--jobs", "0"], "jobs must be 1, 2"),
         (["nowhere.c3d"], "nowhere.c3d"),
         (["walk.c3d", "walk.c3d"], "twice"),
     ],

@@ -85,6 +85,14 @@ def test_what_a_controller_says_of_itself_ends_with_a_fall():
     assert off == pytest.approx(run.figures["fell_at_s"] / np.sqrt(3.0), abs=0.02)
 
 
+def test_an_option_its_usual_controller_ignores_is_refused():
+    run = Run.load(STORED / "side-step")  # is replayed where no controller is named
+    with pytest.raises(ParameterError, match="stiffness has no effect"):
+        pg.simulate(run, stiffness=2.0)
+    with pytest.raises(ParameterError, match="cutoff has no effect"):
+        pg.simulate(run, cutoff=8.0)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -97,13 +105,25 @@ def test_what_a_controller_says_of_itself_ends_with_a_fall():
         (["--shift", "1"], "METRES,SECONDS,DIRECTION_DEG,AT_S"),
         (["--shift", "1e9,0.2,0,0"], "distance must be"),
         (["--vary", "motion", "hill"], "no motion 'hill'"),
-        (["--vary", "ground", "flat", "flat"], "one of its values twice"),
+        (["--vary", "ground", "flat", "flat"], "a value is given twice"),
         (["--mass-error-pct", "nan"], "mass_error_pct must be"),
         (["--delay", "1"], "delay must be"),
-        (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "only a flat floor shifts"),
+        (["--shift", "0.1,0.2,0,1", "--ground", "stones"], "shift needs a flat floor"),
         (["--ground", "hill"], "there are flat, slope:DEG"),
-        (["--controller", "stable-pd"], "follows a motion"),
+        (["--controller", "stable-pd"], "needs a motion"),
         (["--rate", "1000", "--control-rate", "300"], "whole multiple"),
+        (
+            ["--controller", "balance", "--stiffness", "2"],
+            "stiffness has no effect without controller=posture or stable-pd",
+        ),
+        (["--motion", "tiptoe", "--feet", "multi-segment", "--stiffness", "2"], "no effect"),
+        (["--controller", "passive", "--torque-rise", "0.1"], "drives no joint"),
+        (["--speed", "1.2"], "speed has no effect without controller=pendulum"),
+        (["--stepping"], "stepping has no effect without controller=balance"),
+        (
+            ["--static", "stand.c3d", "--cutoff", "8"],
+            "static and cutoff have no effect without a recording to fit",
+        ),
         (["--duration", "0"], "duration must be"),
         (["nothing.c3d"], "there is no such file"),
     ],
@@ -118,7 +138,7 @@ def test_what_else_acts_is_said_and_felt(folder):
     pulled = pg.simulate(rope=("50,0,2,1,0",), shift="0.05,0.05,0,0", **small)
     assert pulled.record.signals["world.push"][:-1, 1].min() > 40.0
     assert pulled.record.signals["ground.place"][-1, 0] == pytest.approx(0.05, abs=1e-3)
-    assert ", pulled once, on a floor that shifts:" in pulled.sentence
+    assert ", pulled once, on a shifting floor:" in pulled.sentence
 
 
 def test_what_is_otherwise_than_planned_is_said_and_felt():
@@ -178,6 +198,6 @@ def test_a_run_has_its_own_person(folder):
 def test_what_is_for_a_live_page_needs_one(folder, capsys):
     for words in (["--port", "8123"], ["--no-open"]):
         assert cli.main(["simulate", *words]) == 2
-        assert "--port and --no-open are for --live" in capsys.readouterr().err
+        assert "--port and --no-open need --live" in capsys.readouterr().err
     assert cli.main(["simulate", "--live", "--controller", "hill"]) == 2
     assert "there are passive, posture" in capsys.readouterr().err and not list(folder.iterdir())

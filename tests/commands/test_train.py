@@ -39,7 +39,7 @@ def test_it_says_how_it_went_and_whether_the_goal_was_reached(
     code = main.main(["train", "--gains", "fixed", "--out", str(tmp_path)])
     said = capsys.readouterr()
     assert code == (main.DONE if reached else main.NO_RESULT)
-    assert "12.0 falls a minute; 3 of 16 starts last, 11.5 s" in said.err
+    assert "12.0 falls/min; 3 of 16 walks without a fall, mean 11.5 s" in said.err
     assert ("goal reached" in said.out) == reached and "simulate --controller" in said.out
 
 
@@ -54,7 +54,7 @@ def test_what_is_stopped_says_how_to_go_on(monkeypatch, tmp_path, capsys):
 
 def test_a_training_is_neither_lost_nor_mixed(tmp_path, capsys):
     assert main.main(["train", "--resume", "--overwrite"]) == main.BAD_INPUT
-    assert "give one" in capsys.readouterr().err
+    assert "give only one" in capsys.readouterr().err
     (tmp_path / "seed-0").mkdir()
     (tmp_path / "seed-0" / "curve.csv").write_text("decisions\n")
     if "torch" in sys.modules or _there("torch"):
@@ -78,7 +78,7 @@ def test_the_rules_are_those_asked_for(tmp_path):
     )
     assert lean.weights is None and landing.weights is not None and landing.weights.force > 0.0
     assert landing.terrain == pytest.approx(0.04) and landing.pushes == 120.0
-    with pytest.raises(ParameterError, match="landing is for form=lean"):
+    with pytest.raises(ParameterError, match="landing needs form=lean"):
         training.rules_of(None, TrainSettings(joints="42", form="paper", landing=True))
     paper = training.rules_of(None, TrainSettings(joints="42", feet="rigid", form="paper"))
     assert not paper.mirrored and not paper.passive

@@ -30,7 +30,7 @@ def test_a_vault_is_searched_written_and_read(folder, capsys, monkeypatch):
     run = pg.load_run(made)
     assert pg.check(run).ok and list(run.record.references) == ["5 segments"]
     page = (made / "report.html").read_text("utf-8")
-    assert "Activation of the joints" in page and "What of the approach matters" in page
+    assert "Activation of the joints" in page and "Sensitivity to the approach" in page
 
 
 @pytest.mark.slow
@@ -51,7 +51,7 @@ def test_a_body_that_falls_ends_in_3_with_a_run(folder, capsys):
         (["--elbow", "190"], "elbow must be 60–180 degrees"),
         (["--grip", "-1"], "grip must be 0–5"),
         (["--joints", "66"], "joints is always 42 in a vault: leave it out"),
-        (["--age", "20"], "age means nothing in a vault"),
+        (["--age", "20"], "age has no effect in a vault"),
         (["--starts", "0"], "starts must be a whole number"),
     ],
 )

@@ -12,7 +12,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.workflows.settings import LEARNED
+from plantigrade.workflows.simulate_settings import LEARNED
 from plantigrade.world import Target, World, standing_on
 from plantigrade.world.offers import drawings_of, targets_of
 
@@ -45,7 +45,7 @@ def test_who_stands_holds_a_posture_and_another_name_is_refused(situation):
     assert usual(situation.motion, situation.record) == "stable-pd"
     with pytest.raises(ParameterError, match="no controller 'pd'; there are passive, posture"):
         controller_named("pd", still)
-    with pytest.raises(ParameterError, match="stable-pd follows a motion"):
+    with pytest.raises(ParameterError, match="stable-pd needs a motion"):
         controller_named("stable-pd", still)
 
 

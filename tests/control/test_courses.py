@@ -15,8 +15,8 @@ from plantigrade.control.pendulum.words import led_told
 from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
-from plantigrade.workflows.settings import SimulateSettings
 from plantigrade.workflows.simulate import simulate
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import World
 
 
@@ -133,7 +133,7 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
     part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
     with pytest.raises(ParameterError, match="walk that is repeated"):
         Walker(walk_of(replace(walk, motion=part)), Wish(speed=speeds("1.0")))
-    with pytest.raises(ParameterError, match="add controller=pendulum"):
+    with pytest.raises(ParameterError, match="no effect without controller=pendulum"):
         SimulateSettings(speed="1.0")
 
 

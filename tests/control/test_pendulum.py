@@ -245,13 +245,13 @@ def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alo
     assert walk_of(walk) is walk
     part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
     whole = walk_of(replace(walk, motion=part))
-    assert "walked once, as it is" in whole.notes[-1]
+    assert "walked once, unchanged" in whole.notes[-1]
     once = Pendulum(whole)
     assert once.lasts == part.duration and Pendulum(walk).lasts == 10.0
     run = simulate(
         Run(replace(whole, notes=("Of before.",)), "fit"), controller="pendulum", duration=0.01
     )
-    assert "walked once, as it is" in run.record.notes[0] and "Of before." not in run.record.notes
+    assert "walked once, unchanged" in run.record.notes[0] and "Of before." not in run.record.notes
 
 
 def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(walk):

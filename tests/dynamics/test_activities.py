@@ -84,7 +84,7 @@ def aloft(human: Human) -> Motion:
 
 
 def test_what_never_touches_the_ground_is_refused_and_known_contacts_are_not(human):
-    with pytest.raises(ParameterError, match="no foot comes to the ground"):
+    with pytest.raises(ParameterError, match="no foot touches the ground"):
         estimate_forces(human, aloft(human))
     late = (LoadInterval("r", TIME[-1] + 1.0, TIME[-1] + 2.0),)  # in no frame
     assert (estimate_forces(human, aloft(human), contacts=late).forces.force == 0.0).all()

@@ -11,6 +11,7 @@ from plantigrade.analyze.gait_shape import agreement_with_norm
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.experiments import synthesis_bench as bench
+from plantigrade.experiments import synthesis_cases as cases
 from plantigrade.experiments import synthesis_fidelity as fidelity
 from plantigrade.experiments.kept_results import KeptResults, code_of, code_version
 from plantigrade.experiments.random_requests import random_request
@@ -82,7 +83,7 @@ def test_the_code_of_an_experiment_is_what_it_is_made_of():
 def test_a_broken_file_is_refused(tmp_path):
     path = tmp_path / "results.json"
     path.write_text("[1, 2")
-    with pytest.raises(FileError, match="delete it to start anew"):
+    with pytest.raises(FileError, match="delete it to start again"):
         KeptResults(path)
     assert KeptResults(path, anew=True).results == {}
 
@@ -102,21 +103,21 @@ def test_what_cannot_be_asked_for_is_a_result():
 
 @pytest.fixture(scope="module")
 def human():
-    return bench.person()
+    return cases.person()
 
 
 def test_the_walk_takes_three_seconds_on_enough_nodes(human):
-    task = bench.walk_of(human, bench.Extent())
+    task = cases.walk_of(human, cases.Extent())
     assert task.plan.duration == pytest.approx(3.0, abs=1e-3)
-    assert len(nodes_of(task.plan, task.nodes_per_second)) >= bench.NODES
-    fine = bench.with_nodes(task, bench.FINE_NODES)
+    assert len(nodes_of(task.plan, task.nodes_per_second)) >= cases.NODES
+    fine = cases.with_nodes(task, cases.FINE_NODES)
     assert 301 <= len(nodes_of(fine.plan, fine.nodes_per_second)) < 330
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
     from plantigrade.synthesize import ContactBody
 
-    task = crude(bench.walk_of(human, bench.Extent()))
+    task = crude(cases.walk_of(human, cases.Extent()))
     body = ContactBody.for_plan(human, task.plan)
     q = task.guess(body, task.plan, np.linspace(0.0, 3.0, 7))
     assert np.ptp(q[:, 6:], axis=0).max() < 1e-9, "no joint moves"
@@ -135,15 +136,15 @@ def test_random_requests_repeat_and_are_ones_that_every_task_takes():
 
 
 def test_random_walks_are_in_range_and_repeat():
-    drawn = np.array([bench.random_walk(seed) for seed in range(50)])
+    drawn = np.array([cases.random_walk(seed) for seed in range(50)])
     assert drawn[:, 0].min() >= 0.3 and drawn[:, 0].max() <= 0.75
     assert drawn[:, 1].min() >= 0.4 and drawn[:, 1].max() <= 1.6
     assert np.all(np.ptp(drawn, axis=0) > [0.4, 1.1])
-    assert bench.random_walk(7) == bench.random_walk(7)
+    assert cases.random_walk(7) == cases.random_walk(7)
 
 
 def test_goals_are_those_that_were_set():
-    goals = {n: (p.seconds, p.share) for n, p in bench.PARTS.items()}
+    goals = {n: (p.seconds, p.share) for n, p in cases.PARTS.items()}
     assert goals["crude walk"] == (4.0, 0.95) and goals["ipopt"][0] == 20.0
     assert goals["warm"][0] == 0.5 and goals["fine"][0] == 12.0
     assert goals["random"] == (4.0, 1.0)
@@ -156,7 +157,7 @@ def test_one_failure_of_twenty_is_allowed(tmp_path):
         path = tmp_path / bench.FILE
         path.write_text(json.dumps(results))
         kept = KeptResults(path)
-        return {r.quantity: r for r in bench.rows_of(bench.PARTS["walk"], kept.results)}
+        return {r.quantity: r for r in bench.rows_of(cases.PARTS["walk"], kept.results)}
 
     assert table(19)["made, share"].met and not table(18)["made, share"].met
     assert table(19)["time, median"].met and table(19)["time, median"].value == 2.0
@@ -180,7 +181,7 @@ def test_different_minima_are_counted():
 
 @pytest.mark.slow
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
-    extent = bench.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
+    extent = cases.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
     said = []
     how = {"parts": ("sit-to-stand",), "extent": extent, "out": tmp_path}
     table = bench.run(**how, say=said.append)
@@ -197,10 +198,10 @@ def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
 
 
 def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
-    assert set(bench.QUICK_PARTS) < set(bench.PARTS)
+    assert set(bench.QUICK_PARTS) < set(cases.PARTS)
     assert set(fidelity.QUICK_PARTS) < set(fidelity.PARTS)
     asked = []
-    part = replace(bench.PARTS["walk"], cases=lambda extent: asked.append(extent) or ())
+    part = replace(cases.PARTS["walk"], cases=lambda extent: asked.append(extent) or ())
     monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
     monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
     bench.run(quick=True)

@@ -17,7 +17,7 @@ from plantigrade.experiments import (
 )
 from plantigrade.experiments.human_pushes import COLUMNS, FILE, aside, pushes
 from plantigrade.record import Record
-from plantigrade.workflows.harness import Landing, Walked
+from plantigrade.workflows.walked import Landing, Walked
 from plantigrade.workflows.walkers import make_named
 
 WALKED = {

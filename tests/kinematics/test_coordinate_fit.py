@@ -104,4 +104,4 @@ def test_angles_that_wrap_are_led_on(data):
     wrapped = replace(whole, coordinates=replace(table, values=values))
     fit, good = fit_coordinates(wrapped), fit_coordinates(whole)
     np.testing.assert_allclose(fit.qpos, good.qpos, atol=1e-9)
-    assert any("hip_rotation_r" in w and "whole turn" in w for w in fit.warnings)
+    assert any("hip_rotation_r" in w and "full turn" in w for w in fit.warnings)

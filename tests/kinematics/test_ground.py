@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import Rest, drift_of, find_rests
@@ -96,8 +95,7 @@ def test_path_is_that_of_a_body_swinging_over_its_foot(human):
     q[:, 7 + human.hinge("hip_flexion_r")] = angle
     q[:, 7 + human.hinge("ankle_angle_r")] = -angle
     q[:, 7 + human.hinge("knee_angle_l")] = 1.0
-    stance = np.tile([True, False], (n, 1))
-    moved = forward_path(human, q, stance, rate=RATE)
+    moved = forward_path(human, q, rate=RATE)
     d = human.dimensions
     expected = 2 * (d.thigh + d.shank) * np.sin(0.2)
     assert abs(moved[-1, 0] - moved[0, 0] - expected) < 0.04 * expected + 0.01
@@ -124,8 +122,3 @@ def test_of_two_feet_as_low_the_one_that_falls_behind_stands(human, direction):
     d = human.dimensions
     step = 2 * (d.thigh + d.shank) * np.sin(swing)
     assert direction * (moved[-1, 0] - moved[0, 0]) == pytest.approx(4 * step, rel=0.1)
-
-
-def test_no_stance_is_no_path(human, standing):
-    with pytest.raises(FitError, match="no foot ever stands"):
-        forward_path(human, standing, np.zeros((100, 2), bool), rate=RATE)

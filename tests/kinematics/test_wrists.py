@@ -59,7 +59,7 @@ def test_it_is_put_back_and_said():
     qpos[:, [7 + human.hinge(f"pro_sup_{s}") for s in "rl"]] = np.deg2rad(100)
     right = markers_of(human, time, qpos, names=NAMES)
     fit = fit_markers(recording(renamed(right, *WRISTS)))
-    assert any("RWRA and RWRB" in w and "put back" in w for w in fit.warnings)
+    assert any("RWRA and RWRB" in w and "corrected" in w for w in fit.warnings)
     for side in "rl":
         found = np.rad2deg(fit.qpos[:, 7 + human.hinge(f"pro_sup_{side}")].mean())
         assert found == pytest.approx(100, abs=8)

@@ -115,7 +115,7 @@ def test_hard_landings_and_turned_feet_are_worth_less(reference):
         ({"terrain": -0.01}, "terrain must be"),
         ({"terrain": 2.0}, "terrain must be"),
         ({"pushes": -5.0}, "pushes must be"),
-        ({"terrain": 0.02, "ground": "bumps:2"}, "level ground"),
+        ({"terrain": 0.02, "ground": "bumps:2"}, "cannot be combined"),
     ],
 )
 def test_disturbances_that_cannot_be_are_refused(reference, options, said):

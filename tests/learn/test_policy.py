@@ -190,9 +190,9 @@ def test_only_an_even_stride_is_learned_in_the_mirror(reference):
     table = reference.table.copy()
     table[:, 7 + SMALL.hinge("knee_angle_r")] += 0.5
     limp = Reference(SMALL, reference.period, reference.stride, True, table)
-    with pytest.raises(ParameterError, match="even to both sides"):
+    with pytest.raises(ParameterError, match="a symmetric stride"):
         Walk(limp, mirrored=True)
-    with pytest.raises(ParameterError, match="for form='lean'"):
+    with pytest.raises(ParameterError, match="needs form='lean'"):
         Walk(reference, mirrored=True, form="paper")
 
 
@@ -224,7 +224,7 @@ def test_a_policy_is_simulated_like_any_controller(policy, tmp_path):
     assert "motion" in run.record.references
     with pytest.raises(ParameterError, match="leave out height"):
         simulate(controller=str(path), height=1.8)
-    with pytest.raises(ParameterError, match="as it was taught"):
+    with pytest.raises(ParameterError, match="brings its own motion"):
         simulate(path, controller=str(path))
     with pytest.raises(FileError, match="no such file"):
         simulate(controller="nothing.npz")

@@ -47,13 +47,13 @@ def test_what_was_stopped_ends_in_the_same_policy(rules, tmp_path):
     whole_state = torch.load(path, weights_only=True)
     for name in ("policy", "optimizer", "mean", "count", "rate", "reached"):
         torch.save({k: v for k, v in whole_state.items() if k != name}, path)
-        with pytest.raises(FileError, match=f"no whole checkpoint: '{name}'"):
+        with pytest.raises(FileError, match=f"damaged checkpoint: '{name}'"):
             Training(rules, parts, how=HOW)
     torch.save({**whole_state, "var": np.nan * whole_state["var"]}, path)
     with pytest.raises(FileError, match="not finite"):
         Training(rules, parts, how=HOW)
     path.write_bytes(b"nothing")
-    with pytest.raises(FileError, match="no checkpoint"):
+    with pytest.raises(FileError, match="not a checkpoint"):
         Training(rules, parts, how=HOW)
     with pytest.raises(ParameterError, match="device='nonsense'"):
         Training(rules, whole, how=HOW, device="nonsense")

@@ -238,7 +238,7 @@ def test_what_cannot_be_is_refused(reference, options, said):
 @pytest.mark.wrong_types
 @pytest.mark.parametrize("reference", [3, {}, [1.0], SMALL])
 def test_what_is_no_reference_is_refused(reference):
-    with pytest.raises(ParameterError, match="a reference is a run, its folder or a record"):
+    with pytest.raises(ParameterError, match="a reference must be a run, its folder or a record"):
         Walk(reference)
 
 

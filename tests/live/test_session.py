@@ -18,7 +18,7 @@ from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Drawing, StablePD, Target
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
@@ -153,7 +153,7 @@ def test_what_cannot_be_is_said_and_nothing_changes(session):
     before = session.choice
     session.ask(lambda: session.choose(Choice("stable-pd", "rigid", "42")))
     session.advance(0.1)
-    assert "stable-pd follows a motion" in session.message and session.choice == before
+    assert "stable-pd needs a motion" in session.message and session.choice == before
     assert session.world.time == pytest.approx(0.1)
     session.ask(lambda: session.choose(Choice("passive", "rigid", "42")))
     session.advance(1.5)

@@ -177,10 +177,10 @@ def test_unwritable_place(tmp_path):
 
 def test_a_place_that_may_not_be_written_is_refused_before_any_work(tmp_path, monkeypatch):
     monkeypatch.setattr("os.access", lambda place, how: place != tmp_path)
-    with pytest.raises(FileError, match=r"cannot be written \(nothing may be written to .*--out"):
+    with pytest.raises(FileError, match=r"cannot be written \(no permission to write to .*--out"):
         refuse_unwritable(tmp_path / "runs" / "new")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(FileError, match="nothing may be written"):
+    with pytest.raises(FileError, match="no permission to write"):
         RunOptions().refuse_existing("fit-walk")
     (tmp_path / "mine").mkdir()
     refuse_unwritable(tmp_path / "mine" / "new")

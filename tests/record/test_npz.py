@@ -14,7 +14,8 @@ from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.errors import FileError
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent, Markers, Motion
-from plantigrade.record import Condition, Limits, Record
+from plantigrade.notes import Info
+from plantigrade.record import Condition, Limits, Record, Run
 from plantigrade.record.npz import npz_bytes, read_npz, write_npz
 
 HUMAN = Human.create(height=1.68, mass=61.0, sex="female", feet="two-segment")
@@ -78,7 +79,7 @@ def a_record(n=5):
         conditions=(
             Condition("knee", "coordinate", (0.0, 0.02), (0.0, 0.0), (0.2, 0.3), "knee_angle_r"),
         ),
-        notes=("marker LHEE is missing — its gaps were closed",),
+        notes=("marker LHEE is missing — its gaps were closed", Info("Walked at 1.3 m/s.")),
     )
 
 
@@ -103,6 +104,14 @@ def test_every_field_comes_back(tmp_path):
     for field in fields(Record):  # else this test would say less than it should
         assert str(getattr(record, field.name)) not in ("None", "()", "{}", "0.0"), field.name
     same(record, read_npz(write_npz(record, tmp_path / "motion.npz")))
+
+
+def test_notes_keep_their_kind_and_those_of_older_files_are_warnings(tmp_path):
+    record = read_npz(write_npz(a_record(), tmp_path / "motion.npz"))
+    assert [isinstance(note, Info) for note in record.notes] == [False, True]
+    assert Run(record, "fit").metrics["warnings"] == list(record.notes[:1])
+    older = read_npz(rewritten(tmp_path, notes_info=None))
+    assert older.notes == record.notes and not any(isinstance(n, Info) for n in older.notes)
 
 
 def test_the_bare_record_comes_back(tmp_path):
@@ -260,7 +269,7 @@ def bomb(path, keys, rows):
 def test_a_file_that_unpacks_to_too_much_is_refused(tmp_path):
     path = tmp_path / "motion.npz"
     bomb(path, range(10), 60 * 2**17)
-    with pytest.raises(FileError, match=r"would unpack to 600 MiB in 10 arrays"):
+    with pytest.raises(FileError, match=r"would decompress to 600 MiB in 10 arrays"):
         read_npz(path)
     bomb(path, range(1200), 1)
     with pytest.raises(FileError, match=r"in 1200 arrays"):

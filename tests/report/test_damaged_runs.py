@@ -192,7 +192,7 @@ def test_signals_of_ones_own_may_be_anything():
     [
         ({"recorded_markers": None}, "fitted_markers need recorded_markers"),
         ({"fitted_markers": np.zeros((3, 2, 3))}, "fitted_markers has shape"),
-        ({"references": {"x": "shorter"}}, "reference 'x' is no motion of this person"),
+        ({"references": {"x": "shorter"}}, "reference 'x' is not a motion of this person"),
     ],
 )
 def test_parts_of_another_motion_make_no_record(changes, match):

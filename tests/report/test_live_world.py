@@ -15,7 +15,7 @@ from plantigrade.report.live_world import LiveWorld
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Drawing, StablePD, Target
 from tests.browser import wait_for
 

@@ -203,7 +203,7 @@ def test_figures_have_names_and_units(record):
     run = fitted(record, **known, ankle_angle_moment_peak_r_nm_kg=-1.54)
     groups = {g.title: g.rows for g in sections(run)["Further figures"].groups}
     assert ["thigh", "42.3 cm"] in groups["Segment lengths"]
-    assert ["force, RMS", "20.1 N"] in groups["Force that motion and plates leave unexplained"]
+    assert ["force, RMS", "20.1 N"] in groups["Residual force between motion and plates"]
     assert groups["Peak joint moments"] == [["Ankle dorsiflexion", "−1.54", "–", "N m/kg"]]
     assert "Further figures" not in sections(replace(run, figures={}))
 

@@ -63,11 +63,11 @@ def test_sections_are_picked_by_what_the_run_has(record):
         headings(report_html(make(record))) for make in (fitted, from_tasks, solved)
     )
     assert "Marker errors" in fit and "Joint moments" in fit
-    assert not {"Check", "The tasks and when they act", "Ranges of motion"} & set(fit)
+    assert not {"Check", "Tasks and when they are active", "Ranges of motion"} & set(fit)
     assert tasks[:5] == [
-        "What to know about this run", "Reproduced against recorded angles",
+        "Warnings", "Reproduced against recorded angles",
         "Toes, pelvis, trunk and arms against the recorded ones", "Ranges of motion",
-        "The tasks and when they act",
+        "Tasks and when they are active",
     ]  # fmt: skip
     assert task[1] == "Check" and {"Contact plan", "Convergence"} <= set(task)
     # what a fit has besides comes with its signals alone

@@ -50,11 +50,11 @@ def test_the_verdict_s_table_says_what_where_and_when(record):
 def test_a_fault_is_marked_and_told(record):
     found = sections(solved(record, bad=True))
     assert found["Check"].rows[2][-1] == "no"
-    assert found["What the checker found"].rows == [["1", "the knee bends too far"]]
+    assert found["Findings of the check"].rows == [["1", "the knee bends too far"]]
     assert "3 mm off" in found["Constraints the solver did not satisfy"].rows[0][1]
-    assert "What the checker found" not in sections(solved(record))
+    assert "Findings of the check" not in sections(solved(record))
     subject = Subject(solved(record, bad=True))
-    assert facts_of(subject)["verdict"] == "did not pass"
+    assert facts_of(subject)["verdict"] == "failed"
     assert facts_of(Subject(solved(record))) == {
         "verdict": "passed", "walking speed": "1.25 m/s",
     }  # fmt: skip
@@ -65,10 +65,11 @@ def test_a_simulation_begins_with_what_became_of_it(record):
     run = replace(fitted(record), kind="simulate", figures={**told, "fell_at_s": 2.5})
     facts = facts_of(Subject(run))
     assert facts == {
-        "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7", "off the way, most": "0.86 m",
+        "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7",
+        "distance from path, maximum": "0.86 m",
     }  # fmt: skip
     (group,) = (g for g in sections(run)["Further figures"].groups if g.title == "Simulation")
-    assert ["points of the way passed", "1"] in group.rows
+    assert ["waypoints passed", "1"] in group.rows
 
 
 # Beside the recorded motion -----------------------------------------------------------------------
@@ -136,7 +137,7 @@ def test_without_whole_cycles_the_curves_are_left_out(record):
 
 
 def test_the_timeline_shows_when_a_task_acts(record):
-    section = sections(from_tasks(record))["The tasks and when they act"]
+    section = sections(from_tasks(record))["Tasks and when they are active"]
     assert [row[:2] for row in section.rows][:3] == [
         ["0", "limits of the joints"], ["1", "floor"], ["2", "contact"],
     ]  # fmt: skip
@@ -157,12 +158,12 @@ def test_a_long_walk_shows_its_beginning_and_says_so(record):
         phase__kind=np.array(["single"] * n),
         phase__swing=np.array(["r", "l"] * (n // 2)),
     )
-    (figure,) = sections(run)["The tasks and when they act"].figures
+    (figure,) = sections(run)["Tasks and when they are active"].figures
     assert "The first 3.0 s of 4.0 s are drawn." in figure.caption
 
 
 def test_residuals_are_drawn_in_powers_of_ten(record):
-    (figure,) = sections(from_tasks(record))["What each level missed"].figures
+    (figure,) = sections(from_tasks(record))["Residual of each level"].figures
     for power in ("10⁻⁸", "10⁻⁴", "10²"):
         assert power in figure.svg
     assert "NaN" not in figure.svg and "inf" not in figure.svg and "3 swing heel" in figure.svg
@@ -192,7 +193,7 @@ def test_where_nothing_was_measured_nothing_is_called_so(record):
         assert not any("dasharray" in f.svg for f in found[title].figures)
     assert found["Ground reaction over the gait cycle"].figures
     without = sections(from_tasks(record))
-    assert "not asked for" in without["Computed joint moments"].missing
+    assert "computed without forces" in without["Computed joint moments"].missing
     unseen = from_tasks(record, forces=True, measured=True)
     beside = unseen.others["forces"]
     lost = {name: x * np.nan for name, x in beside.signals.items() if x.dtype.kind == "f"}
@@ -328,7 +329,7 @@ def test_estimated_forces_have_sections_of_their_own(record):
     assert len(section.figures) == 8 and section.folded, "four joints of two legs"
     drawn = section.figures[0].svg
     assert ">estimated<" in drawn and ">measured<" not in drawn and 'opacity="0.22"' in drawn
-    assert "None of it was measured" in found["Ground reaction and centre of pressure"].text
+    assert "none were measured" in found["Ground reaction and centre of pressure"].text
 
 
 def test_measured_forces_stand_beside_estimated_ones(record):

@@ -85,11 +85,11 @@ def test_the_papers_figures_are_drawn(page):
 
 
 def test_every_gait_is_named_and_linked(page):
-    rows = rows_of(page, "Gait by gait")
+    rows = rows_of(page, "Individual gaits")
     assert len(rows) == 6 and all(f'href="../walk-{k}/report.html"' in page for k in range(6))
     assert [row[1] for row in rows] == [""] * 5 + ["not counted"]
     assert "12 / 15" in rows[0] and "– / –" in rows[0]
-    assert len(rows_of(page, "Ranges of motion, gait by gait")) == 5
+    assert len(rows_of(page, "Ranges of motion of individual gaits")) == 5
 
 
 def test_what_was_left_out_is_said_why(page):
@@ -102,7 +102,7 @@ def test_what_was_left_out_is_said_why(page):
 def test_a_study_without_a_valid_gait_is_still_a_page():
     gaits = [Gait("walk", "it fell", {}, comparison(0), "../walk")]
     page = study_html(None, gaits, {}, tasks="default", status="1 of 1 failed")
-    assert "Gait by gait" in page and TABLE not in page and "it fell" in page
+    assert "Individual gaits" in page and TABLE not in page and "it fell" in page
 
 
 def test_the_page_in_a_browser(browser, page, tmp_path):

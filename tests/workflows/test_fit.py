@@ -85,7 +85,7 @@ def test_a_run_shows_withheld_plates_beside_the_estimate(written):
 
 def test_plates_that_are_not_there_cannot_be_withheld(tmp_path):
     walking(tmp_path / "walk.trc")
-    with pytest.raises(FitError, match="without_plates means nothing for walk.trc"):
+    with pytest.raises(FitError, match="without_plates has no effect on walk.trc"):
         fitting.load(tmp_path / "walk.trc", FitSettings(without_plates=True))
 
 
@@ -137,7 +137,7 @@ def test_sides_are_exchanged_in_all_that_has_them(tmp_path):
     for one, two in ((usual, swapped), (usual.static, swapped.static)):
         assert two.markers.names == tuple(other[n[0]] + n[1:] for n in one.markers.names)
         np.testing.assert_array_equal(two.markers.positions, one.markers.positions)
-    assert any("left and right were exchanged" in w for w in swapped.warnings)
+    assert any("left and right were swapped" in w for w in swapped.warnings)
     turned = fitting.load(path, FitSettings(mirror_axis=True))
     mirrored = usual.markers.positions * [1, -1, 1]
     np.testing.assert_array_equal(turned.markers.positions, mirrored)
@@ -146,7 +146,7 @@ def test_sides_are_exchanged_in_all_that_has_them(tmp_path):
 def test_sides_of_no_marker_are_not_exchanged(tmp_path):
     angles = coordinates(tmp_path / "angles.mot")
     for option in ("swap_sides", "mirror_axis"):
-        with pytest.raises(FitError, match=f"{option} means nothing"):
+        with pytest.raises(FitError, match=f"{option} has no effect"):
             fitting.load(angles, FitSettings(**{option: True}))
     with pytest.raises(ParameterError, match="together"):
         FitSettings(swap_sides=True, mirror_axis=True)
@@ -155,7 +155,7 @@ def test_sides_of_no_marker_are_not_exchanged(tmp_path):
 def test_files_that_are_not_what_they_were_named_for(tmp_path):
     path = walking(tmp_path / "walk.trc")
     other = coordinates(tmp_path / "angles.mot")
-    with pytest.raises(FitError, match="no standing trial"):
+    with pytest.raises(FitError, match="not a standing trial"):
         fitting.load(path, FitSettings(static=other))
     with pytest.raises(FitError, match="no ground reactions"):
         fitting.load(path, FitSettings(forces=other))

@@ -14,17 +14,11 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.workflows.harness import PushedWalk, Walked, walk
+from plantigrade.workflows.harness import PushedWalk, walk
+from plantigrade.workflows.other_bodies import as_strong, leg_of, limits_of, on_body, with_legs
 from plantigrade.workflows.tour import HARDEST, punches, tour, waypoints
-from plantigrade.workflows.walkers import (
-    as_strong,
-    leg_of,
-    limits_of,
-    on_body,
-    walker,
-    walks_as,
-    with_legs,
-)
+from plantigrade.workflows.walked import Walked
+from plantigrade.workflows.walkers import walker, walks_as
 from plantigrade.world import Command, PhasePush, Push
 
 
@@ -130,9 +124,9 @@ def test_controllers_by_word(record, tmp_path):
             return passive
 
     assert walker(Policy(), record).record is own
-    with pytest.raises(ParameterError, match="walks as a person of its own"):
+    with pytest.raises(ParameterError, match="defines its own person"):
         walks_as(Policy(), record)
-    with pytest.raises(ParameterError, match="made no controller"):
+    with pytest.raises(ParameterError, match="returned no controller"):
         walker(f"{path}:bad", record).make(record)
 
 

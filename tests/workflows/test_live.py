@@ -92,7 +92,7 @@ def test_what_a_controller_raises_ends_the_session():
 
 
 def test_bad_input_starts_no_page():
-    with pytest.raises(ParameterError, match="stable-pd follows"):
+    with pytest.raises(ParameterError, match="stable-pd needs a motion"):
         live(controller="stable-pd", open=False, tell=lambda _: None, **SMALL)
-    with pytest.raises(ParameterError, match="no port"):
+    with pytest.raises(ParameterError, match="not a valid port"):
         live(open=False, port=0, tell=lambda _: None, **SMALL)

@@ -289,7 +289,7 @@ def test_an_early_end_is_told_with_its_instant(made):
     record = made.record
     signals = {**record.signals, "stopped": np.array("no acceleration was found")}
     said = gait_status(replace(record, signals=signals), compare(record))
-    assert "ended early" in said and "What each level missed" in said
+    assert "ended early" in said and "Residual of each level" in said
     assert f"{record.motion.time[-1]:.2f} s into the recording" in said
 
 
@@ -300,7 +300,7 @@ def test_a_centre_of_mass_off_its_path_is_told_with_its_instant(made):
     lifted = replace(record, motion=replace(record.motion, qpos=qpos))
     said = gait_status(lifted, compare(lifted))
     assert "the centre of mass left its path by more than 5 cm" in said
-    assert "What each level missed" in said
+    assert "Residual of each level" in said
     assert f"{record.motion.time[100]:.2f} s into the recording" in said
 
 

@@ -14,10 +14,10 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
+from plantigrade.workflows.other_bodies import walk_on_body
 from plantigrade.workflows.save import save
-from plantigrade.workflows.settings import SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, pose_of, styles_of, timed
-from plantigrade.workflows.walkers import walk_on_body
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +46,12 @@ def test_words_have_a_time_behind_them():
 
 
 def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_on(walk):
-    with pytest.raises(ParameterError, match="then is that of a walk"):
+    with pytest.raises(ParameterError, match="then has no effect without"):
         SimulateSettings(then=("stroll.c3d@4",))
-    with pytest.raises(ParameterError, match="upper_body is that of a walk"):
+    with pytest.raises(ParameterError, match="upper_body has no effect without"):
         SimulateSettings(controller="balance", upper_body=("arm_flex_r=90",))
     run = Run(walk, "fit")
-    with pytest.raises(ParameterError, match="has no time"):
+    with pytest.raises(ParameterError, match="needs a time"):
         pg.simulate(run, controller="pendulum", then=("stroll.c3d",))
     for words, what in (
         ({"speed": "1,0@9"}, "a speed would begin at 9 s, but the simulation lasts 1 s"),
@@ -91,5 +91,5 @@ def test_a_walk_on_another_body_stands_when_and_as_heavily_as_it_did(walk):
     load = other.signals["estimated.force"]
     np.testing.assert_allclose(load.sum(axis=1)[:, 2], other.weight, rtol=1e-6)
     part = Record(walk.human, walk.motion.frames(np.arange(30)))
-    with pytest.raises(ParameterError, match="no walk that could go on"):
+    with pytest.raises(ParameterError, match="the walk cannot be repeated"):
         walk_on_body(part, tall)

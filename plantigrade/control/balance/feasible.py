@@ -1,4 +1,4 @@
-r"""A path of the centre of mass that the feet can carry: as recorded, pressure inside the support.
+r"""A feasible path of the centre of mass: as recorded, with the pressure inside the support.
 
 A body whose angular momentum rests is a pendulum: with :math:`k = (z - z_0) / (g + \ddot z)`, its
 centre of mass :math:`c` over the ground and the centre of pressure :math:`p`,
@@ -79,7 +79,7 @@ def feasible_path(
 
 
 def feasible_motion(human: Human, followed: Followed) -> Motion:
-    """Return a motion whose centre of mass goes where the feet can carry it.
+    """Return a motion whose centre of mass stays where the feet can carry it.
 
     Args:
         human: The person.

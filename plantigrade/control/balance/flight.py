@@ -1,4 +1,4 @@
-r"""Flights of a reference: its clock keeps to what happens, and feet are brought under the body."""
+r"""Flight phases of a reference: its clock follows take-off and landing; feet prepare to land."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-r"""Recovery steps: which foot, where to and when, from the capture point alone.
+r"""Recovery steps: foot, place and time from the capture point.
 
 A linear pendulum of height :math:`z` diverges from its centre of pressure :math:`p` with
 :math:`\omega = \sqrt{g / z}`: the capture point :math:`\xi = c + \dot c / \omega` ([Pratt2006]_) is
@@ -73,7 +73,7 @@ EARLY = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Pendulum:
-    """What a plan starts from.
+    """The state a plan starts from.
 
     Attributes:
         com: Centre of mass, over the ground [m].
@@ -137,7 +137,7 @@ class Step:
 
 
 def plan_step(now: Pendulum, sides: Sequence[int] = (0, 1)) -> Step:
-    """Return the best step: the one after which, and after those that follow, the least remains.
+    """Return the best step: the one that leaves the smallest error after the steps that follow.
 
     Args:
         now: The pendulum.

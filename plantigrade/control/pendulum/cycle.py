@@ -25,7 +25,7 @@ def walk_of(record: Record) -> Record:
         return record
     stride = stride_of(record.human, record.motion)
     if not stride.cyclic:
-        note = "No stride of the motion nearly closes; it is walked once, as it is."
+        note = "No stride of the motion nearly closes; it is walked once, unchanged."
         return replace(record, notes=(*record.notes, note))
     return Record(
         record.human,

@@ -19,7 +19,7 @@ LEVELS = (
     ("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     ("hip_flexion", "hip_adduction", "hip_rotation"),
     ("knee_angle", HINGE, HINGE),
-    ("ankle_angle", "subtalar_angle", "The ankle of this model does not turn."),
+    ("ankle_angle", "subtalar_angle", "The ankle of this model does not rotate."),
     ("mtp_angle", "", "foot_progression"),
 )
 """Pelvis, hip, knee, ankle and foot: the coordinate of each plane, or why there is none."""
@@ -54,7 +54,7 @@ def clinical_section(subject: Subject) -> list[Section]:
     shown = [c for name in drawn for c in chosen(percent, subject.clinical_angles, (name,), "°")]
     caption = (
         "From one heel strike of a foot (0 %) to its next (100 %). Pelvis: over the cycles of each "
-        "foot, of the left turned round."
+        "foot, mirrored for the left."
     )
     if marks and ticks:
         caption += " Short lines at the top: the other foot leaves the ground, then lands."

@@ -52,8 +52,8 @@ def segment_section(subject: Subject) -> Section:
         )
         figures.append(Figure(drawing))
     if not figures:
-        return Section(title, missing="no contact carried any force.")
-    text = "Force of the ground on each segment of the foot, in body weights."
+        return Section(title, missing="no contact carried force.")
+    text = "Ground reaction on each segment of the foot, in body weights."
     return Section(title, figures, text=text, folded=True)
 
 
@@ -84,7 +84,7 @@ def pressure_section(subject: Subject) -> Section:
         least=20.0,
     )
     hulls = (
-        "Pale shapes: convex hulls of the standing sites of each foot, one for every change. The "
+        "Pale shapes: convex hulls of the loaded sites of each foot, one for every change. The "
         "centre of pressure of both feet lies in the hull of all that stands at the time, in "
         "double support between the feet."
     )
@@ -108,9 +108,9 @@ def contact_section(subject: Subject) -> Section:
                 bars = active_bars(planned[:, i], time, STROKES[side], 0.6)
                 rows.append((place_text(site.name, side), bars))
     if not any(bars for _, bars in rows):
-        return Section(title, missing="nothing stands.")
+        return Section(title, missing="no contact is planned.")
     figure = Figure(timeline_plot(rows), wide=True)
-    return Section(title, [figure], text="Which site is planned to stand when.", folded=True)
+    return Section(title, [figure], text="Planned contact times of each site.", folded=True)
 
 
 def centre_of_pressure(record: Record) -> Array:

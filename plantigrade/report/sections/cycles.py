@@ -65,7 +65,7 @@ def angle_section(subject: Subject) -> list[Section]:
     text += _signs(any(p.hatched for p in panels), any(p.dotted for p in panels))
     found = [Section("Joint angles", _over_time(panels[:FIRST], motion.time), text=text)]
     if len(panels) > FIRST:
-        text = "Drawn in the same way."
+        text = "Drawn as above."
         if len(panels) > MOST:
             text += f" Those beyond {MOST} joints are in motion.mot."
         others = _over_time(panels[FIRST:MOST], motion.time)
@@ -79,7 +79,7 @@ def other_angle_section(subject: Subject) -> list[Section]:
     curves = chosen(source.percent, source.angles, OTHERS, "°") if subject.walks else []
     if not curves:
         return []
-    title, caption = "Trunk and arms over the gait cycle", "Drawn in the same way."
+    title, caption = "Trunk and arms over the gait cycle", "Drawn as above."
     return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
@@ -93,7 +93,7 @@ def force_section(subject: Subject) -> list[Section]:
     curves = chosen(source.percent, source.forces, tuple(FORCES), "BW")
     if not curves:
         return []
-    caption = "Force of the ground on the foot, in body weights (BW)."
+    caption = "Ground reaction on the foot, in body weights (BW)."
     title = "Ground reaction over the gait cycle"
     return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
@@ -104,7 +104,7 @@ def moment_section(subject: Subject) -> list[Section]:
     curves = chosen(source.percent, source.moments, LOADED, "N m/kg", "_moment")
     what = "Internal moments{}, made by the body's own muscles and ligaments"
     if curves:
-        sign = "; positive in the direction in which the joint angle is positive."
+        sign = "; positive in the positive direction of the joint angle."
         caption = what.format("") + sign
         return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
     if nothing_measured(record):
@@ -148,7 +148,7 @@ def power_section(subject: Subject) -> list[Section]:
             power = record.torque(name) * record.motion.velocity(name) / record.human.mass
             powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
     figures = _over_time(panels_of(powers), record.motion.time, zero=True)
-    text = "Joint moment times joint speed, per kilogram of body mass."
+    text = "Joint moment times angular velocity, per kilogram of body mass."
     return [Section("Joint powers over time", figures, text=text, folded=True)]
 
 
@@ -207,7 +207,7 @@ def cycle_words(
         )
         words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
     if subject.foot_off:
-        words += " Dashed upright lines: foot off."
+        words += " Dashed vertical lines: foot off."
     every = {curve.name for curve in curves}
     words += _signs(every & set(subject.held_in_cycles), every & set(subject.assumed))
     return words + _whose(subject, [band for n in names if (band := _norm(subject, n)) is not None])
@@ -324,9 +324,7 @@ def _whose(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
             words += f" (here: {subject.speed_class.replace('_', ' ')})"
         words += f"; {people.citation}."
         if people is not subject.population:
-            words += (
-                " No such table of adults may be passed on; adults' moments tend to be greater."
-            )
+            words += " No free adult norms exist; adults' moments tend to be larger."
         elif people is norms.ADULTS and speed is not None and not norms.comfortable(speed):
-            words += f" At {speed:.2f} m/s angles differ from those for that reason alone."
+            words += f" At {speed:.2f} m/s angles differ from these for that reason alone."
     return words

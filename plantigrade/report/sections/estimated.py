@@ -46,9 +46,9 @@ def estimated_section(subject: Subject) -> list[Section]:
     return [
         Section(title, [_figure(subject, one) for one in found], text=text, folded=True)
         for title, text, found in (
-            (FORCES, _words(subject, "Force of the ground on each foot in body weights"), forces),
+            (FORCES, _words(subject, "Ground reaction on each foot in body weights"), forces),
             (MOMENTS, _words(subject, "Internal moments per body mass"), moments),
-            (POWERS, _words(subject, "Joint moment times joint speed per body mass"), powers),
+            (POWERS, _words(subject, "Joint moment times angular velocity per body mass"), powers),
         )
         if found
     ]
@@ -59,10 +59,12 @@ def _words(subject: Subject, what: str) -> str:
     text = f"{what}. Full line: estimated from the motion, not measured; shade: its 90 % band"
     text += ", mean over gait cycles" if subject.walks else ""
     if "measured.force" in subject.record.signals:
-        return text + ". Violet dashes: measured by the plates that were withheld."
+        return (
+            text + ". Violet dashes: measured by the plates, which were withheld from the estimate."
+        )
     if nothing_measured(subject.record):
         return text + ". No plate measured anything here."
-    return text + ". Violet dashes: measured, where a plate told it."
+    return text + ". Violet dashes: measured by a plate."
 
 
 def _forces(record: Record) -> list[_Estimate]:

@@ -29,14 +29,14 @@ def ground_section(subject: Subject) -> list[Section]:
         return [Section(TITLE, missing="no ground reaction was measured or computed.")]
     figures = [Figure(_over_time(record, total, axis)) for axis in AXES]
     text = (
-        "Force of the ground on each foot, divided by body weight "
+        "Ground reaction on each foot, divided by body weight "
         f"(BW, {record.weight:.0f} N). Forward is negative while the foot brakes and positive "
         "while it pushes off."
     )
     if nothing_measured(record):
-        text += " None of it was measured: all is estimated from the motion."
+        text += " All forces are estimated from the motion; none were measured."
     elif "forces.measured" in record.signals:
-        text += " Where no plate measured it, it is estimated from the motion."
+        text += " Where no plate measured it, the force is estimated from the motion."
     outlines = foot_prints(record, total)
     if cop is not None and np.isfinite(cop).any() and outlines:
         figures += [_above(cop, outlines), *_foot_figures(record, total, cop)]

@@ -33,7 +33,7 @@ def marker_section(subject: Subject) -> list[Section]:
     curve = _per_frame(record.motion.time, gap, seen, square)
     figures = [
         Figure(bars, "The percentage is the share of frames in which the marker was seen."),
-        Figure(curve, "A lone peak points to a swapped or flying marker."),
+        Figure(curve, "An isolated peak indicates a swapped or stray marker."),
     ]
     return [Section(TITLE, figures, text=text, folded=True)]
 

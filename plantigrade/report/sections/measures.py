@@ -45,7 +45,7 @@ def measure_section(subject: Subject) -> list[Section]:
         rows.append([name, *cells, "", _symmetry(subject, keys), unit, published.get(name, "")])
     rows = [row for row in rows if any(row[1:4])]
     if not rows:
-        return [Section(MEASURES, missing="no measure of the walk is known.")]
+        return [Section(MEASURES, missing="no gait measures are known.")]
     text = (
         "A step goes from one foot's heel strike to the other's and is named after the foot that "
         "lands; a stride goes to the same foot's next. Mean ± standard deviation where there are "

@@ -23,7 +23,7 @@ def path_section(subject: Subject) -> list[Section]:
         if len(bodies):
             feet.append((f"{SIDE_NAMES[side]} foot", STROKES[side], positions[:, bodies[0]]))
     sway = "In walking, the centre of mass sways towards the standing foot."
-    scale = "Drawn to one scale. The origin of each foot is its ankle."
+    scale = "Drawn to scale. The origin of each foot is its ankle."
     above = path_plot(_paths(feet, com, 1), title="From above", y_label="left [m]")
     right = path_plot(
         _paths(feet, com, 2), title="From the right", y_label="height [m]", ground=True

@@ -32,7 +32,7 @@ def plate_section(subject: Subject) -> list[Section]:
     figures = [_contact(record, sole, load) for sole in soles if len(sole.index)]
     drawn = [figure for figure in figures if figure is not None]
     if not drawn:
-        return [Section(TITLE, missing="no force is known to be that of one foot.")]
+        return [Section(TITLE, missing="no force is known for a single foot.")]
     text = (
         "The soles from above, toes up. Rings: places that can touch the ground; discs: what "
         "presses, by area; cross and line: centre of pressure."

@@ -23,7 +23,7 @@ OTHERS = (
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
 )
 AXES = ("forward", "sideways (left positive)", "vertical")
-NOT_ASKED = "the motion moved by forces was not asked for."
+NOT_ASKED = "the motion was computed without forces."
 MOVED = (
     " They belong to a motion of their own (forces.npz): a body that balances cannot follow the "
     "recorded centre of mass to the millimetre. The sections over the gait cycle and the arrows "
@@ -53,7 +53,7 @@ def curve_section(subject: Subject) -> list[Section]:
     found = [Section(title, legs, text=text)]
     if others:
         more = "Toes, pelvis, trunk and arms against the recorded ones"
-        found.append(Section(more, others, text="Drawn in the same way.", folded=True))
+        found.append(Section(more, others, text="Drawn as above.", folded=True))
     return found
 
 
@@ -152,7 +152,7 @@ def com_section(subject: Subject) -> Section:
     )
     com = line_plot(
         [Series(time, error, "", STROKE_MIDDLE, 1.8)],
-        title="Centre of mass off its path",
+        title="Centre of mass distance from its path",
         y_label="[mm]",
         width=520,
         zero=True,
@@ -205,7 +205,7 @@ def force_section(subject: Subject) -> list[Section]:
                 least=0.1,
             )
             figures.append(Figure(drawing))
-    text = "Force of the ground on each foot in body weights. Full line: computed"
+    text = "Ground reaction on each foot in body weights. Full line: computed"
     text += " without any measured force; violet dashes: measured." if measured is not None else "."
     if record is not subject.record and record is subject.forces:
         text += MOVED

@@ -37,12 +37,12 @@ def task_section(subject: Subject) -> Section:
     ]
     ends = [float(t) for t in signals.get("posture.end", ()) if t <= end]
     caption = (
-        "Upright lines: ends of phases, where the posture is to be reached. A numbered row is a "
+        "Vertical lines: ends of phases, where the posture is to be reached. A numbered row is a "
         "task with its level; its bar shows when the task is active."
     )
     if end < last:
         caption += f" The first {end:.1f} s of {last:.1f} s are drawn."
-    drawing = timeline_plot(cut, title="What is active when", marks=ends)
+    drawing = timeline_plot(cut, title="Active tasks over time", marks=ends)
     meanings = subject.words("tasks.meanings", len(names))
     table = [["0", "limits of the joints", "Range, speed and acceleration of every joint."]]
     table += [[str(levels[k]), task_text(name), meanings[k]] for k, name in enumerate(names)]
@@ -53,7 +53,7 @@ def task_section(subject: Subject) -> Section:
         "changes what they reach."
     )
     return Section(
-        "The tasks and when they act",
+        "Tasks and when they are active",
         [Figure(drawing, caption, wide=True)],
         text=text.strip(),
         headers=("level", "task", "what it does"),
@@ -78,7 +78,7 @@ def residual_section(subject: Subject) -> Section:
         series.append(Series(time, missed, f"{k} {', '.join(words)}", _tint(k), 1.3, 0.9))
     drawing = line_plot(
         series,
-        y_label="acceleration missed [1/s²]",
+        y_label="residual acceleration [1/s²]",
         width=1060,
         height=320,
         log=TINY,
@@ -88,11 +88,11 @@ def residual_section(subject: Subject) -> Section:
         "those above it, or a limit of a joint, leave it no freedom."
     )
     text = (
-        "Norm of the difference between the acceleration each level asks for and the one it gets, "
+        "Norm of the difference between desired and achieved acceleration of each level, "
         "in m/s² (posture: rad/s²)."
     )
     figures = [Figure(drawing, caption, wide=True)]
-    return Section("What each level missed", figures, text=text, folded=True)
+    return Section("Residual of each level", figures, text=text, folded=True)
 
 
 def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.opacity) -> list[Bar]:

@@ -20,8 +20,8 @@ def activation_section(subject: Subject) -> Section:
     ]
     drawing = line_plot(series, y_label="flexion ← → extension", zero=True, least=2.0, width=680)
     caption = (
-        "Activation from −1, all strength in flexion, to 1, all in extension; the shoulder extends "
-        "as the angle between arm and trunk opens."
+        "Activation from −1 (full strength in flexion) to 1 (full strength in extension); the "
+        "shoulder extends as the angle between arm and trunk opens."
     )
     return Section("Activation of the joints", [Figure(drawing, caption, wide=True)])
 
@@ -46,12 +46,12 @@ def sensitivity_section(subject: Subject) -> Section:
         for i in order
     ]
     return Section(
-        "What of the approach matters",
+        "Sensitivity to the approach",
         text=(
             "Each part of the approach was changed by 5 % of its value. Upward velocity at "
             "take-off [m/s] with the same activations, and with activations searched anew from "
             "there; what changes that most stands first."
         ),
-        headers=("changed", "by", "same activations", "searched anew", "change"),
+        headers=("changed", "by", "same activations", "optimised again", "change"),
         rows=rows,
     )

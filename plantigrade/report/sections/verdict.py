@@ -21,19 +21,19 @@ SOLVERS = {"interior-point": "banded interior point", "ipopt": "IPOPT"}
 STAGE, NUMBER, OBJECTIVE, VIOLATION, OPTIMALITY = range(5)
 """Columns of ``solver.history``."""
 QUANTITIES = {
-    "root_force": "unexplained force, largest",
+    "root_force": "unexplained force, maximum",
     "root_force_rms": "unexplained force, RMS",
-    "root_moment": "unexplained moment, largest",
+    "root_moment": "unexplained moment, maximum",
     "root_moment_rms": "unexplained moment, RMS",
     "slip": "slip of standing contacts",
     "slip_speed": "slip speed of standing contacts",
-    "penetration": "depth below the ground",
+    "penetration": "penetration of the ground",
     "hover": "height of standing contacts",
     "friction": "friction used",
     "adhesion": "pull of the ground",
     "pressure": "centre of pressure outside the support",
-    "overlap": "one part of the body in another",
-    "unsupported": "force where nothing stands",
+    "overlap": "penetration between body parts",
+    "unsupported": "force without planned contact",
     "force": "normal force at one contact site",
     "coordinate": "joint beyond its range",
     "velocity": "joint speed",
@@ -56,7 +56,7 @@ def check_section(subject: Subject) -> Section:
     record = subject.record
     rows = [row for met, row in _rows(subject) if not met]
     text = (
-        "The checker shares nothing with the optimiser: it examines the finished motion in "
+        "The check is independent of the optimiser: it examines the finished motion in "
         f"{record.motion.n_frames} frames over {record.motion.duration:.2f} s with MuJoCo's "
         "inverse dynamics, and it alone decides whether the run is ok. Forces that no contact "
         "explains must be (nearly) zero, and standing contacts must not slip. Negative values lie "
@@ -69,7 +69,7 @@ def check_section(subject: Subject) -> Section:
 def condition_section(subject: Subject) -> list[Section]:
     """Return the conditions of the task that are met; others stand in the table of the check."""
     rows = [row for met, row in _rows(subject) if met]
-    text = "What the task asked for and the motion keeps to, at every frame of the check."
+    text = "Conditions of the task, evaluated in every frame of the check."
     section = Section("Conditions of the task", text=text, headers=HEADERS, rows=rows, folded=True)
     return [section] if rows else []
 
@@ -136,7 +136,7 @@ def findings_section(subject: Subject) -> list[Section]:
     """Return what the checker found wrong, worst first."""
     findings = subject.words("check.findings")
     return _numbered(
-        "What the checker found", "finding", findings, "Worst first, relative to what is allowed."
+        "Findings of the check", "finding", findings, "Worst first, relative to the limit."
     )
 
 
@@ -180,7 +180,7 @@ def strength_section(subject: Subject) -> Section:
     drawing = bar_plot(
         [place_text(name, side_of(name) or "") for _, name, _ in rows],
         [used for used, _, _ in rows],
-        x_label="largest torque [% of the joint's limit in that direction]",
+        x_label="peak torque [% of the joint's limit in that direction]",
         colours=[STROKES[side_of(name)] for _, name, _ in rows],
         notes=[f"{torque:+.0f} N m".replace("-", "−") for _, _, torque in rows],
         width=720,
@@ -214,7 +214,7 @@ def convergence_section(subject: Subject) -> Section:
         "100 N m). Optimality: scaled residual of the first-order conditions."
     )
     cost = "Squared torques, accelerations and forces, weighted and integrated over time."
-    cost += " Upright lines: a new stage." if starts else ""
+    cost += " Vertical lines: a new stage." if starts else ""
     figures = [Figure(errors, missed), Figure(objective, cost)]
     headers = (
         "stage", "solver", "nodes", "iterations", "ended", "objective", "violation", "of",

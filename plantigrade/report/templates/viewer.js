@@ -154,7 +154,7 @@ function noPicture(text) { $("nogl").textContent = text; $("nogl").hidden = !tex
 const NONE = "This browser offers no WebGL 2, so the body cannot be drawn; the curves still play.";
 if (gl) try { setUp(); } catch (error) { console.warn(error.message); gl = null; }
 if (gl) {
-  canvas.addEventListener("webglcontextlost", (ev) => { ev.preventDefault(); noPicture("The graphics of this machine gave up the picture of the body. It comes back when they do, or when the page is loaded again; the curves still play."); });
+  canvas.addEventListener("webglcontextlost", (ev) => { ev.preventDefault(); noPicture("The browser lost its graphics context. The body reappears when the context is restored or the page is reloaded; the curves still play."); });
   canvas.addEventListener("webglcontextrestored", () => { setUp(); noPicture(""); state.dirty = true; });
 } else noPicture(NONE);
 camera.target = [...mix3(com, 1, 0, [0, 0, 0]).slice(0, 2), camera.height + level[0]];

@@ -1,7 +1,7 @@
-"""What each task may be told: one dataclass per task, its fields the options of the command.
+"""Parameters of each task: one dataclass per task, whose fields are command line options.
 
-Nothing here loads NumPy. Angles are in radians; the command line takes degrees. What depends on the
-person (how high is a chair?) is checked where the task is made.
+Nothing here loads NumPy. Angles are in radians; the command line takes degrees. Defaults that
+depend on the person, such as the height of a chair, are set where the task is built.
 """
 
 from dataclasses import dataclass, fields
@@ -26,14 +26,14 @@ Basis = Annotated[
 ]
 
 SLOWEST, FASTEST = 0.3, 2.2
-"""Walking speeds [m/s]."""
+"""Range of walking speeds [m/s]."""
 LONGEST = 20.0
-"""Of a movement in place [s]."""
+"""Longest duration of a movement in place [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskSettings(Bounded):
-    """What every task may be told; values out of range raise a ParameterError."""
+    """Parameters of a task; values out of range raise a ParameterError."""
 
     def __post_init__(self):
         """Refuse values of another type, or out of range."""
@@ -43,14 +43,14 @@ class TaskSettings(Bounded):
 
     @property
     def told(self) -> dict[str, Any]:
-        """What differs from the defaults, by name."""
+        """Parameters that differ from their defaults, by name."""
         given = ((f, getattr(self, f.name)) for f in fields(self))
         return {f.name: value for f, value in given if value != f.default}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Walk(TaskSettings):
-    """Walk from standing to standing, or periodically; straight, turning, up and down."""
+    """Walk, from standing to standing or periodically; straight, turning, uphill or on steps."""
 
     activity = "walking"
     ranges = {
@@ -67,49 +67,49 @@ class Walk(TaskSettings):
     speed: float = 1.3
     """Walking speed [m/s]."""
     periodic: Flag = False
-    """Walk periodically instead of from standing to standing."""
+    """Periodic gait instead of a walk from standing to standing."""
     steps: int = 4
-    """Steps of a walk from standing to standing."""
+    """Number of steps of a walk from standing to standing."""
     step_length: Metres = None
-    """From foot to foot [m]; what people prefer at the speed if absent."""
+    """Step length [m]; by default what people prefer at this speed."""
     cadence: Cadence = None
-    """Cadence instead of the step length [steps/min]."""
+    """Cadence [steps/min], instead of a step length."""
     turn: Degrees = 0.0
-    """How far the path turns to the left [deg]."""
+    """Total turn of the path, positive to the left [deg]."""
     slope: Degrees = 0.0
-    """How far the ground rises along the path, negative downhill [deg]."""
+    """Slope of the ground along the path, negative downhill [deg]."""
     step_height: float = 0.0
-    """Height of a step up in the middle of the path, down if negative [m]."""
+    """Height of a single step in the middle of the path, negative down [m]."""
     heights: Heights = None
-    """Height of the ground under each step instead [m]."""
+    """Height of the ground under each step [m], instead of a single step."""
     optimise_timing: Flag = False
-    """Let a periodic walk choose its own step length, stance and heel rise."""
+    """Optimise step length, stance duration and heel rise of a periodic walk."""
     strides: int = 2
-    """Strides of a periodic walk to write."""
+    """Number of strides of a periodic walk to write."""
 
     def __post_init__(self):
-        """Refuse what nobody walks."""
+        """Refuse combinations that make no walk."""
         super().__post_init__()
         if self.optimise_timing and not self.periodic:
-            raise ParameterError("only a periodic walk chooses its own timing: add periodic")
+            raise ParameterError("optimise_timing needs periodic")
         if self.strides != Walk.strides and not self.periodic:
-            raise ParameterError("strides are those of a periodic walk: add periodic or give steps")
+            raise ParameterError("strides needs periodic; without it give steps")
         if self.steps != Walk.steps and self.periodic:
-            raise ParameterError("a periodic walk has no number of steps: give strides instead")
+            raise ParameterError("a periodic walk has no number of steps; give strides instead")
         uneven = self.step_height or self.heights is not None
         if self.periodic and (self.turn or uneven):
             raise ParameterError(
-                "a periodic walk goes straight on even ground: leave out turn and heights, or "
-                "leave out periodic"
+                "a periodic walk is straight and on even ground: leave out turn and heights, or "
+                "periodic"
             )
         if self.slope and self.turn:
-            raise ParameterError("a walk turns or goes up a slope, not both: give slope or turn")
+            raise ParameterError("turn and slope cannot be combined; give one")
         if self.turn and uneven:
-            raise ParameterError("a walk turns or climbs, not both: give turn or heights")
+            raise ParameterError("turn and heights cannot be combined; give one")
         for height in self.heights or ():
             number("a height", height, -20, 20, "m", "walking")
         if self.step_height and self.heights is not None:
-            raise ParameterError("give step_height or heights, not both")
+            raise ParameterError("step_height and heights cannot be combined; give one")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,50 +124,50 @@ class SitToStand(TaskSettings):
     }
 
     chair_height: Metres = None
-    """Height of the seat [m]; nine tenths of the knee's height if absent."""
+    """Seat height [m]; by default 0.9 of knee height."""
     duration: float = 2.0
-    """From sitting still to standing still [s]; 1.5 to 3.5 s in studies."""
+    """Duration, from rest to rest [s]; 1.5 to 3.5 s in studies."""
     seat_off: float = 0.35
-    """When the seat is left, as a part of the duration."""
+    """Time of seat-off, as a fraction of the duration."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StandToSit(SitToStand):
-    """Sit down on a chair: standing up in reverse."""
+    """Sit down on a chair."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Squat(TaskSettings):
-    """Squat and come up again."""
+    """Squat and stand up again."""
 
     activity = "a squat"
     ranges = {"depth": (0.01, 1, "m"), "duration": (0.6, LONGEST, "s")}
 
     depth: Metres = None
-    """How far the pelvis goes down [m]; a fifth of stature if absent."""
+    """Descent of the pelvis [m]; by default 0.2 of body height."""
     duration: float = 2.5
-    """From standing to standing [s]."""
+    """Duration [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reach(TaskSettings):
-    """Reach for a place with one hand, the feet where they are."""
+    """Reach for a target with one hand, without stepping."""
 
     activity = "reaching"
     ranges = {"duration": (0.3, LONGEST, "s")}
 
     target: Target = None
-    """Place of the middle of the hand, world [m]; straight ahead at shoulder height, a tenth of
-    stature beyond the arm, if absent."""
+    """Target of the hand, world axes [m]; by default straight ahead at shoulder height, 0.1 of body
+    height beyond the arm."""
     side: Side = "r"
-    """Which hand."""
+    """Hand that reaches."""
     duration: float = 1.5
-    """From standing still to the hand at rest on its target [s]."""
+    """Duration, from standing still to the hand at rest on its target [s]."""
     back: Flag = False
-    """Stand up again afterwards, in the same time."""
+    """Return to standing afterwards, in the same time."""
 
     def __post_init__(self):
-        """Refuse what nobody does."""
+        """Refuse targets out of range."""
         super().__post_init__()
         if self.target is not None:
             for x in self.target:
@@ -176,7 +176,7 @@ class Reach(TaskSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class SideStep(TaskSettings):
-    """Step to the side: one foot, then the other beside it."""
+    """Step sideways with one foot, then the other."""
 
     activity = "a side step"
     ranges = {
@@ -186,26 +186,26 @@ class SideStep(TaskSettings):
     }
 
     distance: float = 0.3
-    """How far [m]."""
+    """Distance [m]."""
     side: Side = "r"
-    """To which side; that foot goes first."""
+    """Direction; that foot steps first."""
     duration: float = 2.4
-    """From standing to standing [s]."""
+    """Duration [s]."""
     clearance: float = 0.02
-    """Height of the sole in the middle of a swing [m]."""
+    """Foot clearance at mid-swing [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pushing(TaskSettings):
-    """How a jump starts."""
+    """Push-off of a jump."""
 
     activity = "a jump"
     ranges = {"depth": (0.01, 1, "m"), "push": (0.4, 10, "s")}
 
     depth: Metres = None
-    """How far the pelvis goes down before the push [m]; 0.15 of stature if absent."""
+    """Countermovement: descent of the pelvis [m]; by default 0.15 of body height."""
     push: float = 0.9
-    """From standing still to take-off [s]."""
+    """Time from standing still to take-off [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,16 +220,16 @@ class Jump(Pushing):
     }
 
     jump_height: float = 0.25
-    """How far the centre of mass rises after take-off [m]; 0.3 to 0.4 m is a good jump."""
+    """Rise of the centre of mass after take-off [m]; 0.3 to 0.4 m is a good jump."""
     distance: float = 0.0
-    """How far ahead the feet land [m]."""
+    """Forward distance of the jump [m]."""
     landing: float = 0.9
-    """From landing to standing still [s]."""
+    """Time from landing to standing still [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TakeOff(Pushing):
-    """Leave the ground as high as can be; ends in the air."""
+    """Jump as high as possible; ends in flight."""
 
     ranges = {
         **Pushing.ranges,
@@ -238,20 +238,20 @@ class TakeOff(Pushing):
     }
 
     strength: float = 0.62
-    """Part of the joint strengths that may be used; 1 is a strong person, 0.62 an average one."""
+    """Usable fraction of the joint strengths; 1 is a strong person, 0.62 an average one."""
     gain: float = 150.0
-    """What a metre of height takes from the cost."""
+    """Weight of jump height in the cost [1/m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stand(TaskSettings):
-    """Stand on both feet: nothing else, to build a task of your own on."""
+    """Stand on both feet; a base for your own tasks."""
 
     activity = "standing"
     ranges = {"duration": (0.1, 60, "s")}
 
     duration: float = 2.0
-    """How long [s]."""
+    """Duration [s]."""
 
 
 TASKS: dict[str, type[TaskSettings]] = {
@@ -265,7 +265,7 @@ TASKS: dict[str, type[TaskSettings]] = {
     "take-off": TakeOff,
     "standing": Stand,
 }
-"""Name of a task → what it may be told."""
+"""Name of a task → its parameters."""
 
 
 def settings_for(name: str, **told: Any) -> TaskSettings:

@@ -1,4 +1,4 @@
-"""Tasks: what a motion is to achieve, each a small class with one interface.
+"""Tasks of a motion, each a small class with one interface.
 
 A :class:`Task` gives an error, its Jacobian and its bias acceleration; an ordered list of tasks is
 a hierarchy (:mod:`plantigrade.wbc.order`).

@@ -1,0 +1,60 @@
+"""The learning curve of a training, one row for each part."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """One row of the learning curve: a part of the training.
+
+    Attributes:
+        decisions: So far.
+        seconds: Of the clock, so far, as long as it ran [s].
+        reward: Mean of a decision, with noise.
+        pose: Likewise of the term; the next three, too.
+        velocity: Likewise.
+        com: Likewise.
+        ends: Likewise.
+        falls_per_minute: With noise.
+        spread: Standard deviation of actions.
+        rate: Learning rate.
+        standing: Of the starts that were looked at without noise, how many did not fall; -1 where
+            none was looked at.
+        lasted: How long they walked on average [s]; -1 likewise.
+        force: Mean of a decision of that term, with noise.
+        soles: Likewise.
+    """
+
+    decisions: int
+    seconds: float
+    reward: float
+    pose: float
+    velocity: float
+    com: float
+    ends: float
+    falls_per_minute: float
+    spread: float
+    rate: float
+    standing: int = -1
+    lasted: float = -1.0
+    force: float = 0.0
+    soles: float = 0.0
+
+
+def write_curve(path: Path, curve: Sequence[Progress]) -> None:
+    """Write a learning curve as CSV, six digits to a number.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    with open(path, "w", newline="", encoding="utf-8") as stream:
+        table = csv.DictWriter(stream, [f.name for f in fields(Progress)])
+        table.writeheader()
+        table.writerows({k: _short(v) for k, v in asdict(row).items()} for row in curve)
+
+
+def _short(value: float | int) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

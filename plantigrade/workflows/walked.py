@@ -1,0 +1,115 @@
+"""The outcome of a walk: whether the person stayed upright and returned to the gait."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+
+SPEED, HEIGHT = 0.20, 0.05
+"""Who is back to the gait walks at its speed within this part of it, and carries the centre of mass
+at its height over the ground within this [m], over one stride."""
+
+
+@dataclass(frozen=True)
+class Landing:
+    """A landing of a foot.
+
+    Attributes:
+        time: When [s].
+        side: Which foot.
+        place: Of its ankle, from the start, along the way and to its left [m].
+        heel: Whether it was carried behind the ankle at first.
+    """
+
+    time: float
+    side: str
+    place: tuple[float, float]
+    heel: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Walked:
+    """The outcome of a walk.
+
+    Attributes:
+        survived: Whether nothing but the feet had touched the ground until the end, and no leg
+            went through the other.
+        end: How it ended, where it did not survive.
+        time: Of the control steps [s].
+        com: Centre of mass: along the way, to its left, height over the ground below it [m].
+        error: Of the joints to the gait, by the controller's own account; NaN where it gives none
+            [rad].
+        landings: Of the feet.
+        pushed: When what disturbed it began and ended [s]; None where nothing did.
+        speed: Of the gait that was asked for [m/s].
+        height: Of its centre of mass over the ground, mean [m].
+        period: Of a stride [s].
+    """
+
+    survived: bool
+    end: str
+    time: Float[Array, " n"]
+    com: Float[Array, "n 3"]
+    error: Float[Array, " n"]
+    landings: tuple[Landing, ...]
+    pushed: tuple[float, float] | None
+    speed: float
+    height: float
+    period: float
+
+    @property
+    def seconds(self) -> float:
+        """How long they were on the feet [s]."""
+        return float(self.time[-1]) if len(self.time) else 0.0
+
+    def mean_speed(self, since: float = 0.0) -> float:
+        """Return the mean speed along the way from a time on [m/s]."""
+        k = int(np.searchsorted(self.time, since))
+        if k >= len(self.time) - 1:
+            return 0.0
+        return float((self.com[-1, 0] - self.com[k, 0]) / (self.time[-1] - self.time[k]))
+
+    @property
+    def rms(self) -> float:
+        """Error of the joints, root mean square [rad]; NaN where the controller tells none."""
+        known = self.error[np.isfinite(self.error)]
+        return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+
+    @property
+    def as_recorded(self) -> tuple[Float[Array, " k"], Any]:
+        """Ends of all windows of one stride [s], and whether the gait was the recorded one in each.
+
+        Speed within :data:`SPEED`, height of the centre of mass within :data:`HEIGHT`.
+        """
+        if len(self.time) < 3:
+            return np.zeros(0), np.zeros(0, dtype=bool)
+        step = float(np.median(np.diff(self.time)))
+        n = max(round(self.period / step), 1)
+        if len(self.time) <= n:
+            return np.zeros(0), np.zeros(0, dtype=bool)
+        speed = (self.com[n:, 0] - self.com[:-n, 0]) / (self.time[n:] - self.time[:-n])
+        total = np.concatenate([[0.0], np.cumsum(self.com[:, 2])])
+        height = (total[n + 1 :] - total[1:-n]) / n
+        fine = np.abs(speed - self.speed) <= SPEED * self.speed
+        return self.time[n:], fine & (np.abs(height - self.height) <= HEIGHT)
+
+    @property
+    def back(self) -> float | None:
+        """How long after what disturbed it the gait was the recorded one for good [s].
+
+        None where it was not by the end, or the person fell. A stride that has begun before counts.
+        """
+        ends, fine = self.as_recorded
+        if not self.survived or not len(fine) or not fine[-1]:
+            return None
+        since = 0.0 if self.pushed is None else self.pushed[1]
+        bad = np.flatnonzero(~fine)
+        first = float(ends[bad[-1] + 1]) if len(bad) else float(ends[0])
+        return max(first - since, 0.0)
+
+    @property
+    def withstood(self) -> bool:
+        """Whether they survived and were back to the gait by the end."""
+        return self.back is not None
