@@ -145,7 +145,7 @@ def test_what_is_no_walk_is_refused():
         ({"slope": 0.1, "turn": 0.2}, "give slope or turn"),
         ({"step_height": 0.1, "heights": [0.0] * 4}, "not both"),
         ({"heights": [0.0] * 3, "steps": 4}, "3 heights for 4 steps"),
-        ({"turn": 3.0, "steps": 2}, "take more steps"),
+        ({"turn": 3.0, "steps": 2}, "is 172° for each step .* take more steps"),
         ({"step_height": 0.9}, "steps .* at most"),
         ({"steps": 1}, "from 2 to 200"),
     ):
