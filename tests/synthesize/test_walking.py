@@ -176,6 +176,15 @@ def test_every_change_of_contact_is_a_node():
         assert np.abs(plan.switches[:, None] - nodes).min(axis=1).max() < 1e-9
 
 
+def test_a_foot_is_not_asked_to_rise_at_once():
+    """One that stood has no acceleration as it leaves, however high it is to be later."""
+    task = make_task("side-step", person(), {"clearance": 0.3})
+    for c in (c for c in task.conditions(solved().body) if c.quantity == "clearance"):
+        part = (np.array(c.time) - c.time[0]) / (c.time[-1] - c.time[0])
+        assert max(c.lower) == pytest.approx(0.3)
+        assert np.all(np.array(c.lower[:3]) <= 5 * part[:3] ** 3)
+
+
 def test_both_ends_of_an_interval_in_which_a_step_is_crossed_are_above_it():
     human = Human.create(joints="43")
     task = make_task("walk", human, {"step_height": -0.1})

@@ -113,7 +113,7 @@ class Above(Term):
 
 @dataclass(frozen=True)
 class Clearance(Term):
-    r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
+    r"""A foot in the air is at least :math:`h \sin^4(\pi s)` high at part :math:`s` of its swing.
 
     Steps in the ground are cleared where a smoothly moving foot meets them.
 
@@ -133,7 +133,7 @@ class Clearance(Term):
             part = (b.nodes[swing] - one.toe_off) / (two.heel_strike - one.toe_off)
             (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
             gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
-            above = self.height * np.sin(np.pi * part) ** 2
+            above = self.height * np.sin(np.pi * part) ** 4
             # Both ends of an interval in which a step is crossed are above it.
             moved = np.abs(np.diff(np.concatenate([[here], gone, [there]])))
             margin = np.maximum(BESIDE, np.maximum(moved[:-1], moved[1:]))
@@ -150,7 +150,7 @@ class Clearance(Term):
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return how high each site is at least over its swings."""
         part = np.linspace(0.0, 1.0, 17)
-        low = tuple(float(x) for x in self.height * np.sin(np.pi * part) ** 2)
+        low = tuple(float(x) for x in self.height * np.sin(np.pi * part) ** 4)
         found = []
         for side, one, two in _swings(plan):
             # of a periodic plan, each swing once: in the period in which it begins
