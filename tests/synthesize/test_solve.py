@@ -7,9 +7,8 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.synthesize import ContactBody, Options, make_task, synthesize
+from plantigrade.synthesize import ContactBody, Options, Solution, make_task, synthesize
 from plantigrade.synthesize.diagnose.violations import values, violations
-from plantigrade.synthesize.solution import Solution
 from plantigrade.synthesize.solvers.interior_point import NEAR
 from plantigrade.synthesize.terms.contact import Contact
 from plantigrade.synthesize.terms.limits import Limits

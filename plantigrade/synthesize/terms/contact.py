@@ -7,12 +7,14 @@ from itertools import pairwise
 import numpy as np
 
 from plantigrade.constants import FRICTION, SIDES
+from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import SAME, ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact import (
+    SUNK,
     friction_pyramid,
     hold_contacts,
     keep_soles_up,
@@ -115,7 +117,8 @@ class Above(Term):
 class Clearance(Term):
     r"""A foot in the air is at least :math:`h \sin^4(\pi s)` high at part :math:`s` of its swing.
 
-    Steps in the ground are cleared where a smoothly moving foot meets them.
+    Steps in the ground are cleared where a smoothly moving foot meets them, by the spheres of its
+    soles that carry no force, too.
 
     Attributes:
         height: In the middle of the swing [m].
@@ -127,6 +130,7 @@ class Clearance(Term):
         """Limit heights of the sites of a swinging foot."""
         family, ground = b.family("contact"), Ground.of_plan(b.plan)
         flat = {s: site_targets(b.body, Footprint(s, (0.0, 0.0, 0.0))) for s in SIDES}
+        soles, spheres = soles_of(b.body, len(b.nodes)) if ground.steps else (None, ())
         for side, one, two in _swings(b.plan):
             swing = (b.nodes > one.toe_off) & (b.nodes < two.heel_strike)
             at = np.flatnonzero(swing).tolist()
@@ -146,6 +150,13 @@ class Clearance(Term):
                     b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
                     if after < before:  # it does not lag behind
                         b.limit(family, (x - BESIDE)[:, None], columns=[3 * k], nodes=at)
+            if soles is not None:
+                under = flat_sites(b.body.human, (*b.body.sites, *spheres), side)
+                for k, sphere in enumerate(spheres):
+                    if sphere.side == side:
+                        x, _, deep = under[sphere.name]
+                        low = ground.along(gone + float(x), margin) + min(float(deep), 0.0) - SUNK
+                        b.limit(b.add(soles), low[:, None], columns=[k], nodes=at)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return how high each site is at least over its swings."""
