@@ -24,7 +24,7 @@ RATE = 200.0
 """Frames per second of the feet's paths, whose measures need an even clock [Hz]."""
 
 TRAVELS = 0.3
-"""Of a movement with a cost of transport [m]."""
+"""Way from which a walk has a cost of transport [m]."""
 
 
 def movement_figures(record: Record, person: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -57,7 +57,7 @@ def movement_figures(record: Record, person: Mapping[str, Any] | None = None) ->
             most = np.abs(record.torque(name)).max() / human.mass
             found[f"{stem}_moment_max_{side}_nm_kg"] = float(most)
     found |= flight_figures(record, whole)
-    if way > TRAVELS:
+    if motion.events and way > TRAVELS:
         found["cost_of_transport"] = work / (record.weight * way)
         found["cost_of_transport_positive"] = given / (record.weight * way)
     return found | walk_figures(record, person or {})

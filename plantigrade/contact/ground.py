@@ -208,6 +208,26 @@ class Ground:
         near = (x - margin, x + margin)
         return np.asarray(np.maximum(*(heights[np.searchsorted(edges, each)] for each in near)))
 
+    def passed(self, path: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
+        """Return how high places on a path are above the ground until the next one [m].
+
+        A path that crosses an edge between two places is above the higher side there.
+
+        Args:
+            path: Places at one time after the other, the first axis, in axes of the ground [m].
+        """
+        x, z = path[..., 0], path[..., 2]
+        level = self.along(x)
+        height = z - level
+        higher = np.maximum(level[:-1], level[1:])
+        for step in self.steps:
+            before, after = step.x - x[:-1], step.x - x[1:]
+            across = before * after < 0
+            part = before / np.where(across, before - after, 1.0)
+            there = z[:-1] + part * np.diff(z, axis=0) - higher
+            height[:-1] = np.where(across, np.minimum(height[:-1], there), height[:-1])
+        return height
+
     def under(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
         """Return the height of the ground along its normal, under world points [m]."""
         if not (self.steps or self.uneven):

@@ -223,7 +223,7 @@ class Solution:
         )
         place = places(self.problem.states(self.coefficients, times)[0])[0]
         place = place.reshape(len(times), len(body.sites), 3)
-        height = place[..., 2] - Ground.of_plan(self.task.plan).along(place[..., 0])
+        height = Ground.of_plan(self.task.plan).passed(place)
         index = {(s.body, tuple(s.position)): k for k, s in enumerate(body.sites)}
         for c in asked:
             holds = c.holds_at(times)

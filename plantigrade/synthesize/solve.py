@@ -40,6 +40,9 @@ OVERLAPPING = -0.001
 OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
 BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
 LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
+FALSE = 0.5
+"""Wrench between nodes from which a motion is none [body weights, body weights · m]: it meets rows
+at nodes alone, and no finer mesh has been seen to make one of it."""
 REFINEMENTS = 8  # of the mesh, at most
 FAR = 0.3  # violation left by a stalled solver that smoothness does not help out of
 MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
@@ -128,16 +131,14 @@ def synthesize(
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
     for number in range(refinements if at.success else 0):
-        nodes = run.solution(at).nodes
+        made = run.solution(at)
         beside = number == 0 and problem.closure is None  # one round does for a periodic motion
-        finer = split(nodes, *_wrong(run.solution(at)), beside=beside)
-        if len(finer) == len(nodes):
+        times, excess = _wrong(made)
+        finer = split(made.nodes, times, excess, beside=beside)
+        if len(finer) == len(made.nodes) or excess.max() > FALSE / UNEXPLAINED:
             break
         problem = task.problem(body, finer)
-        c, u, multipliers = at.on(problem)
-        after = solve("more nodes", problem, (c, u, multipliers))
-        if not after.over and solver == "interior-point":
-            after = run.interior_point("more nodes, anew", problem, (c, u, None))
+        after = solve("more nodes", problem, at.on(problem))
         if not after.success:
             break
         at = after

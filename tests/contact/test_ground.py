@@ -61,6 +61,19 @@ def test_a_margin_sees_the_higher_tread_early():
     assert ground.along(just_before, 0.06)[0] == pytest.approx(0.15)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_path_that_crosses_an_edge_is_above_its_higher_side_there(way):
+    ground = Ground(steps=(Step(1.0, 0.15),))
+    x = np.array([0.7, 0.9, 1.1, 1.3])[:: int(way)]
+    z = np.array([0.17, 0.14, 0.18, 0.17])[:: int(way)]
+    path = np.stack([x, np.zeros(4), z], axis=1)[:, None]
+    own = z - ground.along(x)
+    height = ground.passed(path)[:, 0]
+    assert height[1] == pytest.approx(0.16 - 0.15)  # half way between them, at the edge
+    np.testing.assert_allclose(np.delete(height, 1), np.delete(own, 1), atol=1e-12)
+    np.testing.assert_allclose(Ground().passed(path)[:, 0], z)
+
+
 def test_a_point_of_a_slope_is_as_high_as_the_slope_says():
     slope = np.deg2rad(7.0)
     ground = Ground(slope=slope)

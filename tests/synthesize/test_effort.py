@@ -5,8 +5,16 @@ import pytest
 
 from plantigrade.kinematics.state import State
 from plantigrade.synthesize import ProblemBuilder, make_task
+from plantigrade.synthesize.problem.contact_body import TORQUE
 from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-from plantigrade.synthesize.terms.effort import LIGHTEST, Acceleration, Jerk, relative_inertia
+from plantigrade.synthesize.terms.effort import (
+    LIGHTEST,
+    STRONG,
+    Acceleration,
+    Jerk,
+    Torque,
+    relative_inertia,
+)
 from tests.synthesize.coarse_walk import body, person, task
 
 
@@ -40,6 +48,15 @@ def test_jerk_counts_by_inertia_where_it_is_told_to():
     Jerk(1e-9, by_inertia=True).add_to(weighed)
     np.testing.assert_allclose(plain.jerk, 2e-9)
     np.testing.assert_allclose(weighed.jerk, 2e-9 * relative_inertia(person()))
+
+
+def test_all_joints_cost_as_much_at_their_strength():
+    made, human = builder(), person()
+    Torque(3.0, by_strength=True).add_to(made)
+    strength = np.abs(human.model.jnt_actfrcrange[1:]).max(axis=1)
+    weight = made.family("muscle torque").weight[1] / made.weights[1]
+    cost = 0.5 * weight * (strength / body().torque) ** 2
+    np.testing.assert_allclose(cost, 3.0 * (STRONG / TORQUE) ** 2)
 
 
 def test_only_the_joints_that_are_named_cost_where_others_do_not():

@@ -130,7 +130,7 @@ def test_hands_far_apart_have_second_derivatives():
     for side in "rl":
         spread[6 + human.hinge(f"arm_add_{side}")] = -np.pi / 2
     distance, second = (np.array(x) for x in hessian(spread))
-    assert distance > 0.9 * UNIT
+    assert distance > 0.5 * UNIT  # of the elbows
     assert np.isfinite(second).all()
 
 

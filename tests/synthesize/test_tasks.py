@@ -120,6 +120,7 @@ def test_a_squat_is_as_deep_as_asked_and_symmetric():
         if name.endswith("_r"):
             left = column(s, q, name[:-2] + "_l")
             assert np.abs(column(s, q, name) - left).max() < 0.01
+    assert np.rad2deg(column(s, q, "arm_flex_r")).min() > -5.0  # arms are not held back
 
 
 @pytest.mark.solver

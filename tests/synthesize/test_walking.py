@@ -11,9 +11,9 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.synthesize import ContactBody, ProblemBuilder, make_task
 from plantigrade.synthesize.guess.postures import smooth_step
-from plantigrade.synthesize.problem.contact import site_targets
+from plantigrade.synthesize.problem.contact import site_targets, soles_of
 from plantigrade.synthesize.tasks.walking import PELVIS_LEAN
-from plantigrade.synthesize.terms.contact import Clearance
+from plantigrade.synthesize.terms.contact import Clearance, Contact
 from plantigrade.synthesize.terms.posture import Posture, Rest
 from plantigrade.synthesize.transcription.mesh import nodes_of
 from tests.models.presets import other_side
@@ -145,7 +145,7 @@ def test_what_is_no_walk_is_refused():
         ({"slope": 0.1, "turn": 0.2}, "give slope or turn"),
         ({"step_height": 0.1, "heights": [0.0] * 4}, "not both"),
         ({"heights": [0.0] * 3, "steps": 4}, "3 heights for 4 steps"),
-        ({"turn": 3.0, "steps": 2}, "take more steps"),
+        ({"turn": 3.0, "steps": 2}, "is 172° for each step .* take more steps"),
         ({"step_height": 0.9}, "steps .* at most"),
         ({"steps": 1}, "from 2 to 200"),
     ):
@@ -174,6 +174,30 @@ def test_every_change_of_contact_is_a_node():
         plan = make_task("walk", human, {"speed": 0.8, "steps": 2}).plan
         nodes = nodes_of(plan, 13.0)
         assert np.abs(plan.switches[:, None] - nodes).min(axis=1).max() < 1e-9
+
+
+def test_a_foot_is_not_asked_to_rise_at_once():
+    """One that stood has no acceleration as it leaves, however high it is to be later."""
+    task = make_task("side-step", person(), {"clearance": 0.3})
+    for c in (c for c in task.conditions(solved().body) if c.quantity == "clearance"):
+        part = (np.array(c.time) - c.time[0]) / (c.time[-1] - c.time[0])
+        assert max(c.lower) == pytest.approx(0.3)
+        assert np.all(np.array(c.lower[:3]) <= 5 * part[:3] ** 3)
+
+
+def test_parts_of_the_sole_that_carry_nothing_clear_a_step_too():
+    human = Human.create(joints="42", feet="multi-segment")
+    task = make_task("walk", human, {"step_height": 0.1})
+    given = ContactBody.for_plan(human, task.plan)
+    builder = ProblemBuilder(given, task.plan, task.nodes())
+    Contact().add_to(builder)
+    Clearance().add_to(builder)
+    low, side = builder.family("soles").lower, task.plan.stances[-1].footprint.side
+    before, after = [s for s in task.plan.stances if s.footprint.side == side][-2:]
+    assert before.footprint.position[2] < after.footprint.position[2]
+    late = (builder.nodes > after.heel_strike - 0.1) & (builder.nodes < after.heel_strike)
+    own = [k for k, s in enumerate(soles_of(given, 1)[1]) if s.side == side]
+    assert own and low[late][:, own].min() > 0.09
 
 
 def test_both_ends_of_an_interval_in_which_a_step_is_crossed_are_above_it():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from plantigrade import check
+from plantigrade.analyze.movement import movement_figures
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
@@ -68,6 +69,13 @@ def test_whole_strides_are_written_and_measured(synthesized):
     strikes = [e for e in motion.events if e.kind == "heel_strike"]
     np.testing.assert_allclose([e.time for e in strikes], plan.duration * np.arange(5), atol=1e-9)
     assert [e.side for e in strikes] == ["r", "l", "r", "l", "r"]
+
+
+def test_only_a_walk_has_a_cost_of_transport(synthesized):
+    record = synthesized.run.record
+    jump = replace(record, motion=replace(record.motion, events=()))
+    assert "cost_of_transport" in synthesized.run.figures
+    assert not any("transport" in name for name in movement_figures(jump))
 
 
 def test_the_ground_carries_the_body(synthesized):

@@ -33,10 +33,15 @@ that a problem solved before is solved at once, and a similar one in a few itera
 LONG = 20
 """Iterations within which the violation must halve, or the solver gives up."""
 
-GUESSED = 8
+GUESSED = 4
 """First iterations from a guess in which second derivatives of rows are left out: without good
 multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
 periodic motion has no ends to be held at, and is solved sooner with them."""
+
+NEAR = 2e-4
+"""First barrier parameter where a guess violates rows by 1 (a body weight) or less, in proportion
+where by more: a guess far off, as of a jump, needs room beside its limits, and one near by has the
+shorter way with less."""
 
 WANDERING = 3
 """Iterations after which a warm start that was good enough once, and since was not solved, ends
@@ -170,6 +175,8 @@ class InteriorPoint:
         e.linearise(x)
         x = onto_linear_equations(e, x, self.options.feasibility)
         e.linearise(x)
+        if not warm:
+            mu = min(mu, NEAR * max(1.0, e.worst([b.r for b in e.blocks]).amount))
         for s in self._slacks:
             given = multipliers.rows.get(s.block.rows.name) if multipliers is not None else None
             s.start(mu, 1e-4 if warm else 1e-2, given)

@@ -20,7 +20,7 @@ class Options:
         feasibility: Largest violation of a row, in its own unit (where 1 is large).
         acceptable: Optimality error at which a feasible point is good enough once it stalls.
         iterations: Most iterations.
-        initial_barrier: First barrier parameter.
+        initial_barrier: First barrier parameter, at most: less near a solution.
         constraint_regularisation: :math:`\delta_c`.
         seconds: Most time [s].
     """

@@ -27,9 +27,10 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
-PUSH_POWER = 65.0
+PUSH_POWER = 50.0
 """Mean power of a push that nobody exceeds [W/kg]: weightlifters, who jump with the highest peaks,
-reach 80 at the peak (estimate: four fifths of it)."""
+reach 80 at the peak. With a constant force power grows with speed, to twice its mean; as the force
+of people falls towards the end, the mean is more than half (*estimate*: six tenths)."""
 LEGS = 4.0
 """Body weights with which both legs stop or push the body on average, at most (estimate)."""
 OUTSIDE = 0.1

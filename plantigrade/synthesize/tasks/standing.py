@@ -29,7 +29,8 @@ from plantigrade.synthesize.terms.term import Term
 
 def basics() -> tuple[Term, ...]:
     """Return the conditions and costs every task on true forces has."""
-    return (Dynamics(), Contact(), Limits(), SolidLimbs(), Torque(), Acceleration(1e-3), Forces())
+    torque = Torque(by_strength=True)
+    return (Dynamics(), Contact(), Limits(), SolidLimbs(), torque, Acceleration(1e-3), Forces())
 
 
 def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ...]:

@@ -166,8 +166,8 @@ def _check_way(falls: list[_Fall], distance: float, turn: float, p: GaitParamete
     n_steps = max(distance / p.step_length, 1.0)
     if not abs(turn) <= TIGHTEST * n_steps:
         raise ParameterError(
-            f"a turn of {np.rad2deg(turn):.0f}° along {n_steps:.0f} steps is more than "
-            f"{np.rad2deg(TIGHTEST):.0f}° a step: take more steps"
+            f"a turn of {np.rad2deg(turn):.0f}° is {np.rad2deg(abs(turn)) / n_steps:.0f}° for each "
+            f"step that goes on; allowed are {np.rad2deg(TIGHTEST):.0f}°: take more steps"
         )
     for a, b in zip(falls[:-1], falls[1:], strict=True):
         if abs(b.height - a.height) > HIGHEST * p.leg_length:

@@ -7,12 +7,14 @@ from itertools import pairwise
 import numpy as np
 
 from plantigrade.constants import FRICTION, SIDES
+from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import SAME, ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import Condition
 from plantigrade.synthesize.problem.builder import ProblemBuilder
 from plantigrade.synthesize.problem.contact import (
+    SUNK,
     friction_pyramid,
     hold_contacts,
     keep_soles_up,
@@ -113,9 +115,10 @@ class Above(Term):
 
 @dataclass(frozen=True)
 class Clearance(Term):
-    r"""A foot in the air is at least :math:`h \sin^2(\pi s)` high at part :math:`s` of its swing.
+    r"""A foot in the air is at least :math:`h \sin^4(\pi s)` high at part :math:`s` of its swing.
 
-    Steps in the ground are cleared where a smoothly moving foot meets them.
+    Steps in the ground are cleared where a smoothly moving foot meets them, by the spheres of its
+    soles that carry no force, too.
 
     Attributes:
         height: In the middle of the swing [m].
@@ -127,13 +130,14 @@ class Clearance(Term):
         """Limit heights of the sites of a swinging foot."""
         family, ground = b.family("contact"), Ground.of_plan(b.plan)
         flat = {s: site_targets(b.body, Footprint(s, (0.0, 0.0, 0.0))) for s in SIDES}
+        soles, spheres = soles_of(b.body, len(b.nodes)) if ground.steps else (None, ())
         for side, one, two in _swings(b.plan):
             swing = (b.nodes > one.toe_off) & (b.nodes < two.heel_strike)
             at = np.flatnonzero(swing).tolist()
             part = (b.nodes[swing] - one.toe_off) / (two.heel_strike - one.toe_off)
             (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
             gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
-            above = self.height * np.sin(np.pi * part) ** 2
+            above = self.height * np.sin(np.pi * part) ** 4
             # Both ends of an interval in which a step is crossed are above it.
             moved = np.abs(np.diff(np.concatenate([[here], gone, [there]])))
             margin = np.maximum(BESIDE, np.maximum(moved[:-1], moved[1:]))
@@ -146,11 +150,18 @@ class Clearance(Term):
                     b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
                     if after < before:  # it does not lag behind
                         b.limit(family, (x - BESIDE)[:, None], columns=[3 * k], nodes=at)
+            if soles is not None:
+                under = flat_sites(b.body.human, (*b.body.sites, *spheres), side)
+                for k, sphere in enumerate(spheres):
+                    if sphere.side == side:
+                        x, _, deep = under[sphere.name]
+                        low = ground.along(gone + float(x), margin) + min(float(deep), 0.0) - SUNK
+                        b.limit(b.add(soles), low[:, None], columns=[k], nodes=at)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return how high each site is at least over its swings."""
         part = np.linspace(0.0, 1.0, 17)
-        low = tuple(float(x) for x in self.height * np.sin(np.pi * part) ** 2)
+        low = tuple(float(x) for x in self.height * np.sin(np.pi * part) ** 4)
         found = []
         for side, one, two in _swings(plan):
             # of a periodic plan, each swing once: in the period in which it begins

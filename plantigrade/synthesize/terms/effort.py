@@ -9,6 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.synthesize.problem.builder import ProblemBuilder
+from plantigrade.synthesize.problem.contact_body import TORQUE
 from plantigrade.synthesize.terms.term import Term, per_coordinate
 
 
@@ -31,15 +32,32 @@ class Effort(Term):
         return self.weight * per_coordinate(names, self.joints, self.others)
 
 
+STRONG = 200.0
+"""Strength of a joint whose torque costs the same by its strength or not, of a person of the
+reference mass and height [N m]."""
+
+
 @dataclass(frozen=True)
 class Torque(Effort):
-    r"""Cost :math:`\int \sum w_j (\tau_j / \tau_1)^2 dt` of muscle torques (Eq. 15); [1/s]."""
+    r"""Cost :math:`\int \sum w_j (\tau_j / \tau_1)^2 dt` of muscle torques (Eq. 15); [1/s].
+
+    Attributes:
+        by_strength: Whether joints count by what part of their strength they use, as muscles do by
+            their stress [Crowninshield1981]_: an arm that is held up costs more than a hip that
+            bears as much.
+    """
 
     weight: float = 1.0
+    by_strength: bool = False
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weight torques."""
-        b.penalise(b.family("muscle torque"), 2.0 * self.weights(b.names[6:]))
+        weights = self.weights(b.names[6:])
+        if self.by_strength:
+            strength = np.abs(b.body.human.model.jnt_actfrcrange[1:]).max(axis=1)
+            strong = STRONG / TORQUE * b.body.torque
+            weights = weights * (strong / np.where(strength > 0, strength, strong)) ** 2
+        b.penalise(b.family("muscle torque"), 2.0 * weights)
 
 
 @dataclass(frozen=True)

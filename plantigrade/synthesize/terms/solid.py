@@ -145,7 +145,7 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
             rows.append(UNIT * _least(ca, d))
-        right, left = (_lower_arm(human, side) for side in SIDES)
+        right, left = (_free_arm(human, side) for side in SIDES)
         spheres = [x for rod in right for x in rod.points(_many(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
         above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
@@ -161,7 +161,7 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     function = body.function(ARMS, expression)
     names = (
         *(f"distance of arm_{s}" for s in SIDES),
-        "distance of the forearms",
+        "distance of the arms",
         *(f"distance of thigh_{s} and trunk" for s in SIDES),
     )
     return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
@@ -288,13 +288,17 @@ def _arm(human: Human, side: str) -> list[Rod]:
     return out
 
 
-def _lower_arm(human: Human, side: str) -> list[Rod]:
-    """Return capsules of a forearm and a hand; that of a hand is as thick as the hand is wide."""
+def _free_arm(human: Human, side: str) -> list[Rod]:
+    """Return capsules of an arm from the middle of the upper arm on.
+
+    That of a hand is as thick as the hand is wide.
+    """
     solids, out = {b.name: b.solids for b in human.skeleton.bodies}, []
-    for name in _below(human, f"humerus_{side}")[1:]:
+    for name in _below(human, f"humerus_{side}"):
         for s in solids[name]:
             if s.kind == "capsule":
-                out.append(Rod(name, s.a, s.b, s.radius))
+                first = (s.a + s.b) / 2 if name.startswith("humerus") else s.a
+                out.append(Rod(name, first, s.b, s.radius))
             else:
                 _, y, z = s.b
                 along = np.array([0.0, 0.0, z - y / 2])
