@@ -28,6 +28,9 @@ SEAM = 1.0 / 60.0
 """Standard deviation of the Gaussian that smooths a closed stride [s]."""
 OPEN = np.deg2rad(10.0)
 """Root mean square of the hinges by which both ends of one stride differ at most [rad]."""
+BEND = np.deg2rad(6.0)
+"""A stride is straight after which the pelvis looks no farther aside than this [rad]: 2° is the
+standard deviation of that over 70 strides of people who were recorded walking straight on."""
 SLOW, STOOD = 0.25, 0.12
 """A sole stands that is slower than this [m/s] for so long [s]."""
 SHORT = 0.2
@@ -60,9 +63,10 @@ class Stride:
 def stride_of(human: Human, motion: Motion) -> Stride:
     """Return the most even stride of a motion, closed; the whole motion if there is none.
 
-    Where gait events cut no stride, a motion whose both ends are nearly one posture is one. A walk
-    on a belt gets the belt's way. The ends of the stride are closed by what they differ, spread
-    over all of it, so that no seam is left.
+    A stride along a bend is the less even the more it turns: closed, it would lead straight on with
+    the posture of a turn. Where gait events cut no stride, a motion whose both ends are nearly one
+    posture is one. A walk on a belt gets the belt's way. The ends of the stride are closed by what
+    they differ, spread over all of it, so that no seam is left.
 
     Raises:
         ParameterError: If the motion is of another person, too short, or has gaps.
@@ -77,13 +81,18 @@ def stride_of(human: Human, motion: Motion) -> Stride:
     strides = [s for s in strides if s[0] >= own[0] - 1e-9 and s[1] <= own[-1] + 1e-9]
     if not strides and SHORTEST_CYCLE <= motion.duration <= LONGEST_CYCLE:
         strides = [(float(own[0]), float(own[-1]))]
-    cut = [_coordinates(human, motion, start, stop) for start, stop in strides]
-    opening = [float(np.sqrt(np.mean((x[-1, 6:] - x[0, 6:]) ** 2))) for x in cut]
-    if cut and min(opening) < OPEN:
-        best = int(np.argmin(opening))
-        period = strides[best][1] - strides[best][0]
-        values, length = _closed(cut[best], period)
-        return _stride(human, values, period, length)
+    best: tuple[float, float, Array] | None = None
+    for start, stop in strides:
+        values = _coordinates(human, motion, start, stop)
+        apart = values[-1] - values[0]
+        opening = float(np.sqrt(np.mean(apart[6:] ** 2)))
+        uneven = float(np.hypot(opening, max(abs(apart[5]) - BEND, 0.0)))
+        if opening < OPEN and (best is None or uneven < best[0]):
+            best = uneven, stop - start, values
+    if best is not None:
+        _, period, values = best
+        closed, length = _closed(values, period)
+        return _stride(human, closed, period, length)
     values = _coordinates(human, motion, float(own[0]), float(own[-1]))
     values[:, :2] -= values[0, :2]
     return _stride(human, values, motion.duration, None)

@@ -33,3 +33,23 @@ def test_a_stride_is_the_same_whichever_way_it_was_walked(walker, heading):
     np.testing.assert_allclose(found.qpos[:, :3], expected.qpos[:, :3], atol=1e-6)
     R, own = (rotation_matrix(stride.qpos[:, 3:7]) for stride in (found, expected))
     np.testing.assert_allclose(R, own, atol=1e-6)
+
+
+def test_a_straight_stride_is_taken_before_a_more_even_one_along_a_bend(walker):
+    human, _ = walker
+    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=4)
+    time, qpos = book.time, book.qpos.copy()
+    bends = time[0] + 0.5 * (time[-1] - time[0])
+    angle = 0.4 * np.maximum(time - bends, 0.0)
+    step = np.diff(qpos[:, :2], axis=0)
+    c, s = np.cos(angle[1:]), np.sin(angle[1:])
+    way = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=1)
+    qpos[1:, :2] = qpos[0, :2] + np.cumsum(way, axis=0)
+    for k, turn in enumerate(angle):
+        qpos[k : k + 1, 3:7] = turned(qpos[k : k + 1, 3:7], float(turn))
+    elbow = 7 + human.coordinates.index("elbow_flex_r")
+    qpos[:, elbow] += np.deg2rad(20.0) * np.minimum(time - bends, 0.0)  # moves on the straight part
+    rest = np.zeros((len(time), human.model.nv))
+    found = stride_of(human, Motion(time, qpos, rest, human.joint_names, events=book.events))
+    usual = qpos[time > bends, elbow].mean()
+    assert found.cyclic and found.qpos[:, elbow].mean() < usual - np.deg2rad(5.0)
