@@ -7,6 +7,9 @@ disagree. On a joint below the root they replace it where their median lies near
 than to zero; on the root, where an offset is given, the reading that brings the lowest point of the
 body closer to height 0 is used.
 
+A skeleton whose joints have axes along their bones is no standing person where nothing is turned;
+then the frame in which head and feet are farthest apart is taken as the rest pose.
+
 **Unit.** BVH files do not store one. The person's height is summed along the bones from ankle to
 head; of metre, centimetre, millimetre, inch and CMU's unit (0.0254 / 0.45 m), in this order, the
 first is taken that makes the height lie between 1.0 and 2.2 m. The option ``unit`` overrides it.
@@ -23,13 +26,17 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.bvh_hierarchy import Joint, read_hierarchy
 from plantigrade.io.bvh_motion import read_motion
 from plantigrade.io.skeletons import (
     bone_height,
     euler_rotation,
+    head_and_feet,
     left_axis,
+    side_pairs,
+    stands,
     turn_to_ours,
     up_axis,
 )
@@ -154,6 +161,12 @@ def _kinematics(
             ends[:, i] = p[:, i] + R[:, i] @ joint.end
     names, parents = tuple(j.name for j in joints), tuple(j.parent for j in joints)
     up = up_axis(names, p)
+    if up is not None and not stands(names, parents, rest, up):
+        warnings.append(
+            "without rotations the skeleton is no standing person: the most upright frame of the "
+            "motion was taken as rest pose"
+        )
+        rest = _upright(names, parents, R, p, up)
     up_rest = up_axis(names, rest[None])
     left = left_axis(names, rest, up_rest if up_rest is not None else up)
     if up is None:
@@ -180,6 +193,40 @@ def _kinematics(
         rest_positions=rest @ body.T * scale,
         ends=ends,
     )
+
+
+def _upright(
+    names: tuple[str, ...],
+    parents: tuple[int, ...],
+    R: Float[Array, "n k 3 3"],
+    p: Float[Array, "n k 3"],
+    up: Float[Array, "3"],
+) -> Float[Array, "k 3"]:
+    """Make the most upright frame the rest pose, the pelvis facing along an axis; return it.
+
+    Args:
+        names: Of the joints.
+        parents: Of each joint, before it; -1 of the root.
+        R: Rotations of the joints; from the rest pose on, afterwards.
+        p: Their places.
+        up: The vertical.
+    """
+    above, below = head_and_feet(names)
+    best = int(np.argmax((p[:, above].mean(axis=1) - p[:, below].mean(axis=1)) @ up))
+    rest = p[best] - p[best, 0]
+    deep = np.zeros(len(names), dtype=int)
+    for i, parent in enumerate(parents):
+        deep[i] = 0 if parent < 0 else deep[parent] + 1
+    hips = min(side_pairs(names), key=lambda pair: deep[pair[0]], default=(0, 0))
+    across = rest[hips[0]] - rest[hips[1]]
+    left = across - (across @ up) * up
+    turn = np.eye(3)
+    if np.linalg.norm(left) > 0.0:
+        left /= np.linalg.norm(left)
+        goal = np.roll(np.abs(up), -1)
+        turn = np.stack([goal, up, np.cross(goal, up)]).T @ np.stack([left, up, np.cross(left, up)])
+    R[:] = R @ (turn @ R[best]).transpose(0, 2, 1)
+    return rest @ turn.T
 
 
 def _scale(height: float, unit: str | None, warnings: list[str]) -> float:
