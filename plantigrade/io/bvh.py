@@ -8,7 +8,7 @@ than to zero; on the root, where an offset is given, the reading that brings the
 body closer to height 0 is used.
 
 A skeleton whose joints have axes along their bones is no standing person where nothing is turned;
-then the frame in which head and feet are farthest apart is taken as the rest pose.
+then an upright frame with the feet together is taken as the rest pose.
 
 **Unit.** BVH files do not store one. The person's height is summed along the bones from ankle to
 head; of metre, centimetre, millimetre, inch and CMU's unit (0.0254 / 0.45 m), in this order, the
@@ -163,8 +163,8 @@ def _kinematics(
     up = up_axis(names, p)
     if up is not None and not stands(names, parents, rest, up):
         warnings.append(
-            "without rotations the skeleton is no standing person: the most upright frame of the "
-            "motion was taken as rest pose"
+            "without rotations the skeleton is no standing person: an upright frame of the motion "
+            "was taken as rest pose"
         )
         rest = _upright(names, parents, R, p, up)
     up_rest = up_axis(names, rest[None])
@@ -202,7 +202,10 @@ def _upright(
     p: Float[Array, "n k 3"],
     up: Float[Array, "3"],
 ) -> Float[Array, "k 3"]:
-    """Make the most upright frame the rest pose, the pelvis facing along an axis; return it.
+    """Make a frame the rest pose, the pelvis facing along an axis; return it.
+
+    It is the one of the upright half in which the feet are nearest to each other: of a walk, where
+    they pass, and neither heel is raised.
 
     Args:
         names: Of the joints.
@@ -212,12 +215,18 @@ def _upright(
         up: The vertical.
     """
     above, below = head_and_feet(names)
-    best = int(np.argmax((p[:, above].mean(axis=1) - p[:, below].mean(axis=1)) @ up))
+    rise = (p[:, above].mean(axis=1) - p[:, below].mean(axis=1)) @ up
+    pairs = side_pairs(names)
+    feet = [pair for pair in pairs if pair[0] in below]
+    apart = sum((p[:, i] - p[:, k] for i, k in feet), np.zeros((len(p), 3)))
+    apart -= (apart @ up)[:, None] * up
+    wide = np.where(rise >= np.median(rise), np.linalg.norm(apart, axis=1), np.inf)
+    best = int(np.argmin(wide))
     rest = p[best] - p[best, 0]
     deep = np.zeros(len(names), dtype=int)
     for i, parent in enumerate(parents):
         deep[i] = 0 if parent < 0 else deep[parent] + 1
-    hips = min(side_pairs(names), key=lambda pair: deep[pair[0]], default=(0, 0))
+    hips = min(pairs, key=lambda pair: deep[pair[0]], default=(0, 0))
     across = rest[hips[0]] - rest[hips[1]]
     left = across - (across @ up) * up
     turn = np.eye(3)
