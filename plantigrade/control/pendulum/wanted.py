@@ -48,7 +48,7 @@ FASTEST, SOONEST = -7.0, 0.04
 """For a far foot it is let down so fast [m/s²] if it takes that to be low when it lands, in this
 time or more [s]: the foot hung over its place, and the body fell over it."""
 
-FREE = 0.1
+FREE = 0.3
 """Where the neck is off by so much its accelerations cost twice as much, and farther off more and
 more [rad]: the head is the cheapest flywheel, but people hold it still in space [Pozzo1990]_."""
 
