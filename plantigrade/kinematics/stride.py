@@ -110,7 +110,8 @@ class _Cut:
     Attributes:
         values: Place and angles of the pelvis and the hinges.
         period: How long it takes [s].
-        opening: Root mean square of what its ends differ by in the hinges [rad].
+        opening: Root mean square of what its ends differ by in the hinges [rad]; of a step and its
+            mirror image with rates, by :data:`PACE`.
         turn: What the pelvis turns by in it [rad].
     """
 
@@ -144,13 +145,14 @@ def _mirrored(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
     order = [*range(6), *(6 + names.index(mirrored_name(name)) for name in names)]
     sign = np.array([1.0, -1.0, 1.0, 1.0, -1.0, -1.0, *(mirror_sign(name) for name in names)])
     half[:, 1] -= 0.5 * (half[0, 1] + half[-1, 1])
-    gap = sign * half[0, order] - half[-1]
+    rates = np.gradient(half, (stop - start) / (len(half) - 1), axis=0)
+    gap, faster = (sign * x[0, order] - x[-1] for x in (half, rates))
     gap[0] = 0.0
     u = np.linspace(0.0, 1.0, len(half))[:, None]
     half += 0.5 * (gap * u - (sign * gap[order]) * (1.0 - u))
     other = sign * half[:, order]
     other[:, 0] += half[-1, 0] - half[0, 0]
-    opening = float(np.sqrt(np.mean(gap[6:] ** 2)))
+    opening = float(np.sqrt(np.mean(gap[6:] ** 2 + (PACE * faster[6:]) ** 2)))
     return _Cut(np.vstack([half[:-1], other]), 2.0 * (stop - start), opening)
 
 
@@ -178,12 +180,12 @@ def _alike(human: Human, motion: Motion) -> list[tuple[float, float]]:
 
 
 def _steps(motion: Motion) -> list[tuple[float, float]]:
-    """Return what may be a step: from a strike to that of the other foot, or all of a motion."""
+    """Return what may be steps: from a strike to that of the other foot; if none, all there is."""
     strikes = sorted((e.time, e.side) for e in motion.events if e.kind == "heel_strike")
     found = [(a, b) for (a, s), (b, t) in zip(strikes, strikes[1:], strict=False) if s != t]
-    found.append((float(motion.time[0]), float(motion.time[-1])))
     inside = [s for s in found if s[0] >= motion.time[0] and s[1] <= motion.time[-1]]
-    return [s for s in inside if SHORTEST_CYCLE <= 2.0 * (s[1] - s[0]) <= LONGEST_CYCLE]
+    whole = (float(motion.time[0]), float(motion.time[-1]))
+    return [s for s in inside or [whole] if SHORTEST_CYCLE <= 2.0 * (s[1] - s[0]) <= LONGEST_CYCLE]
 
 
 def stood_apart(human: Human, motion: Motion) -> float:
