@@ -7,6 +7,9 @@ disagree. On a joint below the root they replace it where their median lies near
 than to zero; on the root, where an offset is given, the reading that brings the lowest point of the
 body closer to height 0 is used.
 
+A skeleton whose joints have axes along their bones is no standing person where nothing is turned;
+then an upright frame with the feet together is taken as the rest pose.
+
 **Unit.** BVH files do not store one. The person's height is summed along the bones from ankle to
 head; of metre, centimetre, millimetre, inch and CMU's unit (0.0254 / 0.45 m), in this order, the
 first is taken that makes the height lie between 1.0 and 2.2 m. The option ``unit`` overrides it.
@@ -23,13 +26,17 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.bvh_hierarchy import Joint, read_hierarchy
 from plantigrade.io.bvh_motion import read_motion
 from plantigrade.io.skeletons import (
     bone_height,
     euler_rotation,
+    head_and_feet,
     left_axis,
+    side_pairs,
+    stands,
     turn_to_ours,
     up_axis,
 )
@@ -154,6 +161,12 @@ def _kinematics(
             ends[:, i] = p[:, i] + R[:, i] @ joint.end
     names, parents = tuple(j.name for j in joints), tuple(j.parent for j in joints)
     up = up_axis(names, p)
+    if up is not None and not stands(names, parents, rest, up):
+        warnings.append(
+            "without rotations the skeleton is no standing person: an upright frame of the motion "
+            "was taken as rest pose"
+        )
+        rest = _upright(names, parents, R, p, up)
     up_rest = up_axis(names, rest[None])
     left = left_axis(names, rest, up_rest if up_rest is not None else up)
     if up is None:
@@ -180,6 +193,49 @@ def _kinematics(
         rest_positions=rest @ body.T * scale,
         ends=ends,
     )
+
+
+def _upright(
+    names: tuple[str, ...],
+    parents: tuple[int, ...],
+    R: Float[Array, "n k 3 3"],
+    p: Float[Array, "n k 3"],
+    up: Float[Array, "3"],
+) -> Float[Array, "k 3"]:
+    """Make a frame the rest pose, the pelvis facing along an axis; return it.
+
+    It is the one of the upright half in which the feet are nearest to each other: of a walk, where
+    they pass, and neither heel is raised.
+
+    Args:
+        names: Of the joints.
+        parents: Of each joint, before it; -1 of the root.
+        R: Rotations of the joints; from the rest pose on, afterwards.
+        p: Their places.
+        up: The vertical.
+    """
+    above, below = head_and_feet(names)
+    rise = (p[:, above].mean(axis=1) - p[:, below].mean(axis=1)) @ up
+    pairs = side_pairs(names)
+    feet = [pair for pair in pairs if pair[0] in below]
+    apart = sum((p[:, i] - p[:, k] for i, k in feet), np.zeros((len(p), 3)))
+    apart -= (apart @ up)[:, None] * up
+    wide = np.where(rise >= np.median(rise), np.linalg.norm(apart, axis=1), np.inf)
+    best = int(np.argmin(wide))
+    rest = p[best] - p[best, 0]
+    deep = np.zeros(len(names), dtype=int)
+    for i, parent in enumerate(parents):
+        deep[i] = 0 if parent < 0 else deep[parent] + 1
+    hips = min(pairs, key=lambda pair: deep[pair[0]], default=(0, 0))
+    across = rest[hips[0]] - rest[hips[1]]
+    left = across - (across @ up) * up
+    turn = np.eye(3)
+    if np.linalg.norm(left) > 0.0:
+        left /= np.linalg.norm(left)
+        goal = np.roll(np.abs(up), -1)
+        turn = np.stack([goal, up, np.cross(goal, up)]).T @ np.stack([left, up, np.cross(left, up)])
+    R[:] = R @ (turn @ R[best]).transpose(0, 2, 1)
+    return rest @ turn.T
 
 
 def _scale(height: float, unit: str | None, warnings: list[str]) -> float:

@@ -15,6 +15,9 @@ from plantigrade.arrays import Array, Float
 FORWARD_LEFT_UP_OF_Y_UP = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 """Maps y-up file axes (x left, y up, z forward: CMU and most BVH) to ours (x, y left, z up)."""
 
+STRAIGHT = 0.6
+"""Who stands is so much as high as the way along the bones from foot to head, at least."""
+
 _HEAD = re.compile(r"head|neck|skull|thorax|chest|spine", re.IGNORECASE)
 _FEET = re.compile(r"foot|feet|ankle|toe|heel|ball|tibia|shin|calf", re.IGNORECASE)
 
@@ -133,16 +136,43 @@ def bone_height(
 ) -> float:
     """Return the person's height in file units, measured along the bones.
 
-    It is the longest path from the root down to an ankle or foot plus the longest path up to head,
-    neck or chest, by joint names. Foot and top of the head are missing, so it identifies the unit
-    but does not measure the person. NaN if the names are unknown.
+    It is the longest path from an ankle or foot to head, neck or chest, by joint names. Foot and
+    top of the head are missing, so it identifies the unit but does not measure the person. NaN if
+    the names are unknown.
     """
-    length = np.zeros(len(names))
-    for i, parent in enumerate(parents):
-        if parent >= 0:
-            length[i] = length[parent] + np.linalg.norm(rest[i] - rest[parent])
     above, below = head_and_feet(names)
     ankles = [i for i in below if not re.search(r"toe|ball", names[i], re.IGNORECASE)] or below
     if not above or not ankles:
         return float("nan")
-    return float(length[above].max() + length[ankles].max())
+    return max(_path(parents, rest, i, k) for i in above for k in ankles)
+
+
+def _path(parents: Sequence[int], rest: Float[Array, "n_joints 3"], one: int, other: int) -> float:
+    """Return the way along the bones from one joint to another."""
+    chains: list[list[int]] = []
+    for i in (one, other):
+        chains.append([])
+        while i >= 0:
+            chains[-1].append(i)
+            i = parents[i]
+    own = [i for i in (*chains[0], *chains[1]) if not (i in chains[0] and i in chains[1])]
+    return float(sum(np.linalg.norm(rest[i] - rest[parents[i]]) for i in own))
+
+
+def stands(
+    names: Sequence[str],
+    parents: Sequence[int],
+    rest: Float[Array, "n_joints 3"],
+    up: Float[Array, "3"],
+) -> bool:
+    """Return whether a pose is one of a person who stands, legs and trunk nearly straight.
+
+    It is so where head and feet are not known by name.
+    """
+    above, below = head_and_feet(names)
+    if not above or not below:
+        return True
+    head = above[int(np.argmax(rest[above] @ up))]
+    rises = [float((rest[head] - rest[k]) @ up) for k in below]
+    ways = [_path(parents, rest, head, k) for k in below]
+    return all(rise > STRAIGHT * way for rise, way in zip(rises, ways, strict=True))

@@ -70,6 +70,45 @@ def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():
     assert way.bearing(0.0, 1.0, 0.0) == pytest.approx(0.0)  # another walk begins
 
 
+def test_a_walk_is_slower_before_corners_and_who_is_to_turn_round_is_slow():
+    way = path("points:6,0/6,4/6,0")
+    assert way.bearing(0.0, 0.0, 0.0) == 0.0
+    before = [way.fastest(x, 0.0, 0.0) for x in (0.0, 2.0, 3.0, 3.9)]
+    assert before == sorted(before, reverse=True) and before[0] > 1.5 and before[-1] < 0.8
+    assert way.bearing(0.1, 4.5, 0.0) is not None and way.passed == 1
+    turned = [way.fastest(6.0, 0.5, angle) for angle in (0.0, 0.8, 1.4)]  # round the corner
+    assert turned == sorted(turned) and turned[0] == pytest.approx(0.3)
+    assert way.fastest(6.0, 2.5, 0.5 * np.pi) < 0.8  # it turns round at the next
+    # Beside the way, towards its end, there must be room to come back.
+    assert way.fastest(4.5, 1.5, 0.5 * np.pi) < way.fastest(5.5, 1.5, 0.5 * np.pi)
+    assert path("points:-3,0").fastest(0.0, 0.0, 0.0) == pytest.approx(0.3)
+    assert path("bearing:0,90@5").fastest(0.0, 0.0, 3.0) == np.inf
+
+
+@pytest.mark.parametrize("word", ["points:4,0/4,2", "points:-2,0"])
+def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, word):
+    led = Walker(walk, Wish(way=path(word)))
+    motion = walk.motion
+    world = World(
+        walk.human,
+        rate=led.rate,
+        control_rate=led.control_rate,
+        recording=False,
+        qpos=motion.qpos[0],
+        qvel=motion.qvel[0],
+    )
+    state = world.reset()
+    while (
+        world.fall is None
+        and world.time < 30.0
+        and (led.walks or world.time < led._stood[0][0] + 2.0)
+    ):
+        state = world.step(led(state))
+    assert world.fall is None and not led.walks
+    assert state.body.com[:2] == pytest.approx(led.wish.way.places[-1], abs=1.2)
+    assert "It did not come to the end" not in " ".join(led.said())
+
+
 def test_how_far_a_walk_is_from_its_way_is_measured_in_the_world():
     way = path("points:4,0/4,3")
     assert way.off(2.0, 0.5) == pytest.approx(0.5) and way.off(5.0, 0.0) == pytest.approx(1.0)

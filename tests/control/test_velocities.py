@@ -6,6 +6,7 @@ import pytest
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum.velocities import BoxProgram, bell
+from plantigrade.control.pendulum.wanted import FREE, Weights
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -127,3 +128,13 @@ def test_a_point_that_hangs_over_the_ground_carries_nothing(boxed):
     over = program.solve(state, touching, gap=gap, **asked)
     assert over.force[i, 2] < 0.05 * on.force[i, 2]
     assert over.force[:, 2].sum() == pytest.approx(on.force[:, 2].sum(), rel=0.02)
+
+
+def test_a_neck_that_is_off_is_dearer_than_one_that_is_not():
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    weights, names = Weights.of(human), human.coordinates
+    neck = [i for i, name in enumerate(names) if "neck_" in name]
+    assert neck and weights.at(np.zeros(len(names))) == pytest.approx(weights.weight)
+    thrown = weights.at(np.full(len(names), 4 * FREE)) / np.maximum(weights.weight, 1e-9)
+    assert thrown[6:][neck] == pytest.approx(17.0)
+    assert np.delete(thrown[6:], neck) == pytest.approx(1.0)

@@ -168,6 +168,37 @@ def test_position_channels_below_the_root(body):
         assert s.positions[0, 3, 2] == pytest.approx(plain.positions[0, 3, 2] + moved)
 
 
+def test_joints_with_axes_along_their_bones(body):
+    """Without rotations one leg of such a skeleton points up: that is no rest pose."""
+    plain = read_bvh(body).skeleton
+    text = "HIERARCHY\nROOT mover\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
+    text += BODY[BODY.index("ROOT hips") :].replace("ROOT", "JOINT", 1) + "}\n"
+    right = text.index("rightFoot")
+    text = text[:right] + text[right:].replace("OFFSET 0 -90 0", "OFFSET 0 90 0", 1)
+    text = text[:right] + text[right:].replace("OFFSET 0 0 15", "OFFSET 0 0 -15", 1)
+    rows = []
+    for row in MOTION.splitlines():
+        words = row.split()
+        if len(words) == 21:  # the right leg is turned by 180 degrees about x, and its foot too
+            words[:6] = [*words[:3], "0", "0", "0"]
+            words[13] = "180"
+            row = " ".join(["0", "0", "0", *words])
+        rows.append(row)
+    body.write_text(text + "\n".join(rows))
+    recording = read_bvh(body)
+    found = recording.skeleton
+    assert any("an upright frame" in told for told in recording.warnings)
+    assert any("1.70 m from ankle to head" in told for told in recording.warnings)
+    rest = found.rest_positions[1:] - found.rest_positions[1]
+    np.testing.assert_allclose(rest[:, 2], plain.rest_positions[:, 2], atol=1e-9)
+    bones = [2, 4]  # a bone stays on its joint whatever is taken as the rest pose
+    for i in bones:
+        parent = found.parents[i]
+        along = found.rest_positions[i] - found.rest_positions[parent]
+        there = found.positions[:, parent] + found.rotations[:, parent] @ along
+        np.testing.assert_allclose(there, found.positions[:, i], atol=1e-9)
+
+
 def test_real_files(data):
     frames = {"07_01": 317, "09_12": 1919, "13_01": 2314, "13_11": 416}
     for path in sorted((data / "cmu_bvh").glob("*.bvh")):

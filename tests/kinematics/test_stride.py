@@ -33,3 +33,63 @@ def test_a_stride_is_the_same_whichever_way_it_was_walked(walker, heading):
     np.testing.assert_allclose(found.qpos[:, :3], expected.qpos[:, :3], atol=1e-6)
     R, own = (rotation_matrix(stride.qpos[:, 3:7]) for stride in (found, expected))
     np.testing.assert_allclose(R, own, atol=1e-6)
+
+
+def test_a_straight_stride_is_taken_before_a_more_even_one_along_a_bend(walker):
+    human, _ = walker
+    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=4)
+    time, qpos = book.time, book.qpos.copy()
+    bends = time[0] + 0.5 * (time[-1] - time[0])
+    angle = 0.4 * np.maximum(time - bends, 0.0)
+    step = np.diff(qpos[:, :2], axis=0)
+    c, s = np.cos(angle[1:]), np.sin(angle[1:])
+    way = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=1)
+    qpos[1:, :2] = qpos[0, :2] + np.cumsum(way, axis=0)
+    for k, turn in enumerate(angle):
+        qpos[k : k + 1, 3:7] = turned(qpos[k : k + 1, 3:7], float(turn))
+    elbow = 7 + human.coordinates.index("elbow_flex_r")
+    qpos[:, elbow] += np.deg2rad(20.0) * np.minimum(time - bends, 0.0)  # moves on the straight part
+    rest = np.zeros((len(time), human.model.nv))
+    found = stride_of(human, Motion(time, qpos, rest, human.joint_names, events=book.events))
+    usual = qpos[time > bends, elbow].mean()
+    assert found.cyclic and found.qpos[:, elbow].mean() < usual - np.deg2rad(5.0)
+
+
+def test_a_stride_is_found_in_a_walk_in_which_no_event_cuts_one(walker):
+    human, walk = walker
+    expected = stride_of(human, walk)
+    period = expected.time[-1]
+    last = walk.time[0] + 1.2 * period
+    part = walk.time <= last
+    cut = replace(walk, time=walk.time[part], qpos=walk.qpos[part], qvel=walk.qvel[part], events=())
+    found = stride_of(human, cut)
+    assert found.cyclic and found.time[-1] == pytest.approx(period, abs=0.03)
+    assert found.length == pytest.approx(expected.length, rel=0.03)
+    still = np.repeat(walk.qpos[:1], 60, axis=0)
+    time = np.arange(60) / 60.0
+    stands = Motion(time, still, np.zeros((60, human.model.nv)), human.joint_names)
+    assert not stride_of(human, stands).cyclic
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0])
+def test_a_step_is_repeated_with_its_mirror_image(walker, heading):
+    human, walk = walker
+    expected = stride_of(human, walk)
+    strikes = sorted(e.time for e in walk.events if e.kind == "heel_strike")
+    part = (walk.time >= strikes[0] - 0.05) & (walk.time <= strikes[1] + 0.05)
+    qpos = walk.qpos[part].copy()
+    qpos[:, :3] = qpos[:, :3] @ about_vertical(heading).T
+    qpos[:, 3:7] = turned(qpos[:, 3:7], heading)
+    time = walk.time[part]
+    events = tuple(e for e in walk.events if time[0] <= e.time <= time[-1])
+    found = stride_of(
+        human, replace(walk, time=time, qpos=qpos, qvel=walk.qvel[part], events=events)
+    )
+    assert found.cyclic and found.time[-1] == pytest.approx(expected.time[-1], abs=0.03)
+    assert found.length == pytest.approx(expected.length, rel=0.03)
+    names = human.coordinates
+    share, phase = found.time / found.time[-1], np.arange(50) / 50
+    for name in ("knee_angle", "hip_flexion"):
+        left, right = (found.qpos[:, 7 + names.index(f"{name}_{side}")] for side in "lr")
+        later = np.interp((phase + 0.5) % 1.0, share, right)
+        np.testing.assert_allclose(np.interp(phase, share, left), later, atol=0.005)

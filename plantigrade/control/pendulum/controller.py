@@ -359,20 +359,20 @@ class Pendulum:
         if held.any():
             rows.append(held_rows(points, held, height[active], up))
         passive = state.world.actuators.passive(state.angles, state.rates)
+        apart = state.angles - ref["q"][7:]
         quick = self.weights.pace([not foot.stands for foot in gait.feet])
         answer = self.program.solve(
             body,
             touching,
             rows,
             wanted=joint_accelerations(body, ref, rate, quick, self.plan.turning),
-            weight=self.weights.weight,
+            weight=self.weights.at(apart),
             passive=passive,
             points=points,
             held=held,
             gap=height[active],
         )
         half = 0.5 * (1.0 / state.world.control_rate + 1.0 / state.world.rate)
-        apart = state.angles - ref["q"][7:]
         found = self.landing
         place = np.full(2, np.nan) if found is None else found.place
         command = StablePD(

@@ -4,20 +4,28 @@ Ways are in the plane of the ground from where the walk starts: x ahead, y to th
 """
 
 from dataclasses import dataclass
-from math import atan2, hypot, pi, remainder, tan
+from math import atan2, cos, hypot, inf, pi, remainder, sin, sqrt, tan
 
 import numpy as np
 
 from plantigrade.control.pendulum.manner import DEEPEST
+from plantigrade.control.pendulum.turn import FASTEST as TURNING
 from plantigrade.errors import ParameterError
 from plantigrade.options import shown
 
 AHEAD = 1.0
 """So far ahead of a walker on a way the place is that is walked to [m]: less turns sooner."""
-RADIUS = 2.0
-"""Of the turn at a corner [m]."""
+RADIUS, CUT = 2.0, 0.8
+"""Of the turn at a corner; the corner is cut by no more than this [m]."""
 BRAKES = 0.8
-"""So far before the last point a walk begins to slow down [m]."""
+"""So far before the last point a walk begins to come to a stand [m]."""
+BESIDE = 0.2
+"""A walk is so slow for a corner that its turn leads no farther beyond the way than this [m]."""
+ALONG = 0.2
+"""Who looks farther than this towards their way comes back to it [rad]."""
+SLOWING, SLOWEST = 0.3, 0.3
+"""So much slower it is made before a corner [m/s²], and no slower than this: it would stand, and
+who stands does not turn [m/s]."""
 FASTEST = 5.0
 """Speeds above this are no walk [m/s]."""
 TURNS, MOST, FAR = 10, 1000, 10_000.0
@@ -120,6 +128,10 @@ class Bearings:
         """Return where to go [rad]."""
         return self.angles.at(time) * pi / 180.0
 
+    def fastest(self, x: float, y: float, heading: float) -> float:
+        """Return infinity: a bearing is turned to at any speed."""
+        return inf
+
     def off(self, x: float, y: float) -> float | None:
         """Return None: a bearing is kept from wherever a walk has turned to it."""
         return None
@@ -146,6 +158,20 @@ class Points:
                 kept.append(place)
         self.places, self.times = tuple(kept), (0.0,)
         self._leg = 1
+        ways = np.diff(np.array(self.places), axis=0)
+        self._angle = [atan2(y, x) for x, y in ways.tolist()]
+        self._length = [hypot(x, y) for x, y in ways.tolist()]
+        turns = [toward(b, a) for a, b in zip(self._angle, self._angle[1:], strict=False)]
+        half = [0.5 * min(pair) for pair in zip(self._length, self._length[1:], strict=False)]
+        # Where turns begin: as far before a corner as a circle needs; and how fast they may be.
+        self._early = [min(_early(abs(t)), h) for t, h in zip(turns, half, strict=True)]
+        early = zip(self._early, turns, strict=True)
+        self._speed = [_turned_at(e * sin(abs(t)), t) for e, t in early]
+        self._early.append(min(BRAKES, 0.5 * self._length[-1]) if self._length else 0.0)
+        self._speed.append(0.0)
+        for i in reversed(range(len(turns))):  # there is less way than it takes to be slower
+            later = sqrt(self._speed[i + 1] ** 2 + 2.0 * SLOWING * self._length[i + 1])
+            self._speed[i] = min(self._speed[i], later)
 
     @property
     def passed(self) -> int:
@@ -165,23 +191,64 @@ class Points:
         if time <= 0.0:
             self._leg = 1
         while self._leg < len(self.places):
-            (x0, y0), (x1, y1) = self.places[self._leg - 1 : self._leg + 1]
-            length = hypot(x1 - x0, y1 - y0)
-            ahead = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / length
-            last = self._leg == len(self.places) - 1
-            if ahead < length - (min(BRAKES, 0.5 * length) if last else self._early()):
-                to = ahead + AHEAD
-                px, py = x0 + (x1 - x0) * to / length, y0 + (y1 - y0) * to / length
-                return atan2(py - y, px - x)
+            i = self._leg - 1
+            ahead, _ = self._along(x, y)
+            if ahead < self._length[i] - self._early[i]:
+                (x0, y0), way, to = self.places[i], self._angle[i], ahead + AHEAD
+                return atan2(y0 + to * sin(way) - y, x0 + to * cos(way) - x)
             self._leg += 1
         return None
 
-    def _early(self) -> float:
-        """Return how far before a corner its turn begins: as far as a circle needs [m]."""
-        (x0, y0), (x1, y1), (x2, y2) = self.places[self._leg - 1 : self._leg + 2]
-        turn = remainder(atan2(y2 - y1, x2 - x1) - atan2(y1 - y0, x1 - x0), 2.0 * pi)
-        legs = hypot(x1 - x0, y1 - y0), hypot(x2 - x1, y2 - y1)
-        return min(RADIUS * tan(0.5 * min(abs(turn), 2.0)), *(0.5 * leg for leg in legs))
+    def fastest(self, x: float, y: float, heading: float) -> float:
+        r"""Return how fast to go, lest corners and points behind are missed [m/s].
+
+        Who turns by :math:`\theta` to the direction of the way on a circle of radius :math:`r`
+        comes :math:`r (1 - \cos \theta)` nearer to it, or beyond it. Who walks along it aside by
+        :math:`a` comes back to it, on two such circles, in :math:`2 \sqrt{a r}`. To be asked
+        after :meth:`bearing`.
+
+        Args:
+            x: Where it is [m].
+            y: Likewise.
+            heading: Which way it walks [rad].
+        """
+        i = self._leg - 1
+        if i >= len(self._length):
+            return 0.0
+        ahead, left = self._along(x, y)
+        turn = toward(self._angle[i], heading)
+        inside = left if turn > 0.0 else -left
+        rest = self._length[i] - ahead - (self._early[i] if i < len(self._length) - 1 else 0.0)
+        rest = max(rest, 0.0)
+        least = min(_turned_at(inside, turn), sqrt(self._speed[i] ** 2 + 2.0 * SLOWING * rest))
+        aside = abs(left) - BESIDE
+        if aside <= 0.0 or (inside > 0.0 and abs(turn) > ALONG):
+            return least
+        return min(least, max(0.25 * TURNING * rest**2 / aside, SLOWEST))
+
+    def _along(self, x: float, y: float) -> tuple[float, float]:
+        """Return how far a place is along the way that is walked, and to the left of it [m]."""
+        (x0, y0), way = self.places[self._leg - 1], self._angle[self._leg - 1]
+        c, s = cos(way), sin(way)
+        return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
+
+
+def _early(turn: float) -> float:
+    """Return how far before a corner a circle begins that touches both ways [m]."""
+    if turn < SAME:
+        return 0.0
+    return min(RADIUS * tan(min(0.5 * turn, 1.5)), CUT / tan(0.25 * turn))
+
+
+def _turned_at(inside: float, turn: float) -> float:
+    """Return the speed at which a turn leads onto a way [m/s].
+
+    Args:
+        inside: How far inside of the way it begins [m].
+        turn: By how much it turns [rad].
+    """
+    nearer = 1.0 - cos(turn)
+    return max(TURNING * (max(inside, 0.0) + BESIDE) / max(nearer, 1e-9), SLOWEST)
 
 
 Way = Bearings | Points

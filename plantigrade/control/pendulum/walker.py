@@ -33,12 +33,16 @@ STEADY = 2.5
 MEAN = 1.2
 """Time constant of the mean speed: about a stride [s]."""
 SLOW = 0.35
-"""Who steps no longer than this, by the recorded steps, may come to stand."""
-WITHIN = 0.02
-"""They stand once the extrapolated centre of mass is so far inside of what both feet span [m]."""
+"""Of steps shorter than this, by the recorded ones, the mean speed is not believed."""
+SHORTEST, WITHIN, STRAIGHT = 0.25, 0.02, 0.05
+"""Who steps no longer than this, by the recorded steps, may come to stand: once the extrapolated
+centre of mass is so far inside of what both feet span [m], and the walk turns no faster [rad/s]."""
 NEAR, LEANING = 0.005, 1.5
 """Who starts brings the extrapolated centre of mass so near to where the walk has it [m], or tries
 for so long [s]."""
+HASTY = 2.0
+"""Who is so many times as fast as the turn to their way allows goes straight on until they are not:
+they would turn on a wide bend beside it."""
 SAME = 1e-6
 """Speeds nearer than this are one [m/s]."""
 PASSED = 0.6
@@ -234,6 +238,7 @@ class Walker:
         self.pendulum.reference.manner = None
         self._ducked = 0.0
         self._barriers = barriers_of(state.world)
+        self._fastest = np.inf
         self._deep = 0.01 * max((depth for _, depth in self._barriers), default=0.0)
         self._steady, self._since = 0.0, None
         self._aside = self._astray = 0.0
@@ -257,8 +262,9 @@ class Walker:
                 self._asked = asked
                 speed.set(asked)
         if self.wish.way is not None:
-            x, y = self.frame.to_world(np.array([*self._here, 0.0]))[:2]
-            way = self.wish.way.bearing(time, float(x), float(y))
+            x, y = self.frame.to_world(np.array([*self._here, 0.0]))[:2].tolist()
+            way = self.wish.way.bearing(time, x, y)
+            self._fastest = self.wish.way.fastest(x, y, self.frame.angle)
             if way is None:
                 speed.set(0.0)
             elif way != self._way:
@@ -302,6 +308,8 @@ class Walker:
         self._aside += step / MEAN * (off - self._aside)
         self._astray = max(self._astray, self._beside())
         off = toward(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
+        if self._mean > HASTY * self._fastest:
+            off = 0.0
         paced, turn = self.pendulum.reference, self._turn
         steps = self.pendulum.gait.reference.duration / paced.cadence
         turn.look(off, self._mean, 0.5 * steps, paced.omega, step)
@@ -327,7 +335,7 @@ class Walker:
         own = max(own, 1e-3)
         if abs(self.targets[0].value - self._own) < SAME:  # as fast as the walk itself is
             self.targets[0].set(min(own, self.targets[0].high))
-        self._own, wanted = own, self.targets[0].value
+        self._own, wanted = own, min(self.targets[0].value, self._fastest)
         ahead = float(self.pendulum.place[0])
         self._mean += step / MEAN * ((ahead - self._last) / step - self._mean)
         self._last = ahead
@@ -343,7 +351,9 @@ class Walker:
 
     def _may_stand(self, state: State) -> bool:
         """Return whether balance could take over now, and should."""
-        if self.targets[0].value > 0.0 or self._stride > SLOW:
+        if self.targets[0].value > 0.0 or self._stride > SHORTEST:
+            return False
+        if abs(self._turn.rate) > STRAIGHT:
             return False
         if len(self.pendulum.gait.standing) < len(SIDES):
             return False

@@ -11,7 +11,7 @@ from math import sqrt
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import REACHED, bell
@@ -48,6 +48,10 @@ FASTEST, SOONEST = -7.0, 0.04
 """For a far foot it is let down so fast [m/s²] if it takes that to be low when it lands, in this
 time or more [s]: the foot hung over its place, and the body fell over it."""
 
+FREE = 0.3
+"""Where the neck is off by so much its accelerations cost twice as much, and farther off more and
+more [rad]: the head is the cheapest flywheel, but people hold it still in space [Pozzo1990]_."""
+
 _ONE = np.eye(3)
 
 
@@ -57,11 +61,13 @@ class Weights:
 
     Attributes:
         weight: Cost of an acceleration missed, squared: root, whose place has none, then hinges.
+        neck: Coordinates of the neck.
         within: Which hinges are within the right foot, and which within the left.
         centre: Weights of the acceleration of the mass, squared.
     """
 
     weight: Float[Array, " nv"]
+    neck: Int[Array, " k"]
     within: Bool[Array, "2 n_hinges"]
     centre: Float[Array, " 3"]
 
@@ -71,7 +77,14 @@ class Weights:
         joints, names = joint_weights(human), human.coordinates
         weight = np.concatenate([np.zeros(3), np.full(3, PELVIS), joints]) ** 2
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
-        return cls(weight, sides & (joints == TOES), np.array([*COM[:2], HEIGHT]) ** 2)
+        neck = 6 + np.flatnonzero(["neck_" in name for name in names])
+        return cls(weight, neck, sides & (joints == TOES), np.array([*COM[:2], HEIGHT]) ** 2)
+
+    def at(self, error: Float[Array, " n_hinges"]) -> Float[Array, " nv"]:
+        """Return the weights where hinges are off by so much [rad]."""
+        weight = self.weight.copy()
+        weight[self.neck] *= 1.0 + (error[self.neck - 6] / FREE) ** 2
+        return weight
 
     def pace(self, swings: Sequence[bool]) -> Float[Array, " n_hinges"]:
         """Return the factor of the bell of every hinge.
