@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 
 from plantigrade.arrays import Array
 from plantigrade.constants import GRAVITY, SIDES
@@ -32,6 +32,7 @@ from plantigrade.control.pendulum.pendulum import (
     struck,
     swung,
 )
+from plantigrade.control.pendulum.plan import reaction_of
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import tilted
@@ -174,6 +175,7 @@ def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(strike):
 def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(strike):
     still = {"here": np.zeros(2), "speed": np.zeros(2), "hip": np.zeros(2)}
     still |= {"high": 0.8, "rises": 0.0}
+    still |= {"moved": np.zeros(2), "moves": np.zeros(2), "reaction": 0.0}
     reach = Reach(axes=np.eye(2), nominal=strike.lands, side=1.0, leg=0.9, narrowest=0.06, **still)
     half = np.array([0.0, -0.02])
     slow = predicted(
@@ -429,3 +431,28 @@ def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_ha
     kept = [each.copy() for each in near]
     in_reach(0.9, hip, goes, *near)
     np.testing.assert_array_equal(near, kept)
+
+
+def test_a_landing_place_makes_up_for_the_leg_that_is_led_there(strike):
+    omega, time, kappa = 3.3, 0.4, 0.05
+    moved, moves = np.array([0.05, -0.1]), np.array([0.3, -0.6])
+    reach = Reach(
+        axes=np.eye(2), nominal=strike.lands, side=1.0, leg=0.9, narrowest=0.06,
+        here=np.zeros(2), speed=np.zeros(2), hip=np.zeros(2), high=0.8, rises=0.0,
+        moved=moved, moves=moves, reaction=kappa,
+    )  # fmt: skip
+    asked = np.array([0.1, -0.3])
+    offset = reach.made_up(asked[None], np.array([time]), omega)[0]
+    # The way of the foot, a cubic that ends at rest, and what its acceleration does to the mass.
+    t = np.linspace(0.0, time, 2001)[:, None]
+    way = offset - moved
+    a, b = (6 * way - 4 * moves * time) / time**2, (6 * moves * time - 12 * way) / time**3
+    push = kappa * (a + b * t) * np.exp(omega * (time - t)) / omega
+    went = trapezoid(push, t[:, 0], axis=0)
+    np.testing.assert_allclose(offset - asked, went, atol=0.004)
+    assert np.abs(went).max() > 0.01
+
+
+def test_a_leg_takes_a_twentieth_of_its_way_from_the_mass():
+    for human in (Human.create(height=1.5, mass=50.0), Human.create(height=1.95, mass=110.0)):
+        assert 0.04 < reaction_of(human) < 0.06

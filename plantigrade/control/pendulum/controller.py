@@ -14,7 +14,7 @@ from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.plan import Plan
+from plantigrade.control.pendulum.plan import Plan, reaction_of
 from plantigrade.control.pendulum.swing import ACROSS, SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
@@ -130,6 +130,7 @@ class Pendulum:
         hip = rest.origin(f"femur_{SIDES[0]}")
         self.leg = float(hip[2] - rest.origin(f"foot_{SIDES[0]}")[2])
         self.hip = float(rest.com[2] - hip[2])
+        self.reaction = reaction_of(human)
         self.gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
         self.landing: Landing | None = None
@@ -200,7 +201,8 @@ class Pendulum:
         nv = self.human.model.nv
         self.hold = Hold(self.tick, 1.0 / self._world.control_rate, nv)
         tick = 2.0 * self.hold.half
-        self.plan = Plan(gait, self.reference, self.law, self.leg, self.hip, tick)
+        own = self.leg, self.hip, self.reaction
+        self.plan = Plan(gait, self.reference, self.law, *own, tick)
         self.paths = [SwingPath(self.leg) for _ in gait.feet]
         self.soles = [Sole(self.leg, own.left) for own in gait.feet]
         for path, at in zip(self.paths, body.origins[self.feet], strict=True):

@@ -203,6 +203,9 @@ class Reach(LandingBox):
         hip: The hip of the swinging leg, beside the mass [m].
         high: Height of that hip above the ankle where the recording's foot lands [m].
         rises: How fast it rises [m/s].
+        moved: How far the swinging foot is beside the recording now [m].
+        moves: How fast it is led farther [m/s].
+        reaction: How far the extrapolated centre goes along with the foot, by its distance.
         hips: Where it is at each time, from the standing foot along the axes [m].
         spans: How far from there the leg reaches on the ground then [m]; any distance if absent.
     """
@@ -211,6 +214,9 @@ class Reach(LandingBox):
     hip: Float[Array, " 2"]
     high: float
     rises: float
+    moved: Float[Array, " 2"]
+    moves: Float[Array, " 2"]
+    reaction: float
     hips: Float[Array, "m 2"] | None = None
     spans: Float[Array, " m"] | None = None
     farthest: float = FARTHEST
@@ -232,6 +238,29 @@ class Reach(LandingBox):
         high = np.maximum(high, longest - DEEPEST * self.leg)
         spans = np.sqrt(np.maximum(longest**2 - high**2, 0.0))
         return replace(self, hips=(mass + self.hip) @ self.axes, spans=spans)
+
+    def made_up(
+        self, offset: Float[Array, "m 2"], time: Float[Array, " m"], omega: float
+    ) -> Float[Array, "m 2"]:
+        r"""Return offsets that make up for what leading the leg there does to the mass, too.
+
+        A leg that is led beside the recording by :math:`d` has the angular momentum
+        :math:`m h \kappa \dot d` about the centre of mass. The ground gives it by a force that the
+        mass feels, and takes it when the foot has arrived. The first counts for longer: in a time
+        :math:`T` the extrapolated centre goes along with the foot by
+
+        .. math:: \kappa \int_0^T \dot d \, e^{\omega (T - t)} dt
+            - \frac{\kappa}{\omega} \dot d_0 e^{\omega T}
+            \approx \kappa (d \, e^{\omega T / 2} - \frac{\dot d_0}{\omega} e^{\omega T}).
+
+        Args:
+            offset: Where the foot would have to land without it [m].
+            time: In what time [s].
+            omega: Root of gravity by height [1/s].
+        """
+        grown = np.exp(0.5 * omega * time)[:, None]
+        by = self.reaction * grown
+        return (offset - by * (self.moved + grown * self.moves / omega)) / (1.0 - by)
 
     def clipped(self, offset: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
         """Return offsets with the place within its limits.
@@ -300,6 +329,7 @@ def landing(
     time = left / RATES
     there, speed = carried(com, velocity, pivot, strike.omega, time[:, None])
     free = law.place(there, speed, stands, strike)
+    free = strike.lands + box.made_up(free - strike.lands, time, strike.omega)
     grows = float(np.exp(strike.omega * AGAIN))
     moved = stands - strike.stands
     box = box.at(there - stands, time)

@@ -17,11 +17,12 @@ from plantigrade.control.pendulum.landing import (
     landing,
 )
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.replay.gait import Gait
+from plantigrade.control.replay.gait import Foot, Gait
 from plantigrade.control.replay.planner import decayed
 from plantigrade.control.replay.reference import Instant
-from plantigrade.control.replay.swing import NARROW
+from plantigrade.control.replay.swing import BESIDE, NARROW, SLACK
 from plantigrade.kinematics.state import State
+from plantigrade.models import Human
 
 BACK = 0.85
 """What is left of a foot's offset from the path after a step."""
@@ -38,6 +39,9 @@ REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
 
+PASSED, SOON = 0.1, 0.06
+"""A foot that is so far ahead of the other has passed it [leg lengths]; one that has not goes to
+its own side in this time or more [s]."""
 NEVER = 9.0
 """Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
 ANEW = 0.5
@@ -53,6 +57,8 @@ class Plan:
         law: By which feet land.
         leg: Length of the leg, hip to ankle [m].
         hip: Height of the mass above the hips [m].
+        reaction: How far the extrapolated centre goes along with a foot that is led elsewhere, by
+            its distance (:func:`reaction_of`).
         step: From one tick to the next [s].
 
     Attributes:
@@ -77,9 +83,11 @@ class Plan:
         law: LandingLaw,
         leg: float,
         hip: float,
+        reaction: float,
         step: float,
     ):
         self.gait, self.law, self.leg, self.hip, self.step = gait, law, leg, hip, step
+        self.reaction = reaction
         self.reference = reference
         self.error, self.shift = np.zeros(2), np.zeros(3)
         self.path, self.lead = np.zeros(2), np.zeros(2)
@@ -176,6 +184,9 @@ class Plan:
             hip=turn @ (hip - body.com)[:2],
             high=float(hip[2] - then["foot"][i, 2]) - level(np.append(lands, 0.0)),
             rises=float(body.com_velocity[2]),
+            moved=turn @ foot.swing.offset - path,
+            moves=turn @ foot.swing.velocity,
+            reaction=self.reaction,
             crosses=NEVER if angle else CROSSES,
         )
         # The recording's own effective pivot, where the foot really stands.
@@ -203,8 +214,45 @@ class Plan:
             found = replace(found, place=found.place + shift)
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         offset = found.place - then["foot"][i, :2]
-        foot.swing.lead(offset, left / max(gait.rate, 0.2), self.step)
+        time = left / max(gait.rate, 0.2)
+        round_it = self._round(foot, ref, places, found, time)
+        if round_it is None:
+            foot.swing.lead(offset, time, self.step)
+        else:
+            soon, aside = round_it
+            foot.swing.lead(np.array([offset[0], aside]), np.array([time, soon]), self.step)
         return found
+
+    def _round(
+        self, foot: Foot, ref: Instant, places: Float[Array, "2 3"], found: Landing, time: float
+    ) -> tuple[float, float] | None:
+        """Return in what time a foot is to be on its own side of the other, and with what offset.
+
+        Feet that have crossed are in each other's way: one that goes straight to its landing place
+        strikes the other leg, hangs there, and the body falls over it. It first goes aside.
+
+        Args:
+            foot: The swinging foot.
+            ref: The recording at the phase of the gait.
+            places: Where the feet are, world [m].
+            found: Where it lands.
+            time: In what time [s].
+
+        Returns:
+            The time [s] and the offset to the left [m]; None where nothing is in the way.
+        """
+        i = SIDES.index(foot.side)
+        planned = float((ref["foot"][i] - ref["foot"][1 - i])[1])
+        narrow = min(NARROW * self.leg, abs(planned) - SLACK)
+        other = places[1 - i, :2]
+        ahead, left = (ref["foot"][i, :2] + foot.swing.offset - other).tolist()
+        if ahead >= PASSED * self.leg or foot.left * left >= narrow:
+            return None
+        goes = float(found.place[0] - other[0]) - ahead
+        until = max(-BESIDE * self.leg - ahead, 0.0)
+        soon = min(max(time * until / max(goes, until, 1e-6), SOON), time)
+        then = self.reference.at(self.gait.phase + soon * self.reference.cadence * self.gait.rate)
+        return soon, float(other[1] + foot.left * narrow - then["foot"][i, 1])
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
         """Let the body go down for one leg to reach its foot, if the recorded one needs it not.
@@ -242,6 +290,23 @@ class Plan:
         self.lead -= self.step * REGAIN * near
         self.lead = np.minimum(np.maximum(self.lead, -far), far)
         return self.shift[:2] - near + self.lead
+
+
+def reaction_of(human: Human) -> float:
+    """Return how far the extrapolated centre goes along with a foot, by its distance.
+
+    It is the angular momentum about the centre of mass of a straight leg that swings from the hip,
+    by the speed of its foot, and by mass and height.
+
+    Args:
+        human: The person, who stands.
+    """
+    rest = State(human, human.standing())
+    side = SIDES[0]
+    flexion = human.model.joint(f"hip_flexion_{side}").dofadr[0]
+    low = rest.origin(f"foot_{side}")[2]
+    leg, height = rest.origin(f"femur_{side}")[2] - low, rest.com[2] - low
+    return float(abs(rest.angular_momentum_jacobian[1, flexion]) / (leg * rest.mass * height))
 
 
 def turned(angle: float) -> Float[Array, "2 2"]:

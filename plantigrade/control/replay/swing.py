@@ -28,12 +28,19 @@ class SwingOffset:
         self.offset, self.velocity = np.array(offset, dtype=float), np.zeros(2)
         self.acceleration = np.zeros(2)
 
-    def lead(self, target: Float[Array, " 2"], left: float, step: float) -> None:
+    def lead(
+        self, target: Float[Array, " 2"], left: float | Float[Array, " 2"], step: float
+    ) -> None:
         """Go on for a time step, to be at rest at the target when the time left is over.
 
         The end is planned 20 ms early, and no sooner than in 50 ms.
+
+        Args:
+            target: The offset to be reached [m].
+            left: In what time, one for both axes or one for each [s].
+            step: The time step [s].
         """
-        T = max(left - 0.02, 0.05)
+        T = np.maximum(np.asarray(left) - 0.02, 0.05)
         a = (6.0 * (target - self.offset) - 4.0 * self.velocity * T) / T**2
         a *= min(1.0, FASTEST / max(hypot(*a), 1e-9))
         self.acceleration = a
