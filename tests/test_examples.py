@@ -17,7 +17,7 @@ MADE = {  # in this order, in one folder: words → what is printed, and the fol
         "reproduce-textbook_walk",
     ),
     "synthesize.py": (r"verdict: ok\nknee moment up to [567]\d N m", "synthesize-squat"),
-    "your_own_task.py": (r"Careful squat .* passed the check", "synthesize-careful_squat"),
+    "your_own_task.py": (r"Careful squat .* check passed", "synthesize-careful_squat"),
     "your_own_controller.py": (
         r"status: ok\ncentre of mass at 0\.9\d m\nmotors up to \d+ %", "simulate-standing",
     ),

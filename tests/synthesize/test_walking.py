@@ -140,7 +140,7 @@ def test_what_is_no_walk_is_refused():
     for given, words in (
         ({"speed": 9.0}, "speed"),
         ({"periodic": True, "turn": 0.5}, "a periodic walk is straight"),
-        ({"periodic": True, "step_height": 0.1}, "straight on even ground"),
+        ({"periodic": True, "step_height": 0.1}, "straight and on even ground"),
         ({"slope": 0.8}, "slope must be -20–20 degrees"),
         ({"slope": 0.1, "turn": 0.2}, "give slope or turn"),
         ({"step_height": 0.1, "heights": [0.0] * 4}, "not both"),
