@@ -405,7 +405,7 @@ class Pendulum:
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
         others = self.gait.standing
         amiss = hypot(*self.plan.error) > AMISS * self.leg
-        if others:
+        if others and not self.plan.rounds:
             k = SIDES.index(others[0].side)
             planned = (ref["foot"][i] - ref["foot"][k])[:2]
             off, legs = place[:2] - foot[k, :2], self.clearance.legs

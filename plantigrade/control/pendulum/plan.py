@@ -39,9 +39,10 @@ REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
 
-PASSED, SOON = 0.1, 0.06
-"""A foot that is so far ahead of the other has passed it [leg lengths]; one that has not goes to
-its own side in this time or more [s]."""
+PASSED, LAGS, SOON, QUICK = 0.1, 0.06, 0.06, 50.0
+"""A foot so far ahead of the other has passed it [leg lengths]; one that has not goes to its own
+side, within so much of where it is led [leg lengths], in this time or more [s], with this
+acceleration or less [m/s²]."""
 NEVER = 9.0
 """Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
 ANEW = 0.5
@@ -74,6 +75,7 @@ class Plan:
             how far inward the extrapolated centre of mass is to be then [m], and half the angle of
             the step that begins then [rad].
         toes: How far the swinging foot is to look into the turn [rad].
+        rounds: Whether the swinging foot goes to its own side of the other first.
     """
 
     def __init__(
@@ -93,7 +95,7 @@ class Plan:
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.bent = self.turning = 0.0
         self.beside, self.swept = np.zeros(2), np.zeros(2)
-        self.toes = 0.0
+        self.toes, self.rounds = 0.0, False
         self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
 
     def next(
@@ -116,7 +118,7 @@ class Plan:
             foothold: How far from a place a foot is to land to stand well, given which foot, the
                 place, the other foot [m] and in what time [s]; it lands there if absent.
         """
-        gait, reference = self.gait, self.reference
+        gait, reference, self.rounds = self.gait, self.reference, False
         omega = reference.omega
         xi = (body.com + body.com_velocity / omega)[:2]
         xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
@@ -215,44 +217,60 @@ class Plan:
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         offset = found.place - then["foot"][i, :2]
         time = left / max(gait.rate, 0.2)
-        round_it = self._round(foot, ref, places, found, time)
-        if round_it is None:
-            foot.swing.lead(offset, time, self.step)
-        else:
-            soon, aside = round_it
-            foot.swing.lead(np.array([offset[0], aside]), np.array([time, soon]), self.step)
+        target, soon = self._round(foot, ref, places, offset, time) or (offset, time)
+        self.rounds = soon is not time
+        foot.swing.lead(target, soon, self.step)
         return found
 
     def _round(
-        self, foot: Foot, ref: Instant, places: Float[Array, "2 3"], found: Landing, time: float
-    ) -> tuple[float, float] | None:
-        """Return in what time a foot is to be on its own side of the other, and with what offset.
+        self,
+        foot: Foot,
+        ref: Instant,
+        places: Float[Array, "2 3"],
+        offset: Float[Array, " 2"],
+        time: float,
+    ) -> tuple[Array, Array] | None:
+        """Return to which offset a foot is led that is on the wrong side of the other, and by when.
 
         Feet that have crossed are in each other's way: one that goes straight to its landing place
-        strikes the other leg, hangs there, and the body falls over it. It first goes aside.
+        strikes the other leg, hangs there, and the body falls over it. It first goes aside, and
+        waits behind the other foot where that takes longer than the way ahead.
 
         Args:
             foot: The swinging foot.
             ref: The recording at the phase of the gait.
             places: Where the feet are, world [m].
-            found: Where it lands.
+            offset: At which it lands [m].
             time: In what time [s].
 
         Returns:
-            The time [s] and the offset to the left [m]; None where nothing is in the way.
+            The offset [m] and the times to be there, ahead and aside [s]; None where nothing is in
+            the way.
         """
         i = SIDES.index(foot.side)
         planned = float((ref["foot"][i] - ref["foot"][1 - i])[1])
         narrow = min(NARROW * self.leg, abs(planned) - SLACK)
-        other = places[1 - i, :2]
+        other, own = places[1 - i, :2], places[i, :2]
         ahead, left = (ref["foot"][i, :2] + foot.swing.offset - other).tolist()
-        if ahead >= PASSED * self.leg or foot.left * left >= narrow:
+        real = own - other
+        aside = min(foot.left * left, foot.left * float(real[1]) + LAGS * self.leg)
+        if min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK:
             return None
-        goes = float(found.place[0] - other[0]) - ahead
+        goes = self._lands(foot, offset) - float(other[0]) - ahead
         until = max(-BESIDE * self.leg - ahead, 0.0)
         soon = min(max(time * until / max(goes, until, 1e-6), SOON), time)
-        then = self.reference.at(self.gait.phase + soon * self.reference.cadence * self.gait.rate)
-        return soon, float(other[1] + foot.left * narrow - then["foot"][i, 1])
+        needs = max(soon, sqrt(6.0 * (narrow - aside) / QUICK))
+        then = self.reference.at(self.gait.phase + needs * self.reference.cadence * self.gait.rate)
+        left = float(other[1] + foot.left * narrow - then["foot"][i, 1])
+        if needs <= soon:
+            return np.array([offset[0], left]), np.array([time, soon])
+        behind = float(other[0]) - BESIDE * self.leg - float(then["foot"][i, 0])
+        return np.array([behind, left]), np.array([needs, needs])
+
+    def _lands(self, foot: Foot, offset: Array) -> float:
+        """Return where a foot lands, ahead [m]."""
+        then = self.reference.at(foot.touchdown)
+        return float(then["foot"][SIDES.index(foot.side), 0] + offset[0])
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
         """Let the body go down for one leg to reach its foot, if the recorded one needs it not.
