@@ -117,6 +117,8 @@ def test_a_foot_that_touches_early_stands_at_once_and_the_phase_hurries_after_it
     assert not gait.feet[i].stands
     load[i] = 100.0
     beside = np.array([[0.03, 0.01, 0.0]] * 2)
+    gait.look(gait.phase, STEP, load, beside, np.eye(2), (True, True))
+    assert not gait.feet[i].stands  # far from where it is to land it only grazes the ground
     gait.look(gait.phase, STEP, load, beside, np.eye(2))
     assert gait.feet[i].stands and gait.feet[i].early
     assert gait.touchdowns[-1].early == pytest.approx(0.02, abs=0.003)

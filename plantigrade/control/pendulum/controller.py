@@ -5,7 +5,7 @@ from math import hypot, sqrt
 
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.borne import borne
@@ -30,7 +30,7 @@ from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, TOUCHING
 from plantigrade.control.replay.footsteps import hurried
-from plantigrade.control.replay.gait import DOWN, JUST, Gait
+from plantigrade.control.replay.gait import DOWN, JUST, Foot, Gait
 from plantigrade.control.replay.reference import reference_of, world_sites
 from plantigrade.control.replay.swing import SLANT
 from plantigrade.control.replay.tasks import com_rows, turn_error
@@ -51,6 +51,9 @@ where they are [leg lengths]."""
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
+GRAZED, LOWERS = 0.05, 0.1
+"""A foot that grazes the ground on its way is lifted so much higher [leg lengths], and comes down
+again in this time [s]."""
 HERE, LOWERED = 0.3, 1.0
 """So near to its place one does so [leg lengths]; so fast a late foot is let down [m/s]."""
 LEVEL = 0.06
@@ -208,6 +211,7 @@ class Pendulum:
         for path, at in zip(self.paths, body.origins[self.feet], strict=True):
             path.stands(at)
         self.landing, self._clock = None, phase
+        self._lifted = np.zeros(2)
         ref, foot = self.reference.at(phase), body.origins[self.feet]
         for i, own in enumerate(gait.feet):
             if own.stands and own.number is not None:
@@ -258,7 +262,9 @@ class Pendulum:
         for i in (0, 1):
             beside[i, 2] = height[self.of_side[i]].min()
         landed = len(gait.touchdowns)
-        gait.look(state.time, step, load, beside, np.eye(2))
+        grazes = [self._grazes(own, foot[i], load[i]) for i, own in enumerate(gait.feet)]
+        self._lifted = np.where(grazes, GRAZED * self.leg, self._lifted * (1.0 - step / LOWERS))
+        gait.look(state.time, step, load, beside, np.eye(2), grazes)
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self.place, self._now = body.com[:2].copy(), self._now + step
@@ -277,6 +283,15 @@ class Pendulum:
             foot, (low, height) = body.origins[self.feet], self._soles(body)
         ahead = max(self.hold.half - step, 0.0) * reference.cadence * gait.rate
         return self._command(state, body, reference.at(gait.phase + ahead), low, height, foot)
+
+    def _grazes(self, own: Foot, place: Float[Array, " 3"], load: float) -> bool:
+        """Return whether a swinging foot touches the ground far from where it is to land.
+
+        Taken for a landing, such a touch in a hurried step ends it half way, and the body falls.
+        """
+        if own.stands or self.landing is None or load <= 0.0:
+            return False
+        return hypot(*(self.landing.place - place[:2])) > HERE * self.leg
 
     def _soles(self, body: BodyState) -> tuple[Array, Array]:
         """Return the lowest points of the spheres, and their heights over the ground [m]."""
@@ -424,7 +439,7 @@ class Pendulum:
         high, rises = self.paths[i].height(
             own, self.gait.phase, rate, place, pace, goal, self._level, plane
         )
-        place[2] += high
+        place[2] += high + self._lifted[i]
         pace[2] += rises
         if own.lowered:
             place[2] -= own.lowered * LOWERED / DOWN

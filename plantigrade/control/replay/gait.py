@@ -5,6 +5,7 @@ once; the phase then hurries after it. Where the ground is missing the phase wai
 let down. What the phase has gained or lost so it gives back slowly, so that its mean rate is 1.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -150,7 +151,15 @@ class Gait:
         seated = 0.0 if seats is None else float(alpha @ seats)
         return first, beta, offsets, share @ offsets / max(float(share.sum()) + seated, 1e-9)
 
-    def look(self, time: float, step: float, load: Array, beside: Array, axes: Array) -> None:
+    def look(
+        self,
+        time: float,
+        step: float,
+        load: Array,
+        beside: Array,
+        axes: Array,
+        far: Sequence[bool] = (False, False),
+    ) -> None:
         """Let feet land and leave.
 
         Args:
@@ -159,6 +168,8 @@ class Gait:
             load: Of each foot along the normal [N].
             beside: Where each foot is, less where the motion has it now [m].
             axes: Ahead and to the left, as columns.
+            far: Which feet are far from where they are to land: before their time they only graze
+                the ground.
         """
         schedule = self.reference.schedule
         for i, foot in enumerate(self.feet):
@@ -176,7 +187,9 @@ class Gait:
                 continue
             left = foot.touchdown - self.phase
             begun = 1.0 - left / max(foot.touchdown - foot.lifted, 1e-3)
-            touches = load[i] > TOUCH * self.weight and (left <= 0.0 or begun > BEGUN)
+            touches = load[i] > TOUCH * self.weight and (
+                left <= 0.0 or (begun > BEGUN and not far[i])
+            )
             if touches or foot.waited > LONGEST:
                 foot.stands, foot.early = True, left > 0.0
                 self.offset(foot.number)[:] = beside[i]
