@@ -81,12 +81,12 @@ class SkeletonSource:
         """Return the stature of a usual person with these legs and this trunk [m]."""
         unit = dimensions(1.7)
         legs = self.mean_length("hip", "knee") + self.mean_length("knee", "ankle")
+        if not legs > 0:
+            raise FitError("the skeleton's legs have no length")
         own, usual = legs, unit.thigh + unit.shank
         trunk = self.trunk()
         if trunk is not None and 0.35 < trunk / legs < 1.0:
             own, usual = own + trunk, usual + _shoulder_height(unit)
-        if not own > 0:
-            raise FitError("the skeleton's legs have no length")
         return 1.7 * own / usual
 
     def lengths(self, height: float, sex: str) -> dict[str, float]:

@@ -159,6 +159,15 @@ def mirrored(recording: Recording) -> Recording:
     )
 
 
+def test_a_skeleton_of_no_size_is_refused():
+    human = Human.create(1.80, 75)
+    recording = exported(human, steps(human))
+    s = recording.skeleton
+    nothing = replace(s, positions=0.0 * s.positions, rest_positions=0.0 * s.rest_positions)
+    with pytest.raises(FitError, match="no length"):
+        fit_skeleton(replace(recording, skeleton=nothing))
+
+
 def test_mirrored_motion_gives_mirrored_angles(data):
     recording = read_amc(data / "cmu_asfamc" / "16_15.amc")
     s = recording.skeleton

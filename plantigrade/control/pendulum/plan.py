@@ -217,9 +217,9 @@ class Plan:
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         offset = found.place - then["foot"][i, :2]
         time = left / max(gait.rate, 0.2)
-        target, soon = self._round(foot, ref, places, offset, time) or (offset, time)
-        self.rounds = soon is not time
-        foot.swing.lead(target, soon, self.step)
+        first = self._round(foot, ref, places, found, offset, time)
+        self.rounds = first is not None
+        foot.swing.lead(*(first or (offset, time)), self.step)
         return found
 
     def _round(
@@ -227,9 +227,10 @@ class Plan:
         foot: Foot,
         ref: Instant,
         places: Float[Array, "2 3"],
+        found: Landing,
         offset: Float[Array, " 2"],
         time: float,
-    ) -> tuple[Array, Array] | None:
+    ) -> tuple[Float[Array, " 2"], Float[Array, " 2"]] | None:
         """Return to which offset a foot is led that is on the wrong side of the other, and by when.
 
         Feet that have crossed are in each other's way: one that goes straight to its landing place
@@ -240,7 +241,8 @@ class Plan:
             foot: The swinging foot.
             ref: The recording at the phase of the gait.
             places: Where the feet are, world [m].
-            offset: At which it lands [m].
+            found: Where it lands.
+            offset: How far that is beside the recording [m].
             time: In what time [s].
 
         Returns:
@@ -256,7 +258,7 @@ class Plan:
         aside = min(foot.left * left, foot.left * float(real[1]) + LAGS * self.leg)
         if min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK:
             return None
-        goes = self._lands(foot, offset) - float(other[0]) - ahead
+        goes = float(found.place[0] - other[0]) - ahead
         until = max(-BESIDE * self.leg - ahead, 0.0)
         soon = min(max(time * until / max(goes, until, 1e-6), SOON), time)
         needs = max(soon, sqrt(6.0 * (narrow - aside) / QUICK))
@@ -266,11 +268,6 @@ class Plan:
             return np.array([offset[0], left]), np.array([time, soon])
         behind = float(other[0]) - BESIDE * self.leg - float(then["foot"][i, 0])
         return np.array([behind, left]), np.array([needs, needs])
-
-    def _lands(self, foot: Foot, offset: Array) -> float:
-        """Return where a foot lands, ahead [m]."""
-        then = self.reference.at(foot.touchdown)
-        return float(then["foot"][SIDES.index(foot.side), 0] + offset[0])
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
         """Let the body go down for one leg to reach its foot, if the recorded one needs it not.
