@@ -15,7 +15,6 @@ from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import REACHED, bell
-from plantigrade.control.replay.controller import FIRM, INSIDE
 from plantigrade.control.replay.reference import Instant
 from plantigrade.control.replay.tasks import COM, FARTHEST, TOES, joint_weights, root_error
 from plantigrade.kinematics.rigid_points import RigidPoints
@@ -51,6 +50,12 @@ time or more [s]: the foot hung over its place, and the body fell over it."""
 FREE = 0.3
 """Where the neck is off by so much its accelerations cost twice as much, and farther off more and
 more [rad]: the head is the cheapest flywheel, but people hold it still in space [Pozzo1990]_."""
+
+FIRM = 5.0
+"""Feedback of the divergent component by the centre of pressure [1/s]."""
+BEYOND = 0.35
+"""So far outside of what touches the pressure may be asked for [leg lengths]: what feet cannot give
+there, trunk and arms give by their angular momentum [Hof2007]_."""
 
 _ONE = np.eye(3)
 
@@ -139,8 +144,8 @@ def mass_acceleration(
 ) -> Float[Array, " 3"]:
     """Return the acceleration of the centre of mass that is wanted [m/s²].
 
-    The centre of pressure goes where it stops what the divergent component is off, within what
-    touches.
+    The centre of pressure goes where it stops what the divergent component is off, or not much
+    farther outside of what touches.
 
     Args:
         body: The person now.
@@ -156,10 +161,10 @@ def mass_acceleration(
     shift = plan.shift[:2] + plan.beside
     moved = shift + (1.0 + FIRM / omega) * plan.error
     if len(places):
-        low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
-        pressure = ref["pressure"][:2]
+        far, pressure = BEYOND * plan.leg, ref["pressure"][:2]
         nominal = pressure + shift
-        low, high = np.minimum(low, nominal), np.maximum(high, nominal)
+        low = np.minimum(places.min(axis=0) - far, nominal)
+        high = np.maximum(places.max(axis=0) + far, nominal)
         moved = np.minimum(np.maximum(pressure + moved, low), high) - pressure
     c, v = body.com, body.com_velocity
     wanted = np.array(ref["com_acceleration"])
