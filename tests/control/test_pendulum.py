@@ -19,6 +19,7 @@ from plantigrade.control.pendulum.landing import (
     STRETCHED,
     DivergentLaw,
     EnergyLaw,
+    Landing,
     Reach,
     Strike,
 )
@@ -35,10 +36,11 @@ from plantigrade.control.pendulum.pendulum import (
 from plantigrade.control.pendulum.plan import reaction_of
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
-from plantigrade.control.pendulum.wanted import tilted
+from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.gait import Foot
 from plantigrade.control.replay.reference import STEP, reference_of
+from plantigrade.control.replay.swing import SwingOffset
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Run
@@ -316,6 +318,47 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     assert figures["landings"] == len(controller.landings)
     assert figures["recorded_speed_m_s"] == pytest.approx(1.2, rel=0.1)
     assert figures["landings"] == 1 and "1 step, in the median" in controller.said()[0]
+
+
+def test_what_feet_cannot_hold_is_asked_of_the_whole_body(begun, monkeypatch):
+    controller, _, state = begun
+    plan, paced = controller.plan, controller.reference
+    body, ref = state.body, paced.at(controller.gait.phase)
+    foot = body.origins[controller.feet[0], :2] + [[-0.05, -0.03], [0.15, 0.03]]
+
+    def pressure(off):
+        """Return how far to the left the pressure is asked for [m]."""
+        monkeypatch.setattr(plan, "error", np.array([0.0, off * plan.leg]))
+        own = mass_acceleration(body, ref, 1.0, paced.omega, plan, foot, 0.0, np.zeros(2))
+        off = (own - ref["com_acceleration"]) / paced.omega**2
+        return (ref["pressure"] + body.com - ref["com"] - off)[1]
+
+    farthest = foot[1, 1] + BEYOND * plan.leg
+    assert foot[1, 1] < pressure(0.1) < pressure(0.15) < farthest
+    assert pressure(0.5) == pytest.approx(farthest)
+
+
+def test_a_foot_that_has_crossed_goes_round_the_other_one_to_where_it_lands(begun):
+    controller, _, _ = begun
+    plan, paced, leg = controller.plan, controller.reference, controller.leg
+    gait, i = controller.gait, 0
+    ref = paced.at(gait.phase)
+    number, touchdown = paced.schedule.after(SIDES[i], gait.phase)
+    foot = Foot(SIDES[i], number, False, touchdown)
+    places, way = np.array(ref["foot"]), foot.left
+    places[i, :2] = places[1 - i, :2] + [-0.35 * leg, -0.2 * way * leg]
+    at = places[1 - i, :2] + [0.3 * leg, 0.8 * way * leg]
+    foot.swing = SwingOffset(places[i, :2] - ref["foot"][i, :2])
+    lands = Landing(at, at, 0.3, 1.0, np.zeros(2))
+    offset = at - paced.at(foot.touchdown)["foot"][i, :2]
+    goal, times = plan._round(foot, ref, places, lands, offset, 0.3)
+    assert goal[1] == offset[1]  # aside it goes on to its place
+    behind = paced.at(gait.phase + times[0] * paced.cadence * gait.rate)["foot"][i, 0] + goal[0]
+    assert behind < places[1 - i, 0]  # but ahead it waits
+    beside = np.array(places)
+    beside[i, 1] = places[1 - i, 1] + 0.2 * way * leg  # on its own side nothing is in the way
+    foot.swing.offset[1] = beside[i, 1] - ref["foot"][i, 1]
+    assert plan._round(foot, ref, beside, lands, offset, 0.3) is None
 
 
 def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
