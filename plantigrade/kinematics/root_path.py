@@ -6,10 +6,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
+from plantigrade.motion.filters import lowpass
 from plantigrade.spatial.conventions import rotation_matrix
 
 PASSING = 0.3  # feet that move apart faster than this along the way pass one another [m/s]
 AS_LOW = 0.04  # a foot higher than this above the other does not stand [m]
+SMOOTH = 6.0  # nothing of a walking pelvis is faster than this [Hz] [Winter2009]_
 
 
 def forward_path(
@@ -25,7 +27,8 @@ def forward_path(
     the soles nearest to the ground stand still on the mean. The standing foot is the lower one; of
     two feet that pass each other near the ground it is the one that falls behind the pelvis (in
     walking backward: that gets ahead of it), for a swinging foot may come as near to the ground as
-    the standing one.
+    the standing one. How fast the pelvis goes is smoothed: with angles that are not those of this
+    body it would jump by 1 m/s from one foot to the other.
 
     Args:
         human: The person.
@@ -46,6 +49,8 @@ def forward_path(
         w = close[k] + close[k + 1]
         moved = position[k + 1, :, :2] - position[k, :, :2]
         step[k + 1] = -(w @ moved) / w.sum()
+    if rate > 3.0 * SMOOTH:
+        step[1:] = lowpass(np.arange(1, n) / rate, step[1:], cutoff=SMOOTH)
     result[:, :2] = np.cumsum(step, axis=0)
     if vertical:
         result[:, 2] -= bottom

@@ -354,6 +354,7 @@ def world_of(
 ) -> World:
     """Return the world in which somebody starts, at the rates of their controller."""
     qpos, qvel = state_of(begin, otherwise, how)
+    qvel = getattr(controller, "starts", lambda rates: rates)(qvel)
     rate = how.rate or getattr(controller, "rate", RATE)
     wanted = getattr(controller, "control_rate", CONTROL_RATE)
     if hasattr(controller, "control_rate") and how.rate:  # as near to it as the physics allow

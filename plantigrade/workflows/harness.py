@@ -70,13 +70,15 @@ def world_for(
     """Return a world in which a walk starts, as its controller wants it.
 
     A controller may have ``rate`` and ``control_rate`` [1/s], ``passive`` and ``exact_limits`` as
-    of :class:`~plantigrade.world.World`, and ``prepare(world)``, called once.
+    of :class:`~plantigrade.world.World`, ``starts(qvel)``, which returns the velocities to start
+    with given those of the first frame, and ``prepare(world)``, called once.
     """
     record = walker.record
     motion = record.motion
     ground = ground or record.ground
     rng = np.random.default_rng(seed)
     qvel = motion.qvel[0] + noise * rng.standard_normal(motion.qvel.shape[1])
+    qvel = getattr(controller, "starts", lambda rates: rates)(qvel)
     rate = float(getattr(controller, "rate", RATE))
     world = World(
         record.human,

@@ -217,6 +217,18 @@ class Pendulum:
             if own.stands and own.number is not None:
                 gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
+    def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
+        """Return how fast the walk starts: the mass as fast over the ground as its feet can bear.
+
+        Args:
+            qvel: Velocities of the first frame.
+        """
+        motion = self.record.motion
+        own = BodyState(self.human, motion.qpos[0], motion.qvel[0]).com_velocity
+        started = qvel.copy()
+        started[:2] += (self.reference.at(0.0)["com_velocity"] - own)[:2]
+        return started
+
     def walk_on(self, gait: Gait) -> None:
         """Go on as the reference is now, with the gait of another walk at a like instant."""
         self._clock += gait.phase - self.gait.phase

@@ -136,6 +136,10 @@ class Walker:
         )
         self.walks, self._world, self._balance = True, None, Balance()
 
+    def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
+        """Return how fast the walk starts, given the velocities of its first frame."""
+        return self.pendulum.starts(qvel)
+
     def follow(self, points: Float[Array, "n 2"]) -> None:
         """Walk from point to point, and stand at the last.
 
