@@ -218,10 +218,13 @@ class Pendulum:
                 gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
 
     def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
-        """Return how fast the walk starts: the mass as fast over the ground as its feet can bear.
+        """Return the velocities with which the walk starts [m/s, rad/s].
+
+        Those of the first frame, moved over the ground so that the centre of mass is as fast as in
+        the walk that is followed, which its feet can bear; a recording's own may be off by 1 m/s.
 
         Args:
-            qvel: Velocities of the first frame.
+            qvel: Velocities of the first frame, root in the world.
         """
         motion = self.record.motion
         own = BodyState(self.human, motion.qpos[0], motion.qvel[0]).com_velocity

@@ -44,8 +44,8 @@ PASSED, LAGS, SOON, QUICK = 0.1, 0.06, 0.06, 50.0
 side, within so much of where it is led [leg lengths], in this time or more [s], with this
 acceleration or less [m/s²]."""
 PASSES = 0.5
-"""It goes on to its place without a stop if that is not to be reached in less than this part of the
-time that it takes to its own side."""
+"""It does not stop on its own side if its step still lasts this part of the time it needs to get
+there, or longer."""
 NEVER = 9.0
 """Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
 ANEW = 0.5

@@ -137,7 +137,7 @@ class Walker:
         self.walks, self._world, self._balance = True, None, Balance()
 
     def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
-        """Return how fast the walk starts, given the velocities of its first frame."""
+        """Return the velocities with which the walk starts, given those of its first frame."""
         return self.pendulum.starts(qvel)
 
     def follow(self, points: Float[Array, "n 2"]) -> None:

@@ -144,8 +144,8 @@ def mass_acceleration(
 ) -> Float[Array, " 3"]:
     """Return the acceleration of the centre of mass that is wanted [m/s²].
 
-    The centre of pressure goes where it stops what the divergent component is off, or not much
-    farther outside of what touches.
+    The centre of pressure goes where it stops what the divergent component is off; it is asked for
+    outside of what touches, too, as far as :data:`BEYOND`.
 
     Args:
         body: The person now.
