@@ -444,8 +444,12 @@ class Pendulum:
         place[:2] += own.swing.offset
         # The axes turn about the walker, and the goal with them.
         ahead, left = place[0] - self.place[0], place[1] - self.plan.path[1]
-        pace[:2] += own.swing.velocity + self.plan.turning * np.array([-left, ahead])
-        push[:2] += own.swing.acceleration
+        if own.swing.own is None:
+            pace[:2] += own.swing.velocity
+            push[:2] += own.swing.acceleration
+        else:
+            pace[:2], push[:2] = own.swing.own
+        pace[:2] += self.plan.turning * np.array([-left, ahead])
         goal = None if self.landing is None else self.landing.place
         near = goal is not None and hypot(*(goal - foot[i, :2])) < HERE * self.leg
         if amiss and own.lowered and near:

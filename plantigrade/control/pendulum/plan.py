@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, cos, exp, sin, sqrt
+from math import atan, cos, exp, hypot, sin, sqrt
 
 import numpy as np
 
@@ -48,6 +48,9 @@ PASSES = 0.5
 there, or longer."""
 NEVER = 9.0
 """Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
+ASIDE = 0.1
+"""From this deviation on a foot goes its own way, no longer along with the recorded one [leg
+lengths]."""
 ANEW = 0.5
 """Time constant with which the line of a walk that turns goes with the walker [s]."""
 
@@ -218,23 +221,25 @@ class Plan:
             shift = foothold(i, found.place, places[k, :2], found.after)
             found = replace(found, place=found.place + shift)
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
-        offset = found.place - then["foot"][i, :2]
         time = left / max(gait.rate, 0.2)
-        first = self._round(foot, ref, places, found, offset, time)
-        self.rounds = first is not None
-        foot.swing.lead(*(first or (offset, time)), self.step)
+        goal, recorded, times = self._way(foot, ref, places, found, then["foot"][i, :2], time)
+        if foot.swing.own is None and hypot(*self.error) < ASIDE * self.leg:
+            foot.swing.lead(goal - recorded, times, self.step)
+        else:
+            pace = gait.rate * reference.cadence * ref["foot_velocity"][i, :2]
+            foot.swing.go(ref["foot"][i, :2], pace, goal, times, self.step)
         return found
 
-    def _round(
+    def _way(
         self,
         foot: Foot,
         ref: Instant,
         places: Float[Array, "2 3"],
         found: Landing,
-        offset: Float[Array, " 2"],
+        lands: Float[Array, " 2"],
         time: float,
-    ) -> tuple[Float[Array, " 2"], Float[Array, " 2"]] | None:
-        """Return to which offset a foot is led that is on the wrong side of the other, and by when.
+    ) -> tuple[Float[Array, " 2"], Float[Array, " 2"], Float[Array, " 2"]]:
+        """Return where a foot goes first, and by when, lest it strike the other one.
 
         Feet that have crossed are in each other's way: one that goes straight to its landing place
         strikes the other leg, hangs there, and the body falls over it. It first goes aside, and
@@ -246,12 +251,11 @@ class Plan:
             ref: The recording at the phase of the gait.
             places: Where the feet are, world [m].
             found: Where it lands.
-            offset: How far that is beside the recording [m].
+            lands: Where it lands in the recording [m].
             time: In what time [s].
 
         Returns:
-            The offset [m] and the times to be there, ahead and aside [s]; None where nothing is in
-            the way.
+            The place; the recording's own for it [m]; the times to be there, ahead and aside [s].
         """
         i = SIDES.index(foot.side)
         planned = float((ref["foot"][i] - ref["foot"][1 - i])[1])
@@ -260,21 +264,25 @@ class Plan:
         ahead, left = (ref["foot"][i, :2] + foot.swing.offset - other).tolist()
         real = own - other
         aside = min(foot.left * left, foot.left * float(real[1]) + LAGS * self.leg)
-        if min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK:
-            return None
+        clear = min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK
+        self.rounds = not clear
+        if clear:
+            return found.place, lands, np.array([time, time])
         goes = float(found.place[0] - other[0]) - ahead
         until = max(-BESIDE * self.leg - ahead, 0.0)
         soon = min(max(time * until / max(goes, until, 1e-6), SOON), time)
         needs = max(soon, sqrt(6.0 * (narrow - aside) / QUICK))
         then = self.reference.at(self.gait.phase + needs * self.reference.cadence * self.gait.rate)
-        left = float(other[1] + foot.left * narrow - then["foot"][i, 1])
+        behind, beside = float(other[0]) - BESIDE * self.leg, float(other[1]) + foot.left * narrow
+        (ends, out), (x, y) = found.place.tolist(), then["foot"][i, :2].tolist()
         if needs <= soon:
-            return np.array([offset[0], left]), np.array([time, soon])
-        behind = float(other[0]) - BESIDE * self.leg - float(then["foot"][i, 0])
-        passes = foot.left * (float(offset[1]) - left) > 0.0 and time >= PASSES * needs
-        if passes:  # it lands farther out, and does not stop beside the other foot
-            return np.array([behind, float(offset[1])]), np.array([needs, max(time, needs)])
-        return np.array([behind, left]), np.array([needs, needs])
+            return np.array([ends, beside]), np.array([lands[0], y]), np.array([time, soon])
+        wider = foot.left * (out - lands[1] - beside + y) > 0.0
+        if wider and time >= PASSES * needs:
+            # It lands farther out, and does not stop beside the other foot.
+            times = np.array([needs, max(time, needs)])
+            return np.array([behind, out]), np.array([x, lands[1]]), times
+        return np.array([behind, beside]), np.array([x, y]), np.array([needs, needs])
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
         """Let the body go down for one leg to reach its foot, if the recorded one needs it not.

@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 
 FASTEST = 60.0
-"""Acceleration of the offset [m/s²]."""
+"""Acceleration of the offset, or of a foot that goes its own way [m/s²]."""
 NARROW = 0.08
 """Feet are at least so far apart sideways, of the leg length, unless the motion has them nearer."""
 BESIDE = 0.30
@@ -21,12 +21,23 @@ APART, WIDER = 0.005, 0.12
 
 
 class SwingOffset:
-    """The offset of a swinging foot, led to that of its landing by a cubic, anew at every tick."""
+    """The offset of a swinging foot, led to that of its landing by a cubic, anew at every tick.
+
+    Args:
+        offset: Where the foot left the ground, beside the motion [m].
+
+    Attributes:
+        offset: Where it is, beside the motion [m].
+        velocity: How fast that changes [m/s].
+        acceleration: And how fast that does [m/s²].
+        own: Velocity [m/s] and acceleration [m/s²] over the ground of a foot that no longer goes
+            along with the motion; else None.
+    """
 
     def __init__(self, offset: Float[Array, " 2"]):
-        """Start where the foot left the ground."""
         self.offset, self.velocity = np.array(offset, dtype=float), np.zeros(2)
         self.acceleration = np.zeros(2)
+        self.own: tuple[Array, Array] | None = None
 
     def lead(
         self, target: Float[Array, " 2"], left: float | Float[Array, " 2"], step: float
@@ -40,20 +51,44 @@ class SwingOffset:
             left: In what time, one for both axes or one for each [s].
             step: The time step [s].
         """
-        T = np.maximum(np.asarray(left) - 0.02, 0.05)
-        a = (6.0 * (target - self.offset) - 4.0 * self.velocity * T) / T**2
-        a *= min(1.0, FASTEST / max(hypot(*a), 1e-9))
-        self.acceleration = a
+        a = self.acceleration = _cubic(target - self.offset, self.velocity, left)
         self.offset = self.offset + step * self.velocity + 0.5 * step**2 * a
         self.velocity = self.velocity + step * a
+        self.own = None
+
+    def go(
+        self,
+        place: Float[Array, " 2"],
+        velocity: Float[Array, " 2"],
+        goal: Float[Array, " 2"],
+        left: float | Float[Array, " 2"],
+        step: float,
+    ) -> None:
+        """Go on straight to a place, and no longer along with the motion.
+
+        A step that is taken at twice its rate or more, or around the other foot, has little in
+        common with the recorded one, which would swing out far beyond a cubic beside it.
+
+        Args:
+            place: Where the motion has the foot [m].
+            velocity: How fast it moves there, at the rate of now [m/s].
+            goal: The place to be reached [m].
+            left: In what time, one for both axes or one for each [s].
+            step: The time step [s].
+        """
+        pace = velocity + self.velocity if self.own is None else self.own[0]
+        a = _cubic(goal - place - self.offset, pace, left)
+        self.offset = self.offset + step * (pace - velocity) + 0.5 * step**2 * a
+        self.own = pace + step * a, a
+        self.velocity, self.acceleration = self.own[0] - velocity, a
 
     def hold_back(self, outward: Float[Array, " 2"], by: float) -> None:
         """Go on from so far outward, and no longer inward: the other leg is in the way."""
         self.offset = self.offset + by * outward
-        self.velocity = self.velocity + outward * max(-float(self.velocity @ outward), 0.0)
-        self.acceleration = self.acceleration + outward * max(
-            -float(self.acceleration @ outward), 0.0
-        )
+        self.velocity = _no_less(self.velocity, outward)
+        self.acceleration = _no_less(self.acceleration, outward)
+        if self.own is not None:
+            self.own = _no_less(self.own[0], outward), _no_less(self.own[1], outward)
 
     def pass_beside(
         self,
@@ -87,3 +122,17 @@ class SwingOffset:
         narrow -= slant * max(abs(ahead) - BESIDE * leg, 0.0)
         if aside < narrow:
             self.hold_back(outward, narrow - aside)
+
+
+def _cubic(
+    way: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float | Float[Array, " 2"]
+) -> Float[Array, " 2"]:
+    """Return the acceleration at the beginning of a cubic that ends at rest [m/s²]."""
+    T = np.maximum(np.asarray(left) - 0.02, 0.05)
+    a = (6.0 * way - 4.0 * velocity * T) / T**2
+    return a * min(1.0, FASTEST / max(hypot(*a), 1e-9))
+
+
+def _no_less(vector: Float[Array, " 2"], way: Float[Array, " 2"]) -> Float[Array, " 2"]:
+    """Return a vector without what it has against a direction."""
+    return vector + way * max(-float(vector @ way), 0.0)
