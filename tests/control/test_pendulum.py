@@ -170,15 +170,37 @@ def test_a_foot_that_has_crossed_goes_round_the_other_one_to_where_it_lands(begu
     at = places[1 - i, :2] + [0.3 * leg, 0.8 * way * leg]
     foot.swing = SwingOffset(places[i, :2] - ref["foot"][i, :2])
     lands = Landing(at, at, 0.3, 1.0, np.zeros(2))
-    offset = at - paced.at(foot.touchdown)["foot"][i, :2]
-    goal, times = plan._round(foot, ref, places, lands, offset, 0.3)
-    assert goal[1] == offset[1]  # aside it goes on to its place
-    behind = paced.at(gait.phase + times[0] * paced.cadence * gait.rate)["foot"][i, 0] + goal[0]
-    assert behind < places[1 - i, 0]  # but ahead it waits
+    nominal = paced.at(foot.touchdown)["foot"][i, :2]
+    goal, own, times = plan._way(foot, ref, places, lands, nominal, 0.3)
+    assert plan.rounds and goal[1] == at[1] and own[1] == nominal[1]  # aside it goes to its place
+    assert goal[0] < places[1 - i, 0]  # but ahead it waits
+    assert own[0] == paced.at(gait.phase + times[0] * paced.cadence * gait.rate)["foot"][i, 0]
     beside = np.array(places)
     beside[i, 1] = places[1 - i, 1] + 0.2 * way * leg  # on its own side nothing is in the way
     foot.swing.offset[1] = beside[i, 1] - ref["foot"][i, 1]
-    assert plan._round(foot, ref, beside, lands, offset, 0.3) is None
+    goal, own, times = plan._way(foot, ref, beside, lands, nominal, 0.3)
+    np.testing.assert_array_equal([goal, own, times], [at, nominal, [0.3, 0.3]])
+    assert not plan.rounds
+
+
+def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():
+    def motion(t):
+        """Return place and velocity of a foot of the motion, which hurries [m, m/s]."""
+        return np.array([0.3 * np.sin(7.0 * t), 0.1]), np.array([2.1 * np.cos(7.0 * t), 0.0])
+
+    goal, step = np.array([0.5, -0.3]), 0.005
+    swing, places = SwingOffset(np.zeros(2)), []
+    for k in range(60):
+        place, velocity = motion(k * step)
+        places.append(place + swing.offset)
+        swing.go(place, velocity, goal, 0.3 - k * step, step)
+    pace, _ = swing.own
+    assert np.abs(places[-1] - goal).max() < 0.02 and np.abs(pace).max() < 0.5
+    free = SwingOffset(np.zeros(2))
+    free.lead(goal - motion(0.3)[0], 0.3, step)
+    assert free.own is None
+    bends = np.diff(places, 2, axis=0) / step**2
+    assert np.linalg.norm(bends, axis=1).max() < 62.0  # its own 60 m/s², and rounding
 
 
 def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
