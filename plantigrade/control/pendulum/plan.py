@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, cos, exp, hypot, sin, sqrt
+from math import atan, cos, exp, sin, sqrt
 
 import numpy as np
 
@@ -49,8 +49,8 @@ there, or longer."""
 NEVER = 9.0
 """Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
 ASIDE = 0.1
-"""From this deviation on a foot goes its own way, no longer along with the recorded one [leg
-lengths]."""
+"""From this deviation to the side on a foot goes its own way, no longer along with the recorded one
+[leg lengths]."""
 ANEW = 0.5
 """Time constant with which the line of a walk that turns goes with the walker [s]."""
 
@@ -223,7 +223,7 @@ class Plan:
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         time = left / max(gait.rate, 0.2)
         goal, recorded, times = self._way(foot, ref, places, found, then["foot"][i, :2], time)
-        if foot.swing.own is None and hypot(*self.error) < ASIDE * self.leg:
+        if foot.swing.own is None and abs(float(self.error[1])) < ASIDE * self.leg:
             foot.swing.lead(goal - recorded, times, self.step)
         else:
             pace = gait.rate * reference.cadence * ref["foot_velocity"][i, :2]
