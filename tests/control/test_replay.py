@@ -128,6 +128,19 @@ def test_a_foot_that_touches_early_stands_at_once_and_the_phase_hurries_after_it
     assert gait.rate > 1.1
 
 
+def test_a_foot_swings_from_where_it_is_not_from_where_it_stood(replay):
+    gait = Gait(replay.reference, 700.0)
+    swinging = next(s for s in replay.reference.schedule.stances if np.isfinite(s.start))
+    i = ["r", "l"].index(swinging.side)
+    load, beside, stood = np.array([350.0, 350.0]), np.zeros((2, 3)), gait.feet[i].number
+    while gait.feet[i].stands:
+        beside[i] += [-0.01, 0.02, 0.0]  # its heel rises otherwise than in the motion
+        gait.look(gait.phase, STEP, load, beside, np.eye(2))
+        gait.advance(gait.phase, STEP, 1.0)
+    np.testing.assert_array_equal(gait.feet[i].swing.offset, beside[i, :2])
+    assert np.abs(beside[i] - gait.offset(stood)).max() > 0.01
+
+
 def test_a_foot_that_finds_no_ground_stops_the_phase_and_is_let_down(replay):
     gait = Gait(replay.reference, 700.0)
     load, none = np.array([350.0, 350.0]), np.zeros((2, 3))

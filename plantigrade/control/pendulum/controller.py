@@ -14,8 +14,8 @@ from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.plan import Plan, reaction_of
-from plantigrade.control.pendulum.swing import ACROSS, SwingPath, in_reach
+from plantigrade.control.pendulum.plan import PASSED, Plan, reaction_of
+from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -32,7 +32,6 @@ from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, T
 from plantigrade.control.replay.footsteps import hurried
 from plantigrade.control.replay.gait import DOWN, JUST, Foot, Gait
 from plantigrade.control.replay.reference import reference_of, world_sites
-from plantigrade.control.replay.swing import SLANT
 from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -46,8 +45,7 @@ from plantigrade.world import Command, Drawing, StablePD, State, World
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
 AMISS = 0.1
-"""From this deviation on feet may cross near the toes of the other one, and late ones come down
-where they are [leg lengths]."""
+"""From this deviation on late feet come down where they are [leg lengths]."""
 ASKEW = 0.06
 """From this deviation on pyramids of friction have a corner in the direction of the push that is
 wanted; half way between corners they lack 0.3 of it [leg lengths]."""
@@ -435,12 +433,13 @@ class Pendulum:
         pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
         others = self.gait.standing
         amiss = hypot(*self.plan.error) > AMISS * self.leg
-        if others and not self.plan.rounds:
+        if others:
             k = SIDES.index(others[0].side)
             planned = (ref["foot"][i] - ref["foot"][k])[:2]
             off, legs = place[:2] - foot[k, :2], self.clearance.legs
-            slant = ACROSS if amiss else SLANT
-            own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs, slant)
+            passed = float(off[0] + own.swing.offset[0]) >= PASSED * self.leg
+            if not (self.plan.rounds or (passed and own.swing.own is not None)):
+                own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs)
         place[:2] += own.swing.offset
         # The axes turn about the walker, and the goal with them.
         ahead, left = place[0] - self.place[0], place[1] - self.plan.path[1]

@@ -22,9 +22,6 @@ UP, DOWN = 0.35, 0.7
 """Parts of a swing by which a foot is over what is in its way, and until which it stays there."""
 STRAIGHT = 0.99
 """A swinging leg is stretched so far, hip to ankle [leg lengths]."""
-ACROSS = 2.5
-"""Ahead of the other foot, one that has to cross may be so much nearer to its line, by the distance
-ahead."""
 
 Level = Callable[[Array], float]
 """Height of the ground at a place [m]."""

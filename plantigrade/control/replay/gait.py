@@ -178,7 +178,7 @@ class Gait:
                 stop = schedule.stop(foot.number, self.phase)
                 foot.early = foot.early and self.phase < foot.touchdown
                 if not foot.early and self.phase >= stop:
-                    self._lift(foot)
+                    self._lift(foot, beside[i, :2])
                 elif load[i] > LOADED * self.weight:
                     own = self.offset(foot.number)
                     own += step / SETTLE * (beside[i] - own)
@@ -198,11 +198,11 @@ class Gait:
                 self.touchdowns.append(Touchdown(time, foot.side, float(late), at, axes))
                 foot.lowered = foot.waited = 0.0
 
-    def _lift(self, foot: Foot) -> None:
-        assert foot.number is not None
+    def _lift(self, foot: Foot, beside: Float[Array, " 2"]) -> None:
+        """Let a foot swing from where it is, which of a crossed leg is not where it stood."""
         ahead = self.reference.schedule.after(foot.side, self.phase)
         foot.stands, foot.early, foot.lifted = False, False, self.phase
-        foot.swing = SwingOffset(self.offset(foot.number)[:2])
+        foot.swing = SwingOffset(beside)
         foot.number, foot.touchdown = (None, np.inf) if ahead is None else ahead
 
     def advance(self, time: float, step: float, wanted: float) -> None:

@@ -98,7 +98,6 @@ class SwingOffset:
         side: float,
         leg: float,
         overlap: float,
-        across: float = SLANT,
     ) -> None:
         """Hold the foot on its side of the other one while it passes it.
 
@@ -109,7 +108,6 @@ class SwingOffset:
             side: 1 for the left foot, -1 for the right.
             leg: Length of the leg [m].
             overlap: How deep one leg is in the other in the motion itself, at most [m].
-            across: Ahead of the other foot it may be so much nearer to its line, by the distance.
         """
         outward = side * axes[:, 1]
         ahead = float((off + self.offset) @ axes[:, 0])
@@ -118,8 +116,7 @@ class SwingOffset:
         narrow = min(NARROW * leg, width - SLACK)
         if overlap > 0.0:
             narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
-        slant = across if ahead > 0.0 else SLANT
-        narrow -= slant * max(abs(ahead) - BESIDE * leg, 0.0)
+        narrow -= SLANT * max(abs(ahead) - BESIDE * leg, 0.0)
         if aside < narrow:
             self.hold_back(outward, narrow - aside)
 
