@@ -199,7 +199,12 @@ class Gait:
                 foot.lowered = foot.waited = 0.0
 
     def _lift(self, foot: Foot, beside: Float[Array, " 2"]) -> None:
-        """Let a foot swing from where it is, which of a crossed leg is not where it stood."""
+        """Let a foot swing from where it is: a leg that has crossed rolls off otherwise.
+
+        Args:
+            foot: The foot.
+            beside: Where it is, less where the motion has it now [m].
+        """
         ahead = self.reference.schedule.after(foot.side, self.phase)
         foot.stands, foot.early, foot.lifted = False, False, self.phase
         foot.swing = SwingOffset(beside)
