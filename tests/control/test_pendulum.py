@@ -190,16 +190,24 @@ def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():
 
     goal, step = np.array([0.5, -0.3]), 0.005
     swing, places = SwingOffset(np.zeros(2)), []
+    foot = np.array(motion(0.0))
     for k in range(60):
-        place, velocity = motion(k * step)
-        places.append(place + swing.offset)
-        swing.go(place, velocity, goal, 0.3 - k * step, step)
-    pace, _ = swing.own
+        places.append(foot[0])
+        swing.go(foot, np.array(motion(k * step)), goal, 0.3 - k * step, step)
+        pace, _ = swing.own
+        foot = np.array([motion(k * step)[0] + swing.offset, pace])
     assert np.abs(places[-1] - goal).max() < 0.02 and np.abs(pace).max() < 0.5
     bends = np.diff(places, 2, axis=0) / step**2
     assert np.linalg.norm(bends, axis=1).max() < 62.0  # its own 60 m/s², and rounding
     swing.lead(np.zeros(2), 0.3, step)
     assert swing.own is None  # along with the motion again
+
+
+def test_a_foot_that_is_held_up_is_led_no_farther():
+    swing, held, step = SwingOffset(np.zeros(2)), np.array([[0.1, 0.2], [0.0, 0.0]]), 0.005
+    for k in range(60):
+        swing.go(held, np.zeros((2, 2)), np.array([0.9, 0.0]), 0.3 - k * step, step)
+        assert np.abs(swing.offset - held[0]).max() < 0.01
 
 
 def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():

@@ -227,7 +227,8 @@ class Plan:
             foot.swing.lead(goal - recorded, times, self.step)
         else:
             pace = gait.rate * reference.cadence * ref["foot_velocity"][i, :2]
-            foot.swing.go(ref["foot"][i, :2], pace, goal, times, self.step)
+            real = np.stack([places[i, :2], swings.velocity[0, :2]])
+            foot.swing.go(real, np.stack([ref["foot"][i, :2], pace]), goal, times, self.step)
         return found
 
     def _way(

@@ -58,29 +58,31 @@ class SwingOffset:
 
     def go(
         self,
-        place: Float[Array, " 2"],
-        velocity: Float[Array, " 2"],
+        foot: Float[Array, "2 2"],
+        motion: Float[Array, "2 2"],
         goal: Float[Array, " 2"],
         left: float | Float[Array, " 2"],
         step: float,
     ) -> None:
-        """Go on straight to a place, and no longer along with the motion.
+        """Go straight to a place from where the foot is, and no longer along with the motion.
 
         A step that is taken at twice its rate or more, or around the other foot, has little in
-        common with the recorded one, which would swing out far beyond a cubic beside it.
+        common with the recorded one, which would swing out far beyond a cubic beside it. Begun
+        with the rate of the recorded foot, or led on while the real one is held up, the path ends
+        decimetres beyond its goal; therefore it begins anew at every tick.
 
         Args:
-            place: Where the motion has the foot [m].
-            velocity: How fast it moves there, at the rate of now [m/s].
+            foot: Where the foot is [m], and its velocity [m/s].
+            motion: The same of the motion, at the rate of now.
             goal: The place to be reached [m].
             left: In what time, one for both axes or one for each [s].
             step: The time step [s].
         """
-        pace = velocity + self.velocity if self.own is None else self.own[0]
-        a = _cubic(goal - place - self.offset, pace, left)
-        self.offset = self.offset + step * (pace - velocity) + 0.5 * step**2 * a
+        at, pace = foot
+        a = _cubic(goal - at, pace, left)
+        self.offset = at + step * pace + 0.5 * step**2 * a - motion[0]
         self.own = pace + step * a, a
-        self.velocity, self.acceleration = self.own[0] - velocity, a
+        self.velocity, self.acceleration = self.own[0] - motion[1], a
 
     def hold_back(self, outward: Float[Array, " 2"], by: float) -> None:
         """Go on from so far outward, and no longer inward: the other leg is in the way."""
