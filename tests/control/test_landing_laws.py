@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp, trapezoid
 from plantigrade.arrays import Array
 from plantigrade.constants import GRAVITY
 from plantigrade.control.pendulum.landing import (
+    CROSSES,
     DEEPEST,
     DROPS,
     LAWS,
@@ -174,16 +175,18 @@ def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(st
     assert fast.rate > slow.rate and fast.after < slow.after
     assert fast.place[0] > slow.place[0]
     asked = np.array([[3.0, 0.1], [0.1, 0.03], [0.8, -0.1], [0.0, 2.0]])
-    far = strike.lands + reach.clipped(asked - strike.lands)
-    np.testing.assert_allclose(far[0], [reach.farthest * 0.9, 0.1])
-    np.testing.assert_allclose(far[1], [0.1, 0.06])  # beside the other foot: not through it
-    np.testing.assert_allclose(far[2], [0.8, -0.1])  # ahead of it a foot may cross
-    np.testing.assert_allclose(far[3], [0.0, reach.widest * 0.9])
+    beside, ahead, behind = (strike.lands + way for way in reach.places(asked - strike.lands))
+    np.testing.assert_allclose(beside[0], [reach.farthest * 0.9, 0.1])
+    np.testing.assert_allclose(beside[1], [0.1, 0.06])  # beside the other foot: not through it
+    np.testing.assert_allclose(beside[3], [0.0, reach.widest * 0.9])
+    np.testing.assert_allclose(ahead[1:3], [[CROSSES * 0.9, 0.03], [0.8, -0.1]])
+    np.testing.assert_allclose(behind[1:3], [[-CROSSES * 0.9, 0.03], [-CROSSES * 0.9, -0.1]])
+    assert len(replace(reach, may_cross=False).places(asked)) == 1
     late = reach.hasty(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert late[0] == 0.0 < late[1]  # feet are no faster than they can be
     time = np.array([0.05, 0.1, 0.6])
     later = reach.at(np.zeros((3, 2)), time)
-    place = strike.lands + later.clipped(np.tile([0.0, 2.0], (3, 1)))
+    place = strike.lands + later.places(np.tile([0.0, 2.0], (3, 1)))[0]
     # No farther than a leg reaches from a hip that goes down; then no wider than the box.
     high = np.maximum(0.8 - 0.5 * DROPS * time[:2] ** 2, (STRETCHED - DEEPEST) * 0.9)
     span = np.linalg.norm(place, axis=1)

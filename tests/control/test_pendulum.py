@@ -9,10 +9,9 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.borne import borne
+from plantigrade.control.pendulum.felt import LIGHT, Felt
 from plantigrade.control.pendulum.hold import Hold
-from plantigrade.control.pendulum.landing import (
-    Landing,
-)
+from plantigrade.control.pendulum.landing import Landing
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
@@ -21,6 +20,7 @@ from plantigrade.control.replay.gait import Foot
 from plantigrade.control.replay.reference import STEP, reference_of
 from plantigrade.control.replay.swing import SwingOffset
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Run
 from plantigrade.workflows.simulate import simulate
@@ -181,6 +181,63 @@ def test_a_foot_that_has_crossed_goes_round_the_other_one_to_where_it_lands(begu
     goal, own, times = plan._way(foot, ref, beside, lands, nominal, 0.3)
     np.testing.assert_array_equal([goal, own, times], [at, nominal, [0.3, 0.3]])
     assert not plan.rounds
+
+
+def test_a_foot_that_crosses_behind_the_other_goes_straight_there(begun):
+    controller, _, _ = begun
+    plan, leg, gait, i = controller.plan, controller.leg, controller.gait, 0
+    ref = controller.reference.at(gait.phase)
+    number, touchdown = controller.reference.schedule.after(SIDES[i], gait.phase)
+    foot = Foot(SIDES[i], number, False, touchdown)
+    places, nominal = np.array(ref["foot"]), ref["foot"][i, :2]
+    for far, rounds in ((-0.5, False), (-0.1, True)):  # near it, it would strike the heel
+        places[i, :2] = places[1 - i, :2] + [far * leg, 0.03 * foot.left * leg]
+        at = places[1 - i, :2] + [-0.3 * leg, -0.3 * foot.left * leg]
+        foot.swing = SwingOffset(places[i, :2] - ref["foot"][i, :2])
+        lands = Landing(at, at, 0.2, 1.0, np.zeros(2))
+        goal, _, times = plan._way(foot, ref, places, lands, nominal, 0.2)
+        assert plan.rounds  # nothing holds it on its own side of the other one
+        assert rounds == (not np.array_equal(goal, at)) and rounds == (times[0] != 0.2)
+
+
+def test_a_push_is_felt_beside_the_ground(walk):
+    controller, motion = Pendulum(walk), walk.motion
+    world = World(
+        walk.human,
+        walk.ground,
+        rate=controller.rate,
+        control_rate=controller.control_rate,
+        recording=False,
+        qpos=motion.qpos[0],
+        qvel=motion.qvel[0],
+    )
+    state, felt = world.reset(), []
+    push, trunk = np.array([30.0, 120.0, 0.0]), walk.human.body("torso")
+    while world.time < 0.7:  # double and single support, a foot that lands
+        if world.time > 0.3:
+            world.push(trunk, push)
+        state = world.step(controller(state))
+        felt.append(controller.felt.push)
+    own = push[:2] / state.body.mass
+    assert np.abs(felt[10:59]).max() < 0.3
+    late = np.array(felt[70:])
+    assert np.abs(np.median(late, axis=0) - own).max() < LIGHT
+    assert np.abs(late - own).max() < 2.0 * LIGHT
+
+
+def test_what_is_felt_is_no_turn_of_the_axes_and_no_single_shock(walk):
+    felt, angle, step = Felt(), 0.01, 0.005
+    still, nothing = BodyState(walk.human, walk.human.standing()), np.zeros((1, 3))
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    velocity = np.array([1.3, 0.0])
+    for k in range(20):
+        qvel = np.zeros(walk.human.model.nv)
+        qvel[:2] = velocity
+        body = BodyState(walk.human, still.qpos, qvel)
+        shock = np.array([[0.0, 900.0, 0.0]]) if k % 5 == 0 else nothing
+        felt.feel(body, shock, step, turn)
+        velocity = turn @ velocity
+        np.testing.assert_allclose(felt.push, 0.0, atol=1e-6)
 
 
 def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():

@@ -119,7 +119,7 @@ def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_
 
 def test_a_foot_crosses_over_only_in_front_of_the_other():
     box = LandingBox(np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
-    beside, ahead = box.clipped(np.array([[0.1, -0.4], [0.5, -0.4]]))
+    ((beside, ahead),) = box.places(np.array([[0.1, -0.4], [0.5, -0.4]]))
     assert 0.1 + beside[1] == pytest.approx(0.07)
     assert box.crossed < 0.0 and 0.1 + ahead[1] == pytest.approx(box.crossed)
 

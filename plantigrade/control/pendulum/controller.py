@@ -9,12 +9,13 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.borne import borne
+from plantigrade.control.pendulum.felt import Felt
 from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.plan import PASSED, Plan, reaction_of
+from plantigrade.control.pendulum.plan import PASSED, Plan, reaction_of, turned
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
@@ -192,6 +193,7 @@ class Pendulum:
         resisted = 0.5 / world.control_rate * (rests - turns)
         self.program = BoxProgram(self.human, world.actuators.armature + resisted)
         self.landings, self._now = [], 0.0
+        self.felt = Felt()
         self.place = self._from = state.body.com[:2].copy()
         self.resume(state.body, 0.0)
 
@@ -281,10 +283,12 @@ class Pendulum:
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self.place, self._now = body.com[:2].copy(), self._now + step
+        self.felt.feel(body, state.contact_force, step, turned(self.plan.turning * step))
         holds = self.hold.goes_on(height < TOUCHING, [f.stands for f in gait.feet])
         if not holds:
             rise, foothold = self._slope(body.com)[1], self._foothold if self._rough else None
-            self.landing = self.plan.next(body, ref, foot, rise, self._level, foothold)
+            push = self.felt.push
+            self.landing = self.plan.next(body, ref, foot, rise, self._level, push, foothold)
         pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
         own = step * reference.cadence  # seconds of the recording
         self._clock += own
@@ -354,14 +358,14 @@ class Pendulum:
             replace(com_rows(M, h, body.mass, self.gravity, centre), weight=self.weights.centre)
         ]
         feet = body.rigid_points(self.feet, foot)
-        turned = body.rotations[self.feet].reshape(2, 9)
+        ways = body.rotations[self.feet].reshape(2, 9)
         newest = max((f.touchdown for f in gait.standing), default=np.inf)
         for i, own in enumerate(gait.feet):
             k = feet.owner[i]
             J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
             normal = self.normal
             if self._rough:
-                ahead = turned[i, [0, 3]]
+                ahead = ways[i, [0, 3]]
                 goal = None if self.landing is None else self.landing.place
                 normal = self.soles[i].normal(self.ground, own, gait.phase, foot[i], ahead, goal)
             tilt = tilted(normal)
@@ -369,7 +373,7 @@ class Pendulum:
             if self.plan.toes and not own.stands:  # half of a turn's step before, half behind
                 way = about_vertical(self.plan.toes) @ way
             turn = (tilt @ way).ravel()
-            error = turn_error(turn, turned[i])
+            error = turn_error(turn, ways[i])
             goal = tilt @ (rate * ref["turn_velocity"][i]) + self.plan.turning * normal
             push = tilt @ (rate**2 * ref["turn_acceleration"][i])
             across = normal if own.stands else None

@@ -20,7 +20,7 @@ FARTHEST, WIDEST = 1.3, 1.0
 """Reach from the standing foot: ahead or behind, and to its side [leg lengths]; the body goes down
 for it."""
 CROSSES, CROSSED = 0.3, -0.3
-"""A foot that lands so far ahead of the other may cross over, to this place."""
+"""A foot that lands so far ahead of the other or behind it may cross over, to this place."""
 SWINGS, HASTY = 70.0, 1e3
 """Acceleration of a swinging foot, at most [m/s²]; cost of what it falls short [1/m²]. A recorded
 step of 1.2 m in 0.4 s needs 40 m/s²."""
@@ -208,6 +208,7 @@ class Reach(LandingBox):
         reaction: How far the extrapolated centre goes along with the foot, by its distance.
         hips: Where it is at each time, from the standing foot along the axes [m].
         spans: How far from there the leg reaches on the ground then [m]; any distance if absent.
+        may_cross: Whether the feet may cross; those of a walk that turns do not.
     """
 
     speed: Float[Array, " 2"]
@@ -221,8 +222,8 @@ class Reach(LandingBox):
     spans: Float[Array, " m"] | None = None
     farthest: float = FARTHEST
     widest: float = WIDEST
-    crosses: float = CROSSES
     over: float = CROSSED
+    may_cross: bool = True
 
     def at(self, mass: Float[Array, "m 2"], time: Float[Array, " m"]) -> "Reach":
         """Return the reach at some times: high above the ground a leg does not reach far.
@@ -262,23 +263,26 @@ class Reach(LandingBox):
         by = self.reaction * grown
         return (offset - by * (self.moved + grown * self.moves / omega)) / (1.0 - by)
 
-    def clipped(self, offset: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
-        """Return offsets with the place within its limits.
+    def places(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
+        """Return offsets with the place in reach: beside the other foot, or across, at its ends.
 
-        Of a place beside the other foot and one across, far enough ahead of it, the one that costs
-        less is taken.
+        People who are pushed outward cross in front of the foot that stands or behind it,
+        whichever is nearer.
         """
         place = (self.nominal + offset) @ self.axes
-        x, side, far = place[:, 0], self.side * place[:, 1], self.farthest * self.leg
-        widest, (long, wide) = self.widest * self.leg, self.scale
-        ahead = np.minimum(np.maximum(x, -far), far)
-        beside = np.minimum(np.maximum(side, self.narrowest), widest)
-        past = np.maximum(ahead, self.crosses * self.leg)
-        across = np.minimum(np.maximum(side, self.crossed), widest)
-        cost = ((ahead - x) / long) ** 2 + ((beside - side) / wide) ** 2
-        less = cost <= ((past - x) / long) ** 2 + ((across - side) / wide) ** 2
-        place[:, 0] = np.where(less, ahead, past)
-        place[:, 1] = np.where(less, beside, across) * self.side
+        far, widest, past = (self.leg * part for part in (self.farthest, self.widest, CROSSES))
+        ahead = np.minimum(np.maximum(place[:, 0], -far), far)
+        beside, across = (
+            np.minimum(np.maximum(self.side * place[:, 1], least), widest)
+            for least in (self.narrowest, self.crossed)
+        )
+        ways = [(ahead, beside)]
+        if self.may_cross:
+            ways += [(np.maximum(ahead, past), across), (np.minimum(ahead, -past), across)]
+        return [self._in_reach(np.stack([x, self.side * y], axis=1)) for x, y in ways]
+
+    def _in_reach(self, place: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
+        """Return the offsets of places, no farther away than the leg reaches."""
         if self.hips is not None and self.spans is not None:
             away = place - self.hips
             far = np.sqrt((away * away).sum(axis=1))

@@ -8,14 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.pendulum.landing import (
-    CROSSES,
-    Landing,
-    LandingLaw,
-    Reach,
-    Strike,
-    landing,
-)
+from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.replay.gait import Foot, Gait
 from plantigrade.control.replay.planner import decayed
@@ -46,8 +39,8 @@ acceleration or less [m/s²]."""
 PASSES = 0.5
 """It does not stop on its own side if its step still lasts this part of the time it needs to get
 there, or longer."""
-NEVER = 9.0
-"""Feet of a walk that turns do not cross: no foot is so far ahead of the other [leg lengths]."""
+CLOSE = 0.22
+"""A foot that crosses behind the other goes straight there from so far behind [leg lengths]."""
 ASIDE = 0.1
 """From this deviation to the side on a foot goes its own way, no longer along with the recorded one
 [leg lengths]."""
@@ -111,9 +104,13 @@ class Plan:
         places: Float[Array, "2 3"],
         rise: Float[Array, " 2"],
         level: Callable[[Array], float],
+        push: Float[Array, " 2"],
         foothold: Callable[[int, Array, Array, float], Array] | None = None,
     ) -> Landing | None:
-        """Return where and when the swinging foot lands; None where no single foot swings.
+        r"""Return where and when the swinging foot lands; None where no single foot swings.
+
+        A push is expected to die away with the time constant of the pendulum. An acceleration
+        :math:`a \, e^{-\omega t}` does to the walk what a velocity of :math:`a / (2 \omega)` does.
 
         Args:
             body: The person now.
@@ -121,12 +118,14 @@ class Plan:
             places: Where the feet are, world [m].
             rise: How far the ground about the person rises along x and y, by distance.
             level: Height of the ground at a place [m].
+            push: What the person is felt to be pushed by [m/s²].
             foothold: How far from a place a foot is to land to stand well, given which foot, the
                 place, the other foot [m] and in what time [s]; it lands there if absent.
         """
         gait, reference, self.rounds = self.gait, self.reference, False
         omega = reference.omega
-        xi = (body.com + body.com_velocity / omega)[:2]
+        velocity = body.com_velocity[:2] + push / (2.0 * omega)
+        xi = body.com[:2] + velocity / omega
         xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
         first, beta, offsets, self.shift = gait.carried()
         standing = gait.standing
@@ -195,7 +194,7 @@ class Plan:
             moved=turn @ foot.swing.offset - path,
             moves=turn @ foot.swing.velocity,
             reaction=self.reaction,
-            crosses=NEVER if angle else CROSSES,
+            may_cross=not angle,
         )
         # The recording's own effective pivot, where the foot really stands.
         grown = exp(omega * left)
@@ -208,7 +207,7 @@ class Plan:
             ahead = ref["pressure"][:2] - ref["foot"][k, :2]
             self.beside = ahead @ back - ahead
         self.swept[i] = -self.toes  # as it is to land
-        pivot, speed = com + turn @ (pivot - com), turn @ body.com_velocity[:2]
+        pivot, speed = com + turn @ (pivot - com), turn @ velocity
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)
         self.error = exp(-omega * found.after) * strike.later * (found.free - home)
@@ -265,6 +264,10 @@ class Plan:
         ahead, left = (ref["foot"][i, :2] + foot.swing.offset - other).tolist()
         real = own - other
         aside = min(foot.left * left, foot.left * float(real[1]) + LAGS * self.leg)
+        behind = found.place[0] < other[0] and max(ahead, float(real[0])) <= -CLOSE * self.leg
+        if behind and foot.left * float(found.place[1] - other[1]) < narrow - SLACK:
+            self.rounds = True
+            return found.place, lands, np.array([time, time])
         clear = min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK
         self.rounds = not clear
         if clear:
@@ -274,7 +277,7 @@ class Plan:
         soon = min(max(time * until / max(goes, until, 1e-6), SOON), time)
         needs = max(soon, sqrt(6.0 * (narrow - aside) / QUICK))
         then = self.reference.at(self.gait.phase + needs * self.reference.cadence * self.gait.rate)
-        behind, beside = float(other[0]) - BESIDE * self.leg, float(other[1]) + foot.left * narrow
+        back, beside = float(other[0]) - BESIDE * self.leg, float(other[1]) + foot.left * narrow
         (ends, out), (x, y) = found.place.tolist(), then["foot"][i, :2].tolist()
         if needs <= soon:
             return np.array([ends, beside]), np.array([lands[0], y]), np.array([time, soon])
@@ -282,8 +285,8 @@ class Plan:
         if wider and time >= PASSES * needs:
             # It lands farther out, and does not stop beside the other foot.
             times = np.array([needs, max(time, needs)])
-            return np.array([behind, out]), np.array([x, lands[1]]), times
-        return np.array([behind, beside]), np.array([x, y]), np.array([needs, needs])
+            return np.array([back, out]), np.array([x, lands[1]]), times
+        return np.array([back, beside]), np.array([x, y]), np.array([needs, needs])
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
         """Let the body go down for one leg to reach its foot, if the recorded one needs it not.

@@ -126,12 +126,17 @@ def easiest(
         rates: At which the steps are taken.
         grows: By how much what a step misses has grown when the next one lands.
     """
-    placed = box.clipped(free)
     moved = (free - standing_offset) @ (box.axes / box.scale)
-    cost = (moved * moved).sum(axis=1) + SOONER * np.log(rates) ** 2
-    cost += box.after(grows * (free - placed)) + box.hasty(placed, left / rates)
-    best = int(np.argmin(cost))
-    return best, placed[best]
+    effort = (moved * moved).sum(axis=1) + SOONER * np.log(rates) ** 2
+    placed = np.stack(box.places(free))
+    cost = np.stack(
+        [
+            effort + box.after(grows * (free - each)) + box.hasty(each, left / rates)
+            for each in placed
+        ]
+    )
+    way, best = np.unravel_index(int(np.argmin(cost)), cost.shape)
+    return int(best), placed[way, best]
 
 
 @dataclass(frozen=True)
@@ -172,13 +177,13 @@ class LandingBox:
         """Offsets that cost 1 [m]."""
         return self.leg * np.array([FORWARD, SIDEWAYS])
 
-    def clipped(self, offset: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
-        """Return offsets with the place within its limits."""
+    def places(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
+        """Return offsets with the place within its limits, one way or more."""
         place = (self.nominal + offset) @ self.axes
         ahead = _within(place[:, 0], -self.farthest * self.leg, self.farthest * self.leg)
         nearest = np.where(ahead > self.crosses * self.leg, self.crossed, self.narrowest)
         aside = _within(self.side * place[:, 1], nearest, self.widest * self.leg)
-        return np.stack([ahead, self.side * aside], axis=1) @ self.axes.T - self.nominal
+        return [np.stack([ahead, self.side * aside], axis=1) @ self.axes.T - self.nominal]
 
     def after(self, missed: Float[Array, "m 2"]) -> Float[Array, " m"]:
         """Return what it costs that the step after this one, of the other foot, must make up.
