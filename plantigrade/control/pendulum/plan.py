@@ -40,7 +40,7 @@ PASSES = 0.5
 """It does not stop on its own side if its step still lasts this part of the time it needs to get
 there, or longer."""
 CLOSE = 0.22
-"""A foot that crosses behind the other goes straight there from so far behind [leg lengths]."""
+"""A foot that stays so far behind the other goes straight to where it lands [leg lengths]."""
 ASIDE = 0.1
 """From this deviation to the side on a foot goes its own way, no longer along with the recorded one
 [leg lengths]."""
@@ -264,8 +264,7 @@ class Plan:
         ahead, left = (ref["foot"][i, :2] + foot.swing.offset - other).tolist()
         real = own - other
         aside = min(foot.left * left, foot.left * float(real[1]) + LAGS * self.leg)
-        behind = found.place[0] < other[0] and max(ahead, float(real[0])) <= -CLOSE * self.leg
-        if behind and foot.left * float(found.place[1] - other[1]) < narrow - SLACK:
+        if max(ahead, float(real[0]), float(found.place[0] - other[0])) <= -CLOSE * self.leg:
             self.rounds = True
             return found.place, lands, np.array([time, time])
         clear = min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK
