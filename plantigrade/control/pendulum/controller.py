@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.frame import Underfoot
 from plantigrade.control.pendulum.hold import LONGEST, Hold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.plan import PASSED, Plan, reaction_of, turned
+from plantigrade.control.pendulum.plan import Plan, reaction_of, turned
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
@@ -441,8 +441,7 @@ class Pendulum:
             k = SIDES.index(others[0].side)
             planned = (ref["foot"][i] - ref["foot"][k])[:2]
             off, legs = place[:2] - foot[k, :2], self.clearance.legs
-            passed = float(off[0] + own.swing.offset[0]) >= PASSED * self.leg
-            if not (self.plan.rounds or (passed and own.swing.own is not None)):
+            if own.swing.own is None:
                 own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs)
         place[:2] += own.swing.offset
         # The axes turn about the walker, and the goal with them.

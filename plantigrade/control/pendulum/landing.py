@@ -10,6 +10,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.pendulum.around import AHEAD, BESIDE, length
 from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, strike_angle
 from plantigrade.control.replay.footsteps import AGAIN
 from plantigrade.control.replay.planner import LandingBox, easiest
@@ -290,6 +291,15 @@ class Reach(LandingBox):
             place = self.hips + part[:, None] * away
         return place @ self.axes.T - self.nominal
 
+    def _around(self, offset: Float[Array, "m 2"]) -> Float[Array, " m"]:
+        """Return by how much the ways around the other foot are longer than straight ones [m]."""
+        outward = np.array([1.0, self.side])
+        size = self.leg * np.array([AHEAD, min(BESIDE, self.narrowest / self.leg)])
+        if size[1] <= 0.0:
+            return np.zeros(len(offset))
+        start, ends = ((self.nominal + x) @ self.axes * outward for x in (self.here, offset))
+        return length(start, ends, size)
+
     def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
         """Return what it costs that the foot would have to be faster than it can.
 
@@ -300,7 +310,7 @@ class Reach(LandingBox):
             left: In what time [s].
         """
         away = offset - self.here - 2.0 / 3.0 * left[:, None] * self.speed
-        far = np.sqrt((away * away).sum(axis=1))
+        far = np.sqrt((away * away).sum(axis=1)) + self._around(offset)
         return HASTY * np.maximum(far - SWINGS * left**2 / 6.0, 0.0) ** 2
 
 

@@ -8,12 +8,13 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.pendulum.around import AHEAD, BESIDE, via
 from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.replay.gait import Foot, Gait
+from plantigrade.control.replay.gait import Gait
 from plantigrade.control.replay.planner import decayed
 from plantigrade.control.replay.reference import Instant
-from plantigrade.control.replay.swing import BESIDE, NARROW, SLACK
+from plantigrade.control.replay.swing import NARROW, SLACK
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
@@ -32,15 +33,6 @@ REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
 
 
-PASSED, LAGS, SOON, QUICK = 0.1, 0.06, 0.06, 50.0
-"""A foot so far ahead of the other has passed it [leg lengths]; one that has not goes to its own
-side, within so much of where it is led [leg lengths], in this time or more [s], with this
-acceleration or less [m/s²]."""
-PASSES = 0.5
-"""It does not stop on its own side if its step still lasts this part of the time it needs to get
-there, or longer."""
-CLOSE = 0.22
-"""A foot that stays so far behind the other goes straight to where it lands [leg lengths]."""
 ASIDE = 0.1
 """From this deviation to the side on a foot goes its own way, no longer along with the recorded one
 [leg lengths]."""
@@ -74,7 +66,6 @@ class Plan:
             how far inward the extrapolated centre of mass is to be then [m], and half the angle of
             the step that begins then [rad].
         toes: How far the swinging foot is to look into the turn [rad].
-        rounds: Whether the swinging foot goes to its own side of the other first.
     """
 
     def __init__(
@@ -94,7 +85,7 @@ class Plan:
         self.path, self.lead = np.zeros(2), np.zeros(2)
         self.bent = self.turning = 0.0
         self.beside, self.swept = np.zeros(2), np.zeros(2)
-        self.toes, self.rounds = 0.0, False
+        self.toes = 0.0
         self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
 
     def next(
@@ -122,7 +113,7 @@ class Plan:
             foothold: How far from a place a foot is to land to stand well, given which foot, the
                 place, the other foot [m] and in what time [s]; it lands there if absent.
         """
-        gait, reference, self.rounds = self.gait, self.reference, False
+        gait, reference = self.gait, self.reference
         omega = reference.omega
         velocity = body.com_velocity[:2] + push / (2.0 * omega)
         xi = body.com[:2] + velocity / omega
@@ -221,71 +212,33 @@ class Plan:
             found = replace(found, place=found.place + shift)
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         time = left / max(gait.rate, 0.2)
-        goal, recorded, times = self._way(foot, ref, places, found, then["foot"][i, :2], time)
-        if foot.swing.own is None and abs(float(self.error[1])) < ASIDE * self.leg:
-            foot.swing.lead(goal - recorded, times, self.step)
+        apart = abs(float((ref["foot"][i] - ref["foot"][k])[1]))
+        other, goal, aside = places[k, :2], found.place, abs(float(self.error[1]))
+        by = self._around(foot.left, places[i, :2] - other, goal - other, apart)
+        if by is None and foot.swing.own is None and aside < ASIDE * self.leg:
+            foot.swing.lead(goal - then["foot"][i, :2], time, self.step)
         else:
             pace = gait.rate * reference.cadence * ref["foot_velocity"][i, :2]
             real = np.stack([places[i, :2], swings.velocity[0, :2]])
-            foot.swing.go(real, np.stack([ref["foot"][i, :2], pace]), goal, times, self.step)
+            motion = np.stack([ref["foot"][i, :2], pace])
+            foot.swing.go(real, motion, goal, time, self.step, None if by is None else other + by)
         return found
 
-    def _way(
-        self,
-        foot: Foot,
-        ref: Instant,
-        places: Float[Array, "2 3"],
-        found: Landing,
-        lands: Float[Array, " 2"],
-        time: float,
-    ) -> tuple[Float[Array, " 2"], Float[Array, " 2"], Float[Array, " 2"]]:
-        """Return where a foot goes first, and by when, lest it strike the other one.
-
-        Feet that have crossed are in each other's way: one that goes straight to its landing place
-        strikes the other leg, hangs there, and the body falls over it. It first goes aside, and
-        waits behind the other foot where that takes longer than the way ahead; it does not stop
-        on its way aside, which made it late by a tenth of a second.
+    def _around(self, left, start, end, apart) -> Float[Array, " 2"] | None:
+        """Return the point by which a foot goes around the other one; None where it goes straight.
 
         Args:
-            foot: The swinging foot.
-            ref: The recording at the phase of the gait.
-            places: Where the feet are, world [m].
-            found: Where it lands.
-            lands: Where it lands in the recording [m].
-            time: In what time [s].
-
-        Returns:
-            The place; the recording's own for it [m]; the times to be there, ahead and aside [s].
+            left: 1 for the left foot, -1 for the right.
+            start: Where it is, from the other one [m].
+            end: Where it lands, likewise [m].
+            apart: How far aside of it the recorded one is now [m].
         """
-        i = SIDES.index(foot.side)
-        planned = float((ref["foot"][i] - ref["foot"][1 - i])[1])
-        narrow = min(NARROW * self.leg, abs(planned) - SLACK)
-        other, own = places[1 - i, :2], places[i, :2]
-        ahead, left = (ref["foot"][i, :2] + foot.swing.offset - other).tolist()
-        real = own - other
-        aside = min(foot.left * left, foot.left * float(real[1]) + LAGS * self.leg)
-        if max(ahead, float(real[0]), float(found.place[0] - other[0])) <= -CLOSE * self.leg:
-            self.rounds = True
-            return found.place, lands, np.array([time, time])
-        clear = min(ahead, float(real[0])) >= PASSED * self.leg or aside >= narrow - SLACK
-        self.rounds = not clear
-        if clear:
-            return found.place, lands, np.array([time, time])
-        goes = float(found.place[0] - other[0]) - ahead
-        until = max(-BESIDE * self.leg - ahead, 0.0)
-        soon = min(max(time * until / max(goes, until, 1e-6), SOON), time)
-        needs = max(soon, sqrt(6.0 * (narrow - aside) / QUICK))
-        then = self.reference.at(self.gait.phase + needs * self.reference.cadence * self.gait.rate)
-        back, beside = float(other[0]) - BESIDE * self.leg, float(other[1]) + foot.left * narrow
-        (ends, out), (x, y) = found.place.tolist(), then["foot"][i, :2].tolist()
-        if needs <= soon:
-            return np.array([ends, beside]), np.array([lands[0], y]), np.array([time, soon])
-        wider = foot.left * (out - lands[1] - beside + y) > 0.0
-        if wider and time >= PASSES * needs:
-            # It lands farther out, and does not stop beside the other foot.
-            times = np.array([needs, max(time, needs)])
-            return np.array([back, out]), np.array([x, lands[1]]), times
-        return np.array([back, beside]), np.array([x, y]), np.array([needs, needs])
+        outward = np.array([1.0, left])
+        size = np.array([AHEAD * self.leg, min(BESIDE * self.leg, apart - SLACK)])
+        if size[1] <= SLACK:  # the recorded feet cross over themselves
+            return None
+        points, around = via(outward * start, (outward * end)[None], size)
+        return outward * points[0] if around[0] else None
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
         """Let the body go down for one leg to reach its foot, if the recorded one needs it not.

@@ -39,16 +39,14 @@ class SwingOffset:
         self.acceleration = np.zeros(2)
         self.own: tuple[Array, Array] | None = None
 
-    def lead(
-        self, target: Float[Array, " 2"], left: float | Float[Array, " 2"], step: float
-    ) -> None:
+    def lead(self, target: Float[Array, " 2"], left: float, step: float) -> None:
         """Go on for a time step, to be at rest at the target when the time left is over.
 
         The end is planned 20 ms early, and no sooner than in 50 ms.
 
         Args:
             target: The offset to be reached [m].
-            left: In what time, one for both axes or one for each [s].
+            left: In what time [s].
             step: The time step [s].
         """
         a = self.acceleration = _cubic(target - self.offset, self.velocity, left)
@@ -61,8 +59,9 @@ class SwingOffset:
         foot: Float[Array, "2 2"],
         motion: Float[Array, "2 2"],
         goal: Float[Array, " 2"],
-        left: float | Float[Array, " 2"],
+        left: float,
         step: float,
+        by: Float[Array, " 2"] | None = None,
     ) -> None:
         """Go straight to a place from where the foot is, and no longer along with the motion.
 
@@ -75,11 +74,12 @@ class SwingOffset:
             foot: Where the foot is [m], and its velocity [m/s].
             motion: The same of the motion, at the rate of now.
             goal: The place to be reached [m].
-            left: In what time, one for both axes or one for each [s].
+            left: In what time [s].
             step: The time step [s].
+            by: A point on the way [m].
         """
         at, pace = foot
-        a = _cubic(goal - at, pace, left)
+        a = _cubic(goal - at, pace, left) if by is None else _past(by - at, goal - by, pace, left)
         self.offset = at + step * pace + 0.5 * step**2 * a - motion[0]
         self.own = pace + step * a, a
         self.velocity, self.acceleration = self.own[0] - motion[1], a
@@ -124,11 +124,28 @@ class SwingOffset:
 
 
 def _cubic(
-    way: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float | Float[Array, " 2"]
+    way: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float
 ) -> Float[Array, " 2"]:
     """Return the acceleration at the beginning of a cubic that ends at rest [m/s²]."""
-    T = np.maximum(np.asarray(left) - 0.02, 0.05)
+    T = max(left - 0.02, 0.05)
     a = (6.0 * way - 4.0 * velocity * T) / T**2
+    return a * min(1.0, FASTEST / max(hypot(*a), 1e-9))
+
+
+def _past(
+    first: Float[Array, " 2"], then: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float
+) -> Float[Array, " 2"]:
+    """Return the acceleration at the beginning of two cubics that end at rest [m/s²].
+
+    Acceleration is steady where one goes over into the other; their times are as their lengths.
+    """
+    T = max(left - 0.02, 0.05)
+    near, far = hypot(*first), hypot(*then)
+    h = max(T * near / max(near + far, 1e-9), 0.02)
+    rest = max(T - h, 0.02)
+    passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
+    passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
+    a = (6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h
     return a * min(1.0, FASTEST / max(hypot(*a), 1e-9))
 
 
