@@ -15,14 +15,14 @@ from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, s
 from plantigrade.control.replay.footsteps import AGAIN
 from plantigrade.control.replay.planner import LandingBox, easiest
 
-RATES = np.array([0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
-"""Rates at which a step may be finished, of the recording's own."""
+RATES = np.array([0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
+"""Rates at which a step may be finished, of the recording's own; slowly where the foot is late."""
 FARTHEST, WIDEST = 1.3, 1.0
 """Reach from the standing foot: ahead or behind, and to its side [leg lengths]; the body goes down
 for it."""
 CROSSES, CROSSED = 0.3, -0.3
 """A foot that lands so far ahead of the other or behind it may cross over, to this place."""
-SWINGS, HASTY = 70.0, 1e3
+SWINGS, HASTY = 70.0, 1e4
 """Acceleration of a swinging foot, at most [m/s²]; cost of what it falls short [1/m²]. A recorded
 step of 1.2 m in 0.4 s needs 40 m/s²."""
 STRETCHED, DROPS, DEEPEST = 1.1, 3.0, 0.25
