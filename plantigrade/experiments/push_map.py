@@ -244,7 +244,7 @@ def rows(kept: KeptResults) -> Iterator[Row]:
     for (kind, controller), found in maps(kept).items():
         force = [float(r["force"]) for r in found.values()]
         subject = f"{controller} {kind}"
-        if kind == "force" and len(force) > 2:
+        if kind != "impulse" and len(force) > 2:
             yield at_least(subject, "median", float(np.median(force)), MEDIAN, "N")
             yield at_least(subject, "worst", min(force), WORST, "N")
         else:
