@@ -95,7 +95,8 @@ def _read_frames(
     numbers, values = _frames(path, text[first.start() :], n_lines, widths, asf, warnings)
     still = [name for name in widths if name not in values]
     if "root" in still:
-        raise FileError(path, "no frame has a root line", remedy="check the motion file")
+        problem = "no frame has a root line of finite numbers"
+        raise FileError(path, problem, remedy="correct the motion file")
     if still:
         warnings.append(f"bones without values were kept in the rest pose: {', '.join(still)}")
     return numbers, values, radians

@@ -167,6 +167,7 @@ SIZE = np.array([0.2, 0.1])
         ((-0.5, 0.15), (0.5, 0.15), None),  # a step ahead
         ((-0.5, 0.15), (-0.3, -0.3), None),  # across behind the other one
         ((-0.5, 0.05), (0.5, 0.05), (0.0, 0.1)),  # through the other one
+        ((-0.5, 0.0), (0.5, 0.0), (0.0, 0.1)),  # right through its middle
         ((-0.3, -0.2), (0.5, 0.15), (-1.0, 1.0)),  # through the leg: back on its own side first
         ((-0.3, 0.5), (0.3, -0.3), (1.0, 1.0)),  # across ahead: not before it has passed
         ((0.3, -0.3), (-0.3, -0.3), (0.0, 0.1)),  # from one side of the leg to the other

@@ -18,6 +18,9 @@ def via(
 ) -> tuple[Float[Array, "m 2"], Array]:
     """Return points by which a foot goes around the other one, and where it has to.
 
+    The point is on the ellipse, in the direction in which the straight way is nearest to the other
+    foot; half way round where that would be on the wrong side.
+
     Args:
         start: Where the foot is: ahead of the other, and outward from it [m].
         ends: Where it could go, likewise [m].
@@ -33,7 +36,7 @@ def via(
     near = a + part[:, None] * way
     far = np.sqrt((near * near).sum(axis=1))
     crosses = (part > 0.0) & (part < 1.0)
-    wrong = np.abs(turns - begins) > np.pi  # through the leg that stands
+    wrong = np.abs(turns - begins) >= np.pi  # through the leg that stands
     middle = 0.5 * (begins + turns)
     out = near / np.maximum(far, 1e-9)[:, None]
     out = np.where(wrong[:, None], np.stack([np.sin(middle), np.cos(middle)], axis=1), out)

@@ -31,8 +31,6 @@ LOWEST, RISING = 0.2, 0.5
 [s], lest it be thrown up between steps."""
 REGAIN = 0.15
 """Rate at which a lasting offset from the path is countered [1/s]."""
-
-
 ASIDE = 0.1
 """From this deviation to the side on a foot goes its own way, no longer along with the recorded one
 [leg lengths]."""
@@ -224,7 +222,9 @@ class Plan:
             foot.swing.go(real, motion, goal, time, self.step, None if by is None else other + by)
         return found
 
-    def _around(self, left, start, end, apart) -> Float[Array, " 2"] | None:
+    def _around(
+        self, left: float, start: Float[Array, " 2"], end: Float[Array, " 2"], apart: float
+    ) -> Float[Array, " 2"] | None:
         """Return the point by which a foot goes around the other one; None where it goes straight.
 
         Args:
