@@ -109,9 +109,15 @@ def seat_support(human: Human) -> Support:
 
 def leaves_the_ground(time: Float[Array, " n_frames"], soles: SolePaths) -> bool:
     """Return whether both feet are in the air together at some time, as in a jump."""
+    return bool(flights(time, soles))
+
+
+def flights(time: Float[Array, " n_frames"], soles: SolePaths) -> tuple[tuple[float, float], ...]:
+    """Return from when to when both feet are in the air together, as in a jump [s]."""
     loaded, _ = on_the_ground(time, soles)
-    air = np.asarray(~loaded.any(axis=1))
-    return any(time[run.stop - 1] - time[run.start] >= FLIGHT for run in runs(air))
+    air = runs(np.asarray(~loaded.any(axis=1)))
+    spans = ((float(time[run.start]), float(time[run.stop - 1])) for run in air)
+    return tuple((start, stop) for start, stop in spans if stop - start >= FLIGHT)
 
 
 def on_the_ground(

@@ -200,7 +200,7 @@ def track(
     Raises:
         FileError: If the file cannot be read.
         FitError: If it cannot be fitted.
-        ReproduceError: If it is not on level ground.
+        ReproduceError: If it is not on level ground, or both feet are in the air at some time.
         ParameterError: If nothing is recorded, or no foot is on the ground, between start and stop.
     """
     settings, path = settings or TrackSettings(), as_path(path, "a recording")
@@ -259,6 +259,7 @@ def track_trial(
             f"nothing is recorded from {start:g} to {stop:g} s: the recording lasts from "
             f"{first:g} to {last:g} s"
         )
+    walk.refuse_flight(start, stop)
     begin = max(start - MARGIN, min(first + EDGE, start))
     end = min(stop + MARGIN, max(last - EDGE, stop))
     estimate = estimate_forces(human, motion)

@@ -11,7 +11,7 @@ from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import EARLY, LATE
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.contacts import ContactInterval as Contact
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
@@ -236,6 +236,30 @@ def test_a_time_outside_of_the_recording_is_refused(data):
     _, trial = fit_trial(data / "cmu_asfamc/07_01.amc", settings)
     with pytest.raises(ParameterError, match=r"nothing is recorded from 50 to 60 s: .* from 0 to"):
         track_trial(trial, settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "seen"),
+    [("run", "the person runs"), ("jump", r"in the air from 0\.8\d to 1\.2\d s \(a jump\)")],
+)
+def test_flight_is_refused(data, name, seen):
+    """Runs were tracked with a foot that stands through the flight, and the run said ok."""
+    from plantigrade.workflows.fit import fit_trial
+    from plantigrade.workflows.track import track_trial
+
+    _, trial = fit_trial(data / f"deepmimic/humanoid3d_{name}.txt")
+    with pytest.raises(ReproduceError, match=seen + ".* a foot or a seat carries at all times"):
+        track_trial(trial)
+
+
+def test_what_comes_before_a_jump_is_no_flight(data):
+    from plantigrade.workflows.fit import fit_trial
+    from plantigrade.workflows.walks import RecordedWalk
+
+    walk = RecordedWalk.of(fit_trial(data / "deepmimic/humanoid3d_jump.txt")[1])
+    walk.refuse_flight(0.0, 0.7)
+    with pytest.raises(ReproduceError, match="--start and --stop"):
+        walk.refuse_flight(0.0, 1.0)
 
 
 @pytest.mark.slow
