@@ -88,6 +88,8 @@ class Comparison:
     soles_reference: Float[Array, "n_ticks 2"] = field(
         default_factory=lambda: np.zeros((0, 2)), repr=False
     )
+    #: Point that has the largest way of :attr:`contact_drift_m`, and when [s]
+    contact_drift_at: tuple[str, float] = ("", 0.0)
 
     @property
     def com_error_max_m(self) -> float:
@@ -240,7 +242,7 @@ def _com_and_soles(human: Human, qpos: Float[Array, "n nq"]) -> tuple[Array, Sol
     return com, SolePaths(sites, position)
 
 
-def _contacts(record: Record, soles: SolePaths) -> dict[str, float]:
+def _contacts(record: Record, soles: SolePaths) -> dict[str, Any]:
     """Return how well planned contacts and the ground were kept."""
     planned = np.zeros(soles.position.shape[:2], dtype=bool)
     if record.contact_planned is not None:
@@ -251,8 +253,8 @@ def _contacts(record: Record, soles: SolePaths) -> dict[str, float]:
                 planned[:, k] = record.contact_planned[:, own[0]]
     feet = [soles.of(side) for side in SIDES]
     spot = np.full((len(soles.sites), 2), np.nan)  # where each point that touches did so first
-    drift, due, standing = 0.0, 0, 0
-    for point, on in zip(soles.position, planned, strict=True):
+    drift, place, due, standing = 0.0, ("", float(record.motion.time[0])), 0, 0
+    for now, point, on in zip(record.motion.time, soles.position, planned, strict=True):
         height = point[:, 2]
         spot[~on] = np.nan
         new = on & np.isnan(spot[:, 0]) & (height < TOUCHING)
@@ -260,13 +262,16 @@ def _contacts(record: Record, soles: SolePaths) -> dict[str, float]:
         held = np.isfinite(spot[:, 0])
         if held.any():
             way = np.linalg.norm(point[held, :2] - spot[held], axis=1)
-            drift = max(drift, float(way.max()))
+            if way.max() > drift:
+                drift = float(way.max())
+                place = soles.sites[int(np.flatnonzero(held)[np.argmax(way)])].name, float(now)
         for foot in feet:
             if on[foot].any():
                 due += 1
                 standing += bool(height[foot].min() < STANDING)
     return {
         "contact_drift_m": drift,
+        "contact_drift_at": place,
         "lowest_m": float(soles.position[..., 2].min()),
         "contact_share": standing / due if due else float("nan"),
     }

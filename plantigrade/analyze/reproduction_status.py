@@ -1,11 +1,11 @@
-"""Whether a reproduced gait succeeded, and its figures."""
+"""Whether a reproduced gait succeeded, with and without forces, and its figures."""
 
 from typing import Any
 
 import numpy as np
 
 from plantigrade.analyze.gait_forces import compare_forces
-from plantigrade.analyze.reproduction import Comparison, phases_of
+from plantigrade.analyze.reproduction import ROTATIONS, Comparison, phases_of
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.record import Record
@@ -26,16 +26,21 @@ PELVIS_LIMIT = 0.30
 FALLEN = 0.15
 """A body moved by forces whose centre of mass is further off has fallen [m]."""
 
-WORDS = {
-    "com_error_max_mm": "the centre of mass is {:.0f} mm off its path",
-    "rom_error_mean_deg": "the ranges of motion are {:.0f}° off on average",
-    "rom_error_max_deg": "the range of motion of one rotation is {:.0f}° off",
-    "contact_drift_max_mm": "a sole slides by {:.0f} mm",
-    "sole_lowest_mm": "a sole is at {:.0f} mm, in the ground",
-    "force_residual_rms_bw": "the ground reactions are {:.2f} body weights from the estimated ones",
-    "equations_residual_max_bw": "forces and motion disagree by {:.1g} body weights",
-}
+LEGS = tuple(name for _, name in ROTATIONS)
+FOOT = {"r": "right", "l": "left"}
+UNITS = {"mm": " mm", "deg": "°", "bw": " body weights"}
 LOOK = "; the report's “Residual of each level” shows which task gave way first"
+
+
+def run_status(motion: str, forces: str = "ok") -> str:
+    """Return ``"ok"``, or what is wrong with each part of a run.
+
+    Args:
+        motion: Status of the gait computed from accelerations.
+        forces: Status of the gait computed with forces.
+    """
+    parts = {"gait computed without forces": motion, "gait computed with forces": forces}
+    return "; ".join(f"{part}: {said}" for part, said in parts.items() if said != "ok") or "ok"
 
 
 def gait_status(record: Record, held: Comparison) -> str:
@@ -59,7 +64,7 @@ def gait_status(record: Record, held: Comparison) -> str:
             f"the pelvis wandered more than {100 * PELVIS_LIMIT:.0f} cm from the recorded one, "
             f"{when(record, first)}{LOOK}"
         )
-    return beyond(held.metrics(), LIMITS) or "ok"
+    return beyond(record, held, LIMITS) or "ok"
 
 
 def forces_status(forced: Record, held: Comparison) -> str:
@@ -74,17 +79,66 @@ def forces_status(forced: Record, held: Comparison) -> str:
             f"the body fell: its centre of mass was more than {100 * FALLEN:.0f} cm off its path, "
             f"{when(forced, first)}"
         )
-    return beyond(held.metrics() | force_residuals(forced), LIMITS | FORCE_LIMITS) or "ok"
+    return beyond(forced, held, LIMITS | FORCE_LIMITS) or "ok"
 
 
-def beyond(figures: dict[str, Any], limits: dict[str, float]) -> str:
-    """Return what is beyond its limit, in words; empty where nothing is."""
-    said = [
-        f"{WORDS[key].format(figures[key])} (allowed are {limit:g})"
-        for key, limit in limits.items()
-        if key in figures and not abs(figures[key]) <= abs(limit) and figures[key] * limit > 0
-    ]
+def beyond(record: Record, held: Comparison, limits: dict[str, float]) -> str:
+    """Return what is beyond its limit, where and when, in words; empty where nothing is."""
+    figures = held.metrics()
+    if record.qfrc_actuator is not None:
+        figures |= force_residuals(record)
+    said = []
+    for key, limit in limits.items():
+        value = figures.get(key, 0.0)
+        if not value * np.sign(limit) > abs(limit):
+            continue
+        allowed = f"{limit:g}{UNITS[key.rpartition('_')[2]]}"
+        bound = "at least" if limit < 0 else "at most"
+        said.append(f"{_words(key, value, record, held)} ({bound} {allowed} allowed)")
     return "; ".join(said)
+
+
+def _words(key: str, value: float, record: Record, held: Comparison) -> str:
+    """Return one figure in words, with the place and the time of its worst value."""
+    time = record.motion.time
+    if key == "com_error_max_mm":
+        there = when(record, time[np.argmax(held.com_error)])
+        return f"the centre of mass is {value:.0f} mm off its path, {there}"
+    if key == "rom_error_mean_deg":
+        return f"the ranges of motion of the legs are {value:.1f}° off on average over the strides"
+    if key == "rom_error_max_deg":
+        errors = {name: x for name, x in held.rom_error.items() if name in LEGS}
+        worst = max(errors, key=lambda name: abs(errors[name]))
+        ours, theirs = held.rom[worst]
+        there = when(record, time[np.argmax(_apart(record, worst))])
+        return (
+            f"the range of motion of {worst} is {value:.1f}° off ({ours:.0f}° for {theirs:.0f}° "
+            f"recorded, furthest apart {there})"
+        )
+    if key == "contact_drift_max_mm":
+        site, instant = held.contact_drift_at
+        return f"the sole slides by {value:.0f} mm at {site}, {when(record, instant)}"
+    if key == "sole_lowest_mm":
+        tick, k = np.unravel_index(np.argmin(held.soles), held.soles.shape)
+        foot = FOOT[SIDES[int(k)]]
+        return f"the {foot} sole is at {value:.0f} mm, in the ground, {when(record, time[tick])}"
+    if key == "force_residual_rms_bw":
+        apart = _force_residual(record)
+        tick, k = np.unravel_index(np.nanargmax(apart), apart.shape)
+        return (
+            f"the ground reactions are {value:.2f} body weights (RMS) from the estimated ones, "
+            f"most at the {FOOT[SIDES[int(k)]]} foot, {when(record, time[tick])}"
+        )
+    assert record.qfrc_actuator is not None
+    there = when(record, time[np.argmax(np.abs(record.qfrc_actuator[:, :3]).max(axis=1))])
+    return f"forces and motion disagree by {value:.1g} body weights, {there}"
+
+
+def _apart(record: Record, name: str) -> Float[Array, " n"]:
+    """Return how far a coordinate is from the recorded one at each tick, mean removed [rad]."""
+    ours = record.motion[name]
+    apart = ours - record.references["recorded"].at(record.motion.time)[name]
+    return np.abs(apart - apart.mean())
 
 
 def limit_of(key: str) -> str:
@@ -101,12 +155,20 @@ def force_residuals(forced: Record) -> dict[str, float]:
             np.abs(forced.qfrc_actuator[:, :3]).max() / forced.weight
         )
     }
-    wanted = forced.signals.get("estimated.force")
-    if wanted is not None:
-        force = np.stack([forced.foot(side).force for side in SIDES], axis=1)
-        apart = np.linalg.norm(force - wanted, axis=2)[(force[..., 2] > 0) | (wanted[..., 2] > 0)]
-        found["force_residual_rms_bw"] = float(np.sqrt(np.mean(apart**2)) / forced.weight)
+    if "estimated.force" in forced.signals:
+        found["force_residual_rms_bw"] = float(np.sqrt(np.nanmean(_force_residual(forced) ** 2)))
     return found
+
+
+def _force_residual(forced: Record) -> Float[Array, "n 2"]:
+    """Return how far the force on each foot is from the estimated one [body weights].
+
+    NaN where neither is loaded.
+    """
+    wanted = forced.signals["estimated.force"]
+    force = np.stack([forced.foot(side).force for side in SIDES], axis=1)
+    apart = np.linalg.norm(force - wanted, axis=2) / forced.weight
+    return np.where((force[..., 2] > 0) | (wanted[..., 2] > 0), apart, np.nan)
 
 
 def when(record: Record, time: float) -> str:
@@ -114,9 +176,8 @@ def when(record: Record, time: float) -> str:
     words = f"{time:.2f} s into the recording"
     for phase in phases_of(record):
         if phase.start <= time <= phase.stop:
-            side = {"r": "right", "l": "left"}[phase.swing]
             what = "in double support before the" if phase.kind == "double" else "while the"
-            return f"{words}, {what} {side} foot swings"
+            return f"{words}, {what} {FOOT[phase.swing]} foot swings"
     return words
 
 
@@ -124,6 +185,7 @@ def gait_figures(record: Record, held: Comparison) -> dict[str, Any]:
     """Return the figures of a reproduced gait."""
     time, signals = record.motion.time, record.signals
     return {
+        "motion_status": gait_status(record, held),
         "task_order": [str(name) for name in signals["tasks.names"]],
         "reproduced_from_s": float(time[0]),
         "reproduced_to_s": float(time[-1]),

@@ -188,8 +188,6 @@ def figures(metrics: dict[str, Any]) -> list[str]:
             f"  vertical force   RMSE {metrics['vertical_force_rmse_bw']:.3f} body weights, "
             f"r {metrics['vertical_force_correlation']:.2f}"
         )
-    if metrics.get("dynamics_status", "ok") != "ok":
-        lines.append(f"  with forces      {metrics['dynamics_status']}")
     if "cycle" in metrics["seconds"]:
         lines.append(f"  time             {metrics['seconds']['cycle']:.2f} s per gait cycle")
     return lines

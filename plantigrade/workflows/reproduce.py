@@ -10,7 +10,11 @@ import numpy as np
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
 from plantigrade.analyze.reproduction import Comparison, compare
-from plantigrade.analyze.reproduction_status import force_figures, gait_figures, gait_status
+from plantigrade.analyze.reproduction_status import (
+    force_figures,
+    gait_figures,
+    run_status,
+)
 from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
@@ -83,7 +87,8 @@ def run_of(
     """Return the run of a gait reproduced from an analysed recording.
 
     Its record is the motion from the hierarchy of accelerations; ``others["forces"]`` is the
-    motion moved by forces, with the measured forces as signals ``measured.…``.
+    motion moved by forces, with the measured forces as signals ``measured.…``. The status says
+    the worst of both.
 
     Raises:
         ReproduceError: If it shows no walking, or uneven ground.
@@ -117,8 +122,8 @@ def run_of(
         figures |= force_figures(forced, compare(forced), walk.measured, walk.ground)
         if figures["dynamics_status"] != "ok":
             notes.append(
-                f"gait computed with forces: {figures['dynamics_status']}; its ground reactions "
-                "and joint moments are left out of the report."
+                "the gait computed with forces is outside its limits (see the status): its ground "
+                "reactions and joint moments are left out of the report."
             )
     signals = {**record.signals, **assumed, **norm_signals(settings)}
     return Run(
@@ -126,7 +131,7 @@ def run_of(
         "reproduce",
         title=title or f"{recording.source.name}, reproduced",
         sentence=_sentence(walk.name, record, held, settings.tasks),
-        status=gait_status(record, held),
+        status=run_status(figures["motion_status"], figures.get("dynamics_status", "ok")),
         figures=figures,
         provenance=provenance(recording, settings, command, seed),
         others=others,

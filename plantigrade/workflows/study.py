@@ -41,8 +41,8 @@ class Member:
     @property
     def problem(self) -> str:
         """Why it does not count in the statistics; empty where it does."""
-        if self.metrics["status"] != "ok":
-            return str(self.metrics["status"])
+        if self.metrics["motion_status"] != "ok":
+            return str(self.metrics["motion_status"])
         return "" if self.comparison.cycles else "it holds no whole gait cycle"
 
     @property
@@ -66,7 +66,7 @@ class GaitStudy:
 
     @property
     def counted(self) -> tuple[Member, ...]:
-        """Those whose figures count: valid, and with a whole gait cycle."""
+        """Those whose angles count: a valid motion without forces, and a whole gait cycle."""
         return tuple(member for member in self.members if not member.problem)
 
     @cached_property

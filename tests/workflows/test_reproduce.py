@@ -14,8 +14,10 @@ from plantigrade.analyze.reproduction_status import (
     forces_status,
     gait_status,
     limit_of,
+    run_status,
 )
 from plantigrade.constants import GRAVITY
+from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
 from plantigrade.io import write
 from plantigrade.models import Human
@@ -131,7 +133,9 @@ def test_a_fall_is_told(forced):
     assert "fell" in said and f"{record.motion.time[100]:.2f} s" in said
     figures = force_figures(fallen, held)
     assert figures["dynamics_status"] == said and "vertical_force_rmse_bw" not in figures
-    assert forced.ok, "the gait from accelerations stands"
+    assert run_status("ok", said) == f"gait computed with forces: {said}"
+    assert run_status(said, "ok").startswith("gait computed without forces: ")
+    assert run_status("ok", "ok") == "ok"
 
 
 def test_ok_is_only_what_is_within_the_limits_that_the_figures_name(forced):
@@ -141,15 +145,43 @@ def test_ok_is_only_what_is_within_the_limits_that_the_figures_name(forced):
     theirs = held.rom["knee_angle_r"][1]
     off = replace(held, rom={**held.rom, "knee_angle_r": (theirs + 39.0, theirs)})
     assert gait_status(record, held) == "ok"
-    assert "one rotation is 39° off (allowed are 20)" in gait_status(record, off)
-    assert "39° off" in forces_status(moved, off)
+    said = gait_status(record, off)
+    assert "the range of motion of knee_angle_r is 39.0° off" in said
+    assert "s into the recording" in said and "at most 20° allowed" in said
+    assert "39.0° off" in forces_status(moved, off)
     for key, limit in (LIMITS | FORCE_LIMITS).items():
         assert figures[limit_of(key)] == limit and abs(figures[key]) <= abs(limit)
-    sunk = replace(held, lowest_m=-0.02)
-    assert "a sole is at -20 mm" in gait_status(record, sunk)
+    soles = held.soles.copy()
+    soles[50, 1] = -0.02
+    sunk = gait_status(record, replace(held, lowest_m=-0.02, soles=soles))
+    assert f"the left sole is at -20 mm, in the ground, {record.motion.time[50]:.2f} s" in sunk
+    assert "at least -10 mm allowed" in sunk
     wanted = moved.signals["estimated.force"] + [0.0, 0.2 * moved.weight, 0.0]
     other = replace(moved, signals={**moved.signals, "estimated.force": wanted})
-    assert "body weights from the estimated" in forces_status(other, compare(moved))
+    assert "body weights (RMS) from the estimated" in forces_status(other, compare(moved))
+
+
+def test_the_status_of_a_run_is_the_worst_of_its_parts(fitted, monkeypatch):
+    """A run was ok while its gait with forces had ranges of motion up to 30 degrees off."""
+    recording, trial = fitted
+    short = without_events(trial, walking_events(trial.motion.events)[:3])
+    monkeypatch.setitem(FORCE_LIMITS, "force_residual_rms_bw", 1e-3)
+    run = reproducing.run_of(recording, short, ReproduceSettings())
+    assert run.figures["motion_status"] == "ok" and not run.ok
+    assert run.status == f"gait computed with forces: {run.figures['dynamics_status']}"
+    assert "foot, " in run.status and "s into the recording" in run.status
+    assert "at most 0.001 body weights allowed" in run.status
+
+
+def test_a_sole_that_slides_is_told_with_its_place_and_instant(made):
+    record = made.record
+    qpos = record.motion.qpos.copy()
+    qpos[100:, 1] += 0.03
+    said = gait_status(
+        moved := replace(record, motion=replace(record.motion, qpos=qpos)), compare(moved)
+    )
+    assert "the sole slides by" in said and "at most 20 mm allowed" in said
+    assert any(f"at {site.name}," in said for site in contact_sites(record.human))
 
 
 def test_the_run_folder_is_the_motion_and_the_recorded_one(forced):
