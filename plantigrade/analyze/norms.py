@@ -42,6 +42,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models.anatomy import SPINE_PLANE
+from plantigrade.models.usual_mass import ADULT_AGE
 
 MIRRORED = ("pelvis_list", "pelvis_rotation")
 """Angles that change sign where left and right are exchanged."""
@@ -93,9 +94,6 @@ PUBLISHED_NAMES = {
     "ankle_angle_power": "ankle_power",
 }
 """Names of our curves → those of the published tables, where they differ."""
-
-ADULT_AGE = 18.0
-"""Age from which somebody is compared with adults [years]."""
 
 SHORT = 1.45
 """Body height below which somebody of unknown age is compared with children [m]: one woman in a

@@ -38,6 +38,7 @@ from plantigrade.kinematics.soles import height_figures
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.models import Human
+from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion import Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured
@@ -180,6 +181,7 @@ def analyse(
     if mass is not None and abs(mass - human.mass) > 1e-9:
         human = human.with_mass(mass)
     given = mass is not None or fit.recording.subject.mass is not None
+    age = fit.recording.subject.age
     feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
@@ -230,16 +232,17 @@ def analyse(
             lift,
             _pelvis_height(human, smooth.qpos, soles),
         )
-        _tell_mass(human, weighed, given, True, notes)
+        _tell_mass(human, weighed, given, True, age, notes)
         if weighed is not None and not given:
             human = human.with_mass(weighed.mass)
     elif not given:
-        _tell_mass(human, None, False, False, notes)
+        _tell_mass(human, None, False, False, age, notes)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
     ground, moments, said = estimate(human, motion, forces, heights)
+    notes += _beside_plates(forces, ground is not None)
     notes += said
     if ground is None and forces is not None:
         moments = inverse_dynamics(human, *moved[1:], forces)
@@ -283,7 +286,12 @@ def _lift(human: Human, body: Centroid) -> Float[Array, " n_frames"]:
 
 
 def _tell_mass(
-    human: Human, weighed: Weighing | None, given: bool, plates: bool, notes: list[str]
+    human: Human,
+    weighed: Weighing | None,
+    given: bool,
+    plates: bool,
+    age: float | None,
+    notes: list[str],
 ) -> None:
     """Say where the body mass comes from, or that it is doubtful."""
     if given:
@@ -302,10 +310,25 @@ def _tell_mass(
         )
     else:
         why = ", and nobody stands still or walks on the force plates alone" if plates else ""
+        _, spread = usual_mass(human.height, age)
         notes.append(
-            f"the body mass is unknown{why}; {human.mass:.1f} kg is assumed for this height "
-            "(set it with --mass)."
+            f"the body mass is unknown{why}; {human.mass:.1f} ± {spread:.1f} kg (standard "
+            f"deviation) is usual at a stature of {human.height:.2f} m. Forces in newtons are as "
+            "uncertain: set it with --mass."
         )
+
+
+def _beside_plates(forces: FootForces | None, estimated: bool) -> list[str]:
+    """Say how long each foot stands on no plate, and what becomes of its moments there."""
+    notes = []
+    names = {"r": "right", "l": "left"}
+    for side, share in zip(forces.sides, forces.beside_plates, strict=True) if forces else ():
+        text = f"the {names[side]} foot stands on no force plate in {share:.0%} of the frames; its "
+        if share > 0 and estimated:
+            notes.append(Info(f"{text}force and moments there are estimated from the motion."))
+        elif share > 0:
+            notes.append(f"{text}moments are unknown there.")
+    return notes
 
 
 def _pelvis_height(human: Human, qpos: np.ndarray, soles: dict[str, np.ndarray]) -> np.ndarray:

@@ -84,6 +84,8 @@ class FootForces:
     uses: tuple[PlateUse, ...] = ()  #: Every loading of every plate
     warnings: tuple[str, ...] = ()  #: What the user should know, one sentence each
     sides: tuple[str, str] = SIDES  #: Names of the sides, in the order of the second axis
+    #: Share of the frames in which that foot stands on no plate
+    beside_plates: tuple[float, float] = (0.0, 0.0)
 
     def spoiled(self, time: Float[Array, " n_frames"]) -> tuple[tuple[str, float, float], ...]:
         """Return name of the plate, start and end [s] of each loading with a problem."""
@@ -169,7 +171,7 @@ def assign_plates(
     seen = seen_frames(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
     valid = valid_side.all(axis=1)
-    _describe(notes, frame_time, loadings, unmeasured, seen, bool(plates))
+    _describe(notes, frame_time, loadings, seen)
     uses = tuple(
         PlateUse(
             loading.plate.name,
@@ -181,7 +183,17 @@ def assign_plates(
         )
         for loading in loadings
     )
-    return FootForces(force, point, torque, valid_side, np.asarray(valid), uses, tuple(notes))
+    beside = unmeasured.mean(axis=0) if plates and n else np.zeros(2)
+    return FootForces(
+        force,
+        point,
+        torque,
+        valid_side,
+        np.asarray(valid),
+        uses,
+        tuple(notes),
+        beside_plates=(float(beside[0]), float(beside[1])),
+    )
 
 
 def over_plates(
@@ -212,7 +224,7 @@ def sole_points(
     return result
 
 
-def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
+def _describe(notes, time, loadings, seen) -> None:
     alike: dict[tuple[str, str], list[Loading]] = {}  # by plate and kind of problem
     for loading in loadings:
         if loading.problem:
@@ -226,14 +238,6 @@ def _describe(notes, time, loadings, unmeasured, seen, any_plate) -> None:
             f"force plate {plate}, {', '.join(spans[:LISTED])}{more}: {heaviest.problem}; its "
             "frames are excluded from the moments."
         )
-    names = {"r": "right", "l": "left"}
-    for k, side in enumerate(SIDES):
-        share = float(unmeasured[:, k].mean()) if len(unmeasured) else 0.0
-        if share > 0 and any_plate:
-            notes.append(
-                f"the {names[side]} foot stands without a force plate under it in {share:.0%} of "
-                "the frames; its moments are unknown there."
-            )
     if not seen.all():
         notes.append(f"forces were measured in {seen.mean():.0%} of the frames only.")
 

@@ -46,7 +46,7 @@ def fit_coordinates(
     Args:
         recording: The recording; it must have coordinates.
         person: What is known of the person; the recording's own words fill the rest. The height is
-            found from the pelvis's, the mass is 22.5 times height squared where neither is given.
+            found from the pelvis's, the mass is that usual for the stature where neither is given.
 
     Raises:
         FitError: If there are no joint coordinates, or none of the legs'.
@@ -63,7 +63,7 @@ def fit_coordinates(
     _require_angles(table, recording)
     person = filled(person or Person(), recording.subject)
     height = _stature(person, table, notes) if person.height is None else person.height
-    human = human_of(person, height)
+    human = human_of(person, height, age=recording.subject.age)
     left_out = [n for n in table.names if n not in (*human.coordinates, *PELVIS)]
     if left_out:
         notes.append(

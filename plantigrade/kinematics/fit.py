@@ -40,6 +40,7 @@ from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges
 from plantigrade.kinematics.unseen_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
+from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
@@ -95,7 +96,8 @@ def fit_markers(
             f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
             f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
         )
-    human = human_of(person, person.height or USUAL_HEIGHT)
+    age = recording.subject.age
+    human = human_of(person, person.height or USUAL_HEIGHT, age=age)
     placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
@@ -131,6 +133,9 @@ def fit_markers(
         standing=np.arange(len(still) + len(chosen)) < len(still),
         progress=counter(progress, "scaling the body", 25),
     )
+    if person.mass is None:
+        mass, _ = usual_mass(calibration.human.height, age)
+        calibration = replace(calibration, human=calibration.human.with_mass(mass))
     for name in names:
         if name not in calibration.names:
             ignored[name] = "moves with no segment of the body"

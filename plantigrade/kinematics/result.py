@@ -8,6 +8,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
+from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion import Markers, Recording, Subject
 
 _Known = TypeVar("_Known", Person, Subject)
@@ -60,9 +61,14 @@ def filled(known: _Known, other: Any) -> _Known:
     return replace(known, **{name: getattr(other, name, None) for name in lacking})
 
 
-def human_of(person: Person, height: float, lengths: Mapping[str, float] | None = None) -> Human:
-    """Return the person at a height [m]; male, and of 22.5 kg/m² where nothing else is known."""
-    mass = person.mass or 22.5 * height**2
+def human_of(
+    person: Person,
+    height: float,
+    lengths: Mapping[str, float] | None = None,
+    age: float | None = None,
+) -> Human:
+    """Return the person at a height [m]; male, and of usual mass where nothing else is known."""
+    mass = person.mass or usual_mass(height, age)[0]
     sex, joints = person.sex or "male", person.joints or "42"
     return Human.create(height, mass, sex, joints, person.feet, lengths)
 

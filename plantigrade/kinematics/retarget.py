@@ -60,7 +60,7 @@ def fit_skeleton(
         recording: The recording; it must have a skeleton.
         person: What is known of the person; the recording's own words fill the rest. A height that
             neither gives is estimated from the skeleton; where it differs by more than 6 % from
-            the skeleton's, the file is scaled to it. The mass is 22.5 times height squared where
+            the skeleton's, the file is scaled to it. The mass is that usual for the stature where
             neither gives it.
         names: Our joints → the file's names, for skeletons whose names tell nothing
             (``{"hip_l": "Bone7"}``).
@@ -119,7 +119,8 @@ def fit_skeleton(
             )
         )
     height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
-    human = human_of(person, height, source.lengths(height, person.sex or "male"))
+    lengths = source.lengths(height, person.sex or "male")
+    human = human_of(person, height, lengths, recording.subject.age)
     rate = rate_of(source.time)
     targets = SkeletonTargets(human, source)
     n = len(source.time)

@@ -26,7 +26,7 @@ from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.plausible import verdict
-from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.result import Fit, filled
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.models.markers import read_marker_set
@@ -105,6 +105,8 @@ def fit_recording(recording: Recording, settings: FitSettings) -> Fit:
         FitError: If it cannot be fitted; the message says why.
     """
     person = Person(**settings.known)
+    told = filled(Subject(age=settings.age), recording.subject)
+    recording = replace(recording, subject=told)
     if recording.markers is not None and recording.markers.names:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
         return fit_markers(recording, person, static=recording.static, marker_set=chosen)

@@ -1,14 +1,18 @@
 """A fitted recording analysed: mass, forces, moments and energy as physics has them."""
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
 from plantigrade.constants import GRAVITY as G
+from plantigrade.kinematics.fit import fit_markers
 from plantigrade.models import Human
-from plantigrade.motion import ForcePlate
+from plantigrade.motion import ForcePlate, Subject
+from plantigrade.workflows.textbook import recorded, textbook_walk
 from tests.analyze.plated_walk import (
     MASS,
     analyse,
@@ -153,6 +157,28 @@ def test_without_forces_the_mass_is_a_guess_and_says_so():
     assert trial.forces is None and trial.measured is None
     assert trial.ground is not None and not trial.ground.measured.any()
     assert any("mass is unknown" in w for w in trial.notes)
+
+
+def test_moments_of_a_foot_beside_the_plates_are_said_to_be_estimated_where_they_are():
+    fit = plated_walk().fit()
+    one = replace(fit, recording=replace(fit.recording, plates=fit.recording.plates[:1]))
+    trial = analyse(one)
+    assert trial.ground is not None and not trial.ground.measured.all()
+    said = [note for note in trial.notes if "stands on no force plate" in note]
+    assert said and all("estimated" in note for note in said)
+    assert not any("moments are unknown" in note for note in trial.notes)
+
+
+@pytest.mark.parametrize(("height", "index"), [(1.04, 15.4), (1.44, 17.3), (1.81, 22.0)])
+def test_a_mass_nobody_gives_is_that_of_people_of_this_stature(height, index):
+    """Body mass index of the growth charts' median child, and of a healthy adult."""
+    walk = textbook_walk(Human.create(height, 50.0), speed=1.3 * np.sqrt(height / 1.8), cycles=1)
+    unknown = replace(recorded(walk, Path("walk.c3d")), subject=Subject(height=height))
+    trial = analyse(fit_markers(unknown))
+    mass = trial.fit.human.mass
+    assert mass == pytest.approx(index * height**2, rel=0.02)
+    said = [note for note in trial.notes if "mass is unknown" in note]
+    assert len(said) == 1 and f"{mass:.1f} ± " in said[0] and "--mass" in said[0]
 
 
 def plate(where, push, *, half=0.3, wide=None, rate=1000, seconds=1.5) -> ForcePlate:
