@@ -1,6 +1,7 @@
 """Where the feet were: for the figures of a gait, and for the timing of its events."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
+from plantigrade.motion import Motion
 
 NEAR = 0.08
 """A marker further from the landmark that its name says is left aside [m]."""
@@ -31,6 +33,30 @@ def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     heel, ball, hallux = (_path(human, qpos, m) for m in ("heel", "metatarsal_2_head", "hallux"))
     pelvis = np.concatenate([_path(human, qpos, m) for m in ("asis", "psis")], axis=1)
     return FootPath(heel, (ball + hallux) / 2, pelvis.mean(axis=1))
+
+
+def progress_in_stance(human: Human, motion: Motion) -> float:
+    """Return how far the pelvis gets ahead of the standing foot in a stance, mean [m].
+
+    Ahead is where the pelvis faces, so the value is negative of somebody who walks backward, on the
+    ground as on a treadmill; NaN without a whole stance.
+    """
+    feet = foot_path(human, motion.qpos)
+    rows = []
+    for k, side in enumerate(SIDES):
+        events = [event for event in motion.events if event.side == side]
+        for first, last in pairwise(events):
+            if (first.kind, last.kind) == ("heel_strike", "toe_off"):
+                start, stop = np.searchsorted(motion.time, (first.time, last.time))
+                rows.append((k, start, min(stop, motion.n_frames - 1)))
+    if not rows:
+        return float("nan")
+    side, start, stop = np.array(rows).T
+    ahead = feet.pelvis[:, None] - feet.heel
+    w, x, y, z = motion.qpos[(start + stop) // 2, 3:7].T
+    facing = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z)], axis=1)
+    moved = (ahead[stop, side] - ahead[start, side])[:, :2]
+    return float(np.mean((moved * facing).sum(axis=1) / np.linalg.norm(facing, axis=1)))
 
 
 def event_points(

@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.feet import progress_in_stance
 from plantigrade.analyze.norms import Population
 from plantigrade.analyze.own_norms import NAMES, own_population, read_norms_file
 from plantigrade.arrays import Array, Float
@@ -28,7 +29,7 @@ def read_norms(path: str | Path) -> Population:
         ParameterError: If the folder holds fewer than two runs of people who walk.
     """
     path = Path(path).expanduser()
-    return norms_of_folder(path) if path.is_dir() else read_norms_file(path)
+    return norms_of_folder(path)[0] if path.is_dir() else read_norms_file(path)
 
 
 def norm_files(path: str | Path | None) -> list[Path]:
@@ -48,20 +49,32 @@ def run_folders(folder: Path) -> list[Path]:
     return [place for place in inside if all((place / n).is_file() for n in (METRICS, MOTION))]
 
 
-def norms_of_folder(*folders: str | Path) -> Population:
+def norms_of_folder(*folders: str | Path) -> tuple[Population, dict[str, str]]:
     """Return the norms of the runs in folders, or of run folders, each run one person's.
+
+    Runs that are no measure of walking are left out: those that are not ok, of somebody who walks
+    backward, or without a whole gait cycle.
+
+    Returns:
+        The norms, and for each run that was left out the reason.
 
     Raises:
         FileError: If a run cannot be read.
-        ParameterError: If there are fewer than two, two of one recording, or one without a whole
-            gait cycle.
+        ParameterError: If fewer than two are left, or two are of one recording.
     """
     found: dict[str, Run] = {}
     for folder in map(Path, folders):
         if not folder.is_dir():
             raise FileError(folder, "is no folder", remedy="name a folder that holds run folders")
         found |= {str(each): Run.load(each) for each in run_folders(folder)}
+    left_out = {name: why for name, run in found.items() if (why := unfit(run))}
+    found = {name: run for name, run in found.items() if name not in left_out}
     where = ", ".join(map(str, folders))
+    if left_out and len(found) < FEWEST:
+        reasons = "; ".join(f"{name}: {why}" for name, why in left_out.items())
+        raise ParameterError(
+            f"norms need runs of {FEWEST} people at least, {len(found)} can be used; {reasons}"
+        )
     sources: dict[tuple, str] = {}
     for name, run in found.items():
         key = tuple(run.provenance.source_files.values())
@@ -72,7 +85,23 @@ def norms_of_folder(*folders: str | Path) -> Population:
             )
         sources[key] = name
     people = f"{len(found)} people: the runs in {', '.join(Path(f).name for f in folders)}"
-    return norms_of({name: run.record for name, run in found.items()}, people, where)
+    if left_out:
+        people += f" without {', '.join(Path(name).name for name in left_out)}"
+    return norms_of({name: run.record for name, run in found.items()}, people, where), left_out
+
+
+def unfit(run: Run) -> str:
+    """Return why a run is no measure of how people walk; empty where it is.
+
+    Example of a reason: ``"its status is not ok: the markers are 31 mm off"``.
+    """
+    if not run.ok:
+        return f"its status is not ok: {run.status}"
+    if not gait_curves(run.record).cycles:
+        return "it has no whole gait cycle"
+    if progress_in_stance(run.record.human, run.record.motion) < 0:
+        return "it walks backward"
+    return ""
 
 
 def norms_of(records: Mapping[str, Record], people: str, where: str = "") -> Population:

@@ -16,7 +16,8 @@ from plantigrade.options import Flag, OptionalWord
 class Command(PrintOptions):
     """Compute norms from your own runs: mean and standard deviation over people.
 
-    Each run counts as one person and enters as the mean of its gait cycles and both sides.
+    Each run counts as one person and enters as the mean of its gait cycles and both sides. Runs
+    that are not ok, walk backward or have no whole gait cycle are left out and named.
     """
 
     runs: Annotated[
@@ -45,7 +46,7 @@ class Command(PrintOptions):
             )
         if self.out.exists() and not self.overwrite:
             raise FileError(self.out, "exists", remedy="choose another --out, or add --overwrite")
-        found = norms_of_folder(*self.runs)
+        found, left_out = norms_of_folder(*self.runs)
         if self.people:
             found = own_population(found.curves, self.people)
         write_text(self.out, norms_csv(found))
@@ -54,4 +55,6 @@ class Command(PrintOptions):
             f"{self.out}: {len(curves)} curves of {found.people}\n"
             f"  use it         plantigrade fit FILE --norms {self.out}"
         )
-        return Outcome(text, {"file": str(self.out), "people": found.people, "curves": curves})
+        text = "\n".join([*(f"left out {name}: {why}" for name, why in left_out.items()), text])
+        told = {"file": str(self.out), "people": found.people, "curves": curves}
+        return Outcome(text, {**told, "left_out": left_out})

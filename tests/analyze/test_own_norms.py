@@ -10,6 +10,7 @@ from plantigrade.analyze.clinical import clinical_figures, compared_with
 from plantigrade.analyze.norms import norm
 from plantigrade.analyze.norms_of_runs import norms_of, person_curves, read_norms
 from plantigrade.analyze.own_norms import as_signals, from_signals, norms_csv, read_norms_file
+from plantigrade.commands.norms import Command as Norms
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Run
@@ -95,10 +96,31 @@ def test_a_folder_of_runs_is_a_norm(tmp_path, people):
     assert found.people == "2 people: the runs in runs"
     with pytest.raises(ParameterError, match="2 people at least.*holds 1"):
         read_norms(tmp_path / "runs" / "1.6")
-    still = replace(people["1.6"], motion=replace(people["1.6"].motion, events=()))
-    Run(still, "fit").save(tmp_path / "runs" / "still")
-    with pytest.raises(ParameterError, match="still: no whole gait cycle"):
+
+
+def test_runs_that_are_no_measure_of_walking_are_left_out_and_named(tmp_path, people):
+    first, second = people.values()
+    ends = first.motion.time[0] + first.motion.time[-1]
+    kinds = {"heel_strike": "toe_off", "toe_off": "heel_strike"}
+    events = [replace(e, time=ends - e.time, kind=kinds[e.kind]) for e in first.motion.events]
+    backward = replace(first.motion, qpos=first.motion.qpos[::-1], events=tuple(events[::-1]))
+    runs = {
+        "ok": Run(first, "fit"),
+        "wrong": Run(second, "fit", status="the markers are 31 mm off"),
+        "still": Run(replace(first, motion=replace(first.motion, events=())), "fit"),
+        "back": Run(replace(first, motion=backward), "fit"),
+    }
+    for name, run in runs.items():
+        run.save(tmp_path / "runs" / name)
+    with pytest.raises(ParameterError, match="1 can be used.*back: .*backward.*cycle.*31 mm"):
         read_norms(tmp_path / "runs")
+    Run(second, "fit").save(tmp_path / "runs" / "other")
+    outcome = Norms(runs=(tmp_path / "runs",), out=tmp_path / "norms.csv", quiet=True).run()
+    assert "2 people: the runs in runs without back, still, wrong" in outcome.text
+    assert "back: it walks backward" in outcome.text
+    alone = norms_of({"ok": first, "other": second}, "")
+    found = read_norms(tmp_path / "norms.csv").curves["knee_angle"][0]
+    np.testing.assert_allclose(found, alone.curves["knee_angle"][0], atol=1e-4)
 
 
 def test_a_person_is_compared_with_own_norms_inside_the_record(people):
