@@ -2,7 +2,7 @@
 
 Nothing heavy is imported here, so that ``plantigrade --help`` answers at once. Exit codes: 0 done;
 2 bad input; 3 the method did not reach a valid result (the run folder is still written and its
-``status`` says what failed); 130 interrupted from the keyboard.
+``status`` says what failed); 130 interrupted from the keyboard; 143 terminated (SIGTERM).
 """
 
 import contextlib
@@ -10,7 +10,9 @@ import difflib
 import importlib
 import io
 import os
+import signal
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -25,7 +27,7 @@ from plantigrade.commands.outcome import Outcome  # noqa: E402
 from plantigrade.errors import PlantigradeError  # noqa: E402
 from plantigrade.printable import printable  # noqa: E402
 
-DONE, BAD_INPUT, NO_RESULT, INTERRUPTED = 0, 2, 3, 130
+DONE, BAD_INPUT, NO_RESULT, INTERRUPTED, TERMINATED = 0, 2, 3, 130, 143
 
 COMMANDS = {
     "demo": "Run the whole pipeline on built-in data and say where the results are.",
@@ -59,7 +61,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # letters that its encoding lacks are escaped
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = run(words)
+        with _ending_on_sigterm():
+            code = run(words)
         sys.stdout.flush()  # here, where a closed pipe can still be met
         return code
     except SystemExit as stop:  # the parser has printed its help (0) or its complaint (2)
@@ -71,8 +74,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return DONE
     except OSError as error:  # no permission, no space, a folder where a file was named
         return _complain(f"error: {_refusal(error)}", BAD_INPUT)
+    except _Terminated:
+        return _complain("terminated: no incomplete run folder is kept", TERMINATED)
     except KeyboardInterrupt:
         return _complain("interrupted: no incomplete run folder is kept", INTERRUPTED)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a command as Ctrl-C does."""
+
+
+@contextlib.contextmanager
+def _ending_on_sigterm() -> Iterator[None]:
+    """Meanwhile end as on Ctrl-C when the system asks this process to terminate."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are handled by the main thread alone
+        return
+
+    def end(*_: Any) -> None:
+        raise _Terminated
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def usage() -> str:

@@ -9,7 +9,7 @@ from plantigrade.bounds import Bounded
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
-Backend = Literal["loky", "threading", "multiprocessing", "ray", "dask"]
+Backend = Literal["loky", "ray", "dask"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class JobOptions(Bounded):
     jobs: int = 1
     """Number of parallel runs; -1 for one per core."""
     backend: Backend = "loky"
-    """joblib backend for parallel runs."""
+    """Where parallel runs are computed: on this machine (loky), or on a Ray or Dask cluster."""
     address: OptionalWord = None
     """Address of a Ray or Dask cluster; by default one is started on this machine."""
 

@@ -2,14 +2,18 @@
 
 Everything is written to a temporary sibling that is renamed once complete, so a folder under its
 final name is whole; where that name is taken and no other was asked for, the folder is numbered.
-``metrics.json`` marks a folder as ours: it holds the ``format`` and lists the
-other ``files``. With ``overwrite`` an existing folder of results is moved aside, the new one takes
-its name, and only then is the old one deleted; a folder that holds anything else is never replaced.
+``metrics.json`` marks a folder as ours: it holds the ``format`` and lists the other ``files``, and
+the ``folders`` in it that are folders of results themselves. With ``overwrite`` an existing folder
+of results is moved aside, the new one takes its name, and only then is the old one deleted; a
+folder that holds anything else is never replaced.
 """
 
+import contextlib
+import hashlib
 import json
 import math
 import os
+import platform
 import re
 import shutil
 import tempfile
@@ -30,6 +34,8 @@ DEEPEST = 32
 """Most lists and objects of metrics.json within each other."""
 
 _CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
+_OWNER = "-{host}-{pid}-"  # who writes a part: the machine and the process
+_PART = re.compile(r"-(?P<host>[0-9a-f]{8})-(?P<pid>\d+)-[^-]*\.part$")
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
 _METRICS_LIMIT = 20 * 2**20  # [bytes]
 
@@ -76,9 +82,9 @@ def write_folder(
     temporary = None
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(
-            tempfile.mkdtemp(prefix=f".{out.name[:20]}-", suffix=".part", dir=out.parent)
-        )
+        remove_stale_parts(out.parent)
+        part = f".{out.name[:20]}{_OWNER.format(host=_host(), pid=os.getpid())}"
+        temporary = Path(tempfile.mkdtemp(prefix=part, suffix=".part", dir=out.parent))
         if more is not None:
             more(temporary)
         for name, content in files.items():
@@ -103,6 +109,20 @@ def write_folder(
     return out
 
 
+def remove_stale_parts(folder: Path) -> None:
+    """Remove what processes of this machine that are no more left of runs they were writing.
+
+    Args:
+        folder: Where the runs lie.
+    """
+    for place in folder.glob(".*.part"):
+        found = _PART.search(place.name)
+        if found is None or found["host"] != _host() or place.is_symlink() or not place.is_dir():
+            continue
+        if not _is_alive(int(found["pid"])):
+            shutil.rmtree(place, ignore_errors=True)
+
+
 def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
     """Replace single files of a folder, each whole or not at all; return their paths.
 
@@ -119,15 +139,25 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
         files = {**files, METRICS: metrics_json({**metrics, "files": known}) + "\n"}
     written = []
     for name, text in files.items():
-        path, temporary = Path(folder) / name, Path(folder) / f".{name}.part"
-        try:
-            temporary.write_bytes(_encoded(text))
-            temporary.replace(path)
-        except OSError as error:
-            raise not_written(path, error) from error
+        path = replace_file(Path(folder) / name, text)
         if name != METRICS:
             written.append(path)
     return written
+
+
+def replace_file(path: Path, text: str) -> Path:
+    """Write a file, whole or not at all, and return its path.
+
+    Raises:
+        FileError: If it cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        temporary.write_bytes(_encoded(text))
+        temporary.replace(path)
+    except OSError as error:
+        raise not_written(path, error) from error
+    return path
 
 
 def metrics_json(metrics: Mapping[str, Any]) -> str:
@@ -218,24 +248,45 @@ def refuse_existing(out: str | Path, overwrite: bool) -> None:
         raise RunExists(f"{out} exists; choose another --out, or add --overwrite")
     if out.is_symlink() or not out.is_dir():
         raise RunExists(f"{out} is not a folder and will not be replaced: choose another --out")
-    present = _contents(out)
-    if not present:
+    if not _contents(out):
         return
     kept, advice = (
         f"{out} will not be replaced",
         "choose another --out, or delete the folder yourself",
     )
     try:
-        metrics = read_metrics(out)
+        foreign = foreign_files(out)
     except FileError as error:
         raise RunExists(f"{kept}: {error.problem}; {advice}") from error
-    listed = metrics.get("files")
-    if "format" not in metrics or not isinstance(listed, list):
-        raise RunExists(f"{kept}: its {METRICS} does not mark a run of this version; {advice}")
-    foreign = sorted(present - {METRICS, *map(str, listed)})
     if foreign:
         names = ", ".join(foreign[:5]) + (" …" if len(foreign) > 5 else "")
         raise RunExists(f"{kept}: it also holds {names}; move these files elsewhere, or {advice}")
+
+
+def foreign_files(folder: Path) -> list[str]:
+    """Return what this package did not write below a folder of results, as relative paths.
+
+    A folder in it is ours only if ``metrics.json`` lists it among its ``folders`` and it is a
+    folder of results itself.
+
+    Raises:
+        FileError: If it is no folder of results of this version.
+    """
+    metrics = read_metrics(folder)
+    listed = metrics.get("files")
+    if "format" not in metrics or not isinstance(listed, list):
+        raise FileError(folder, f"its {METRICS} does not mark a run of this version")
+    within = metrics.get("folders")
+    own = {METRICS, *map(str, listed)}
+    foreign = _contents(folder) - own
+    for name in map(str, within if isinstance(within, list) else ()):
+        member = folder / name
+        if Path(name).name != name or member.is_symlink() or not (member / METRICS).is_file():
+            continue
+        with contextlib.suppress(FileError):
+            theirs = {f"{name}/{file}" for file in foreign_files(member)}
+            foreign = {file for file in foreign if not file.startswith(f"{name}/")} | theirs
+    return sorted(foreign)
 
 
 def _unwritable(out: Path, why: str) -> FileError:
@@ -317,6 +368,24 @@ def _encoded(text: str) -> bytes:
         return text.encode()
     except UnicodeEncodeError:
         return UNSAFE.sub(lambda found: printable(found[0]), text).encode()
+
+
+def _host() -> str:
+    """Return what tells this machine from others that write to the same folder."""
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _is_alive(pid: int) -> bool:
+    """Return whether a process of this machine runs; True where that cannot be known."""
+    if os.name != "posix":  # elsewhere signal 0 is not a question
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True
 
 
 def _umask() -> int:

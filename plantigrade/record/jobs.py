@@ -1,26 +1,26 @@
 """Independent runs in parallel: files, subjects, seeds, pushes.
 
-joblib does the work, here or on a cluster (ray, dask). Whatever goes wrong with one item is a row
-of the result and never the end of the others.
+loky does the work here, Ray or Dask on a cluster. Whatever goes wrong with one item is a row of the
+result and never the end of the others, also where it kills the process that computes it.
 """
 
 import os
 import time
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from joblib import Parallel, delayed, parallel_config
-
 from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.extras import require
+from plantigrade.record.engines import ENGINES, Engine, WorkerDied
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-BACKENDS = ("loky", "threading", "multiprocessing", "ray", "dask")
-_PROCESSES = ("loky", "multiprocessing")  # on this machine, with folders of their own
-_GENERATING = ("loky", "threading")  # hand over each result as soon as it is ready
+BACKENDS = tuple(ENGINES)
+RETRIES = 2
+"""Number of times an item is tried again after its worker died: once may be chance or another
+item's fault, three times in a row is its own."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +55,18 @@ def run_jobs(
 ) -> Iterator[Done[Item, Result]]:
     """Do the same work for every item and yield the results in order.
 
+    An item whose worker dies is tried again, twice; what has finished is kept.
+
     Args:
-        work: What is done; with a backend of processes it must be importable or picklable.
+        work: What is done; with more than one job it must be importable or picklable.
         items: What it is done for.
         jobs: How many at once; -1 for one per core.
-        backend: joblib's backend.
+        backend: ``loky`` (processes of this machine), ``ray`` or ``dask``.
         address: Of a running cluster (ray, dask); one on this machine is started if None.
 
     Raises:
-        ParameterError: If the backend is unknown, ``jobs`` is zero, or an address is given to a
-            backend without one.
+        ParameterError: If the backend is unknown, ``jobs`` is zero, an address is given to a
+            backend without one, or no cluster answers there.
         MissingExtra: If the library of the backend is not installed.
 
     Example:
@@ -82,16 +84,48 @@ def run_jobs(
         )
     if jobs == 1 and backend == "loky":  # no other process is needed
         return (_attempt(work, item) for item in items)
-    _start(backend, address)
-    return _parallel(work, items, jobs, backend)
+    return _on(ENGINES[backend](jobs, address), work, items)
 
 
-def _parallel(work: Callable, items: list, jobs: int, backend: str) -> Iterator[Done]:
-    with parallel_config(backend, n_jobs=jobs):
-        how = "generator" if backend in _GENERATING else "list"
-        folder = os.getcwd() if backend in _PROCESSES else None
-        done: Any = Parallel(return_as=how)(delayed(_attempt)(work, item, folder) for item in items)
-        yield from done
+def _on(engine: Engine, work: Callable, items: list) -> Iterator[Done]:
+    """Compute all items on an engine and yield what came of them in order.
+
+    No more items are handed over than are computed at once, so that the items that were being
+    computed when a worker died are known. Where that death ended several, each is tried again
+    alone: the one that kills its worker then harms no other.
+    """
+    fresh, again = deque(range(len(items))), deque[int]()
+    deaths: Counter[int] = Counter()
+    running: dict[Any, int] = {}
+    done: dict[int, Done] = {}
+    following = 0
+    try:
+        while following < len(items):
+            alone = bool(again) and engine.shares_fate
+            while (again or fresh) and len(running) < (1 if alone else engine.workers):
+                index = (again or fresh).popleft()
+                future = engine.submit(_attempt, work, items[index], os.getcwd())
+                running[future] = index
+            for future in engine.ended(running):
+                index = running.pop(future)
+                try:
+                    done[index] = engine.result(future)
+                except WorkerDied as error:
+                    deaths[index] += 1
+                    if deaths[index] <= RETRIES:
+                        again.append(index)
+                        continue
+                    problem = f"its worker process died {deaths[index]} times ({error})"
+                    done[index] = Done(items[index], None, problem)
+                except (
+                    Exception
+                ) as error:  # what cannot be sent to a worker, a cluster that is gone
+                    done[index] = Done(items[index], None, f"{type(error).__name__}: {error}")
+            while following in done:
+                yield done.pop(following)
+                following += 1
+    finally:
+        engine.close(finished=not running)
 
 
 def _attempt(
@@ -100,7 +134,7 @@ def _attempt(
     """Try one item, in the folder where it was asked for: processes that wait keep their own."""
     began = time.perf_counter()
     try:
-        if folder is not None:
+        if folder is not None and os.path.isdir(folder):  # a cluster need not have it
             os.chdir(folder)
         return Done(item, work(item), "", time.perf_counter() - began)
     except (PlantigradeError, OSError) as error:
@@ -108,15 +142,3 @@ def _attempt(
     except Exception as error:  # a fault of a library in one item must not end the others
         problem = f"{type(error).__name__}: {error} (a fault of the program: please report it)"
     return Done(item, None, problem, time.perf_counter() - began)
-
-
-def _start(backend: str, address: str | None) -> None:
-    """Make joblib know a backend that is not its own."""
-    if backend == "ray":
-        ray = require("ray", "ray")
-        if not ray.is_initialized():
-            ray.init(address=address, log_to_driver=False)
-        require("ray.util.joblib", "ray").register_ray()
-    elif backend == "dask":
-        distributed = require("distributed", "dask")
-        distributed.Client(address) if address else distributed.Client(processes=True)

@@ -3,6 +3,7 @@
 A batch in a folder can be stopped and taken up again: what is there is not simulated anew.
 """
 
+import json
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,10 +18,12 @@ from plantigrade.extras import require
 from plantigrade.options import as_path
 from plantigrade.record import Run
 from plantigrade.record.folder import (
+    FORMAT,
     METRICS,
     metrics_json,
     read_metrics,
     refuse_existing,
+    replace_file,
     replace_files,
 )
 from plantigrade.record.jobs import run_jobs
@@ -128,7 +131,7 @@ def simulate_many(
             anew. Without it the runs come back in memory.
         overwrite: Replace a batch that is there.
         jobs: How many at once; -1 for one per core.
-        backend: joblib's backend, as for :func:`~plantigrade.record.jobs.run_jobs`.
+        backend: as for :func:`~plantigrade.record.jobs.run_jobs`.
         address: Of a running cluster (ray, dask).
         say: Called with one line for every simulation that has ended.
         step: Shows progress of the fit.
@@ -157,12 +160,13 @@ def simulate_many(
             script_named(each.motion)
     shown = [plain(each) for each in every]
     folder = None if out is None else as_path(out, "the folder of a batch").expanduser()
+    names = [name_of(i, len(made), each) for i, each in enumerate(shown)]
     if folder is not None:
-        _claim(folder, _spec(source, how, shown), overwrite)
+        _claim(folder, _spec(source, how, shown), names, command, overwrite)
     begin = _begin(source, how, folder, step, command)
     tasks = []
     for i, (each, controller) in enumerate(made):
-        name = name_of(i, len(made), shown[i])
+        name = names[i]
         if source is not None:  # the person is fitted, or that of the run
             each = SimulateSettings(**{own: getattr(each, own) for own in OWN})
         place = None if folder is None else folder / name
@@ -182,7 +186,13 @@ def _simulated(
     found: dict[str, Simulated] = {}
     for task in tasks:
         if task.folder is not None and (task.folder / METRICS).is_file():
-            found[task.name] = Simulated(task.name, task.varied, read_metrics(task.folder))
+            metrics = read_metrics(task.folder)
+            if not _is_result_of(task, metrics):
+                raise RunExists(
+                    f"{task.folder} holds a simulation with other settings: choose another folder "
+                    "with --out, or add --overwrite"
+                )
+            found[task.name] = Simulated(task.name, task.varied, metrics)
     if found:
         say(f"{len(found)} of {len(tasks)} were there")
     left = [task for task in tasks if task.name not in found]
@@ -197,6 +207,12 @@ def _simulated(
         ended = "on the feet" if one.status == "ok" else one.status
         say(f"{len(found)} of {len(tasks)}: {task.name}: {ended}")
     return tuple(found[task.name] for task in tasks)
+
+
+def _is_result_of(task: Task, metrics: Mapping[str, Any]) -> bool:
+    """Return whether figures that were found are of this task and of this version."""
+    settings = json.loads(metrics_json(task.settings.plain()))
+    return metrics.get("settings") == settings and metrics.get("version") == __version__
 
 
 def _simulate(task: Task) -> tuple[dict[str, Any], Run | None]:
@@ -251,43 +267,44 @@ def _spec(source: Any, how: SimulateSettings, shown: Sequence[Mapping[str, Any]]
     }
 
 
-def _claim(folder: Path, spec: Mapping[str, Any], overwrite: bool) -> None:
+def _claim(
+    folder: Path, spec: Mapping[str, Any], names: Sequence[str], command: str, overwrite: bool
+) -> None:
     """Make the folder of a batch, or take up the same batch where it was left.
+
+    Where its ``metrics.json`` was cut off, the batch is known by the names of its members.
 
     Raises:
         RunExists: If it holds anything else.
     """
-    if (folder / METRICS).is_file():
-        held = read_metrics(folder)
-        if held.get("kind") == KIND and not overwrite:
+    if (folder / METRICS).is_file() and not overwrite:
+        try:
+            held = read_metrics(folder)
+        except FileError:
+            within = {item.name for item in folder.iterdir() if item.is_dir()}
+            held = {"kind": KIND, **spec} if within and within <= {FITTED, *names} else {}
+        if held.get("kind") == KIND:
             if {key: held.get(key) for key in spec} == spec:
                 return
             raise RunExists(
                 f"{folder} holds another batch: choose another folder with --out, or add "
                 "--overwrite"
             )
-        if held.get("kind") == KIND and _is_ours(folder):
-            shutil.rmtree(folder)
     if folder.exists():
         refuse_existing(folder, overwrite)
         shutil.rmtree(folder)
     try:
         folder.mkdir(parents=True)
-        begun = {"status": "not finished; run the same command to continue", "kind": KIND, **spec}
-        (folder / METRICS).write_text(
-            metrics_json({"format": 2, **begun, "files": []}) + "\n", encoding="utf-8"
-        )
     except OSError as error:
         raise FileError(folder, f"cannot be written ({error.strerror or error})") from error
+    begun = {"status": "not finished; run the same command to continue", "command": command}
+    replace_file(folder / METRICS, _metrics_of(begun | dict(spec), (), names))
 
 
-def _is_ours(folder: Path) -> bool:
-    """Return whether a folder holds nothing but a batch: its table, and run folders."""
-    return all(
-        item.name in (METRICS, PAGE, TABLE) or (item / METRICS).is_file()
-        for item in folder.iterdir()
-        if not item.name.startswith(".")
-    )
+def _metrics_of(found: Mapping[str, Any], files: Sequence[str], names: Sequence[str]) -> str:
+    """Return ``metrics.json`` of a batch with these files and members."""
+    marked = {"format": FORMAT, "kind": KIND, **found, "files": list(files)}
+    return metrics_json({**marked, "folders": [FITTED, *names]}) + "\n"
 
 
 def _write(batch: Batch, spec: Mapping[str, Any], command: str) -> None:
@@ -306,7 +323,7 @@ def _write(batch: Batch, spec: Mapping[str, Any], command: str) -> None:
         "diverged_count": sum("diverged_at_s" in one.metrics for one in members),
         "members": {one.name: one.row() for one in members},
     }
-    found = {"status": batch.status, "kind": KIND, "command": command, **spec, **figures}
-    marked = metrics_json({"format": 2, **found, "files": [PAGE, TABLE]}) + "\n"
-    (batch.folder / METRICS).write_text(marked, encoding="utf-8")
+    found = {"status": batch.status, "command": command, **spec, **figures}
+    marked = _metrics_of(found, (PAGE, TABLE), [one.name for one in members])
+    replace_file(batch.folder / METRICS, marked)
     replace_files(batch.folder, {PAGE: page, TABLE: table_csv(members)})

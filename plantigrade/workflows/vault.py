@@ -43,7 +43,7 @@ def vault(
     Args:
         settings: What decides the result.
         jobs: How many searches are done side by side; -1 for one per core.
-        backend: Where they run: joblib's backend.
+        backend: Where they run: ``loky``, ``ray`` or ``dask``.
         address: Of a running Ray or Dask cluster.
         step: Shows progress.
         command: The command line, for the provenance.

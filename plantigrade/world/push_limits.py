@@ -222,7 +222,7 @@ def push_map(
         test: What is pushed, and when it counts.
         towards: Directions [rad].
         jobs: How many at once; -1 for one per core.
-        backend: joblib's.
+        backend: ``loky``, ``ray`` or ``dask``.
         how: Goes to :func:`push_limit`.
     """
 

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import mujoco
@@ -266,7 +267,8 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
-def test_control_c_on_several_files(data, tmp_path):
+@pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_control_c_on_several_files(data, tmp_path, sent, code):
     files = [data / KINDS[name][0] for name in ("07_01", "HC038A11", "16_15", "markers_walk")]
     process = subprocess.Popen(
         [sys.executable, "-m", "plantigrade", "fit", *map(str, files), "--jobs", "2"],
@@ -276,12 +278,21 @@ def test_control_c_on_several_files(data, tmp_path):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     assert process.stderr is not None and process.stderr.readline(), "the first is done"
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it: to the workers too
+    if sent == signal.SIGINT:
+        os.killpg(process.pid, sent)  # as a terminal sends it: to the workers too
+    else:
+        process.send_signal(sent)  # as a batch system sends it
     _, err = process.communicate()
-    assert process.returncode == 130, err
+    assert process.returncode == code, err
     left = list((tmp_path / "runs").iterdir()) if (tmp_path / "runs").exists() else []
     assert all({p.name for p in folder.iterdir()} >= FILES for folder in left)
-    assert "interrupted" in err.splitlines()[-1]
+    assert not [folder for folder in left if folder.name.startswith(".")]
+    said = "interrupted" if sent == signal.SIGINT else "terminated"
+    assert said in err.splitlines()[-1]
+    with pytest.raises(ProcessLookupError):  # within 5 s no worker is left in the group
+        for _ in range(50):
+            os.killpg(process.pid, 0)
+            time.sleep(0.1)
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,10 @@ import importlib
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -18,7 +20,7 @@ from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import FileError
 
-HEAVY = ("numpy", "scipy", "mujoco", "matplotlib", "viser", "ezc3d", "casadi", "jinja2", "joblib")
+HEAVY = ("numpy", "scipy", "mujoco", "matplotlib", "viser", "ezc3d", "casadi", "jinja2", "loky")
 HEAVY += ("llvmlite",)
 
 
@@ -127,6 +129,21 @@ def test_a_fault_of_ours_is_not_hidden(command):
     command(act)
     with pytest.raises(AssertionError, match="a bug"):
         cli.main(["try"])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends a signal")
+def test_terminated_is_143(command, capsys):
+    before = signal.getsignal(signal.SIGTERM)
+
+    def act():
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(10)
+
+    command(act)
+    assert cli.main(["try"]) == 143
+    err = capsys.readouterr().err
+    assert "terminated" in err and len(err.splitlines()) == 1
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_interrupt_is_130(command, capsys):

@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -283,3 +285,28 @@ def test_a_name_that_is_taken_at_the_last_moment_is_numbered(tmp_path, monkeypat
 
     monkeypatch.setattr(Path, "rename", late)
     assert numbered(out).name == "r-2"
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path):
+    """Parts of processes that live, of other machines, and foreign folders stay."""
+    script = (
+        "import os, signal\n"
+        "from pathlib import Path\n"
+        "from plantigrade.record.folder import write_folder\n"
+        "def more(folder):\n"
+        "    (folder / 'half').write_text('x')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"write_folder(Path({str(tmp_path / 'run')!r}), metrics={{}}, files={{}}, more=more)\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=False)
+    (left,) = tmp_path.iterdir()
+    assert left.name.endswith(".part") and (left / "half").exists()
+    others = [
+        tmp_path / ".mine.part",
+        tmp_path / f".run-{'0' * 8}-999999-abc.part",
+        tmp_path / f"{left.name.rsplit('-', 2)[0]}-{os.getpid()}-abc.part",
+    ]
+    for other in others:
+        other.mkdir()
+    write(tmp_path / "run")
+    assert sorted(tmp_path.iterdir()) == sorted([*others, tmp_path / "run"])

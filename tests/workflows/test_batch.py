@@ -79,6 +79,39 @@ def test_a_batch_goes_on_where_it_was_left(tmp_path):
     assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
 
 
+def test_a_batch_is_not_replaced_where_somebody_put_files_into_it(tmp_path):
+    """Into the folder of the batch, hidden ones too; into a member; or as a folder of results."""
+    out = tmp_path / "batch"
+    how = {"vary": {"push": PUSHES}, "out": out, **SMALL}
+    names = [one.name for one in pg.simulate_many(**how).members]
+    for place in (out / ".git", out / names[0] / "notes", out / "figures"):
+        place.mkdir()
+        (place / "letter.txt").write_text("dear")
+        if place.name == "figures":
+            (place / "metrics.json").write_text('{"format": 2, "files": ["letter.txt"]}')
+        with pytest.raises(RunExists, match="letter.txt"):
+            pg.simulate_many(**{**how, "seeds": 2, "overwrite": True})
+        assert (place / "letter.txt").read_text() == "dear"
+        shutil.rmtree(place)
+    assert len(pg.simulate_many(**{**how, "seeds": 2, "overwrite": True}).members) == 4
+
+
+def test_a_batch_whose_metrics_were_cut_off_is_taken_up(tmp_path):
+    out = tmp_path / "batch"
+    how = {"vary": {"push": PUSHES}, "out": out, **SMALL}
+    whole = pg.simulate_many(**how)
+    text = (out / "metrics.json").read_text("utf-8")
+    (out / "metrics.json").write_text(text[: len(text) // 2])
+    said = []
+    again = pg.simulate_many(**how, say=said.append)
+    assert said == ["2 of 2 were there"]
+    assert [one.row() for one in again.members] == [one.row() for one in whole.members]
+    assert json.loads((out / "metrics.json").read_text("utf-8")) == json.loads(text)
+    (out / "metrics.json").write_text(text[: len(text) // 2])
+    with pytest.raises(RunExists, match="other settings"):
+        pg.simulate_many(**{**how, "duration": 0.06})
+
+
 def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["simulate", *WORDS, "--vary", "ground", "flat", "slope:5", "--vary", "stiffness", "1",
@@ -131,10 +164,10 @@ def test_a_run_has_its_own_person(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ["loky", "ray"])
+@pytest.mark.parametrize("backend", ["loky", "ray", "dask"])
 def test_side_by_side_they_are_the_same(backend):
-    if backend == "ray":
-        pytest.importorskip("ray")
+    if backend != "loky":
+        pytest.importorskip("distributed" if backend == "dask" else backend)
     alone = pg.simulate_many(vary={"push": PUSHES}, **SMALL)
     both = pg.simulate_many(vary={"push": PUSHES}, jobs=2, backend=backend, **SMALL)
     for one, other in zip(alone.members, both.members, strict=True):
