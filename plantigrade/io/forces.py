@@ -9,7 +9,8 @@ A header of four lines, a line of column names, then one row per analog sample::
     #Sample	FX1	FY1	FZ1	X1	Y1	Z1	MZ1	FX2	…
 
 Forces [N] and the centre of pressure [mm] are in the axes of the laboratory, the moment about the
-vertical at the centre of pressure is in N mm. The file does not say which axis is up: it is the one
+vertical at the centre of pressure is in N mm; one about the laboratory's origin is recognised
+(:mod:`plantigrade.io.moment_reference`). The file does not say which axis is up: it is the one
 along which the force is largest while a foot stands. Zeros stand where a plate is not loaded.
 """
 
@@ -22,9 +23,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
 from plantigrade.io.axes import to_world
+from plantigrade.io.moment_reference import reference
 from plantigrade.io.opensim_forces import MIN_FORCE
 from plantigrade.io.text import count_of, number, numbers, read_text
 from plantigrade.motion.recording import ForcePlate, Recording
+from plantigrade.notes import Info
 
 MILLIMETRE = 1e-3
 STANDING = 50.0  # a foot stands on the plate [N]
@@ -81,9 +84,17 @@ def read_forces(path: str | Path) -> Recording:
     sign = -1.0 if standing.size and np.median(standing) < 0 else 1.0
     if sign < 0:
         warnings.append("the forces point down; they were reversed to act on the body")
+    forces, points = sign * forces, MILLIMETRE * to_world(samples[..., 3:6], up)
+    moments = np.zeros_like(forces)
+    moments[..., 2] = sign * MILLIMETRE * samples[..., 6]
+    f, p, t = (each.reshape(-1, 3) for each in (forces, points, moments))
+    about = reference(f, p, t, f[:, 2] >= STANDING, 2)
+    if about is not None:
+        moments = about.about(forces, points, moments)
+        warnings.append(Info(f"the moments are about {about}; they were converted to free moments"))
     found = [
-        _plate(name, time, sign * force, to_world(values[:, 3:6], up), sign * values[:, 6])
-        for name, force, values in zip(plates, forces, samples, strict=True)
+        _plate(name, time, force, point, moment[:, 2])
+        for name, force, point, moment in zip(plates, forces, points, moments, strict=True)
     ]
     return Recording(source=Path(path), plates=tuple(found), warnings=tuple(warnings))
 
@@ -115,12 +126,12 @@ def _plate(
     point: Float[Array, "n 3"],
     moment: Float[Array, " n"],
 ) -> ForcePlate:
-    """Return a plate from its force [N], centre of pressure [mm] and free moment [N mm]."""
+    """Return a plate from its force [N], centre of pressure [m] and free moment [N m]."""
     loaded = (force[:, 2] >= MIN_FORCE) & point[:, :2].any(axis=1)
     return ForcePlate(
         name=name,
         time=time,
         force=force,
-        cop=np.where(loaded[:, None], MILLIMETRE * point, np.nan),
-        free_moment=np.where(loaded, MILLIMETRE * moment, 0.0),
+        cop=np.where(loaded[:, None], point, np.nan),
+        free_moment=np.where(loaded, moment, 0.0),
     )

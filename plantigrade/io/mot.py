@@ -33,7 +33,7 @@ from plantigrade.io.opensim_coordinates import (
     to_radians,
     turn_knees,
 )
-from plantigrade.io.opensim_forces import force_groups, plate_of, plates_table
+from plantigrade.io.opensim_forces import force_groups, plates_of, plates_table
 from plantigrade.io.text import (
     count_of,
     numbers,
@@ -89,7 +89,7 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
     warnings = list(file.warnings)
     groups = force_groups(file.table.names)
     used = {name for group in groups for axis in group.columns for name in axis if name}
-    plates = tuple(plate_of(file.table, group, warnings) for group in groups)
+    plates = plates_of(file.table, groups, warnings)
     keep = coordinate_columns(file.table.names, file.paths, used)
     coordinates = None
     if keep:

@@ -7,6 +7,9 @@ free moment about the vertical are (file axes)
 
 .. math:: c = p + (t_z / f_y,\ 0,\ -t_x / f_y), \quad
     T = t_y - (c_z - p_z) f_x + (c_x - p_x) f_z .
+
+Torques about another point, such as the laboratory's origin, are recognised
+(:mod:`plantigrade.io.moment_reference`).
 """
 
 import re
@@ -16,8 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.errors import ParameterError
+from plantigrade.io.moment_reference import Reference, reference
 from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate, Table
+from plantigrade.notes import Info
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 
 MIN_FORCE = 10.0  # [N] vertical; below it there is no centre of pressure
@@ -77,8 +82,42 @@ def side_of(name: str) -> str | None:
     return found[1][0].lower() if found else None
 
 
-def plate_of(table: Table, group: ForceGroup, warnings: list[str]) -> ForcePlate:
-    """Return one ground reaction at its centre of pressure, in our axes."""
+def plates_of(
+    table: Table, groups: Sequence[ForceGroup], warnings: list[str]
+) -> tuple[ForcePlate, ...]:
+    """Return ground reactions at their centres of pressure, in our axes."""
+    measured = [_samples(table, group, warnings) for group in groups]
+    loaded = [
+        (each[0][:, 1] >= MOST_BASELINE) & np.isfinite(each[1]).all(axis=1) for each in measured
+    ]
+    common = None  # one program wrote the file: about the origin are the torques of all or of none
+    if measured:
+        f, p, t = (np.concatenate(each) for each in zip(*measured, strict=True))
+        common = reference(f, p, t, np.concatenate(loaded), 1, fixed=False)
+    result = []
+    for group, (f, p, t), on in zip(groups, measured, loaded, strict=True):
+        about = common or reference(f, p, t, on, 1)
+        if about is not None:
+            t = about.about(f, p, t)
+            if about is not common:
+                warnings.append(_told(about, f"{group.name}: "))
+        result.append(_plate(table, group, f, p, t))
+    if common is not None:
+        warnings.append(_told(common))
+    return tuple(result)
+
+
+def _told(about: Reference, where: str = "") -> str:
+    return Info(
+        f"{where}the torques are about {about}, not about the points of application; they were "
+        "converted"
+    )
+
+
+def _samples(
+    table: Table, group: ForceGroup, warnings: list[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return force on the body, point and torque in the file's axes [N, m, N m], (n, 3) each."""
     n = len(table.time)
 
     def columns(names: tuple[str, ...], missing: float) -> np.ndarray:
@@ -117,8 +156,16 @@ def plate_of(table: Table, group: ForceGroup, warnings: list[str]) -> ForcePlate
             f"{group.name}: point of application and torque are all zero, taken as unknown"
         )
         p = np.full_like(p, np.nan)
+    return f, p, np.where(np.isfinite(t), t, 0.0)
+
+
+def _plate(
+    table: Table, group: ForceGroup, f: np.ndarray, p: np.ndarray, t: np.ndarray
+) -> ForcePlate:
+    """Return one ground reaction at its centre of pressure, in our axes."""
+    n = len(table.time)
+    loaded = f[:, 1] >= MIN_FORCE
     vertical = np.where(loaded, f[:, 1], np.nan)
-    t = np.where(np.isfinite(t), t, 0.0)
     d_x, d_z = t[:, 2] / vertical, -t[:, 0] / vertical  # from p to the centre of pressure [m]
     cop = p + np.stack([d_x, np.zeros(n), d_z], axis=1)
     free = t[:, 1] - (np.nan_to_num(d_z) * f[:, 0] - np.nan_to_num(d_x) * f[:, 2])

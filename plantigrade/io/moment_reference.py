@@ -1,0 +1,122 @@
+r"""About which point the torques of a force file are, where it is not the one that the file gives.
+
+A file gives a force :math:`f`, its point of application :math:`p` and a torque :math:`t`, which
+should be about :math:`p`. Some programs write it about the origin of the laboratory, or about a
+fixed point of the plate, :math:`r`; some write what acts on the plate, with the other sign
+:math:`s`. If :math:`p` is the centre of pressure, the horizontal part then follows the point,
+
+.. math:: t_h \approx s\,[(p - r) \times f]_h ,
+
+and the same holds of the vertical part but for the free moment, which is small. No torque about the
+centre of pressure does so, and none about a point that does not move. Read as if it were about
+:math:`p`, it would put the centre of pressure at twice its distance from :math:`r`.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+
+NEAR = 0.02
+"""Centres of pressure by force and torque, and by the file, are this near each other, root mean
+square [m]: filters at different frequencies leave up to 1 cm."""
+LEAST_ARM = 0.1
+"""A smaller lever arm of the torque is not judged, root mean square [m]: a torque about a point
+of the plate that is not the centre of pressure has such arms, too."""
+LEAST_WANDER = 0.03
+"""The point of application moves by more, root mean square about its mean, where a fixed point
+other than the origin is looked for [m]; along a foot in walking it is 0.06 to 0.09."""
+LEAST_VERTICAL = 0.02
+"""A vertical torque is judged above this, by the vertical force, root mean square [m]: free
+moments of people who walk or run are below 0.01."""
+FREE = 0.35
+"""Part of a vertical torque about the origin that may be free moment, root mean square."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What the torques of a file are about.
+
+    Attributes:
+        sign: 1 for torques on the body, -1 for those on the plate.
+        point: The fixed point that they are about, in the file's axes [m].
+        parts: 1 for each component that the file gives, 0 for those that it leaves at zero.
+    """
+
+    sign: float
+    point: Float[Array, " 3"]
+    parts: Float[Array, " 3"] = field(default_factory=lambda: np.ones(3))
+
+    def about(
+        self, f: Float[Array, "n 3"], p: Float[Array, "n 3"], t: Float[Array, "n 3"]
+    ) -> Float[Array, "n 3"]:
+        """Return the torques on the body about the points ``p`` [N m]."""
+        return np.where(np.isfinite(p), self.sign * t - self.parts * np.cross(p - self.point, f), t)
+
+    def __str__(self) -> str:
+        """Return it in words, for a note."""
+        what = "the laboratory's origin"
+        if self.point.any():
+            what = "a fixed point at " + ", ".join(f"{x:.2f}" for x in self.point) + " m"
+        sign = ", and of the body on the plate" if self.sign < 0 else ""
+        return f"{what}{sign}"
+
+
+def reference(
+    f: Float[Array, "n 3"],
+    p: Float[Array, "n 3"],
+    t: Float[Array, "n 3"],
+    loaded: Bool[Array, " n"],
+    up: int,
+    *,
+    fixed: bool = True,
+) -> Reference | None:
+    """Return the fixed point that torques are about; None where they are about ``p``.
+
+    Args:
+        f: Forces on the body [N].
+        p: Their points of application [m].
+        t: Torques [N m].
+        loaded: Samples in which somebody stands on the plate.
+        up: Which of the axes is up.
+        fixed: Look for a fixed point besides the origin, too.
+    """
+    loaded = loaded & np.isfinite(np.hstack([f, p, t])).all(axis=1)
+    if loaded.sum() < 10:
+        return None
+    f, p, t = f[loaded], p[loaded], t[loaded]
+    level = [axis for axis in range(3) if axis != up]
+    weight = _rms(f[:, up])
+    moment = np.cross(p, f)
+    arm = _rms(t[:, level]) / weight
+    if not t[:, level].any():
+        vertical = t[:, up]
+        if _rms(vertical) < LEAST_VERTICAL * weight:
+            return None
+        for sign in (1.0, -1.0):
+            if _rms(vertical - sign * moment[:, up]) < FREE * _rms(vertical):
+                return Reference(sign, np.zeros(3), np.eye(3)[up])
+        return None
+    if arm < LEAST_ARM and not fixed:
+        return None
+    for sign in (1.0, -1.0):
+        if arm >= LEAST_ARM and _rms(t[:, level] - sign * moment[:, level]) < NEAR * weight:
+            return Reference(sign, np.zeros(3))
+    wander = _rms((p - p.mean(axis=0))[:, level])
+    if not fixed or wander < LEAST_WANDER:
+        return None
+    # r x f is linear in r: cross(e_i, f) are the columns.
+    columns = np.stack([np.cross(np.eye(3)[i], f)[:, level].ravel() for i in range(3)], axis=1)
+    for sign in (1.0, -1.0):
+        wanted = moment[:, level] - sign * t[:, level]
+        at = np.linalg.lstsq(columns, wanted.ravel(), rcond=None)[0]
+        left = _rms(wanted - (columns @ at).reshape(wanted.shape))
+        if left < min(NEAR, 0.3 * wander) * weight and _rms(p[:, level] - at[level]) > NEAR:
+            return Reference(sign, at)
+    return None
+
+
+def _rms(values: Array) -> float:
+    """Return the root mean square over samples of the length of each."""
+    return float(np.sqrt(np.mean(np.sum(np.reshape(values, (len(values), -1)) ** 2, axis=1))))
