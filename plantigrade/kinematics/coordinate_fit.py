@@ -26,6 +26,7 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.jumps import unwrapped
 from plantigrade.motion.recording import Table, rate_of
+from plantigrade.motion.spikes import spike_note, table_without_spikes
 from plantigrade.notes import Info
 from plantigrade.spatial.conventions import PELVIS
 
@@ -155,7 +156,10 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     if wrapped:
         notes.append(Info(f"angles that jump by a full turn were unwrapped: {listed(wrapped)}."))
         values[:, angles] = smooth
-    return Table(names, time, values)
+    table, leaps = table_without_spikes(Table(names, time, values), angles)
+    if leaps:
+        notes.append(spike_note(leaps))
+    return table
 
 
 def _require_angles(table: Table, recording: Recording) -> None:

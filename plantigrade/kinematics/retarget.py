@@ -40,6 +40,7 @@ from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.jumps import jumps
 from plantigrade.motion.recording import SkeletonMotion, rate_of
+from plantigrade.motion.spikes import spike_note, without_spikes
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.notes import Info
 
@@ -87,6 +88,10 @@ def fit_skeleton(
         told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
         notes.append(f"the joint names are unknown; the joints were identified by shape: {told}.")
     bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
+    skeleton, leaps = without_spikes(skeleton, bodily)
+    if leaps:
+        recording = replace(recording, skeleton=skeleton)
+        notes.append(spike_note(leaps))
     sudden = jumps(skeleton, sorted(bodily))
     if sudden:
         notes.append(
@@ -168,6 +173,7 @@ def fit_skeleton(
         **contact_metrics(after, rests, way),
         **bones,
         "joint_jumps": len(sudden),
+        "samples_bridged": len(leaps),
         "joint_jump_max_deg": float(np.rad2deg(sudden[0].angle)) if sudden else 0.0,
         "skeleton_height_m": stature,
         "height_m": human.height,
