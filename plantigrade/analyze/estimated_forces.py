@@ -1,8 +1,8 @@
 """Ground reactions where no plate measured them, or the reason why they cannot be told.
 
 The program (:mod:`plantigrade.dynamics.ground_forces`) gives every foot what the motion needs.
-It knows level ground, two feet and a seat: where something else carries too (a hand on a rail, a
-step of a stair), the motion asks for what they cannot give, and the estimate is refused.
+It knows the ground that is level or given, two feet and a seat: where something else carries too (a
+hand on a rail), the motion asks for what they cannot give, and the estimate is refused.
 """
 
 from typing import Any
@@ -11,12 +11,14 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics
 from plantigrade.dynamics.loading import FASTER
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError, SolverError
+from plantigrade.kinematics.given_ground import suggested
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -45,6 +47,7 @@ def estimate(
     motion: Motion,
     measured: FootForces | None,
     soles: Float[Array, "n_frames 2"],
+    ground: Ground = LEVEL_GROUND,
 ) -> tuple[GroundForces | None, Moments | None, tuple[str, ...]]:
     """Return ground reactions beside the measured ones, moments by them, and what to know of them.
 
@@ -55,18 +58,15 @@ def estimate(
         motion: The motion, filtered, with its gait events.
         measured: What plates tell.
         soles: Height of each sole in stance [m]; NaN in swing.
+        ground: What the feet stand on, from which those heights are told.
     """
     if measured is not None and bool(np.all(measured.valid_side)):
         return None, None, ()
-    step = _step_between(soles)
-    if motion.events and step > UNEVEN:
-        why = (
-            f"the ground is not level, the feet stand {100 * step:.0f} cm higher at one step than "
-            "at another (stairs or uneven ground)."
-        )
+    why = _other_ground(human, motion, soles, ground)
+    if why:
         return None, None, (CANNOT + why,)
     try:
-        found = estimate_forces(human, motion, measured=measured)
+        found = estimate_forces(human, motion, measured=measured, ground=ground)
     except (ParameterError, SolverError) as error:
         return None, None, (f"{CANNOT}{error}.".replace("..", "."),)
     assert motion.qacc is not None  # it was estimated from them
@@ -170,6 +170,28 @@ def _refusal(found: GroundForces, force: float, moment: float) -> str:
         what = f"the centre of mass would have to lie {1e3 * away:.0f} mm beside the body's own"
         return f"{what}; {carries}"
     return ""
+
+
+def _other_ground(
+    human: Human, motion: Motion, soles: Float[Array, "n_frames 2"], ground: Ground
+) -> str:
+    """Return how the feet of a gait do not stand on its ground; empty where they do."""
+    if not motion.events:
+        return ""
+    step, seems = _step_between(soles), suggested(human, motion.time, motion.qpos)
+    if ground.slope or ground.steps:
+        if step <= UNEVEN:
+            return ""
+        given = "the feet do not stand on the given ground, but up to "
+        return f"{given}{100 * step:.0f} cm above or below each other; they suggest {seems}."
+    if step > UNEVEN:
+        how = f"the feet stand {100 * step:.0f} cm higher at one step than at another"
+    elif "slope" in seems:
+        how = "the belt under the feet rises or falls"
+    else:
+        return ""
+    remedy = f"fit again with {seems}" if seems else "describe it with --ground"
+    return f"the ground is not level, {how}. If it is a slope or stairs, {remedy}."
 
 
 def _rms(values: Array) -> float:

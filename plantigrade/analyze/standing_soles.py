@@ -8,7 +8,6 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.kinematics.contacts import stances
-from plantigrade.kinematics.ground_level import ground_height
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
@@ -29,7 +28,7 @@ def standing_soles(
     A foot stands where plates carry it; without plates between its gait events; without events
     where it rests.
     """
-    contact, time = sole_paths(fit.human, fit.qpos), fit.time
+    contact, time = sole_paths(fit.human, fit.qpos, fit.ground), fit.time
     stance = np.zeros((len(time), 2), dtype=bool)
     for s, side in enumerate(SIDES):
         for start, stop, _ in stances(events, side, float(time[0]), float(time[-1])):
@@ -42,8 +41,7 @@ def standing_soles(
         order = [forces.sides.index(side) for side in SIDES]
         loaded = forces.force[:, order, 2] > LOADED
         stance = np.where(np.asarray(forces.valid_side)[:, order], loaded, stance)
-    ground = ground_height(fit.recording) if fit.source_kind == "markers" else 0.0
-    return heights_in_stance(contact, stance, ground=ground)
+    return heights_in_stance(contact, stance)
 
 
 def sole_notes(soles: Float[Array, "n_frames 2"]) -> list[str]:

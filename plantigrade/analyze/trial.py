@@ -23,7 +23,7 @@ from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.ground import Ground, Seat
+from plantigrade.contact.ground import Seat
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.centroid import Centroid, centroid
@@ -93,7 +93,8 @@ class Trial:
             return None if self.forces is None else self._record
         forces, moments = self.withheld
         human, motion = self.fit.human, self.motion
-        return Record(human, motion, qfrc_actuator=moments.tau, **_contact(human, motion, forces))
+        contact = _contact(self.fit, motion, forces)
+        return Record(human, motion, qfrc_actuator=moments.tau, **contact)
 
     @cached_property
     def _record(self) -> Record:
@@ -108,14 +109,14 @@ class Trial:
         if self.ground is not None and torque is not None:
             torque = torque - support_push(self.fit.human, self.motion, self.ground)
             signals |= estimate_signals(self.ground)
-            contact = _contact(self.fit.human, self.motion, self.ground.forces, self.ground)
+            contact = _contact(self.fit, self.motion, self.ground.forces, self.ground)
         elif self.forces is not None:
-            contact = _contact(self.fit.human, self.motion, self.forces)
+            contact = _contact(self.fit, self.motion, self.forces)
         return Record(
             self.fit.human,
             self.motion,
             qfrc_actuator=torque,
-            **contact,
+            **{"ground": self.fit.ground, **contact},
             signals=signals,
             recorded_markers=markers,
             fitted_markers=fitted,
@@ -186,7 +187,7 @@ def analyse(
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
     flies = "runs" if is_running(events) else ""
-    if not events and leaves_the_ground(fit.time, sole_paths(human, fit.qpos)):
+    if not events and leaves_the_ground(fit.time, sole_paths(human, fit.qpos, fit.ground)):
         flies = "jumps"
     if cutoff == "usual":
         cutoff = RUNNING_CUTOFF if flies else CUTOFF
@@ -241,7 +242,7 @@ def analyse(
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
-    ground, moments, said = estimate(human, motion, forces, heights)
+    ground, moments, said = estimate(human, motion, forces, heights, fit.ground)
     notes += _beside_plates(forces, ground is not None)
     notes += said
     if ground is None and forces is not None:
@@ -353,16 +354,17 @@ def _leg_known(forces: FootForces, side: str) -> np.ndarray:
 
 
 def _contact(
-    human: Human, motion: Motion, forces: FootForces, ground: GroundForces | None = None
+    fit: Fit, motion: Motion, forces: FootForces, ground: GroundForces | None = None
 ) -> dict[str, Any]:
     """Return forces by the segments that carry them, and on supports, as fields of a Record."""
-    carried = segment_forces(human, motion.qpos, forces.force, forces.point, forces.torque)
+    carried = segment_forces(fit.human, motion.qpos, forces.force, forces.point, forces.torque)
     sites = tuple(
         ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
         for segment, side in zip(carried.segment, carried.side, strict=True)
     )
     known = np.stack([_leg_known(forces, s.side) for s in sites], axis=1)
     found: dict[str, Any] = {
+        "ground": fit.ground,
         "contact_force": carried.force,
         "contact_point": carried.point,
         "contact_torque": carried.torque,
@@ -375,9 +377,9 @@ def _contact(
         )
         more = (ground.support_force, ground.support_point, ground.support_torque)
         more = (*more, np.ones(ground.support_force.shape[:2], dtype=bool))
-        found = {
-            name: np.concatenate([mine, theirs], axis=1)
-            for (name, mine), theirs in zip(found.items(), more, strict=True)
+        found |= {
+            f"contact_{name}": np.concatenate([found[f"contact_{name}"], theirs], axis=1)
+            for name, theirs in zip(("force", "point", "torque", "known"), more, strict=True)
         }
         seats = []
         for support, points in zip(
@@ -386,7 +388,7 @@ def _contact(
             if np.isfinite(points).all(axis=1).any():
                 x, y, z = (float(each) for each in np.nanmedian(points, axis=0))
                 seats.append(Seat(support.name, (x, y, z)))
-        found["ground"] = Ground(seats=tuple(seats))
+        found["ground"] = replace(fit.ground, seats=tuple(seats))
     return {"sites": sites, **found}
 
 

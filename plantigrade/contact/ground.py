@@ -236,6 +236,12 @@ class Ground:
         level = self.along(x[..., 0])
         return np.asarray(np.maximum(level, self._relief(x))) if self.uneven else level
 
+    def above(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
+        """Return world points in axes of the ground, z their height above it [m]."""
+        x = points @ self.to_world
+        x[..., 2] -= self.under(points)
+        return x
+
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return in which direction the ground under world points pushes, world."""
         normal = np.empty(points.shape)
@@ -308,6 +314,10 @@ class Ground:
             if isinstance(error, ParameterError):
                 raise
             raise ParameterError(f"not a description of a ground: {error}") from error
+
+
+LEVEL_GROUND = Ground()
+"""The plane z = 0."""
 
 
 def _numbers(values: Any, n: int | None = None) -> Any:

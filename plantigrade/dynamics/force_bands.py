@@ -134,6 +134,8 @@ def spread_of(
 ) -> Spread:
     """Return the spread of everything that follows from the wrenches.
 
+    Forces and centres of pressure are told in world axes.
+
     Args:
         needs: The motion.
         wrench: The estimate [BW, BW m].
@@ -155,11 +157,12 @@ def spread_of(
     arm = needs.base - needs.pelvis[:, None]
     turning = np.cross(arm[..., None], moved[:, :, :3], axis=2) + moved[:, :, 3:]
     turning = np.einsum("nji,njd->nid", needs.rotation, turning.sum(axis=1))
-    root = np.concatenate([moved[:, :, :3].sum(axis=1), turning], axis=1)
+    force = np.einsum("ij,nkjd->nkid", needs.to_world, moved[:, :, :3])
+    root = np.concatenate([force.sum(axis=1), turning], axis=1)
     length = needs.sole[..., [1, 3]] - needs.sole[..., [0, 2]]
-    point = np.stack([dx.std(axis=-1), dy.std(axis=-1)], axis=-1)
+    point = np.stack([needs.to_world[0, 0] * dx.std(axis=-1), dy.std(axis=-1)], axis=-1)
     return Spread(
-        moved[:, :, :3].std(axis=-1),
+        force.std(axis=-1),
         np.minimum(point, np.maximum(length.max(axis=-1, keepdims=True), 0.01)),
         twist.std(axis=-1),
         joints.std(axis=-1),
@@ -189,7 +192,8 @@ def half_widths(
         known: Where plates told the force of a foot.
         human: Whose motion.
     """
-    timing = np.abs(np.gradient(wrench[:, :2, :3], needs.time, axis=0)) * TIMING
+    force = wrench[:, :2, :3] @ needs.to_world.T
+    timing = np.abs(np.gradient(force, needs.time, axis=0)) * TIMING
     near = np.zeros((len(needs.time), 2, 1))
     for each in contacts:
         if each.side in SIDES:

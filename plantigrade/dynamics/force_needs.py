@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.load_intervals import LoadInterval, Support
@@ -25,7 +26,7 @@ STEP = 0.04  # a stance this far from the common floor is on another level [m]
 
 @dataclass(frozen=True)
 class ForceNeeds:
-    """Motion, in body weights and metres, at the frames of the program.
+    """Motion, in body weights and metres, at the frames of the program, in axes of the ground.
 
     Carriers are the feet, right and left, then other supports. The wrench of each foot is its force
     and its moment about ``base``, a point of the floor under its ankle; that of a support, about
@@ -50,6 +51,7 @@ class ForceNeeds:
     sole: Float[Array, "n k 4"]
     pelvis: Float[Array, "n 3"]  #: Origin of the pelvis [m]
     rotation: Float[Array, "n 3 3"]  #: Axes of the pelvis
+    to_world: Float[Array, "3 3"]  #: Rotation from the axes of the ground to world
 
 
 def force_needs(
@@ -58,6 +60,7 @@ def force_needs(
     qacc: Float[Array, "n nv"],
     contacts: tuple[LoadInterval, ...],
     supports: tuple[Support, ...] = (),
+    ground: Ground = LEVEL_GROUND,
 ) -> ForceNeeds:
     """Return what a motion needs.
 
@@ -67,7 +70,9 @@ def force_needs(
         qacc: Accelerations.
         contacts: When each foot may carry load.
         supports: What else may.
+        ground: What the feet stand on.
     """
+    to_world = ground.to_world
     time, n = even_clock(motion.time), motion.n_frames
     weight = human.mass * GRAVITY
     feet = [human.body(f"foot_{side}") for side in SIDES]
@@ -76,10 +81,10 @@ def force_needs(
     root, com = np.empty((n, 6)), np.empty((n, 3))
     joints = np.empty((n, 2, len(columns[0])))
     axes, arms = np.empty((n, 2, 3, len(columns[0]))), np.empty((n, 2, 3, len(columns[0])))
-    ankle, forward = np.empty((n, 2, 3)), np.empty((n, 2, 2))
+    ankle, forward = np.empty((n, 2, 3)), np.empty((n, 2, 3))
     others = [human.body(support.body) for support in supports]
     place = PointSet.of(human, [_Place(s.body, s.point) for s in supports])
-    held, ahead = np.empty((n, len(others), 3)), np.empty((n, len(others), 2))
+    held, ahead = np.empty((n, len(others), 3)), np.empty((n, len(others), 3))
     sites = SitePoints(human, contact_sites(human))
     soles = np.empty((n, len(sites), 3))
     for f, state in enumerate(sweep(human, motion.qpos, motion.qvel)):
@@ -93,11 +98,14 @@ def force_needs(
             axes[f, k] = state.angular_jacobian(body)[:, own]
             arms[f, k] = J[k][:, own]
             ankle[f, k] = state.origin(body)
-            forward[f, k] = state.rotation(body)[:2, 0]
+            forward[f, k] = state.rotation(body)[:, 0]
         if others:
             held[f] = state.position(place)
-            ahead[f] = [state.rotation(body)[:2, 0] for body in others]
-    force, moment = root_wrench_at(root, motion.qpos, com)
+            ahead[f] = [state.rotation(body)[:, 0] for body in others]
+    force, moment = (each @ to_world for each in root_wrench_at(root, motion.qpos, com))
+    com, soles, ankle, held = (each @ to_world for each in (com, soles, ankle, held))
+    forward, ahead = ((each @ to_world)[..., :2] for each in (forward, ahead))
+    arms, axes = (np.einsum("ab,nkaj->nkbj", to_world, each) for each in (arms, axes))
     soles[..., 2] -= sites.radius
     below = {side: soles[:, [s.side == side for s in sites.sites]] for side in SIDES}
     steps = tuple(c for c in contacts if c.side in SIDES)
@@ -122,8 +130,9 @@ def force_needs(
         np.array([_strength(human, own) for own in columns]) / weight,
         columns,  # pyright: ignore[reportArgumentType]
         np.concatenate([_sole_limits(below, base, heading), reach], axis=1),
-        motion.qpos[:, :3],
-        rotation_matrix(motion.qpos[:, 3:7]),
+        motion.qpos[:, :3] @ to_world,
+        to_world.T @ rotation_matrix(motion.qpos[:, 3:7]),
+        to_world,
     )
 
 

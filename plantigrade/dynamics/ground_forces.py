@@ -30,6 +30,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import resampled
 from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
@@ -79,6 +80,7 @@ def estimate_forces(
     contacts: tuple[LoadInterval, ...] | None = None,
     supports: tuple[Support, ...] = (),
     scales: ForceScales | None = None,
+    ground: Ground = LEVEL_GROUND,
 ) -> GroundForces:
     """Return the ground reaction on each foot in every frame.
 
@@ -90,6 +92,8 @@ def estimate_forces(
             (:func:`~plantigrade.dynamics.loading.find_loading`).
         supports: What may carry load besides the feet, where ``contacts`` say so.
         scales: What the program weighs by; what suits the activity if absent.
+        ground: What the feet stand on. On a slope the program is stated in the
+            axes of the slope.
 
     Raises:
         ParameterError: If the motion has no accelerations, is too short, nothing ever carries, or
@@ -99,7 +103,7 @@ def estimate_forces(
     qacc = _check(human, motion, measured)
     flies = False
     if contacts is None or scales is None:
-        loading = find_loading(human, motion)
+        loading = find_loading(human, motion, ground)
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
         if scales is None:
@@ -112,8 +116,8 @@ def estimate_forces(
         )
     step = _step(motion)
     coarse = motion.frames(slice(None, None, step))
-    needs = force_needs(human, coarse, qacc[::step], contacts, supports)
-    data = None if measured is None else _frames(measured, slice(None, None, step))
+    needs = force_needs(human, coarse, qacc[::step], contacts, supports, ground)
+    data = None if measured is None else _frames(measured, step, needs.to_world)
     program = ForceProgram(human, needs, contacts, supports, data, scales)
     program.solve()
     known = np.zeros((motion.n_frames, 2), bool)
@@ -137,7 +141,7 @@ def estimate_forces(
         feet,
         known,
         **program.bands(human, motion.time, known),
-        com_shift=program.shift,
+        com_shift=needs.to_world @ program.shift,
         noise=float(program.noise[[0, 1, 3, 4]].mean()),
         residual_force=program.missed_force,
         residual_moment=program.missed_moment,
@@ -151,7 +155,7 @@ def estimate_forces(
 
 
 def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the wrenches as forces [N] at centres of pressure [m] with free moments [N m]."""
+    """Return the wrenches, world: forces [N] at centres of pressure [m], free moments [N m]."""
     w, base = resampled(needs.time, wrench, time), resampled(needs.time, needs.base, time)
     load = w[..., 2] > LIGHT
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -159,8 +163,10 @@ def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarra
     point = base + np.stack([x, y, np.zeros_like(x)], axis=-1)
     point[~load] = np.nan
     torque = np.zeros_like(point)
-    torque[..., 2] = np.where(load, w[..., 5] - x * w[..., 1] + y * w[..., 0], 0.0) * needs.weight
-    return np.where(load[..., None], w[..., :3], 0.0) * needs.weight, point, torque
+    torque[..., 2] = np.where(load, w[..., 5] - x * w[..., 1] + y * w[..., 0], 0.0)
+    force = np.where(load[..., None], w[..., :3], 0.0)
+    to_ground = needs.to_world.T
+    return needs.weight * force @ to_ground, point @ to_ground, needs.weight * torque @ to_ground
 
 
 def _step(motion: Motion) -> int:
@@ -170,13 +176,14 @@ def _step(motion: Motion) -> int:
     return max(1, int(max(step, longer)))
 
 
-def _frames(forces: FootForces, keep: slice) -> FootForces:
+def _frames(forces: FootForces, step: int, to_world: np.ndarray) -> FootForces:
+    """Return every so manieth frame, in axes of the ground."""
     return FootForces(
-        forces.force[keep],
-        forces.point[keep],
-        forces.torque[keep],
-        forces.valid_side[keep],
-        forces.valid[keep],
+        forces.force[::step] @ to_world,
+        forces.point[::step] @ to_world,
+        forces.torque[::step] @ to_world,
+        forces.valid_side[::step],
+        forces.valid[::step],
     )
 
 

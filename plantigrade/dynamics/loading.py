@@ -19,6 +19,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.seat import ISCHIA, SEATED_TILT, seat_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.load_intervals import (
@@ -73,26 +74,27 @@ class Loading:
         return any(contact.walking for contact in self.contacts)
 
 
-def find_loading(human: Human, motion: Motion) -> Loading:
+def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) -> Loading:
     """Return when feet and seat may carry in a motion.
 
     Args:
         human: The person.
         motion: Their motion, filtered; accelerations tell of a seat.
+        ground: What the feet stand on.
     """
-    time, soles = motion.time, sole_paths(human, motion.qpos)
-    seat = seat_intervals(human, motion, soles)
+    time, soles = motion.time, sole_paths(human, motion.qpos, ground)
+    seat = seat_intervals(human, motion)
     supports = (seat_support(human),) if seat else ()
     if motion.events and is_running(motion.events):
         steps = walking_intervals(motion, early=EARLY / FASTER, late=LATE / FASTER)
         steps = tuple(replace(step, walking=False) for step in steps)
         return Loading((*steps, *seat), supports, True)
-    loaded, ground = on_the_ground(time, soles)
+    loaded, levels = on_the_ground(time, soles)
     found = [step for step in walking_intervals(motion) if step.walking]
     for k, side in enumerate(SIDES):
         if not any(step.side == side for step in found):
             low = soles.position[:, soles.of(side), 2].min(axis=1)
-            found += _intervals(time, loaded[:, k], low - ground[:, k], side)
+            found += _intervals(time, loaded[:, k], low - levels[:, k], side)
     flies = not motion.events and leaves_the_ground(time, soles)
     return Loading((*found, *seat), supports, flies)
 
@@ -157,15 +159,12 @@ def on_the_ground(
     return loaded, ground
 
 
-def seat_intervals(
-    human: Human, motion: Motion, soles: SolePaths | None = None
-) -> tuple[LoadInterval, ...]:
+def seat_intervals(human: Human, motion: Motion) -> tuple[LoadInterval, ...]:
     """Return when a seat carries; see the module's text.
 
     Args:
         human: The person.
         motion: Their motion, with accelerations; without them nobody is told to sit.
-        soles: The soles over it, where they are known already.
     """
     time = motion.time
     if motion.qacc is None or len(time) < 4:
@@ -181,7 +180,7 @@ def seat_intervals(
     ]
     if not rests:
         return ()
-    outside = _beyond_feet(human, motion, soles or sole_paths(human, motion.qpos))
+    outside = _beyond_feet(human, motion, sole_paths(human, motion.qpos))
     ischia = SitePoints(human, seat_sites(human))
     height = (ischia.path(motion.qpos)[..., 2] - ischia.radius).mean(axis=1)
     found: list[LoadInterval] = []

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.ground import Ground
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import (
     Calibration,
@@ -22,6 +23,7 @@ from plantigrade.kinematics.calibrate import (
     softness,
 )
 from plantigrade.kinematics.flat_feet import set_flat, settled
+from plantigrade.kinematics.given_ground import GivenGround, below_feet
 from plantigrade.kinematics.ground_level import ground_height
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.label_repair import relabelled
@@ -63,6 +65,7 @@ def fit_markers(
     *,
     static: Recording | None = None,
     marker_set: MarkerSet | None = None,
+    ground: GivenGround | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Fit a scaled person to a marker recording.
@@ -72,10 +75,13 @@ def fit_markers(
         person: What is known about who was recorded; the recording's own words fill the rest.
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
+        ground: Slope or steps on which the feet stand; level at the height of the plates if not
+            given.
         progress: Called with (what, done, total).
 
     Raises:
-        FitError: If the recording has no markers, too few known ones, or no usable frame.
+        FitError: If the recording has no markers, too few known ones, or no usable frame, or the
+            feet do not stand on the given ground.
     """
     if static is not None:
         beside = replace(static.subject, date=None)  # that of another recording
@@ -118,6 +124,7 @@ def fit_markers(
     markers = recording.markers
     assert markers is not None
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
+    angle -= 0.0 if ground is None else ground.heading
     recording = turn(recording, angle)
     markers = recording.markers
     assert markers is not None
@@ -141,15 +148,21 @@ def fit_markers(
             ignored[name] = "moves with no segment of the body"
     window = slice(start, stop)
     where = [names.index(n) for n in calibration.names]
-    ground = ground_height(recording)
+    first = calibration.qpos[len(still)]
+    if ground is None:
+        floor = Ground(height=ground_height(recording))
+    else:
+        solver = InverseKinematics(PointSet.of(calibration.human, calibration.places))
+        followed, _ = track(solver, measured[window][:, where], first)
+        floor = below_feet(ground.shape, calibration.human, markers.time[window], followed)
     feet = set_flat(
         calibration.human,
         calibration.places,
         measured[window][:, where],
         still[:, where],
         markers.rate,
-        calibration.qpos[len(still)],
-        ground=ground,
+        first,
+        ground=floor,
     )
     calibration = replace(calibration, human=feet.human, places=feet.places)
     notes += feet.notes
@@ -160,13 +173,12 @@ def fit_markers(
     solver = InverseKinematics(
         PointSet.of(calibration.human, places), np.array([1 / softness(p) ** 2 for p in places])
     )
-    first = calibration.qpos[len(still)]
     qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
     notes += more
     if feet.grounded:
-        human = settled(calibration.human, places, markers.time[window], qpos, ground=ground)
+        human = settled(calibration.human, places, markers.time[window], qpos, ground=floor)
         calibration = replace(calibration, human=human)
-    qpos = toes_on_ground(calibration.human, places, qpos, ground=ground)
+    qpos = toes_on_ground(calibration.human, places, qpos, ground=floor)
     qpos = unseen_toes_follow(calibration.human, places, qpos)
     seen = seen_hinges(solver.points)
     assumed = unmeasured(calibration.human, seen)
@@ -219,6 +231,7 @@ def fit_markers(
             "labels_exchanged": [list(cycle) for cycle in right.exchanged],
         },
         assumed=assumed,
+        ground=floor,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
 

@@ -21,10 +21,11 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.rests import find_rests
-from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.kinematics.unseen_toes import TOES
 from plantigrade.models import Human
@@ -75,7 +76,7 @@ def set_flat(
     rate: float,
     start: Float[Array, " nq"],
     *,
-    ground: float = 0.0,
+    ground: Ground = LEVEL_GROUND,
 ) -> FlatFeet:
     """Return the person and marker places with feet that stand flat on the ground.
 
@@ -85,13 +86,15 @@ def set_flat(
         human: The person, scaled to the markers.
         places: Where the markers sit.
         samples: The markers, in the order of ``places`` [m]; NaN where not seen.
-        still: The same in some frames of a standing trial.
+        still: The same in some frames of a standing trial, on level ground.
         rate: Frames per second of ``samples`` [Hz].
         start: A configuration near some frame, to solve the poses from.
-        ground: Height of the ground [m].
+        ground: What the feet stand on.
     """
-    every = np.concatenate([samples, still])
-    flat = {side: _flat_frames(human, places, every, len(samples), rate, side) for side in SIDES}
+    n, every = len(samples), np.concatenate([samples, still])
+    floor = Ground(height=0.0 if ground.slope or ground.steps else ground.height)
+    above = np.concatenate([ground.above(samples), floor.above(still)])
+    flat = {side: _flat_frames(human, places, above, n, rate, side) for side in SIDES}
     chosen = np.unique(np.concatenate(list(flat.values()))).astype(int)
     if not len(chosen):
         return FlatFeet(human, tuple(places))
@@ -103,6 +106,10 @@ def set_flat(
     markers = points.path(np.array(poses))
     states = [(state.rotations, state.origins) for state in sweep(human, np.array(poses))]
     rotations, origins = (np.array(column) for column in zip(*states, strict=True))
+    moving = (chosen < n)[:, None]
+    # From world to the axes of what the feet stand on.
+    turned = np.where(moving[..., None], ground.to_world, np.eye(3))
+    rotations = np.einsum("fji,fbjk->fbik", turned, rotations)
     found: dict[int, np.ndarray] = {}
     heights: dict[str, float] = {}
     notes: list[str] = []
@@ -110,7 +117,10 @@ def set_flat(
         own, foot = np.isin(chosen, flat[side]), human.body(f"foot_{side}")
         if not own.any():
             continue
-        R, ankle = rotations[own, foot], origins[own, foot]
+        R, at = rotations[own, foot], origins[own, foot]
+        height = np.where(moving[own], ground.above(at), floor.above(at))[:, 2]
+        ankle = np.einsum("fji,fj->fi", turned[own], at)
+        seen = np.einsum("fji,fmj->fmi", turned[own], markers[own])
         up = R[:, 2].mean(axis=0)
         pitch, tilt = np.arctan2(np.abs(up[:2]), up[2])
         if pitch > MOST_PITCHED or tilt > MOST_TILTED:
@@ -119,12 +129,12 @@ def set_flat(
                 f"pitched and {np.rad2deg(tilt):.0f}° tilted: it is not assumed to stand flat."
             )
             continue
-        heights[side] = float(np.median(ankle[:, 2])) - ground
+        heights[side] = float(np.median(height))
         shank = rotations[own, human.body(f"tibia_{side}")]
         level = _levelled(human, side, shank, np.array(poses)[own])
         for i, place in enumerate(places):
             if place.body in _bodies(human, side):
-                found[i] = np.einsum("fji,fj->fi", level, markers[own, i] - ankle).mean(axis=0)
+                found[i] = np.einsum("fji,fj->fi", level, seen[:, i] - ankle).mean(axis=0)
     bare = None if not heights else _bare_ankle(human, float(np.mean(list(heights.values()))))
     if heights and bare is None:
         middle = float(np.mean(list(heights.values())))
@@ -157,7 +167,7 @@ def settled(
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     *,
-    ground: float = 0.0,
+    ground: Ground = LEVEL_GROUND,
 ) -> Human:
     """Return the person with soles whose heel, ball and toes rest on the ground when they carry.
 
@@ -170,10 +180,9 @@ def settled(
         places: Where the markers sit.
         time: Time of each frame [s].
         qpos: The motion.
-        ground: Height of the ground [m].
+        ground: What the feet stand on.
     """
-    paths = sole_paths(human, qpos)
-    contact = SolePaths(paths.sites, paths.position - [0.0, 0.0, ground])
+    contact = sole_paths(human, qpos, ground)
     rate = (len(time) - 1) / (time[-1] - time[0])
     ends = [
         np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in SIDES], axis=1)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeVar
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.contact.ground import Ground
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
@@ -35,6 +36,7 @@ class Fit:
         heading: Angle by which the recording was turned about the vertical [rad].
         assumed: Coordinates that the recording does not show: those of trunk, head and arms follow
             a published posture and motion of walking, others keep their value in standing.
+        ground: What the feet stand on.
         metrics: Figures of the fit (flat, unit suffix).
         warnings: What the user should know, one sentence each.
     """
@@ -51,6 +53,7 @@ class Fit:
     attached: dict[str, str] = field(default_factory=dict)
     heading: float = 0.0
     assumed: tuple[str, ...] = ()
+    ground: Ground = field(default_factory=Ground)
     metrics: dict = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 

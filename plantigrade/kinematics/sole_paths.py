@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
@@ -48,7 +49,8 @@ class SolePaths:
 
     Attributes:
         sites: The contact spheres.
-        position: Lowest point of each sphere, straight below its centre [m].
+        position: Lowest point of each sphere, straight below its centre, in axes of the ground,
+            z the height above it [m].
     """
 
     sites: tuple[ContactSite, ...]
@@ -75,10 +77,19 @@ class SolePaths:
         return np.maximum(0.0, -self.position[..., 2].min(axis=1))
 
 
-def sole_paths(human: Human, qpos: Float[Array, "n_frames nq"]) -> SolePaths:
-    """Return where the soles are in every frame."""
+def sole_paths(
+    human: Human, qpos: Float[Array, "n_frames nq"], ground: Ground = LEVEL_GROUND
+) -> SolePaths:
+    """Return where the soles are in every frame.
+
+    Args:
+        human: The person.
+        qpos: The motion.
+        ground: Ground from which they are told.
+    """
     sites = contact_sites(human)
-    paths = SolePaths(sites, SitePoints(human, sites).path(qpos))
+    centres = SitePoints(human, sites).path(qpos)
+    paths = SolePaths(sites, ground.above(centres))
     paths.position[..., 2] -= paths.radius
     return paths
 

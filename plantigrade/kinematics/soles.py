@@ -33,16 +33,15 @@ def on_own_soles(human: Human, contact: SolePaths, rests: list[Rest]) -> Human:
 
 
 def heights_in_stance(
-    contact: SolePaths, stance: Bool[Array, "n_frames 2"], *, ground: float = 0.0
+    contact: SolePaths, stance: Bool[Array, "n_frames 2"]
 ) -> Float[Array, "n_frames 2"]:
     """Return how high the lowest point of each sole is above the ground [m]; NaN off the ground.
 
     Args:
-        contact: The soles over a motion.
+        contact: The soles over a motion, told from the ground.
         stance: Where each foot stands (right, left).
-        ground: Height of the ground [m].
     """
-    low = [contact.position[:, contact.of(side), 2].min(axis=1) - ground for side in SIDES]
+    low = [contact.position[:, contact.of(side), 2].min(axis=1) for side in SIDES]
     return np.where(stance, np.stack(low, axis=1), np.nan)
 
 

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
@@ -39,11 +40,17 @@ def toes_on_ground(
     places: Sequence[Attachment],
     qpos: Float[Array, "n_frames nq"],
     *,
-    ground: float = 0.0,
+    ground: Ground = LEVEL_GROUND,
 ) -> Float[Array, "n_frames nq"]:
     """Return the poses with toes that carry no marker bent as far as the ground bends them.
 
     They are straight in the air; where the foot comes up over them they stay on the ground.
+
+    Args:
+        human: The person.
+        places: Where the markers sit.
+        qpos: The motion.
+        ground: What the feet stand on.
     """
     seen = {p.body for p in places}
     qpos = np.array(qpos)
@@ -57,7 +64,7 @@ def toes_on_ground(
     return qpos
 
 
-def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: float) -> np.ndarray:
+def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: Ground) -> np.ndarray:
     """Return the least angle at which no point of the toes is below the ground [rad]."""
     body = next(b for b in human.skeleton.bodies if b.name == part)
     hinge = next(h for h in body.hinges if h.name == joint)
@@ -67,10 +74,16 @@ def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: float) 
     radius = np.array([c.radius for c in body.contacts])
     places = body.position + np.einsum("aij,kj->aki", turned, spheres)  # in the parent
     parent = human.body(body.parent)
-    frames = [(s.origins[parent, 2], s.rotations[parent, 2]) for s in sweep(human, qpos)]
-    height, up = (np.array(column) for column in zip(*frames, strict=True))
-    above = height[:, None, None] + np.einsum("fi,aki->fak", up, places) - radius - ground
-    above = above.min(axis=2)
+    frames = [(s.origins[parent], s.rotations[parent]) for s in sweep(human, qpos)]
+    origin, rotation = (np.array(column) for column in zip(*frames, strict=True))
+    if ground.steps:
+        centres = origin[:, None, None] + np.einsum("fij,akj->faki", rotation, places)
+        above = ground.above(centres)[..., 2]
+    else:
+        up = np.einsum("fij,i->fj", rotation, ground.normal)
+        above = np.einsum("fi,aki->fak", up, places)
+        above += (origin @ ground.normal - ground.height)[:, None, None]
+    above = (above - radius).min(axis=2)
     clear = above >= 0.0
     first = np.where(clear.any(axis=1), clear.argmax(axis=1), above.argmax(axis=1))
     before, rows = np.maximum(first - 1, 0), np.arange(len(qpos))

@@ -31,7 +31,7 @@ from plantigrade.record.provenance import source_files
 from plantigrade.report.batch_table import PAGE, TABLE, Simulated, table_csv, table_html
 from plantigrade.workflows.beginning import around
 from plantigrade.workflows.fit import Step, fit, silent
-from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.settings import RecordingSettings
 from plantigrade.workflows.simulate import simulate
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
@@ -245,7 +245,7 @@ def _begin(
         return path.absolute()
     if folder is not None and (folder / FITTED / METRICS).is_file():
         return (folder / FITTED).absolute()
-    fitted = fit(path, FitSettings.of(how), step=step, command=command)
+    fitted = fit(path, step=step, command=command, **vars(RecordingSettings.of(how)))
     if folder is None:
         return fitted
     fitted.save(folder / FITTED)

@@ -18,12 +18,13 @@ from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
 from plantigrade.analyze.trial import CUTOFF, Trial, analyse
 from plantigrade.arrays import Array
-from plantigrade.errors import FitError
+from plantigrade.errors import FitError, ParameterError
 from plantigrade.io import read
 from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import Companions, find_companions
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.plausible import verdict
 from plantigrade.kinematics.result import Fit, filled
@@ -38,7 +39,11 @@ from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.settings import FitSettings, Settings
+from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
+from plantigrade.world.grounds import ground_named
+
+MOST_ASIDE = 45.0
+"""Farthest that a given slope rises beside the way of the person [deg]."""
 
 Step = Callable[[str], contextlib.AbstractContextManager]
 """Opened around each step of a job, with what is done in it: shows progress."""
@@ -49,7 +54,7 @@ def silent(_: str) -> contextlib.AbstractContextManager:
     return contextlib.nullcontext()
 
 
-def load(path: str | Path, settings: FitSettings) -> Recording:
+def load(path: str | Path, settings: RecordingSettings) -> Recording:
     """Read a recording and its companion files.
 
     Raises:
@@ -98,7 +103,7 @@ def load(path: str | Path, settings: FitSettings) -> Recording:
     return replace(recording, warnings=(*recording.warnings, *notes))
 
 
-def fit_recording(recording: Recording, settings: FitSettings) -> Fit:
+def fit_recording(recording: Recording, settings: RecordingSettings) -> Fit:
     """Fit a recording of any kind.
 
     Raises:
@@ -107,9 +112,17 @@ def fit_recording(recording: Recording, settings: FitSettings) -> Fit:
     person = Person(**settings.known)
     told = filled(Subject(age=settings.age), recording.subject)
     recording = replace(recording, subject=told)
+    word = settings.ground if isinstance(settings, FitSettings) else None
+    ground = None if word is None else given_ground(word)
     if recording.markers is not None and recording.markers.names:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
-        return fit_markers(recording, person, static=recording.static, marker_set=chosen)
+        static = recording.static
+        return fit_markers(recording, person, static=static, marker_set=chosen, ground=ground)
+    if ground is not None:
+        raise FitError(
+            f"{recording.source.name} holds no markers; a ground can be given for markers only: "
+            "leave out --ground"
+        )
     if recording.skeleton is not None:
         return fit_skeleton(recording, person)
     if recording.coordinates is not None:
@@ -118,8 +131,35 @@ def fit_recording(recording: Recording, settings: FitSettings) -> Fit:
     raise FitError(f"{recording.source} holds {held}: there is no motion to fit")
 
 
+def given_ground(word: str) -> GivenGround:
+    """Return the ground of ``slope:DEG``, ``slope:DEG,HEADING`` or ``steps:CM``.
+
+    Raises:
+        ParameterError: If it is none of these, or a number is not allowed.
+    """
+    name, comma, turned = word.partition(",")
+    try:
+        heading = float(turned) if comma else 0.0
+    except ValueError:
+        heading = np.nan
+    kind = name.strip().partition(":")[0]
+    if (
+        kind in ("slope", "steps")
+        and abs(heading) <= MOST_ASIDE
+        and not (comma and kind != "slope")
+    ):
+        shape = ground_named(name)
+        if shape.slope or any(step.height for step in shape.steps):
+            return GivenGround(shape, float(np.deg2rad(heading)))
+    raise ParameterError(
+        f"no ground {word!r} for a recording; give slope:DEG, slope:DEG,HEADING (from "
+        f"-{MOST_ASIDE:g} to {MOST_ASIDE:g} degrees, to the left positive) or steps:CM, none of "
+        "them zero; without --ground it is level"
+    )
+
+
 def fit_trial(
-    path: str | Path, settings: FitSettings | None = None, step: Step = silent
+    path: str | Path, settings: RecordingSettings | None = None, step: Step = silent
 ) -> tuple[Recording, Trial]:
     """Read, fit and analyse a recording; return it as it was read, and the trial.
 
@@ -220,7 +260,7 @@ def run_of(
 
 
 def provenance(
-    recording: Recording, settings: FitSettings, command: str = "", seed: int | None = None
+    recording: Recording, settings: RecordingSettings, command: str = "", seed: int | None = None
 ) -> Provenance:
     """Return the provenance of a result on a recording: all files that were read."""
     own = norm_files(settings.norms)
@@ -228,7 +268,7 @@ def provenance(
     return Provenance(command, settings.plain(), files, seed)
 
 
-def norm_signals(settings: FitSettings) -> dict[str, Array]:
+def norm_signals(settings: RecordingSettings) -> dict[str, Array]:
     """Return the user's own norms as signals of a record; none where they are not given.
 
     Raises:

@@ -79,8 +79,8 @@ class Settings(Person):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitSettings(Settings):
-    """Everything that decides the result of a fit, as written into ``metrics.json``.
+class RecordingSettings(Settings):
+    """How a recording is read, fitted and analysed.
 
     Raises:
         ParameterError: If the cut-off frequency is out of range.
@@ -121,7 +121,16 @@ class FitSettings(Settings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproduceSettings(FitSettings):
+class FitSettings(RecordingSettings):
+    """Everything that decides the result of a fit, as written into ``metrics.json``."""
+
+    ground: OptionalWord = None
+    """Ground under the feet: slope:DEG (up along the way, negative down), slope:DEG,HEADING (up to
+    the left of it), steps:CM (height of each step)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings(RecordingSettings):
     """Everything that decides how a recorded gait is reproduced."""
 
     tasks: Literal[
@@ -133,7 +142,7 @@ class ReproduceSettings(FitSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainSettings(FitSettings):
+class TrainSettings(RecordingSettings):
     """Everything that decides a training, including the fit of a recording."""
 
     activity = "a training"
@@ -232,7 +241,7 @@ class PaperSettings(Settings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackSettings(FitSettings):
+class TrackSettings(RecordingSettings):
     """How a recording is tracked by a dynamically consistent motion."""
 
     activity = "tracking"

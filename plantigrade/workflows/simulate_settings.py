@@ -15,7 +15,7 @@ from plantigrade.options import (
     Seconds,
     optional,
 )
-from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.settings import RecordingSettings
 
 LEARNED, POLICY = "learned", ".npz"
 """Controller name of the bundled policies, and the extension of policy files."""
@@ -30,7 +30,7 @@ DRIVEN = ("torque_rise", "delay", "sensor_noise_deg")
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateSettings(FitSettings):
+class SimulateSettings(RecordingSettings):
     """Everything that decides a simulation, including the fit of a recording."""
 
     activity = "a simulation"

@@ -10,7 +10,7 @@ from plantigrade.bounds import SEEDS
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import number_of, refuse_unknown
-from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.settings import RecordingSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
 
@@ -18,7 +18,7 @@ MOST = 100_000
 """Most simulations of a batch."""
 NOTHING = "none"
 """Word for no push, no rope, nothing said."""
-_FITTED = {f.name for f in fields(FitSettings)}
+_FITTED = {f.name for f in fields(RecordingSettings)}
 OWN = tuple(f.name for f in fields(SimulateSettings) if f.name not in _FITTED)
 """Options of a simulation alone."""
 _PERSON = tuple(f.name for f in fields(Person))

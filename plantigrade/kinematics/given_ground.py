@@ -1,0 +1,196 @@
+"""Ground that is given for a recording: a slope or steps, put below the feet that stand on it.
+
+What is given is its shape: how far a slope rises, how high the steps are. Where it lies the
+standing feet tell: a foot stands while heel and ball rest together. The height of a slope is that
+of the feet on it; the edge of a step lies beside the upper of two feet, which the lower one had to
+clear, or at the end of the lower foot where the upper one overhangs.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground, Step
+from plantigrade.errors import FitError
+from plantigrade.kinematics.ground_level import moving_ground
+from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.models import Human
+from plantigrade.motion.filters import runs
+from plantigrade.motion.ground_velocity import ground_velocity
+from plantigrade.motion.recording import even_clock
+
+FEWEST = 2
+"""Standing feet that tell where a given ground lies."""
+STEEPEST_RAMP = np.deg2rad(18)
+"""Feet whose heights rise more over their distances stand on steps: ramps for people to walk on are
+built up to 15° in laboratories, stairs from 25° on."""
+IN_LINE = 0.03
+"""Feet on one slope stand within this of a straight line, root mean square [m]."""
+NO_SLOPE = np.deg2rad(1.5)
+"""A laboratory floor and a belt that pretend to be level are, to this."""
+NOSING = 0.03
+"""From the outermost contact sphere of a foot to the edge of its step [m]: flesh and shoe."""
+SAME_LEVEL = 0.06
+"""Feet that stand at heights closer than this stand on one level [m]."""
+
+
+@dataclass(frozen=True)
+class GivenGround:
+    """What is given of the ground of a recording.
+
+    Attributes:
+        shape: A slope, or steps whose first tells the rise of all; its place is left aside.
+        heading: Where it rises, to the left from the axis of the laboratory that is nearest to
+            where the person faces [rad].
+    """
+
+    shape: Ground
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where feet stand, in axes of a ground whose height is zero, by place along x.
+
+    Attributes:
+        x: From the rear to the front end of each foot [m].
+        height: Mean height of heel and ball above the plane [m].
+    """
+
+    x: Float[Array, "n_stands 2"]
+    height: Float[Array, " n_stands"]
+
+
+def standing_feet(
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    slope: float = 0.0,
+) -> Standing:
+    """Return where the feet of a motion stand, each as often as it does.
+
+    Args:
+        human: The person.
+        time: Time of each frame [s].
+        qpos: The motion.
+        slope: Of the plane from which heights are told [rad].
+    """
+    soles = sole_paths(human, qpos, Ground(slope=slope))
+    time = even_clock(time)
+    way = moving_ground(time, *_ends(soles))
+    position = soles.position - way[:, None]
+    places, heights = [], []
+    for side in SIDES:
+        still, low = np.ones(len(time), dtype=bool), []
+        for region in ("heel", "ball"):
+            points = position[:, soles.of(side, region)]
+            if not points.shape[1]:  # a foot of one segment without a ball
+                continue
+            still &= point_speed(time, points.mean(axis=1)) < STILL
+            low.append(points[..., 2].min(axis=1))
+        own = position[:, soles.of(side)]
+        for run in runs(still):
+            if time[run.stop - 1] - time[run.start] >= SHORTEST:
+                x = np.median(own[run, :, 0], axis=0)
+                places.append([x.min(), x.max()])
+                heights.append(float(np.median(np.mean([z[run] for z in low], axis=0))))
+    order = np.argsort([p[0] for p in places]) if places else []
+    return Standing(np.array(places).reshape(-1, 2)[order], np.array(heights)[order])
+
+
+def below_feet(
+    shape: Ground,
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+) -> Ground:
+    """Return a ground of this shape where the feet of a motion stand on it.
+
+    Args:
+        shape: A slope, or steps whose first tells the rise of all.
+        human: The person.
+        time: Time of each frame [s].
+        qpos: The motion, facing x.
+
+    Raises:
+        FitError: If too few feet stand, or they do not stand on steps.
+    """
+    feet = standing_feet(human, time, qpos, shape.slope)
+    if len(feet.height) < FEWEST:
+        raise FitError(
+            f"the feet stand still {len(feet.height)} times, which does not tell where the given "
+            "ground lies: leave out --ground, or record two steps"
+        )
+    if not shape.steps:
+        return replace(shape, height=float(np.median(feet.height)))
+    rise = abs(shape.steps[0].height)
+    low = float(feet.height.min())
+    level = np.round((feet.height - low) / rise)
+    base = float(np.median(feet.height - rise * level))
+    found: list[Step] = []
+    for i, j in pairwise(range(len(level))):
+        if level[i] == level[j]:
+            continue
+        rear, front = feet.x[i, 1], feet.x[j, 0]
+        edge = max(front - NOSING, rear) if level[j] > level[i] else min(rear + NOSING, front)
+        found.append(Step(float(edge), base + rise * float(level[j])))
+    if any(b.x < a.x for a, b in pairwise(found)):
+        raise FitError(
+            f"the feet do not stand on steps of {100 * rise:.0f} cm across the way: at one place "
+            "they stand at different heights"
+        )
+    return Ground(base + rise * float(level[0]), steps=tuple(found), friction=shape.friction)
+
+
+def suggested(
+    human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
+) -> str:
+    """Return what ground a motion seems to be on, as options; empty where it seems level.
+
+    Feet that stand in line on different heights tell a slope, others steps; so does a belt that
+    carries the feet down.
+
+    Args:
+        human: The person.
+        time: Time of each frame [s].
+        qpos: The motion, facing x.
+    """
+    soles = sole_paths(human, qpos)
+    belt = np.median(ground_velocity(time, *_ends(soles)), axis=0)
+    if abs(belt[0]) > 0:
+        slope = float(np.arctan2(belt[2] * np.sign(belt[0]), abs(belt[0])))
+        return f"--ground slope:{_degrees(slope)}" if abs(slope) > NO_SLOPE else ""
+    feet = standing_feet(human, time, qpos)
+    if len(feet.height) < FEWEST or np.ptp(feet.height) < SAME_LEVEL:
+        return ""
+    x = feet.x.mean(axis=1)
+    rise = np.ptp(feet.height[[0, -1]])
+    line = np.polyfit(x, feet.height, 1) if np.ptp(x) > 0.3 else None
+    words = []
+    if line is not None and abs(np.arctan(line[0])) < STEEPEST_RAMP:
+        off = feet.height - np.polyval(line, x)
+        if np.sqrt(np.mean(off**2)) < IN_LINE:
+            words.append(f"--ground slope:{_degrees(float(np.arctan(line[0])))}")
+    levels = np.sort(feet.height)
+    jumps = np.diff(levels)[np.diff(levels) > SAME_LEVEL]
+    if len(jumps):
+        rise = float(np.median(jumps))
+        words.append(f"--ground steps:{100 * rise:.0f}")
+    return " or ".join(words)
+
+
+def _degrees(slope: float) -> str:
+    """Return a slope to half a degree."""
+    return f"{np.round(2 * np.rad2deg(slope)) / 2:g}"
+
+
+def _ends(soles: SolePaths) -> list[Float[Array, "n_frames 2 3"]]:
+    """Return the heels, then the toes, of both feet."""
+    return [
+        np.stack([soles.position[:, soles.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
+        for r in ("heel", "toes")
+    ]
