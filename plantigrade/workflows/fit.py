@@ -112,8 +112,7 @@ def fit_recording(recording: Recording, settings: RecordingSettings) -> Fit:
     person = Person(**settings.known)
     told = filled(Subject(age=settings.age), recording.subject)
     recording = replace(recording, subject=told)
-    word = settings.ground if isinstance(settings, FitSettings) else None
-    ground = None if word is None else given_ground(word)
+    ground = given_ground(settings)
     if recording.markers is not None and recording.markers.names:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
         static = recording.static
@@ -131,23 +130,23 @@ def fit_recording(recording: Recording, settings: RecordingSettings) -> Fit:
     raise FitError(f"{recording.source} holds {held}: there is no motion to fit")
 
 
-def given_ground(word: str) -> GivenGround:
-    """Return the ground of ``slope:DEG``, ``slope:DEG,HEADING`` or ``steps:CM``.
+def given_ground(settings: RecordingSettings) -> GivenGround | None:
+    """Return the ground that settings of a fit give; None where they give none.
 
     Raises:
-        ParameterError: If it is none of these, or a number is not allowed.
+        ParameterError: If it is neither ``slope:DEG``, ``slope:DEG,HEADING`` nor ``steps:CM``, or
+            a number is not allowed.
     """
+    word = settings.ground if isinstance(settings, FitSettings) else None
+    if word is None:
+        return None
     name, comma, turned = word.partition(",")
     try:
         heading = float(turned) if comma else 0.0
     except ValueError:
         heading = np.nan
-    kind = name.strip().partition(":")[0]
-    if (
-        kind in ("slope", "steps")
-        and abs(heading) <= MOST_ASIDE
-        and not (comma and kind != "slope")
-    ):
+    allowed = ("slope",) if comma else ("slope", "steps")
+    if name.strip().partition(":")[0] in allowed and abs(heading) <= MOST_ASIDE:
         shape = ground_named(name)
         if shape.slope or any(step.height for step in shape.steps):
             return GivenGround(shape, float(np.deg2rad(heading)))
@@ -170,6 +169,7 @@ def fit_trial(
     """
     settings, path = settings or FitSettings(), as_path(path, "a recording")
     norm_signals(settings)  # what is wrong with them is said before the work
+    given_ground(settings)
     with step(f"reading {path.name}"):
         recording = load(path, settings)
     with step("fitting"):

@@ -12,6 +12,7 @@ from plantigrade.analyze.estimated_forces import estimate, left_over
 from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.analyze.norms_of_runs import person_curves
 from plantigrade.analyze.tolerances import Tolerances
+from plantigrade.contact.ground import Ground
 from plantigrade.dynamics.inverse import inverse_dynamics
 from tests.analyze.plated_walk import analyse, plated_walk, without_plates
 
@@ -132,12 +133,21 @@ def test_where_the_knee_is_not_to_be_trusted(withheld, monkeypatch, noise, half,
     assert not notes or "do not trust" in notes[0]
 
 
-def test_on_stairs_nothing_is_told(withheld):
-    """The second stance of a foot is 17 cm above the first."""
-    soles = withheld.soles.copy()
+def test_where_feet_stand_on_other_ground_the_option_is_named(withheld):
+    """The second stance of a foot is 17 cm above the first; all rise, or not as is said."""
+    fit, soles = withheld.fit, withheld.soles.copy()
+    slope = Ground(slope=np.deg2rad(7.0))
+    qpos = withheld.motion.qpos.copy()
+    qpos[:, 2] += np.tan(slope.slope) * qpos[:, 0]
+    motion = replace(withheld.motion, qpos=qpos)
     soles[len(soles) // 2 :] += 0.17
-    ground, _, notes = estimate(withheld.fit.human, withheld.motion, None, soles)
+    ground, _, notes = estimate(fit.human, motion, None, soles)
     assert ground is None and "the ground is not level, the feet stand 1" in notes[0]
+    assert "fit again with --ground slope:7" in notes[0]
+    ground, _, notes = estimate(fit.human, motion, None, soles, Ground(slope=0.3))
+    assert ground is None and "do not stand on the given ground" in notes[0]
+    ground, _, notes = estimate(fit.human, motion, None, withheld.soles, slope)
+    assert not any("given ground" in note for note in notes)
 
 
 def test_the_checker_lets_forces_of_a_recording_leave_over_what_is_noise(partly):

@@ -5,7 +5,9 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from plantigrade.contact.ground import Ground
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.force_needs import force_needs
@@ -16,6 +18,7 @@ from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from tests.analyze.plated_walk import plated_walk
 
 G = 9.81
 
@@ -168,3 +171,26 @@ def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
         A, _ = rows.system()
         weights.append(np.abs(A[rows.blocks["side"]]).max())
     assert weights[0] == pytest.approx(1.0) and weights[1] < 0.25
+
+
+def test_a_slope_under_turned_gravity_is_level_ground(human):
+    """All that the program says turns with the ground, bands of the feet included."""
+    walk = plated_walk()
+    motion = Motion(
+        walk.walk.time, walk.qpos, walk.qvel, human.joint_names, walk.qacc, walk.walk.events
+    )
+    ground = Ground(slope=np.deg2rad(9.0))
+    R, down = ground.to_world, np.array([0.0, 0.0, -G])
+    up = Rotation.from_matrix(R)
+    qpos, qvel, qacc = (np.array(x) for x in (walk.qpos, walk.qvel, walk.qacc))
+    qpos[:, :3], qvel[:, :3] = qpos[:, :3] @ R.T, qvel[:, :3] @ R.T
+    qpos[:, 3:7] = (up * Rotation.from_quat(qpos[:, [4, 5, 6, 3]])).as_quat()[:, [3, 0, 1, 2]]
+    qacc[:, :3] = qacc[:, :3] @ R.T + down - R @ down  # as if gravity had turned, too
+    turned = replace(motion, qpos=qpos, qvel=qvel, qacc=qacc)
+    level = estimate_forces(walk.walk.human, motion)
+    found = estimate_forces(walk.walk.human, turned, ground=ground)
+    np.testing.assert_allclose(found.forces.force, level.forces.force @ R.T, atol=0.5)
+    np.testing.assert_allclose(found.forces.point, level.forces.point @ R.T, atol=1e-3)
+    np.testing.assert_allclose(found.forces.torque, level.forces.torque @ R.T, atol=0.1)
+    np.testing.assert_allclose(found.com_shift, R @ level.com_shift, atol=1e-4)
+    np.testing.assert_allclose(found.force_band[..., 1], level.force_band[..., 1], atol=2.0)
