@@ -40,9 +40,10 @@ def compared_with(record: Record, figures: Mapping[str, Any]) -> Compared:
 
     Args:
         record: The record; norms of the user's own are among its signals.
-        figures: Those of its run: ``age_years``, ``walking_speed_m_s``.
+        figures: Those of its run: ``age_years``, ``height_estimated``, ``walking_speed_m_s``.
     """
-    age, height = _number(figures, "age_years"), record.human.height
+    age = _number(figures, "age_years")
+    height = None if figures.get("height_estimated") else record.human.height
     speed, lengths = _number(figures, "walking_speed_m_s"), record.human.dimensions
     leg = sum(float(getattr(lengths, name)) for name in LEG_LENGTHS)
     kind = "free" if speed is None else norms.speed_class(speed, leg)

@@ -137,7 +137,7 @@ def population(age: float | None = None, height: float | None = None) -> Populat
 
     Args:
         age: Age [years]; None where it is not known.
-        height: Body height [m]; None where it is not known.
+        height: Body height [m]; None where it is not known, or estimated only.
 
     Example:
         >>> [population(*known).name for known in ((9, 1.5), (30, 1.4), (None, 1.3), (None, 1.7))]
@@ -159,7 +159,7 @@ def reason(age: float | None = None, height: float | None = None) -> str:
         return f"by an age of {age:.3g} years"
     if height is not None:
         return f"by a body height of {height:.2f} m, because no age is known"
-    return "because neither age nor body height is known"
+    return "because neither age nor body height is given"
 
 
 def names(population: Population = CHILDREN) -> tuple[str, ...]:

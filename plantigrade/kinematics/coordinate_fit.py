@@ -20,6 +20,7 @@ from plantigrade.kinematics.rests import contact_metrics, find_rests
 from plantigrade.kinematics.result import Fit, filled, human_of, listed
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
+from plantigrade.kinematics.unknown_size import stature_notes
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, unmeasured
 from plantigrade.models import Human
 from plantigrade.models.person import Person
@@ -63,8 +64,9 @@ def fit_coordinates(
     table = _usable(table, recording, notes)
     _require_angles(table, recording)
     person = filled(person or Person(), recording.subject)
-    height = _stature(person, table, notes) if person.height is None else person.height
-    human = human_of(person, height, age=recording.subject.age)
+    age, estimated = recording.subject.age, person.height is None
+    height = person.height or _stature(person, table, age, notes)
+    human = human_of(person, height, age=age)
     left_out = [n for n in table.names if n not in (*human.coordinates, *PELVIS)]
     if left_out:
         notes.append(
@@ -106,6 +108,7 @@ def fit_coordinates(
         assumed=assumed,
         metrics={
             "height_m": human.height,
+            "height_estimated": estimated,
             "ground_shift_mm": 1e3 * shift,
             "stances": len(rests),
             **contact_metrics(contact, rests, way),
@@ -172,7 +175,7 @@ def _require_angles(table: Table, recording: Recording) -> None:
             )
 
 
-def _stature(person: Person, table: Table, notes: list[str]) -> float:
+def _stature(person: Person, table: Table, age: float | None, notes: list[str]) -> float:
     """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
     if "pelvis_ty" not in table.names:
         notes.append(
@@ -201,12 +204,7 @@ def _stature(person: Person, table: Table, notes: list[str]) -> float:
             return USUAL_HEIGHT
         if abs(usual - 1) < 1e-3:
             break
-    notes.append(
-        Info(
-            f"the stature is not in the file; {stature:.2f} m was estimated from the pelvis height "
-            "(set it with --height)."
-        )
-    )
+    notes += stature_notes(stature, None, "the pelvis height", age)
     return float(stature)
 
 

@@ -38,15 +38,14 @@ from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.unknown_size import with_unknown_size
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
 from plantigrade.kinematics.unseen_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
-from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
-from plantigrade.notes import Info
 from plantigrade.spatial.conventions import rotation_matrix
 
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
@@ -140,9 +139,9 @@ def fit_markers(
         standing=np.arange(len(still) + len(chosen)) < len(still),
         progress=counter(progress, "scaling the body", 25),
     )
-    if person.mass is None:
-        mass, _ = usual_mass(calibration.human.height, age)
-        calibration = replace(calibration, human=calibration.human.with_mass(mass))
+    human, more = with_unknown_size(calibration.human, calibration.places, person, age)
+    calibration = replace(calibration, human=human)
+    notes += more
     for name in names:
         if name not in calibration.names:
             ignored[name] = "moves with no segment of the body"
@@ -203,13 +202,6 @@ def fit_markers(
             + listed([f"{n} ({ignored[n]})" for n in lost], between="; ")
             + "."
         )
-    if person.height is None:
-        notes.append(
-            Info(
-                f"the stature is not in the file; {calibration.human.height:.2f} m was estimated "
-                "from the markers (set it with --height)."
-            )
-        )
     used = np.where(kept, residual, np.nan)
     return Fit(
         human=calibration.human,
@@ -228,6 +220,7 @@ def fit_markers(
             **_without_assumed(
                 posture_figures(calibration.human, qpos, calibration.qpos[: len(still)]), assumed
             ),
+            "height_estimated": person.height is None,
             "labels_exchanged": [list(cycle) for cycle in right.exchanged],
         },
         assumed=assumed,

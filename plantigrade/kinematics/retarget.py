@@ -34,6 +34,7 @@ from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.unknown_size import stature_notes
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, unmeasured
 from plantigrade.models.joint_names import identify
 from plantigrade.models.person import Person
@@ -117,12 +118,7 @@ def fit_skeleton(
         skeleton = _scaled(source.skeleton, height / stature)
         recording, source = replace(recording, skeleton=skeleton), SkeletonSource(skeleton, found)
     elif height is None:
-        notes.append(
-            Info(
-                f"the stature is not in the file; {stature:.2f} m was estimated from the skeleton "
-                "(set it with --height)."
-            )
-        )
+        notes += stature_notes(stature, None, "the skeleton", recording.subject.age)
     height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
     lengths = source.lengths(height, person.sex or "male")
     human = human_of(person, height, lengths, recording.subject.age)
@@ -177,6 +173,7 @@ def fit_skeleton(
         "joint_jump_max_deg": float(np.rad2deg(sudden[0].angle)) if sudden else 0.0,
         "skeleton_height_m": stature,
         "height_m": human.height,
+        "height_estimated": person.height is None,
         **{f"length_{k}_m": getattr(human.dimensions, k) for k in human.dimensions.names()},
     }
     return Fit(

@@ -144,6 +144,16 @@ def test_age_comes_before_height(people):
     assert child["gps_reference_deg"] != clinical_figures(record, {})["gps_reference_deg"]
 
 
+def test_an_estimated_stature_chooses_no_norms():
+    child = walk(Human.create(1.3, 27.0))
+    known = clinical_figures(child, {})
+    assert known["norm_population"] == "children" and "1.30 m" in known["norm_reason"]
+    estimated = clinical_figures(child, {"height_estimated": True})
+    assert estimated["norm_population"] == "adults" and "1.30" not in estimated["norm_reason"]
+    aged = clinical_figures(child, {"height_estimated": True, "age_years": 9.0})
+    assert aged["norm_population"] == "children"
+
+
 def test_a_run_is_held_against_own_norms_only(people):
     """Norms of walking are no measure of running; those of one's own runners are."""
     record = people["1.6"]

@@ -184,6 +184,20 @@ def test_stature_is_found_where_nobody_says_it():
     assert any("stature" in w for w in fit.warnings)
 
 
+@pytest.mark.parametrize(("share", "stature"), [(0.499, 1.58), (0.533, 1.74)])
+def test_legs_alone_give_the_stature_of_people_with_such_legs(share, stature):
+    """Short legs belong to short people only in part: by proportion the first would be 1.49 m."""
+    leg = share * stature
+    own = {"thigh": 0.47 * leg, "shank": 0.455 * leg, "ankle_height": 0.075 * leg}
+    human, time, qpos = walker(lengths=own)
+    legs = tuple(n for n in NAMES if n[1:] in "ASI PSI THI KNE KNM TIB ANK MED HEE TOE D5M".split())
+    fit = fit_markers(Recording(Path("walk.trc"), markers_of(human, time, qpos, names=legs)))
+    assert fit.human.height == pytest.approx(stature, abs=0.05)
+    assert fit.metrics["height_estimated"]
+    said = next(note for note in fit.warnings if "stature" in note)
+    assert "± 0.04 m (standard error)" in said and "--height" in said
+
+
 def test_unknown_names_alone_say_what_to_do():
     human, time, qpos = walker(n=20)
     markers = markers_of(human, time, qpos)
