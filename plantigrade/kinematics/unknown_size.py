@@ -14,8 +14,8 @@ OF_LEGS = ("thigh", "shank", "ankle_height", "foot_length", "foot_width", "pelvi
            "pelvis_width", "pelvis_depth", "lumbar_depth")  # fmt: skip
 """Lengths that markers on pelvis and legs tell."""
 BODY_ERROR = 0.03
-"""Standard error of a stature that markers on legs and trunk give [m]: in five people whose stature is
-known it is 1 to 38 mm off."""
+"""Standard error of a stature that markers on legs and trunk give [m]; 1 to 38 mm off in five
+people whose stature is known."""
 
 
 def with_unknown_size(
