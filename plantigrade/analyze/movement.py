@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from plantigrade.analyze.clinical import clinical_figures, compared_with
 from plantigrade.analyze.curves import gait_curves
@@ -40,7 +41,7 @@ def movement_figures(record: Record, person: Mapping[str, Any] | None = None) ->
     vertical = sum(record.foot(side).force[:, 2] for side in SIDES) / record.weight
     power = np.stack([record.torque(n) * motion.velocity(n) for n in human.coordinates], axis=1)
     positive = np.maximum(power, 0.0).sum(axis=1)
-    given, work = (float(np.trapezoid(x, motion.time)) for x in (positive, np.abs(power).sum(1)))
+    given, work = (float(trapezoid(x, motion.time)) for x in (positive, np.abs(power).sum(1)))
     found = {
         "displacement_m": way,
         "com_lowest_m": float(com[:, 2].min()),
@@ -165,6 +166,6 @@ def muscle_work(record: Record) -> tuple[float, float]:
     tissue = passive_moments(human.coordinates, list(q.T), list(v.T), factor)
     power = (tau - np.stack([np.broadcast_to(m, len(q)) for m in tissue], axis=1)) * v
     done, absorbed = (
-        float(np.trapezoid(np.maximum(p, 0.0).sum(axis=1), motion.time)) for p in (power, -power)
+        float(trapezoid(np.maximum(p, 0.0).sum(axis=1), motion.time)) for p in (power, -power)
     )
     return done, absorbed

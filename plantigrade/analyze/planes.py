@@ -14,6 +14,7 @@ in space, twenty adults), [Murray1967]_ (arm swing, in proportion to the dimensi
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from plantigrade.analyze.curves import GaitCurves
 from plantigrade.analyze.foot_progression import foot_progression
@@ -201,5 +202,5 @@ def _half(x: Float[Array, " n"]) -> float:
 def _phase(t: Float[Array, " n"], x: Float[Array, " n"], y: Float[Array, " n"]) -> float:
     """Return the phase from y to x of their first harmonics over the time [deg], 0 to 360."""
     wave = np.exp(-2j * np.pi * (t - t[0]) / np.ptp(t))
-    a, b = (np.trapezoid((z - z.mean()) * wave, t) for z in (x, y))
+    a, b = (trapezoid((z - z.mean()) * wave, t) for z in (x, y))
     return float(np.rad2deg(np.angle(a * np.conj(b))) % 360.0)

@@ -1,5 +1,6 @@
 """NumPy's npz files, read safely: whole, of limited size, without pickles."""
 
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any, NoReturn
@@ -55,6 +56,7 @@ class Arrays:
         value = self._arrays[key]
         if value.dtype.kind not in "fiubUS":
             self.refuse(f"holds {value.dtype}, neither numbers nor words", key)
+        self._refuse_damaged_words(key, value)
         return value
 
     def numbers(self, key: str, *shape: int | None) -> Any:
@@ -98,7 +100,15 @@ class Arrays:
             self.refuse(f"has {len(value)} words, not {count}", key)
         if value.dtype.kind == "S":
             value = np.char.decode(value, "utf-8", "replace")
+        self._refuse_damaged_words(key, value)
         return tuple(str(word) for word in value)
+
+    def _refuse_damaged_words(self, key: str, value: np.ndarray) -> None:
+        """Raise a FileError where words hold what is no Unicode character."""
+        if value.dtype.kind == "U" and value.size and value.itemsize:
+            native = np.ascontiguousarray(value, value.dtype.newbyteorder("="))
+            if np.frombuffer(native.tobytes(), np.uint32).max() > sys.maxunicode:
+                self.refuse("holds words with characters that do not exist", key)
 
     def time(self) -> Any:
         """Return ``time``; a FileError if it is missing or does not increase."""

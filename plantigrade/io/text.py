@@ -272,6 +272,9 @@ def number(word: str, path: str | Path, *, where: str, what: str) -> float:
     return value
 
 
+_SHOWN_LABELS = 8  # number of labels that a message lists
+
+
 def unique_labels(labels: Sequence[str], warnings: list[str]) -> tuple[str, ...]:
     """Return the labels, each that occurs again with a number, and add a warning if there are any.
 
@@ -279,18 +282,22 @@ def unique_labels(labels: Sequence[str], warnings: list[str]) -> tuple[str, ...]
         >>> unique_labels(["LKNE", "RKNE", "LKNE"], [])
         ('LKNE', 'RKNE', 'LKNE_2')
     """
-    taken, used = set(labels), set()
-    names, repeated = [], []
+    taken, used = set(labels), set[str]()
+    following: dict[str, int] = {}  # the number that a label gets when it occurs again
+    names = []
     for label in labels:
-        new, k = label, 2
-        while new in used or (new != label and new in taken):
-            new, k = f"{label}_{k}", k + 1
-        if new != label:
-            repeated.append(label)
+        new = label
+        if label in used:
+            k = following.get(label, 2)
+            while (new := f"{label}_{k}") in taken or new in used:
+                k += 1
+            following[label] = k + 1
         used.add(new)
         names.append(new)
-    if repeated:
-        warnings.append(f"repeated labels were numbered: {', '.join(repeated)}")
+    if following:
+        shown = list(following)[:_SHOWN_LABELS]
+        more = f" and {len(following) - len(shown)} more" if len(following) > len(shown) else ""
+        warnings.append(f"repeated labels were numbered: {', '.join(shown)}{more}")
     return tuple(names)
 
 

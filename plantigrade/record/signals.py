@@ -115,7 +115,8 @@ def check_signals(signals: Mapping[str, Array], n_frames: int, nv: int) -> None:
         if name not in SIGNALS:
             continue
         kind, axes = SIGNALS[name]
-        if value.dtype.kind not in kind and value.size:
+        empty = value.dtype.kind == "f" and not value.size  # what NumPy makes of an empty list
+        if value.dtype.kind not in kind and not empty:
             what = {NUMBERS: "numbers", WORDS: "words", FLAGS: "yes or no"}[kind]
             raise ParameterError(f"signal {name} holds {value.dtype}, not {what}")
         if name in FINITE and not np.isfinite(value).all():

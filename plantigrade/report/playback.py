@@ -16,6 +16,7 @@ MOST = 160  # frames in a picture
 LONGEST = 10.0  # seconds of a motion that are shown where none are asked for
 ALIKE = 0.08  # bodies lie within this of where they were a stride ago [m]: the stride is a loop
 REST = 0.6  # how long the last frame stays before a motion that is no loop starts again [s]
+SHORTEST = 0.01  # part of a motion that can be asked for [s]: less is less than a frame
 ROAMS = 0.9  # a body that goes further than this is followed [m]
 
 
@@ -65,7 +66,7 @@ def playback(
         centre = com.mean(axis=0) + np.outer(np.linspace(-0.5, 0.5, count + 1), loop)
         return Playback(instants, end - begin, centre, loop)
     centre = _follow(com)
-    still = round(REST * count / (end - begin))
+    still = min(round(REST * count / (end - begin)), MOST)
     instants = np.concatenate([instants, np.full(still, instants[-1])])
     centre = np.concatenate([centre, np.tile(centre[-1], (still, 1))])
     return Playback(instants, (end - begin) * (len(instants) - 1) / count, centre, None)
@@ -96,6 +97,11 @@ def part_of(
         raise ParameterError(
             f"from {begin:g} s to {end:g} s is not within this motion, "
             f"which goes from {first:g} s to {last:g} s"
+        )
+    if (start, stop) != (None, None) and end - begin < SHORTEST:
+        raise ParameterError(
+            f"from {begin:g} s on, {end - begin:.2g} s are too short for a picture; at least "
+            f"{SHORTEST:g} s are needed"
         )
     return begin, end
 

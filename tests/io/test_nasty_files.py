@@ -3,13 +3,16 @@
 Any error but our own, and any warning, fails.
 """
 
+import sys
 import tomllib
 import warnings
 
+import numpy as np
 import pytest
 
 from plantigrade.errors import FileError
 from plantigrade.io import read
+from plantigrade.io.text import unique_labels
 from tests import nasty
 from tests.io.test_robust_readers import SAMPLES
 
@@ -48,6 +51,43 @@ def test_npz(tmp_path):
     SAMPLES["npz"][1](path)
     for what, content in nasty.archives(path.read_bytes()):
         survives(path, content, what)
+
+
+def test_npz_with_words_that_are_no_unicode(tmp_path):
+    path = tmp_path / "sample.npz"
+    SAMPLES["npz"][1](path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    words = arrays["joint_names"]
+    codes = np.frombuffer(words.tobytes(), np.uint32).copy()
+    codes[0] = 0x7FFFFFFF
+    np.savez(path, **{**arrays, "joint_names": np.frombuffer(codes.tobytes(), words.dtype)})
+    with pytest.raises(FileError, match="joint_names.*characters that do not exist"):
+        read(path)
+
+
+def test_equal_labels_take_time_in_proportion_to_their_number():
+    """Lines that are run are counted, since clocks depend on the machine."""
+
+    def lines(labels: list[str]) -> int:
+        count = 0
+
+        def trace(*_):
+            nonlocal count
+            count += 1
+            return trace
+
+        before = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            names = unique_labels(labels, [])
+        finally:
+            sys.settrace(before)
+        assert len(set(names)) == len(labels)
+        return count
+
+    for labels in (["A"], ["A", "B", "A_2", "A_3"], ["A_2", "A"]):
+        assert lines(labels * 1000) < 4.5 * lines(labels * 250)
 
 
 @pytest.mark.parametrize("key", ["a", '"a b"'])

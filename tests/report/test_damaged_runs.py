@@ -183,6 +183,14 @@ def test_a_signal_of_another_shape_makes_no_record(made, name):
             replace(record, signals=broken)
 
 
+@pytest.mark.parametrize("name", SIGNALS)
+def test_an_empty_signal_of_the_wrong_kind_makes_no_record(name):
+    kind, axes = SIGNALS[name]
+    value = np.zeros((0,) * len(axes), "U1" if "U" not in kind else int)
+    with pytest.raises(ParameterError, match=rf"signal {name} holds"):
+        check_signals({name: value}, 0, 0)
+
+
 def test_signals_of_ones_own_may_be_anything():
     check_signals({"mine.table": np.zeros((3, 4)), "check.mine": np.zeros(2)}, 9, 49)
 

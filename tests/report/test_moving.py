@@ -202,6 +202,8 @@ def test_slopes_steps_and_seats_are_drawn(walking):
         ({"start": -1.0}, "not within this motion"),
         ({"stop": 1e9}, "not within this motion"),
         ({"start": float("nan")}, "not within this motion"),
+        ({"start": 0.5, "stop": 0.5000001}, "too short for a picture"),
+        ({"stop": 1e-300}, "too short for a picture"),
         ({"height_px": 0}, "height_px=0"),
     ],
 )
