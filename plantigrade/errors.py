@@ -6,13 +6,16 @@ turns any :class:`PlantigradeError` into one sentence and exit code 2.
 
 from pathlib import Path
 
+LONGEST_MESSAGE = 400
+"""Length of a message [characters]: more is not read."""
+
 
 class PlantigradeError(Exception):
     """Base class: catch this to catch everything the package raises on purpose."""
 
     def __str__(self) -> str:
-        """Return the message itself (``KeyError`` would quote it)."""
-        return str(self.args[0]) if self.args else ""
+        """Return the message itself (``KeyError`` would quote it), of at most 400 characters."""
+        return _short(str(self.args[0]), LONGEST_MESSAGE) if self.args else ""
 
 
 class ParameterError(PlantigradeError, ValueError):
@@ -31,7 +34,7 @@ class FileError(PlantigradeError, ValueError):
 
     def __init__(self, path: str | Path, problem: str, *, where: str = "", remedy: str = ""):
         """Build the message from its parts; what a file says at length is shortened."""
-        where, problem = _short(where, 100), _short(problem, 500)
+        where, problem = _short(where, 80), _short(problem, 250)
         self.path, self.where, self.problem, self.remedy = Path(path), where, problem, remedy
         place = f"{self.path}: {where}" if where else f"{self.path}"
         super().__init__(f"{place}: {problem}" + (f" — {remedy}" if remedy else ""))
@@ -44,7 +47,13 @@ class FileError(PlantigradeError, ValueError):
 def _short(text: str, length: int) -> str:
     """Return a text without its middle where it is longer than that."""
     half = length // 2
-    return text if len(text) <= length else f"{text[:half]} … {text[-half:]}"
+    return text if len(text) <= length else f"{text[: half - 2]} … {text[1 - half :]}"
+
+
+def not_ordinary(path: str | Path) -> FileError:
+    """Return the error of an input that is a pipe or a device: reading it may never end."""
+    problem = "is no ordinary file but a pipe or a device"
+    return FileError(path, problem, remedy="copy its contents to a file and name that")
 
 
 def _rebuild_file_error(kind, path, problem, where, remedy):

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, not_ordinary
 
 LIMIT = 2**20
 """Largest file [bytes]."""
@@ -20,11 +20,15 @@ def read_toml(path: str | Path) -> str:
     """
     path = Path(path)
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise not_ordinary(path)
         with open(path, "rb") as file:
             raw = file.read(LIMIT + 1)
         text = raw.decode("utf-8")
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from error
+    except FileError:
+        raise
     except ValueError as error:  # no UTF-8, or a zero byte in the name
         raise FileError(path, f"is not a TOML file: {error}", remedy="save it as UTF-8") from error
     if len(raw) > LIMIT:

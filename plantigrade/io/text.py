@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, not_ordinary
 
 LIMIT_BYTES = 200e6
 """Largest text file read by default [bytes]: about an hour of 60 markers."""
@@ -41,13 +41,15 @@ def reading(path: str | Path) -> Iterator[None]:
     """Say in a FileError why a file cannot be read.
 
     Raises:
-        FileError: If the file does not exist, is a folder, or may not be read.
+        FileError: If the file does not exist, is a folder, a pipe or a device, or may not be read.
     """
     try:
         if "\0" in str(path):
             raise OSError("a zero byte in its name")
         if Path(path).is_dir():
             raise FileError(path, "is a folder, not a file", remedy="name the file inside it")
+        if Path(path).exists() and not Path(path).is_file():
+            raise not_ordinary(path)
         yield
     except FileNotFoundError:
         remedy = "check the name and the folder"

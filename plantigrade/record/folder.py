@@ -34,6 +34,7 @@ DEEPEST = 32
 """Most lists and objects of metrics.json within each other."""
 
 _CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
+_REMEDY = "choose another folder with --out, or free disk space"
 _OWNER = "-{host}-{pid}-"  # who writes a part: the machine and the process
 _PART = re.compile(r"-(?P<host>[0-9a-f]{8})-(?P<pid>\d+)-[^-]*\.part$")
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
@@ -79,7 +80,7 @@ def write_folder(
     if not numbered:
         refuse_existing(out, overwrite)
     metrics_json(metrics)  # fails before anything is written
-    temporary = None
+    temporary, writing = None, ""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         remove_stale_parts(out.parent)
@@ -88,10 +89,13 @@ def write_folder(
         if more is not None:
             more(temporary)
         for name, content in files.items():
+            writing = name
             raw = _encoded(content) if isinstance(content, str) else content
             (temporary / name).write_bytes(raw)
+        writing = METRICS
         marked = {"format": FORMAT, **metrics, "files": sorted(_contents(temporary))}
         (temporary / METRICS).write_text(metrics_json(marked) + "\n", encoding="utf-8")
+        writing = ""
         os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
         if numbered:
             out = _put_in_next_place(temporary, out, beside)
@@ -101,8 +105,13 @@ def write_folder(
         temporary = None
     except RunExists:
         raise
+    except FileError as error:
+        if temporary is None or not error.path.is_relative_to(temporary):
+            raise
+        inside = error.path.relative_to(temporary)
+        raise FileError(out / inside, error.problem, remedy=_REMEDY) from error
     except OSError as error:
-        raise _unwritable(out, str(error.strerror or error)) from error
+        raise _unwritable(out, str(error.strerror or error), writing) from error
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
@@ -289,9 +298,9 @@ def foreign_files(folder: Path) -> list[str]:
     return sorted(foreign)
 
 
-def _unwritable(out: Path, why: str) -> FileError:
-    remedy = "choose another folder with --out, or free disk space"
-    return FileError(out, f"the run folder cannot be written ({why})", remedy=remedy)
+def _unwritable(out: Path, why: str, name: str = "") -> FileError:
+    what = f"{name} of the run folder" if name else "the run folder"
+    return FileError(out, f"{what} cannot be written ({why})", remedy=_REMEDY)
 
 
 def _contents(folder: Path) -> set[str]:

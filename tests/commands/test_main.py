@@ -231,3 +231,28 @@ def test_one_thread_per_solve_unless_told_otherwise():
     free = {key: value for key, value in os.environ.items() if key != "OMP_NUM_THREADS"}
     assert python("-c", program, env=free).stdout.strip() == "1"
     assert python("-c", program, env=free | {"OMP_NUM_THREADS": "3"}).stdout.strip() == "3"
+
+
+PIPES = [
+    "fit {0}", "fit {1} --static {0}", "fit {1} --forces {0}", "fit {1} --marker-set {0}",
+    "fit {1} --norms {0}", "fit {2} --skeleton {0}", "reproduce {0}", "convert {0} a.trc",
+    "simulate {0}", "simulate --controller {0}", "simulate --motion {0}", "synthesize {0}",
+    "synthesize track --recording {0}", "view {0}", "report {0}", "compare {0} {0}", "picture {0}",
+    "train {0}",
+]  # fmt: skip
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of POSIX")
+@pytest.mark.parametrize("ending", ["", ".c3d", ".toml", ".csv", ".npz", ".py", ".amc"])
+@pytest.mark.parametrize("words", PIPES)
+def test_a_pipe_is_refused_at_once(words, ending, tmp_path, monkeypatch, capsys):
+    """Nobody writes into the pipe: whatever opens it to read would wait for ever."""
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo(f"pipe{ending}")
+    (tmp_path / "empty.trc").write_text("PathFileType\t4\t(X/Y/Z)\n")
+    (tmp_path / "empty.amc").write_text(":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n")
+    given = words.format(f"pipe{ending}", "empty.trc", "empty.amc").split()
+    assert cli.main([*given, *(["--out", "x"] if given[0] in ("fit", "simulate") else [])]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert len(line) <= len("error: ") + 400
+    assert not (tmp_path / "x").exists()

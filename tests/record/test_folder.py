@@ -150,6 +150,26 @@ def test_interrupted_writing_leaves_nothing(tmp_path, fault, overwrite):
         assert read_metrics(out)["speed_m_s"] == 1.2
 
 
+def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
+    from plantigrade.io.text import not_written
+
+    full = OSError(28, "No space left on device")
+
+    def fill(folder):
+        raise not_written(folder / "motion.npz", full)
+
+    with pytest.raises(FileError, match=r"run/motion.npz: .*No space left") as caught:
+        write(tmp_path / "run", more=fill)
+    assert caught.value.path == tmp_path / "run" / "motion.npz"
+
+    def refuse(self, content):
+        raise full
+
+    monkeypatch.setattr(run_folder.Path, "write_bytes", refuse)
+    with pytest.raises(FileError, match=r"page.html of the run folder .*No space left"):
+        write(tmp_path / "run")
+
+
 def test_failed_rename_brings_the_old_one_back(tmp_path, monkeypatch):
     out = write(tmp_path / "run")
     rename = run_folder.Path.rename
