@@ -1,6 +1,6 @@
 """What a motion says of the forces under its feet: all that the quadratic program is made of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +52,18 @@ class ForceNeeds:
     pelvis: Float[Array, "n 3"]  #: Origin of the pelvis [m]
     rotation: Float[Array, "n 3 3"]  #: Axes of the pelvis
     to_world: Float[Array, "3 3"]  #: Rotation from the axes of the ground to world
+
+    def held(self, before: int, after: int) -> "ForceNeeds":
+        """Return the same with its first and last frame held for so many frames more."""
+        n = len(self.time)
+        frames = np.clip(np.arange(-before, n + after), 0, n - 1)
+        per_frame = {
+            f.name: getattr(self, f.name)[frames]
+            for f in fields(self)
+            if f.name not in ("time", "weight", "strength", "columns")
+        }
+        time = self.time[0] + (self.time[1] - self.time[0]) * np.arange(-before, n + after)
+        return replace(self, time=time, **per_frame)
 
 
 def force_needs(

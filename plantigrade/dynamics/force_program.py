@@ -9,7 +9,7 @@ from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.force_bands import calm_errors, drawn_errors, half_widths, spread_of
 from plantigrade.dynamics.force_needs import ForceNeeds
 from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
-from plantigrade.dynamics.load_intervals import LoadInterval, Support, usual_length
+from plantigrade.dynamics.load_intervals import LoadInterval, Support, completed, usual_length
 from plantigrade.dynamics.loading import FASTER
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
@@ -119,17 +119,27 @@ class ForceProgram:
         scales: ForceScales,
     ):
         self.needs, self.scales, self.contacts = needs, scales, contacts
-        time = needs.time
+        n, first, last = len(needs.time), needs.time[0], needs.time[-1]
+        self.dt = float(needs.time[1] - first)
+        whole = completed(contacts, first, last)
+        more = max((e for c in whole for e in (first - c.start, c.stop - last)), default=0.0)
+        beyond = max(0, int(np.ceil(more / self.dt)))
+        self.inside = slice(beyond, beyond + n)
+        wide = needs.held(beyond, beyond)
+        whole = tuple(_lasting(c, (beyond + 1) * self.dt) for c in whole)
         contact, ramp, path = _contact_frames(
-            needs, contacts, supports, scales, human.dimensions.foot_length
+            wide, whole, supports, scales, human.dimensions.foot_length
         )
         self.known = np.zeros(contact.shape, bool)
         told = np.zeros((*contact.shape, 6))
         if data is not None:
-            self.known[:, :2], told[:, :2], carried = _told(data, needs)
-            contact[:, :2] = np.where(self.known[:, :2], carried, contact[:, :2])
+            now = self.inside
+            self.known[now, :2], told[now, :2], carried = _told(data, needs)
+            contact[now, :2] = np.where(self.known[now, :2], carried, contact[now, :2])
+        contact[:beyond] &= contact[beyond]
+        contact[beyond + n :] &= contact[beyond + n - 1]
         self.layout = Layout.of(contact)
-        rows = objective(needs, self.layout, path, effort=scales.effort < np.inf)
+        rows = objective(wide, self.layout, path, effort=scales.effort < np.inf)
         A, b = rows.system()
         self.blocks, self.place = rows.blocks, rows.place
         start = self.layout.start
@@ -143,9 +153,9 @@ class ForceProgram:
         self.x, self.b, self.A = x, b - A @ x, A[:, self.unknown].tocsr()
         G, self.h = sp.csr_array((1, self.layout.size)), np.ones(1)
         if free.any():
-            G, self.h = limits(needs, self.layout, free, ramp, FRICTION, scales.most_free).system()
+            G, self.h = limits(wide, self.layout, free, ramp, FRICTION, scales.most_free).system()
         self.G = G[:, self.unknown].tocsr()
-        self.dt = float(time[1] - time[0])
+        time = wide.time
         self.handed_over = np.zeros(len(time), bool)
         for each in contacts:
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
@@ -168,10 +178,24 @@ class ForceProgram:
         for name, rows in self.blocks.items():
             if name.startswith(("bend", "rate")):
                 w[rows] /= np.where(self.handed_over[self.place[name][0]], HAND_OVER, 1.0)
+        for name, rows in self.blocks.items():
+            if not name.startswith(("bend", "noise", "free", "shift", "offset")):
+                w[rows] *= self._recorded(name)
         w[self.blocks["shift"]] = 1.0 / np.array(s.shift)
         for i, name in enumerate(("offset_x", "offset_y")):
             w[self.blocks[name]] = 1.0 / s.offset[i]
         return w
+
+    def _recorded(self, name: str) -> np.ndarray:
+        """Return which rows of a block are told by frames of the recording."""
+        frame = self.place[name][0]
+        last = frame + 1 if name.startswith("rate") else frame
+        return (frame >= self.inside.start) & (last < self.inside.stop)
+
+    def _recorded_rows(self, name: str) -> np.ndarray:
+        """Return the numbers of these rows."""
+        rows = self.blocks[name]
+        return np.arange(rows.start, rows.stop)[self._recorded(name)]
 
     def solve(self) -> None:
         """Find wrenches and shift; three times at most, as the noise turns out."""
@@ -197,8 +221,8 @@ class ForceProgram:
         if self.scales.effort < np.inf and solution is not None:
             errors = calm_errors(self.errors, self.blocks, self.missed)
             self.moved = solution.response(self.scaled.T @ errors)
-        self.missed_force = _rms(missed, [self.blocks[name] for name in NET[:3]])
-        self.missed_moment = _rms(missed, [self.blocks[name] for name in NET[3:5]])
+        net = [missed[self._recorded_rows(name)] for name in NET]
+        self.missed_force, self.missed_moment = _rms(net[:3]), _rms(net[3:5])
         x = self.x.copy()
         x[self.unknown] = found
         self.wrench, self.shift = self._by_foot(x), x[self.layout.shift].copy()
@@ -213,11 +237,11 @@ class ForceProgram:
         found = np.ones(6)
         told = [0, 1, 3, 4]
         for i in told:
-            rows, own = self.blocks[NET[i]], self.blocks[f"noise{i}"]
+            rows, own = self._recorded_rows(NET[i]), self.blocks[f"noise{i}"]
             bend = self.A[rows][:, self.sways[i]]
             total = missed[rows] - bend @ x[self.sways[i]]
-            left = (self.scaled[rows] @ self.moved - self.errors[rows]) / w[rows.start]
-            left -= bend @ (self.moved[self.sways[i]] - self.errors[own] / w[own.start])
+            left = (self.scaled[rows] @ self.moved - self.errors[rows]) / w[rows, None]
+            left -= bend @ (self.moved[self.sways[i]] - self.errors[own] / w[own, None])
             found[i] = noise[i] * np.sqrt(np.mean(total**2) / np.mean(left**2)) / USUAL[i]
         k = float(np.sqrt(np.mean(found[told] ** 2)))
         found = np.sqrt(found * k)
@@ -229,7 +253,7 @@ class ForceProgram:
         start = self.layout.start
         values = x[np.maximum(start, 0)[..., None] + np.arange(6)]
         values[start < 0] = 0.0
-        return values
+        return values[self.inside]
 
     def bands(self, human: Human, time: np.ndarray, known: np.ndarray) -> dict[str, np.ndarray]:
         """Return the half-widths of the 90 % bands at instants, by the name of their field."""
@@ -239,8 +263,14 @@ class ForceProgram:
         return half_widths(self.needs, self.wrench, spread, self.contacts, time, known, human)
 
 
-def _rms(values: np.ndarray, parts: list[slice]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate([values[p] for p in parts]) ** 2)))
+def _rms(parts: list[np.ndarray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+def _lasting(contact: LoadInterval, more: float) -> LoadInterval:
+    """Return a contact that lasts beyond the end of the recording that cuts it, by ``more`` [s]."""
+    start = contact.start if contact.begins else contact.start - more
+    return replace(contact, start=start, stop=contact.stop if contact.ends else contact.stop + more)
 
 
 def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, length: float):

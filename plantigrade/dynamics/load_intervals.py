@@ -1,6 +1,6 @@
 """Intervals in which feet or a seat can carry load, for the estimate of ground forces."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from plantigrade.motion.motion import Motion
 
 EARLY, LATE = 0.010, 0.015  # a load that begins and ends smoothly is not noticed at once [s]
 USUAL_STANCE = 0.65  # where none was seen whole [s]
+# Length of a double support, in stances: 11 % of a gait cycle beside 61 %, with EARLY and LATE
+USUAL_HAND_OVER = 0.21
 
 
 @dataclass(frozen=True)
@@ -107,3 +109,34 @@ def usual_length(intervals: tuple[LoadInterval, ...]) -> float:
     """Return how long the contacts that were seen whole last, their median [s]."""
     whole = [c.stop - c.start for c in intervals if c.begins and c.ends]
     return float(np.median(whole)) if whole else USUAL_STANCE
+
+
+def completed(
+    intervals: tuple[LoadInterval, ...], first: float, last: float
+) -> tuple[LoadInterval, ...]:
+    """Return the stances that a recording cuts in double support, with their likely other ends.
+
+    A foot that still stands when the other has landed leaves after a double support of the usual
+    length, in this recording or else of anybody; one that stood before the other left had landed as
+    long before. That instant lies outside the recording.
+
+    Args:
+        intervals: Contacts.
+        first: Start of the recording [s].
+        last: Its end [s].
+    """
+    steps = [c for c in intervals if c.side in SIDES and c.walking]
+    pairs = [(a, b) for a in steps for b in steps if a.side != b.side and b.begins and a.ends]
+    seen = [a.stop - b.start for a, b in pairs if a.start < b.start < a.stop < b.stop]
+    length = float(np.median(seen)) if seen else USUAL_HAND_OVER * usual_length(intervals)
+    found = []
+    for each in intervals:
+        others = [c for c in steps if each in steps and c.side != each.side]
+        landed = [c.start for c in others if c.begins and each.start < c.start and not c.ends]
+        left = [c.stop for c in others if c.ends and c.stop < each.stop and not c.begins]
+        if not each.ends and landed:
+            each = replace(each, stop=max(landed[-1] + length, last), ends=True)
+        if not each.begins and left:
+            each = replace(each, start=min(left[0] - length, first), begins=True)
+        found.append(each)
+    return tuple(found)

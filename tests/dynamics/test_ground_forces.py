@@ -16,6 +16,7 @@ from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import LoadInterval, Support
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from tests.analyze.plated_walk import plated_walk
@@ -194,3 +195,45 @@ def test_a_slope_under_turned_gravity_is_level_ground(human):
     np.testing.assert_allclose(found.forces.torque, level.forces.torque @ R.T, atol=0.1)
     np.testing.assert_allclose(found.com_shift, R @ level.com_shift, atol=1e-4)
     np.testing.assert_allclose(found.force_band[..., 1], level.force_band[..., 1], atol=2.0)
+
+
+STEP, BOTH = 0.5, 0.14  # from one landing to the next, and with both feet on the ground [s]
+
+
+def steps(first: float, last: float) -> tuple[LoadInterval, ...]:
+    """Return the stances of steps on the spot that a recording from ``first`` to ``last`` sees."""
+    found = []
+    for i in range(-2, 8):
+        start, stop = i * STEP, (i + 1) * STEP + BOTH
+        begins, ends = start > first, stop < last
+        if start < last and stop > first:
+            span = max(start, first), min(stop, last)
+            found.append(LoadInterval("rl"[i % 2], *span, begins, ends))
+    return tuple(found)
+
+
+def in_line(human, n: int) -> Motion:
+    """Return a body that stands with one foot in the place of the other, and sinks and rises."""
+    motion, _ = swaying(human, n)
+    qpos, qvel, qacc = motion.qpos.copy(), motion.qvel.copy(), motion.qacc.copy()
+    state = next(iter(sweep(human, qpos[:1])))
+    hip, foot = (state.origin(human.body(f"{name}_l")) for name in ("femur", "foot"))
+    for side in "rl":
+        qpos[:, 7 + human.hinge(f"hip_adduction_{side}")] = np.arctan2(hip[1], (hip - foot)[2])
+    qpos[:, 1], qvel[:, 1], qacc[:, 1] = qpos[0, 1], 0.0, 0.0
+    return replace(motion, qpos=qpos, qvel=qvel, qacc=qacc)
+
+
+@pytest.mark.parametrize("part", [0.25, 0.5, 0.75])
+def test_feet_share_the_load_at_the_ends_as_if_the_recording_went_on(human, part):
+    """A cut in double support changes little of how far the load has gone over."""
+    motion, weight = in_line(human, 270), human.mass * G
+    time = motion.time
+    whole = estimate_forces(human, motion, contacts=steps(-1.0, 9.0)).forces.force[..., 2]
+    for kept in (time <= 3 * STEP + part * BOTH, time >= STEP + part * BOTH):
+        some = motion.frames(np.flatnonzero(kept))
+        contacts = steps(some.time[0], some.time[-1])
+        found = estimate_forces(human, some, contacts=contacts).forces.force[..., 2]
+        off = (found - whole[kept]) / weight
+        for end in (slice(15), slice(-15, None)):  # 0.15 s
+            assert np.sqrt(np.mean(off[end] ** 2)) < 0.13
