@@ -1,6 +1,6 @@
 """What a motion says of the forces under its feet: all that the quadratic program is made of."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,10 @@ from plantigrade.spatial.conventions import rotation_matrix
 TILT = 4.0  # the sole's limits are pulled in by this for each metre a point is too high
 LIFT = 0.010  # height above the lowest point from which a point of the sole is too high [m]
 SOLE_EDGE = 0.005  # flesh and shoe beyond the points of the sole [m]
+PER_FRAME = (
+    *("com", "force", "moment", "base", "heading"),
+    *("joints", "arms", "sole", "pelvis", "rotation"),
+)  # of ForceNeeds, besides the time
 STEP = 0.04  # a stance this far from the common floor is on another level [m]
 
 
@@ -57,11 +61,7 @@ class ForceNeeds:
         """Return the same with its first and last frame held for so many frames more."""
         n = len(self.time)
         frames = np.clip(np.arange(-before, n + after), 0, n - 1)
-        per_frame = {
-            f.name: getattr(self, f.name)[frames]
-            for f in fields(self)
-            if f.name not in ("time", "weight", "strength", "columns")
-        }
+        per_frame = {name: getattr(self, name)[frames] for name in PER_FRAME}
         time = self.time[0] + (self.time[1] - self.time[0]) * np.arange(-before, n + after)
         return replace(self, time=time, **per_frame)
 
