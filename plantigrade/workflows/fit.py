@@ -11,6 +11,7 @@ import numpy as np
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.clinical import clinical_figures
+from plantigrade.analyze.doubts import Doubts
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.gait_forces import compare_forces, measured_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
@@ -234,10 +235,11 @@ def run_of(
     cutoff = trial.cutoff or CUTOFF
     feet = foot_segment_signals(recording, trial, settings.marker_set, cutoff)
     signals = {**record.signals, **feet.signals, **norm_signals(settings)}
-    notes = (*record.notes, *limit_notes(record))
+    doubts = Doubts.of(trial)
+    notes = (*doubts.notes, *record.notes, *limit_notes(record))
     record = replace(record, signals=signals, notes=notes)
     figures = {**trial.figures, **laboratory_figures(record), **feet.figures}
-    figures |= limit_figures(record)
+    figures |= limit_figures(record) | doubts.figures
     figures |= personal_figures(settings)
     if trial.withheld is not None and trial.measured is not None and trial.ground is not None:
         record = replace(
@@ -287,7 +289,8 @@ def status(trial: Trial) -> str:
     """Return ``"ok"``, or why the result cannot be called a fit."""
     kind = "marker" if trial.fit.source_kind == "markers" else "joint"
     error = _error(trial)
-    return verdict(None if error is None else 1e-3 * error, kind)
+    fitted = verdict(None if error is None else 1e-3 * error, kind)
+    return fitted if fitted != "ok" else Doubts.of(trial).refusal or "ok"
 
 
 def sentence(trial: Trial) -> str:

@@ -1,0 +1,60 @@
+"""A motion that its forces contradict, or that no person could make, is not ok."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.analyze.doubts import Doubts
+from plantigrade.workflows.fit import run_of
+from plantigrade.workflows.settings import FitSettings
+from tests.analyze.plated_walk import analyse, plated_walk
+
+
+@pytest.fixture
+def run(tmp_path):
+    """The run of a fit, as a user gets it."""
+    source = tmp_path / "walk.c3d"
+    source.touch()
+
+    def made(fit):
+        fit = replace(fit, recording=replace(fit.recording, source=source))
+        return run_of(fit.recording, analyse(fit), FitSettings())
+
+    return made
+
+
+def with_plates(fit, share):
+    """Return a fit whose plates show a share of the force."""
+    plates = tuple(replace(p, force=share * p.force) for p in fit.recording.plates)
+    return replace(fit, recording=replace(fit.recording, plates=plates))
+
+
+def test_a_walk_that_its_forces_explain_is_ok(run):
+    found = run(plated_walk().fit())
+    assert found.status == "ok" and found.figures["root_residual_rms_bw"] < 0.1
+    assert not found.figures["joints_too_fast"]
+    assert not any("belong together" in note or "faster" in note for note in found.record.notes)
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.75, "ok"), (0.55, "do not belong together")])
+def test_forces_that_do_not_carry_the_motion_are_said_first(share, status, run):
+    found = run(with_plates(plated_walk().fit(), share))
+    assert "belong together" in found.record.notes[0]
+    assert status in found.status
+    assert found.figures["root_residual_rms_bw"] == pytest.approx(1 - share, abs=0.1)
+
+
+def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_not_ok(run):
+    """Within 0.1 s, from (a + 180°, -180° - b, c + 180°) to (a, b, c), which is the same pose."""
+    fit = plated_walk().fit()
+    human, qpos = fit.human, fit.qpos.copy()
+    flex, add, turn = (7 + human.hinge(f"arm_{each}_l") for each in ("flex", "add", "rot"))
+    part = np.clip((np.arange(len(qpos)) - 60) / (0.1 / np.diff(fit.time)[0]), 0, 1)
+    qpos[:, add] += (1 - part) * (-np.pi - 2 * qpos[:, add])
+    qpos[:, flex] += (1 - part) * np.pi
+    qpos[:, turn] += (1 - part) * np.pi * 0.9
+    wrong = replace(fit, qpos=qpos)
+    assert any(name.startswith("arm_") for name in Doubts.of(analyse(wrong, cutoff=None)).fast)
+    found = run(wrong)
+    assert found.status != "ok" and "belong together" in found.record.notes[0]
