@@ -13,6 +13,13 @@ by :math:`-2 m \cdot e`. What lowers it most is exchanged first: two labels, a l
 those of a segment by the best assignment; it is believed only if inverse kinematics on usual
 proportions agrees. The medial markers of the two knees pass near to each other: there the distances
 tell, which are constant to the markers of one's own limb.
+
+A mirrored person has left and right exchanged and yet the toes in front, and no pose of a body does
+that. The same search is made on the mirror image of the markers. With the distance :math:`d` that
+inverse kinematics leaves and the share :math:`s` of labels to be exchanged, the recording is
+mirrored where its mirror image has much the smaller :math:`d\,(1 + s)`. Walking backwards does not
+matter here: each frame is looked at by itself, and heels, toes, knees and the front of the pelvis
+of such a person are where they belong.
 """
 
 from collections.abc import Sequence
@@ -24,11 +31,11 @@ from scipy.optimize import linear_sum_assignment
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.plausible import mirrored
+from plantigrade.kinematics.sides import mirrored
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
-from plantigrade.models.landmarks import Attachment
+from plantigrade.models.landmarks import BONE, Attachment
 from plantigrade.models.parts import MIRROR
 from plantigrade.motion import Markers
 from plantigrade.motion.distances import distances
@@ -39,7 +46,10 @@ FRAMES, CONFIRMED_ON = 24, 6  # frames the anatomy is seen in, and inverse kinem
 ENOUGH = 6  # markers of the trunk that tell where it faces, without those of the legs
 OPPOSITE, APART = -0.5, 0.05  # rho of exchanged labels; landmarks nearer than this [m] are not told
 LIMB_OPPOSITE = -0.3  # rho of all markers of a limb together: runners set their feet on one line
-OFF_MIDLINE = 0.02  # a landmark that has a side [m]
+# Cost of the labels in the mirror image over that as recorded, below which a recording is mirrored:
+# 0.2 to 0.6 where one is, from whole bodies down to the anterior iliac spines and the legs, 0.75
+# where knees and ankles have no marker; 0.85 where the labels of both legs are exchanged.
+MIRRORED = 0.78
 GAIN = 0.02  # of the distance between exchanged labels by which inverse kinematics comes nearer
 LOOSE, MUCH = 0.5, 0.03  # a marker of the other leg: its spread there over that here, and here [m]
 _YAWS = np.deg2rad(np.arange(0, 360, 5))
@@ -115,29 +125,58 @@ def exchanged_by_anatomy(
         source: The file, for the message.
 
     Raises:
-        FitError: If that would be most of the labels: the person is mirrored.
+        FitError: If the person is mirrored.
     """
     usual = _with_their_limb(known, distances(samples).spread)
     frames = samples[np.isfinite(samples[..., 0]).sum(axis=1) >= min(6, len(usual))]
     if len(frames):
         frames = frames[np.unique(np.linspace(0, len(frames) - 1, FRAMES).astype(int))]
-        order, most = _as_a_person_stands(known, frames, usual)
-        if (order != usual).any() and _confirmed(known, frames, usual, order):
-            if most:
-                raise FitError(mirrored(source))
-            usual = order
+        frames = _head_up(frames, known.standing)
+        order, cost = _labelling(known, frames, usual)
+        if _labelling(known, frames * MIRROR, usual)[1] < MIRRORED * cost:
+            raise FitError(mirrored(source))
+        usual = order
     return Exchange.of(known.names, usual)
+
+
+def _head_up(
+    frames: Float[Array, "n_frames n 3"], standing: Float[Array, "n 3"]
+) -> Float[Array, "n_frames n 3"]:
+    """Return the frames turned over where the person is upside down: a fit starts from standing."""
+    up = frames[..., 2] - np.nanmean(frames[..., 2], axis=1, keepdims=True)
+    upside_down = np.nansum(up * (standing[:, 2] - standing[:, 2].mean())) < 0
+    return frames * [1.0, -1.0, -1.0] if upside_down else frames
+
+
+def _labelling(
+    known: Landmarks, frames: Float[Array, "n_frames n_markers 3"], usual: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return the column that each label's marker is taken from, and what that costs [m].
+
+    The cost is the mean distance to the nearest pose of a person of usual proportions, times one
+    plus the share of the labels that are exchanged.
+    """
+    some = frames[np.unique(np.linspace(0, len(frames) - 1, CONFIRMED_ON).astype(int))]
+    height = known.human.height * _scale(known, frames)
+    h = known.human
+    human = Human.create(float(np.clip(height, 0.6, 2.4)), h.mass, h.sex, h.joints, h.feet)
+    here, order = some[:, usual], _as_a_person_stands(known, frames, usual)
+    errors = _errors(human, known.places, here)
+    moved = order != usual
+    if moved.any():
+        there = some[:, order]
+        gain = errors - (exchanged := _errors(human, known.places, there))
+        if np.nansum(gain) > GAIN * np.nansum(np.linalg.norm(here - there, axis=-1)):
+            return order, float(np.nanmean(exchanged)) * (1 + moved.mean())
+    return usual, float(np.nanmean(errors))
 
 
 def _as_a_person_stands(
     known: Landmarks, frames: Float[Array, "n_frames n_markers 3"], order: np.ndarray
-) -> tuple[np.ndarray, bool]:
-    """Return the column that each label's marker is taken from to stand as a person does.
-
-    And whether that exchanges most of the trunk and much of the rest, as in a mirror.
-    """
+) -> np.ndarray:
+    """Return the column that each label's marker is taken from to stand as a person does."""
     standing = known.standing
-    standing = standing * _scale(frames, standing)
+    standing = standing * _scale(known, frames)
     trunk = np.array([p.body in TRUNK for p in known.places], dtype=bool)
     e = standing[:, None] - standing
     length2 = np.maximum((e**2).sum(axis=-1), 1e-12)
@@ -168,14 +207,7 @@ def _as_a_person_stands(
         if (other == new).all():
             break
         new = other
-    moved, comparable = new != np.arange(len(new)), (told | told.T).any(axis=1)
-    sided = np.abs(standing[:, 1]) > OFF_MIDLINE
-    mirror = any(
-        moved[those & trunk].sum() > 0.5 * (those & trunk).sum()
-        and moved[those].sum() > 0.3 * those.sum()
-        for those in (comparable, comparable & sided)
-    )
-    return order[new], mirror
+    return order[new]
 
 
 def _as_a_segment_stands(
@@ -274,11 +306,19 @@ def _comparable(known: Landmarks) -> Bool[Array, "n_markers n_markers"]:
     return _twins(known) | ((limb[:, None] == limb) & ~free)
 
 
-def _scale(frames: Float[Array, "n_frames n 3"], standing: Float[Array, "n 3"]) -> float:
-    """Return the size of the recorded person over that of the standing one."""
-    rest = np.linalg.norm(standing[:, None] - standing, axis=-1)
+def _scale(known: Landmarks, frames: Float[Array, "n_frames n 3"]) -> float:
+    """Return the size of the recorded person over that of the standing one.
+
+    Distances on a segment or to the next one tell it, between points of bone where there are any.
+    """
+    rest = np.linalg.norm(known.standing[:, None] - known.standing, axis=-1)
     seen = distances(frames).usual
-    use = (rest > 0.15) & (rest < 0.5) & np.isfinite(seen)
+    body = np.array([known.human.body(p.body) for p in known.places])
+    parent = known.human.model.body_parentid[body]
+    near = (body[:, None] == body) | (parent[:, None] == body) | (parent == body[:, None])
+    use = near & (rest > 0.15) & np.isfinite(seen)
+    bone = np.array([p.spread <= BONE for p in known.places])
+    use = on_bone if (on_bone := use & bone & bone[:, None]).any() else use
     return float(np.clip(np.median(seen[use] / rest[use]), 0.4, 1.6)) if use.any() else 1.0
 
 
@@ -311,18 +351,6 @@ def _median(values: np.ndarray) -> np.ndarray:
     count = np.isfinite(values).sum(axis=0)
     middle = np.take_along_axis(ordered, np.maximum(count - 1, 0)[None] // 2, axis=0)[0]
     return np.where(count > 0, middle, np.inf)
-
-
-def _confirmed(known: Landmarks, frames: np.ndarray, now: np.ndarray, order: np.ndarray) -> bool:
-    """Return whether the nearest pose of a body comes nearer by a part of what was exchanged."""
-    some = frames[np.unique(np.linspace(0, len(frames) - 1, CONFIRMED_ON).astype(int))]
-    height = known.human.height * _scale(frames, known.standing)
-    h = known.human
-    human = Human.create(float(np.clip(height, 0.6, 2.4)), h.mass, h.sex, h.joints, h.feet)
-    here, there = some[:, now], some[:, order]
-    gain = _errors(human, known.places, here) - _errors(human, known.places, there)
-    moved = np.linalg.norm(here - there, axis=-1)
-    return bool(np.nansum(gain) > GAIN * np.nansum(moved))
 
 
 def _errors(human: Human, places: Sequence[Attachment], frames: np.ndarray) -> np.ndarray:

@@ -31,7 +31,6 @@ from plantigrade.kinematics.plausible import (
     lean_notes,
     require_human_size,
     require_one_person,
-    require_own_sides,
     without_far_samples,
 )
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
@@ -107,16 +106,11 @@ def fit_markers(
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
     require_one_person(known, recording.source)
-    attached = [p for n in known if (p := placed[n]) is not None]
-    seen_as = _columns(markers, known)[start:stop]
-    require_human_size(seen_as, recording.source)
-    standing = PointSet.of(human, attached).path(human.standing()[None])[0]
+    require_human_size(_columns(markers, known)[start:stop], recording.source)
     right = relabelled(recording, static, human, names, placed)
     recording, static, markers = right.recording, right.static, right.recording.markers
     assert markers is not None
     notes += right.notes
-    seen_as = _columns(markers, known)[start:stop]
-    require_own_sides(attached, standing, seen_as, recording.source)
     recording, far = without_far_samples(recording)
     if far:
         notes.append(f"{far} samples metres away from the person were discarded.")

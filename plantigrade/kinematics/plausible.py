@@ -1,4 +1,4 @@
-"""Whether a recording can be of a person at all: size, place, sides, posture, error that is left.
+"""Whether a recording can be of a person at all: size, place, posture, error that is left.
 
 What cannot be a person is refused with the likely cause; what is merely unusual is said.
 """
@@ -11,7 +11,6 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
-from plantigrade.models.landmarks import Attachment
 from plantigrade.motion import Recording
 
 FEWEST_MARKERS = 6  # with known places: what it takes to fit a person
@@ -21,8 +20,6 @@ UPRIGHT = 0.35  # cosine of the trunk's lean below which a person does not stand
 LARGEST_ERROR = {"marker": 0.04, "joint": 0.08}  # mean error of what can be called a fit [m]
 REACH = 3.0  # a sample this far from the middle of the markers is on no person [m]
 HALF_WINDOW = 5  # frames on each side over which that middle is the median
-MIRROR_GAIN = 0.6  # a mirrored trunk leaves less than this of the error of the trunk as it is
-TRUNK = {"pelvis", "abdomen", "torso", "lower_thorax", "thorax", "head"}
 
 
 def require_one_person(known: Sequence[str], source: object) -> None:
@@ -63,62 +60,6 @@ def require_human_size(samples: Float[Array, "n_frames n_markers 3"], source: ob
             f"{source}: the markers of one frame spread over {spread:.3g} m; those of a person "
             f"over {SPREAD[0]} to {SPREAD[1]:.0f} m: check the file's unit of length"
         )
-
-
-def require_own_sides(
-    places: Sequence[Attachment],
-    model: Float[Array, "n_markers 3"],
-    samples: Float[Array, "n_frames n_markers 3"],
-    source: object,
-) -> None:
-    """Raise where the trunk was recorded as its own mirror image.
-
-    The trunk hardly bends, so a turn alone should carry it onto the standing person's. Where a
-    turn with a reflection does so far better, left and right are exchanged, or one axis of the file
-    points the other way.
-
-    Args:
-        places: Where the markers sit.
-        model: The same points of the standing person [m].
-        samples: Measured positions [m].
-        source: The file, for the message.
-
-    Raises:
-        FitError: If the trunk is mirrored.
-    """
-    trunk = np.array([p.body in TRUNK for p in places], dtype=bool)
-    if trunk.sum() < 6:
-        return
-    a, measured = model[trunk], samples[:, trunk]
-    whole = measured[np.isfinite(measured[..., 0]).sum(axis=1) >= 6]
-    ratios = []
-    for frame in whole[:: max(1, len(whole) // 15)]:
-        seen = np.isfinite(frame[:, 0])
-        ratios.append(_mirrored_over_turned(a[seen], frame[seen]))
-    if ratios and np.median(ratios) < MIRROR_GAIN:
-        raise FitError(mirrored(source))
-
-
-def mirrored(source: object) -> str:
-    """Return what is wrong with a recording whose person is the mirror image of one."""
-    return (
-        f"{source}: the person is mirrored: the names of left and right markers are exchanged "
-        "(--swap-sides exchanges them back), or one axis of the file points the other way "
-        "(--mirror-axis turns it)"
-    )
-
-
-def _mirrored_over_turned(a: Float[Array, "n_points 3"], b: Float[Array, "n_points 3"]) -> float:
-    """Return the error of the best turn with a reflection over that of the best turn alone."""
-    da, db = a - a.mean(axis=0), b - b.mean(axis=0)
-    u, s, vt = np.linalg.svd(da.T @ db)
-    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
-    size = (da**2).sum() * (db**2).sum()
-
-    def left(handed: float) -> float:  # of the squared error, the scale free [Kabsch]
-        return max(1 - (s[0] + s[1] + handed * s[2]) ** 2 / size, 1e-12)
-
-    return float(np.sqrt(left(-sign) / left(sign)))
 
 
 def without_far_samples(recording: Recording) -> tuple[Recording, int]:

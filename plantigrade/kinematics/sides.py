@@ -70,3 +70,12 @@ def mirror_axis(recording: Recording) -> Recording:
         outputs={},
         static=None if recording.static is None else mirror_axis(recording.static),
     )
+
+
+def mirrored(source: object) -> str:
+    """Return what is wrong with a recording whose person is the mirror image of one."""
+    return (
+        f"{source}: the person is mirrored: the names of left and right markers are exchanged "
+        "(--swap-sides exchanges them back), or one axis of the file points the other way "
+        "(--mirror-axis turns it)"
+    )

@@ -1,5 +1,6 @@
 """Labels exchanged through a whole recording are found and put back; right ones are left alone."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -15,8 +16,9 @@ from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.kinematics.standing_trial import exchanged_by_standing, require_same_person
 from plantigrade.models import Human
-from plantigrade.models.markers import other_side, place_markers
+from plantigrade.models.markers import landmark_names, other_side, place_markers
 from plantigrade.motion import Markers, Recording
+from plantigrade.spatial.conventions import rotation_matrix
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker
 
 RECORDINGS = (
@@ -87,9 +89,9 @@ def test_labels_that_are_right_are_left_alone(data, human, name):
 
 
 @pytest.mark.parametrize("name", ["c3d/HC038A27.c3d", "opensim/opencap_subject4/squats1.trc"])
-@pytest.mark.parametrize("angle", [-90, 45, 90])
+@pytest.mark.parametrize("angle", [-90, 45, 90, 180])
 def test_a_person_who_lies_or_leans_is_left_alone(data, human, name, angle):
-    """On the back, on the face, or bent forward: no label is exchanged, and nobody is mirrored."""
+    """On the back, the face or the head, or bent: no label is exchanged, nobody is mirrored."""
     markers = read(data / name).markers
     turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
     assert not found(human, replace(markers, positions=markers.positions @ turn.T))
@@ -150,6 +152,86 @@ def test_a_mirrored_person_is_refused_and_mended(data, human, name, mirror):
     assert mended.events == whole.events
     for again, plate in zip(mended.plates, whole.plates, strict=True):
         np.testing.assert_array_equal(again.force, plate.force)
+
+
+LEGS = "asis thigh knee_lateral shank ankle_lateral heel metatarsal_2_head toe_tip hallux".split()
+SACRUM, MEDIAL = ["psis", "sacrum"], ["knee_medial", "ankle_medial", "metatarsal_5_head"]
+TRUNK = "c7 t10 suprasternale xiphoid scapula acromion".split()
+
+
+def only(markers: Markers, marks: list[str]) -> Markers:
+    """Return the markers on these landmarks, whose side is left out."""
+    named = landmark_names(markers.names)
+    kept = [n for n, mark in named.items() if mark and re.sub("_[rl]$", "", mark) in marks]
+    return markers.select(kept)
+
+
+@pytest.mark.parametrize(
+    ("name", "marks"),
+    [
+        ("c3d/HC038A11.c3d", LEGS),  # a walk; the anterior iliac spines and the legs alone
+        ("c3d/HC038A11.c3d", LEGS + SACRUM),
+        ("c3d/HC032A03.c3d", LEGS + TRUNK),  # Plug-in Gait without sacrum
+        ("c3d/HC038A27.c3d", LEGS + TRUNK + SACRUM),  # a turn
+        ("c3d/HC032A01.c3d", LEGS),  # people who stand
+        ("opensim/gait2392_subject01/subject01_static.trc", LEGS + MEDIAL),
+        ("c3d/gaitalytics_treadmill_events.c3d", LEGS + MEDIAL),
+        ("c3d/opensim_walking2.c3d", LEGS),
+        ("opensim/rajagopal_walk/markers_walk.trc", LEGS + SACRUM),
+        ("opensim/opencap_subject4/STS1.trc", LEGS + TRUNK),  # up from a chair
+        ("opensim/opencap_subject4/squats1.trc", LEGS + MEDIAL),
+        ("opensim/opencap_subject4/DJ1.trc", LEGS),
+        ("opensim/running_subject04/run300.trc", LEGS),
+    ],
+)
+def test_a_mirrored_person_of_few_markers_is_refused(data, human, name, marks):
+    """No pose puts left and right where they are and the toes in front; the option mends it."""
+    whole = read(data / name)
+    whole = replace(whole, markers=only(whole.markers, marks), outputs={}, static=None)
+    assert not found(human, whole.markers)
+    wrong = swap_sides(whole)
+    with pytest.raises(FitError, match="--swap-sides.*--mirror-axis"):
+        found(human, wrong.markers)
+    mended = swap_sides(wrong).markers
+    assert mended.names == whole.markers.names
+    np.testing.assert_array_equal(mended.positions, whole.markers.positions)
+
+
+@pytest.mark.parametrize("name", ["c3d/HC038A27.c3d", "opensim/opencap_subject4/squats1.trc"])
+@pytest.mark.parametrize("angle", [-90, 45, 90, 180])
+def test_a_mirrored_person_who_lies_is_refused(data, human, name, angle):
+    markers = read(data / name).markers
+    turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
+    with pytest.raises(FitError, match="mirrored"):
+        found(human, replace(markers, positions=markers.positions * [1, -1, 1] @ turn.T))
+
+
+def test_the_recording_that_is_mirrored_is_named(data):
+    """The standing trial alone may be: it is named, not the recording."""
+    walk, still = (read(data / f"c3d/HC032A0{i}.c3d") for i in (3, 1))
+    marks = LEGS + TRUNK + SACRUM
+    walk, still = (replace(r, markers=only(r.markers, marks), outputs={}) for r in (walk, still))
+    with pytest.raises(FitError, match=r"HC032A01\.c3d: the person is mirrored"):
+        fit_markers(walk, static=mirror_axis(still))
+
+
+def test_a_person_who_walks_backwards_is_fitted(data):
+    """A walk played in reverse is no mirror image: the same poses, the same error."""
+    walk = read(data / "c3d/HC032A03.c3d")
+    ahead = replace(walk, markers=only(walk.markers, LEGS), plates=(), events=(), outputs={})
+    back = replace(ahead, markers=replace(ahead.markers, positions=ahead.markers.positions[::-1]))
+    one, other = (fit_markers(r) for r in (ahead, back))
+    speeds = [forward_speed(fit) for fit in (one, other)]
+    assert speeds[0] > 1 and speeds[1] < -1
+    errors = [fit.metrics["marker_rms_mean_mm"] for fit in (one, other)]
+    assert abs(errors[1] - errors[0]) < 0.5 and max(errors) < 6
+
+
+def forward_speed(fit) -> float:
+    """Return the mean speed of the pelvis to where it faces [m/s]."""
+    faces = rotation_matrix(fit.qpos[:, 3:7])[:, :2, 0].mean(axis=0)
+    way = fit.qpos[-1, :2] - fit.qpos[0, :2]
+    return float(way @ faces / np.linalg.norm(faces) / (fit.time[-1] - fit.time[0]))
 
 
 def test_events_and_unknown_names_change_sides(data):
