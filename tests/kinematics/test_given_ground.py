@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import FitError, ParameterError
+from plantigrade.io import read
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.given_ground import below_feet, suggested
 from plantigrade.kinematics.rests import find_rests
@@ -73,6 +74,16 @@ def test_a_slope_is_recognised_and_found(walk, degrees):
 def test_level_ground_suggests_nothing(walk):
     assert suggested(walk.human, walk.time, walk.qpos) == ""
     assert suggested(walk.human, walk.time, on_slope(walk.qpos, 1.0)) == ""
+
+
+@pytest.mark.slow
+def test_level_belts_suggest_nothing(walk, data):
+    """A real one, on which heels rise before they leave: its feet seem to be carried down by 2°."""
+    qpos = walk.qpos.copy()
+    qpos[:, 0] -= walk.speed * walk.time
+    assert suggested(walk.human, walk.time, qpos) == ""
+    fit = fit_markers(read(data / "c3d" / "gaitalytics_treadmill_events.c3d"))
+    assert suggested(fit.human, fit.time, fit.qpos) == ""
 
 
 def test_a_belt_that_rises_is_recognised(walk):
