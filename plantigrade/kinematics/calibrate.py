@@ -14,15 +14,16 @@ as its kind allows (:math:`s_i`), the lengths from stature and sex. Markers of u
 put on the segment to which their distances are constant, once the known ones give the pose
 (:mod:`plantigrade.kinematics.unknown_markers`).
 
-Four things are added. Frames of one trial are not independent, so the marker term of all of them
+Five things are added. Frames of one trial are not independent, so the marker term of all of them
 together counts as :data:`INDEPENDENT_FRAMES`. In a standing trial knees and feet are pulled to
 zero; hips and trunk are not, since people stand with the pelvis they have. The iliac spines define
 the pelvis, as in every clinical model, so their places in it are trusted to :data:`SPINE_SPREAD`,
 and the lumbar joint lies behind the hips where a regression puts it
-(:func:`plantigrade.models.anatomy.usual_lumbar_depth`) within :data:`LUMBAR_SPREAD`. And a knee
-straighter than :data:`STRAIGHT_KNEE` is pulled back to it, strongly: this sets where the knee's
-zero lies, so a person who really walks on overstretched knees comes out some degrees too bent all
-through (the shape of the curve is not touched).
+(:func:`plantigrade.models.anatomy.usual_lumbar_depth`) within :data:`LUMBAR_SPREAD`. And the knee's
+axis goes through the epicondyles within :data:`EPICONDYLE_SPREAD`, the segment lengths give way.
+Where no marker on them was recorded, a knee straighter than :data:`STRAIGHT_KNEE` is pulled back to
+it, strongly: this sets where the knee's zero lies, so a person who really walks on overstretched
+knees comes out some degrees too bent all through there (the shape of the curve is not touched).
 """
 
 import copy
@@ -68,16 +69,23 @@ LUMBAR_SPREAD = 0.006  # of the lumbar joint about its regression, standard devi
 # the pelvis is what they say it is. The width between them is left to BONE. All of them together
 # may sit elsewhere above the hip joint centres, as far as the regression of those is off.
 SPINE_SPREAD, HIP_SPREAD = 0.003, 0.008  # [m]
+# Of a marker on an epicondyle about the knee's axis, along the thigh and forwards: how well that
+# point is palpated [DellaCroce2005]_. The skin slides backwards over it by some 20 mm for each
+# radian that the knee bends [Leardini2005]_, which looks as if the axis lay as many millimetres
+# farther down, in every stride, so the movement must not say where it lies.
+EPICONDYLE_SPREAD = 0.006  # [m]
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
 POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
 # Of head and neck: a band sits on the head at any angle, and heads are held upright [rad].
 NECK_SPREAD = 0.15
 STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
-# Marker places and knee angle trade against each other, and people do not walk on hyperextended
-# knees: while calibrating, a knee straighter than this is pulled back [rad], so strongly.
+# Without a marker on an epicondyle, marker places and knee angle trade against each other, and
+# people do not walk on hyperextended knees: while calibrating, a knee straighter than this is
+# pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
+_EPICONDYLES = ("knee_lateral", "knee_medial")
 _STANDING = ("hip_adduction", "hip_rotation", "lumbar_bending", "lumbar_rotation")
 _STANDING += ("knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
 
@@ -146,7 +154,11 @@ class Calibrator:
         # A marker on the sacrum stands for the posterior spines where they have none.
         defining = {"asis", "psis" if "psis" in marks else "sacrum"}
         self.spines = {i for i, mark in enumerate(marks) if mark in defining}
-        self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
+        self.epicondyles = {i for i, mark in enumerate(marks) if mark in _EPICONDYLES}
+        on = {name for name in self.landmark_names if name}
+        known = [f"knee_angle{n[-2:]}" for n in on if n[:-2] in _EPICONDYLES]
+        unknown = [c.startswith("knee_angle") and c not in known for c in human.coordinates]
+        self.unknown_knees = np.array(unknown)
 
     @property
     def dimensions(self) -> Dimensions:
@@ -219,7 +231,7 @@ class Calibrator:
             r = error.ravel() * root_w
             A = J.T @ J
             A[np.arange(6, nv), np.arange(6, nv)] += evidence * self.posture_weight[f]
-            bent_back = self.knees & (self.qpos[f, 7:] < STRAIGHT_KNEE)
+            bent_back = self.unknown_knees & (self.qpos[f, 7:] < STRAIGHT_KNEE)
             A[6:, 6:][bent_back, bent_back] += 1 / STRAIGHT_SPREAD**2
             A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
             gq = J.T @ r
@@ -291,8 +303,11 @@ class Calibrator:
             spine = marker in self.spines
             s = np.array([first + 1]) if spine else np.arange(first, first + 3)
             spines += [first] if spine else []
-            H[s, s] += 1 / spread**2
-            g[s] -= self.offsets[marker][s - first] / spread**2
+            within = np.full(len(s), spread)
+            if marker in self.epicondyles:
+                within[[0, 2]] = EPICONDYLE_SPREAD
+            H[s, s] += 1 / within**2
+            g[s] -= self.offsets[marker][s - first] / within**2
         offsets = self.offsets[which].ravel()
         for axis in (0, 2):
             s = np.array(spines, dtype=int) + axis

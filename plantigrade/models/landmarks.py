@@ -150,7 +150,8 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "knee_medial": thigh(-0.01, -knee_half / d.thigh, 0.985, BONE),
         "patella": thigh(0.13, 0.0, 0.97, SKIN),
         "knee_joint": thigh(-0.011, -0.0043, 1.0, BONE),
-        "fibula_head": shank(-0.05, 0.125, 0.06, SKIN),
+        # where the biceps femoris ends on it in Rajagopal's model
+        "fibula_head": shank(-0.05, 0.125, 0.105, SKIN),
         "tibial_tuberosity": shank(0.10, 0.01, 0.13, SKIN),
         "shank_upper": shank(0.02, 0.13, 0.25),
         "shank_front": shank(0.07, 0.03, 0.50, SKIN),

@@ -1,5 +1,6 @@
 """Fitting markers: a person whose markers are known is found again, and lies are found out."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from plantigrade.analyze.statistics import rmse_offset_removed
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human, Person
 from plantigrade.models.markers import place_markers
 from plantigrade.motion import Markers, Recording, Subject
@@ -87,8 +88,7 @@ def test_knees_that_also_turn_do_not_tip_the_pelvis():
         for name, (degrees, lead) in turns.items():
             angle = np.deg2rad(degrees) * np.sin(phase + shift + lead)
             qpos[:, 7 + human.hinge(f"{name}_{side}")] = angle
-    names = tuple(n for n in NAMES if not n.endswith(("KNM", "MED")))
-    fit = fit_markers(recording(markers_of(human, time, qpos, names=names)), Person(height=1.68))
+    fit = fit_markers(recording(markers_of(human, time, qpos, names=LATERAL)), Person(height=1.68))
     (here, ours), (there, truth) = (
         each.to_coordinates(q) for each, q in ((fit.human, fit.qpos), (human, qpos))
     )
@@ -99,6 +99,47 @@ def test_knees_that_also_turn_do_not_tip_the_pelvis():
 
     assert off("pelvis_list") < 0.5, "trusting spines no more than feet: 0.8"
     assert max(off("hip_adduction_r"), off("hip_adduction_l")) < 1.3, "so too: 1.9"
+
+
+def slid(human, qpos, markers, *, slide=0.020):
+    """The markers, those on lateral epicondyles slid backwards so far [m/rad] as the knee bends."""
+    x = markers.positions.copy()
+    thighs = np.array(
+        [[s.rotations[human.body(f"femur_{k}")] for k in "rl"] for s in sweep(human, qpos)]
+    )
+    for k, side in enumerate("rl"):
+        bent = qpos[:, 7 + human.hinge(f"knee_angle_{side}")]
+        backwards = -slide * bent[:, None] * thighs[:, k, :, 0]
+        x[:, markers.index(f"{side.upper()}KNE")] += backwards
+    return replace(markers, positions=x)
+
+
+LATERAL = tuple(n for n in NAMES if not n.endswith(("KNM", "MED")))
+
+
+def test_skin_that_slides_over_the_knee_does_not_move_its_axis():
+    """Seen from a thigh that its sliding marker turns, the shank turns about a lower point."""
+    human, time, qpos = walker()
+    markers = slid(human, qpos, markers_of(human, time, qpos, names=LATERAL))
+    fit = fit_markers(recording(markers))
+    for side in "rl":
+        axis = fit.human.model.body_pos[fit.human.body(f"tibia_{side}")]
+        place = fit.places[fit.markers.index(f"{side.upper()}KNE")].position
+        above = 1e3 * (place - axis)[2]
+        assert above == pytest.approx(0.015e3 * human.dimensions.thigh, abs=4), "by movement: 13"
+        i = 7 + human.hinge(f"knee_angle_{side}")
+        assert abs(np.rad2deg(fit.qpos[:, i] - qpos[:, i]).mean()) < 1.5
+
+
+def test_overstretched_knees_are_found_as_they_are():
+    """Epicondyles tell where the axis is, so nothing else need say where the knee's zero lies."""
+    human, time, qpos = walker()
+    for side in "rl":
+        qpos[:, 7 + human.hinge(f"knee_angle_{side}")] -= np.deg2rad(10)
+    fit = fit_markers(recording(markers_of(human, time, qpos, names=LATERAL)))
+    for side in "rl":
+        i = 7 + human.hinge(f"knee_angle_{side}")
+        assert abs(np.rad2deg(fit.qpos[:, i] - qpos[:, i]).mean()) < 1.5, "pulled straight: 2.8"
 
 
 def test_marker_places_off_their_landmarks_are_found():
