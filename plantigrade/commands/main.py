@@ -17,10 +17,11 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 # One thread per solve: with a busy core, the worker threads of OpenMP and OpenBLAS slow the small
-# matrices of a human body two- to threefold. Parallelism is over runs, not inside them. It must be
-# said before numpy is loaded; whoever sets the variables otherwise is obeyed.
+# matrices of a human body two- to threefold, and sums in another order end in other last digits.
+# Parallelism is over runs, not inside them. It must be said before numpy is loaded, whatever the
+# environment says: equal commands give equal bytes.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+    os.environ[_name] = "1"
 
 from plantigrade import __version__  # noqa: E402
 from plantigrade.commands.outcome import Outcome  # noqa: E402

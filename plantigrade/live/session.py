@@ -218,12 +218,16 @@ class Session:
         """Hold a body at a place, and pull it to another one, world [m]."""
         if not 0 < body < self.world.model.nbody:
             raise ParameterError(f"there is no body {body} to hold")
+        if not np.isfinite([at, end]).all():
+            raise ParameterError("a body is held and pulled at places with finite coordinates")
         data = self.world.data
         turn = data.xmat[body].reshape(3, 3)
         self._hand.hold(Rope(body, turn.T @ (at - data.xpos[body]), end))
 
     def pull(self, end: Float[Array, " 3"]) -> None:
         """Pull what is held to another place, world [m]; nothing where nothing is held."""
+        if not np.isfinite(end).all():
+            raise ParameterError("a body is pulled to places with finite coordinates")
         if self._hand.rope is not None:
             self._hand.hold(replace(self._hand.rope, end=end))
 

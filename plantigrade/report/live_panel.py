@@ -214,32 +214,36 @@ class Panel:
                 shown.value = target.value
 
     def _offer(self, targets: tuple[Target, ...]) -> None:
-        """Make sliders of what may be set of a controller."""
-        for slider in self.targets:
-            slider.remove()
-        self._of, self.targets = targets, []
+        """Make a control for each target of a controller; those of the same targets are kept."""
+        before, self._of = self._of or (), targets
+        if [_control_of(t) for t in before] == [_control_of(t) for t in targets]:
+            return
+        for control in self.targets:
+            control.remove()
         with self._folder:
-            for target in targets:
-                label = f"{target.name} [{target.unit}]" if target.unit else target.name
-                if target.names:
-                    box = self.server.gui.add_dropdown(
-                        label, target.names, initial_value=target.names[round(target.value)]
-                    )
-                    box.on_update(
-                        lambda event, b=box, t=target: (
-                            event.client is None
-                            or self._ask(lambda: t.set(float(t.names.index(b.value))))
-                        )
-                    )
-                    self.targets.append(box)
-                    continue
-                step = (target.high - target.low) / 200
-                slider = self.server.gui.add_slider(
-                    label, target.low, target.high, step, target.value
-                )
-                slider.on_update(
-                    lambda event, s=slider, t=target: (
-                        event.client is None or self._ask(lambda: t.set(float(s.value)))
-                    )
-                )
-                self.targets.append(slider)
+            self.targets = [self._control(k, target) for k, target in enumerate(targets)]
+
+    def _control(self, k: int, target: Target) -> Any:
+        """Return a dropdown or slider that sets the target at that place."""
+        gui = self.server.gui
+        label = f"{target.name} [{target.unit}]" if target.unit else target.name
+        if target.names:
+            names = target.names
+            control = gui.add_dropdown(label, names, initial_value=names[round(target.value)])
+        else:
+            step = (target.high - target.low) / 200
+            control = gui.add_slider(label, target.low, target.high, step, target.value)
+
+        @control.on_update
+        def _(event: Any) -> None:
+            if event.client is not None and self._of is not None and k < len(self._of):
+                own, word = self._of[k], control.value
+                value = float(own.names.index(word)) if own.names else float(word)
+                self._ask(lambda: own.set(value))
+
+        return control
+
+
+def _control_of(target: Target) -> tuple[Any, ...]:
+    """Return what the control of a target shows besides its value."""
+    return target.name, target.low, target.high, target.unit, target.names

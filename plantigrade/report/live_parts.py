@@ -12,6 +12,7 @@ from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.report.local_only import local_only
+from plantigrade.report.only_offered import only_offered
 from plantigrade.report.shapes import Shape, mesh_of, rgb
 
 BEFORE = 0.3  # a push at the trunk ends so far before where it acts: outside of the arms, too [m]
@@ -19,11 +20,17 @@ ARROW = 0.6  # one body weight is drawn this long [m]
 HEAD, SHORTEST = 0.08, 0.015  # of which the head is; shorter ones are not drawn [m]
 
 
-def open_server(port: int, title: str) -> Any:
+def open_server(port: int, title: str, refused: Callable[[str], None] = lambda _: None) -> Any:
     """Return a server of viser for this machine alone, on ``port`` or the next free one.
+
+    Args:
+        port: The port.
+        title: Shown over the controls.
+        refused: Called with a sentence where a message sets what the page does not offer.
 
     Raises:
         ParameterError: If the port is none.
+        PlantigradeError: If this version of viser does not let its messages be checked.
     """
     if not 0 < port < 65536:
         raise ParameterError(f"{port=} is not a valid port; choose one from 1024 to 65535")
@@ -31,6 +38,7 @@ def open_server(port: int, title: str) -> Any:
 
     with redirect_stdout(StringIO()), local_only():  # its banner: --json owns standard output
         server = viser.ViserServer(host="localhost", port=port, verbose=False)
+    only_offered(server, refused)
     server.gui.configure_theme(show_logo=False, show_share_button=False)
     server.gui.set_panel_label(title)
     server.scene.set_up_direction("+z")

@@ -74,7 +74,7 @@ class LiveWorld:
             ParameterError: If the port is no port.
         """
         self.session = session
-        self.server = open_server(port, title)
+        self.server = open_server(port, title, lambda said: setattr(session, "message", said))
         self._world: World | None = None
         self._frame: Frame | None = None
         self.drawn = 0

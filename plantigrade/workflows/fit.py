@@ -158,6 +158,7 @@ def given_ground(settings: RecordingSettings) -> GivenGround | None:
     )
 
 
+@on_one_thread
 def fit_trial(
     path: str | Path, settings: RecordingSettings | None = None, step: Step = silent
 ) -> tuple[Recording, Trial]:

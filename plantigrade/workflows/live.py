@@ -2,6 +2,7 @@
 
 import sys
 import time as clock
+import traceback
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -189,8 +190,12 @@ def live(
         stop: Ends the session when set (for tests and notebooks).
         options: Further arguments of ``simulate``.
 
+    Returns:
+        The run. If a fault ended the session after its start, the status says so.
+
     Raises:
         PlantigradeError: As ``simulate`` does.
+        Exception: What a controller raises at once.
     """
     made = prepare(source, settings, **options)
     session, keeps, stop = made.session, Clock(), stop or Event()
@@ -207,11 +212,22 @@ def live(
     thread = Thread(target=simulate, name="physics")
     with responsive():
         thread.start()
-        _look_on(page, made, stop, thread, tell, save, open=open)
-    if failed:
-        raise failed[0]
+        try:
+            _look_on(page, made, stop, thread, tell, save, open=open)
+        except Exception as error:  # of the page; what was simulated is not lost by it
+            failed.append(error)
     tell(f"{session.world.time:.2f} s simulated, {keeps.behind:.2f} s behind real time")
-    return made.run()
+    if not failed:
+        return made.run()
+    if not session.world.time > 0.0:
+        raise failed[0]
+    tell("".join(traceback.format_exception(failed[0])))
+    try:
+        result = made.run()
+    except Exception:
+        raise failed[0] from None
+    ended = f"the session ended by a fault ({type(failed[0]).__name__}: {failed[0]})"
+    return replace(result, status=ended)
 
 
 @contextmanager

@@ -166,7 +166,7 @@ def run_of(
         status,
         {**figures, **verdict.figures()},
         Provenance(command, how.plain(), {}, how.seed),
-        seconds={"search": seconds},
+        seconds={"search": seconds, **_seconds(every)},
         name=f"vault-{gymnast.segments.count}-segments",
     )
 
@@ -206,6 +206,15 @@ def figures_of(vaulted: Vaulted) -> dict[str, Any]:
     }
 
 
+def _seconds(every: tuple[Found, ...]) -> dict[str, float]:
+    """Return how long the searches of each optimiser took [s]."""
+    return {
+        name: sum(found.seconds for found in every if found.optimiser == name)
+        for name in OPTIMISERS
+        if any(found.optimiser == name for found in every)
+    }
+
+
 def search_figures(every: tuple[Found, ...]) -> dict[str, Any]:
     """Return how the searches ended, by optimiser."""
     figures: dict[str, Any] = {
@@ -219,6 +228,5 @@ def search_figures(every: tuple[Found, ...]) -> dict[str, Any]:
                 f"{name}_best_m_s": max(ends),
                 f"{name}_mean_m_s": float(np.mean(ends)),
                 f"{name}_sd_m_s": float(np.std(ends, ddof=1)) if len(ends) > 1 else 0.0,
-                f"{name}_seconds": sum(f.seconds for f in every if f.optimiser == name),
             }
     return figures

@@ -1,9 +1,12 @@
 """The page of a live session, in a real browser: what is sent from it moves the body."""
 
+import asyncio
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from viser._messages import GuiUpdateMessage
 
 from plantigrade.contact.ground import Ground
 from plantigrade.live.clock import Clock
@@ -196,6 +199,68 @@ def test_targets_and_drawings_of_a_controller_are_on_the_page():
 
 
 @pytest.mark.slow
+def send(page: LiveWorld, control, updates: dict) -> None:
+    """Let a message of a client arrive."""
+    interface = page.server.gui._websock_interface
+    message = GuiUpdateMessage(control._impl.uuid, updates)
+    asyncio.run(interface._handle_incoming_message(0, message))
+
+
+def test_a_message_that_sets_what_the_page_does_not_offer_is_refused(page):
+    panel, session = page.panel, page.session
+    for control, updates in (
+        (panel._controller, {"value": "hope"}),
+        (panel._feet, {"value": 3}),
+        (panel._friction, {"value": float("nan")}),
+        (panel._friction, {"value": 1e9}),
+        (panel._friction, {"value": "slippery"}),
+        (panel._pause, {"removed": True}),
+        (panel._pause, {"value": "yes"}),
+        (panel._force, {"value": 50.0, "visible": False}),
+    ):
+        before, session.message = control.value, ""
+        send(page, control, updates)
+        assert control.value == before and "refused" in session.message, updates
+    send(page, panel._force, {"value": 50.0})
+    assert panel._force.value == 50.0
+    go(page, 0.05)
+    panel.update(session.frame)  # nothing that was refused is met here
+
+
+def test_no_client_can_open_a_tunnel(page):
+    handlers = page.server._websock_server._incoming_handlers
+    assert not any("Share" in kind.__name__ for kind in handlers)
+
+
+def test_restarts_do_not_make_the_page_grow():
+    made = []
+
+    def pointing(*_):
+        made.append(Pointing())
+        return made[-1]
+
+    begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
+    stage = Stage(begin, Otherwise(), SMALL)
+
+    def director(choice, hand, place):
+        return replace(stage(choice, hand, place), controller=pointing)
+
+    live = LiveWorld(Session(director, stage.choice), Clock(), port=8462)
+    try:
+        buffer = live.server._websock_server.get_message_buffer()
+        sizes = []
+        for _ in range(6):
+            live.session.restart()
+            go(live, 0.05)
+            live.panel.update(live.session.frame)
+            sizes.append(len(buffer.message_from_id))
+        assert sizes[-1] == sizes[1]
+        send(live, live.panel.targets[0], {"value": 12.0})
+        assert live.panel._of is made[-1].targets, "the controls set the new controller"
+    finally:
+        live.close()
+
+
 def test_a_push_sent_from_the_page_moves_the_body(opened, browser):
     session = opened.session
     before = session.frame.com

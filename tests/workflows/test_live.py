@@ -91,6 +91,28 @@ def test_what_a_controller_raises_ends_the_session():
         live(controller=broken, open=False, port=8472, tell=lambda _: None, **SMALL)
 
 
+def test_what_was_simulated_before_a_fault_is_not_lost(monkeypatch):
+    """A controller that raises, a page that raises: the run says so, and is there."""
+
+    def breaks_late(state):
+        if state.time > 0.1:
+            raise ZeroDivisionError("of the user's own")
+        return StablePD(state.human.standing()[7:])
+
+    run = live(controller=breaks_late, open=False, port=8473, tell=lambda _: None, **SMALL)
+    assert "ended by a fault (ZeroDivisionError" in run.status and not run.ok
+    assert run.record.motion.duration > 0.05
+
+    def show(page, stop):
+        while page.session.world.time < 0.1:
+            stop.wait(0.01)
+        raise IndexError("of the page")
+
+    monkeypatch.setattr(LiveWorld, "show", show)
+    run = live(open=False, port=8474, tell=lambda _: None, **SMALL)
+    assert "IndexError: of the page" in run.status and run.record.motion.duration > 0.05
+
+
 def test_bad_input_starts_no_page():
     with pytest.raises(ParameterError, match="stable-pd needs a motion"):
         live(controller="stable-pd", open=False, tell=lambda _: None, **SMALL)
