@@ -14,46 +14,26 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.contact.ground import Ground
-from plantigrade.errors import FitError
-from plantigrade.kinematics.calibrate import (
-    Calibration,
-    calibrate,
-    require_known,
-    softness,
-)
-from plantigrade.kinematics.flat_feet import set_flat, settled
-from plantigrade.kinematics.given_ground import GivenGround, below_feet
-from plantigrade.kinematics.ground_level import ground_height
+from plantigrade.kinematics.calibrate import softness
+from plantigrade.kinematics.flat_feet import settled
+from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics, track
-from plantigrade.kinematics.label_repair import relabelled
-from plantigrade.kinematics.plausible import (
-    lean_notes,
-    require_human_size,
-    require_one_person,
-    without_far_samples,
-)
+from plantigrade.kinematics.plausible import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
-from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
-from plantigrade.kinematics.standing_poses import standing_poses
+from plantigrade.kinematics.prepare import columns, prepare
+from plantigrade.kinematics.result import Fit, Progress, counter, listed
+from plantigrade.kinematics.scaled_body import ScaledBody, scale
 from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.unknown_size import with_unknown_size
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
 from plantigrade.kinematics.unseen_toes import toes_on_ground, unseen_toes_follow
-from plantigrade.models.markers import MarkerSet, place_markers
+from plantigrade.models import Human
+from plantigrade.models.markers import MarkerSet
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
-from plantigrade.motion.filters import runs
-from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.spatial.conventions import rotation_matrix
 
-USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
-CALIBRATION_FRAMES = 24  # of the trial; enough to see each joint through its range
-STATIC_FRAMES = 6  # of a standing trial, evenly spread
-VISIBLE = 0.75  # share of the markers a frame must show to be fitted
 FLYING = 0.05  # a sample this far off its place [m] is looked at …
 FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker's usual error
-FEWEST_SHARED = 6  # known markers a standing trial must have in common with the recording
 SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
 
 
@@ -64,6 +44,7 @@ def fit_markers(
     static: Recording | None = None,
     marker_set: MarkerSet | None = None,
     ground: GivenGround | None = None,
+    body: ScaledBody | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Fit a scaled person to a marker recording.
@@ -75,119 +56,53 @@ def fit_markers(
         marker_set: Where markers sit; the built-in set that knows most names if not given.
         ground: Slope or steps on which the feet stand; level at the height of the plates if not
             given.
+        body: The body that trials of this person share, this one among them; scaled to this
+            recording alone where not given.
         progress: Called with (what, done, total).
 
     Raises:
         FitError: If the recording has no markers, too few known ones, or no usable frame, or the
             feet do not stand on the given ground.
     """
-    if static is not None:
-        beside = replace(static.subject, date=None)  # that of another recording
-        recording = replace(recording, subject=filled(recording.subject, beside))
-    person = filled(person or Person(), recording.subject)
-    markers = recording.markers
-    if markers is None or not markers.names:
-        raise FitError(f"{recording.source} has no markers to fit")
-    notes: list[str] = []
-    names, ignored = _usable(markers)
-    if static is not None and static.markers is not None:
-        seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
-        shown = zip(static.markers.names, seen, strict=True)
-        names += [n for n, ever in shown if ever and n not in markers.names]
-    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
-    if start > 0 or stop < markers.n_frames:
-        notes.append(
-            f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
-            f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
-        )
-    age = recording.subject.age
-    human = human_of(person, person.height or USUAL_HEIGHT, age=age)
-    placed = place_markers(names, human, marker_set)
-    known = [n for n in names if placed[n] is not None and n in markers.names]
-    require_known([n for n in names if n in markers.names], placed)
-    require_one_person(known, recording.source)
-    require_human_size(_columns(markers, known)[start:stop], recording.source)
-    right = relabelled(recording, static, human, names, placed)
-    recording, static, markers = right.recording, right.static, right.recording.markers
-    assert markers is not None
-    notes += right.notes
-    recording, far = without_far_samples(recording)
-    if far:
-        notes.append(f"{far} samples metres away from the person were discarded.")
-    markers = recording.markers
-    assert markers is not None
-    angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
-    angle -= 0.0 if ground is None else ground.heading
-    recording = turn(recording, angle)
-    markers = recording.markers
-    assert markers is not None
-    still = _static_frames(static, names, human, known, placed)
-    measured = _columns(markers, names)
-    chosen = _choose_frames(measured, start, stop, CALIBRATION_FRAMES)
-    calibration = calibrate(
-        human,
-        names,
-        placed,
-        np.concatenate([still, measured[chosen]]),
-        height=person.height,
-        standing=np.arange(len(still) + len(chosen)) < len(still),
-        progress=counter(progress, "scaling the body", 25),
-    )
-    human, more = with_unknown_size(calibration.human, calibration.places, person, age)
-    calibration = replace(calibration, human=human)
-    notes += more
-    for name in names:
-        if name not in calibration.names:
-            ignored[name] = "moves with no segment of the body"
-    window = slice(start, stop)
-    where = [names.index(n) for n in calibration.names]
-    first = calibration.qpos[len(still)]
-    if ground is None:
-        floor = Ground(height=ground_height(recording))
-    else:
-        solver = InverseKinematics(PointSet.of(calibration.human, calibration.places))
-        followed, _ = track(solver, measured[window][:, where], first)
-        floor = below_feet(ground.shape, calibration.human, markers.time[window], followed)
-    feet = set_flat(
-        calibration.human,
-        calibration.places,
-        measured[window][:, where],
-        still[:, where],
-        markers.rate,
-        first,
-        ground=floor,
-    )
-    calibration = replace(calibration, human=feet.human, places=feet.places)
-    notes += feet.notes
-    in_trial = [i for i, n in enumerate(calibration.names) if n in markers.names]
-    tracked = [calibration.names[i] for i in in_trial]
-    samples = _columns(markers, tracked)[window]
-    places = tuple(calibration.places[i] for i in in_trial)
+    trial = prepare(recording, person, static=static, marker_set=marker_set, ground=ground)
+    body = body or scale([trial], marker_set=marker_set, progress=progress)
+    recording, markers, window = trial.recording, trial.markers, trial.window
+    notes = [*trial.notes, *body.notes]
+    ignored = {
+        **trial.ignored,
+        **{n: "moves with no segment of the body" for n in trial.names if n not in body.names},
+    }
+    floor = body.floor(recording)
+    own = set(trial.names) & set(markers.names)
+    in_trial = [i for i, n in enumerate(body.names) if n in own]
+    tracked = [body.names[i] for i in in_trial]
+    samples = columns(markers, tracked)[window]
+    human, places = body.human, tuple(body.places[i] for i in in_trial)
     solver = InverseKinematics(
-        PointSet.of(calibration.human, places), np.array([1 / softness(p) ** 2 for p in places])
+        PointSet.of(human, places), np.array([1 / softness(p) ** 2 for p in places])
     )
-    qpos, residual, kept, more = _follow(solver, samples, tracked, first, progress)
+    start = body.start(recording.source)
+    qpos, residual, kept, more = _follow(solver, samples, tracked, start, progress)
     notes += more
-    if feet.grounded:
-        human = settled(calibration.human, places, markers.time[window], qpos, ground=floor)
-        calibration = replace(calibration, human=human)
-    qpos = toes_on_ground(calibration.human, places, qpos, ground=floor)
-    qpos = unseen_toes_follow(calibration.human, places, qpos)
+    if body.grounded:
+        human = settled(human, places, markers.time[window], qpos, ground=floor)
+    qpos = toes_on_ground(human, places, qpos, ground=floor)
+    qpos = unseen_toes_follow(human, places, qpos)
     seen = seen_hinges(solver.points)
-    assumed = unmeasured(calibration.human, seen)
-    qpos = follow_the_legs(calibration.human, markers.time[window], qpos, seen)
+    assumed = unmeasured(human, seen)
+    qpos = follow_the_legs(human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
-    notes += pelvis_notes(calibration.human, places)
+    notes += pelvis_notes(human, places)
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording,
         markers=Markers(markers.names, markers.time[window], markers.positions[window]),
     )
-    unknown = [n for n in calibration.attached if n in tracked]
+    unknown = [n for n in body.attached if n in tracked]
     if unknown:
         notes.append(
             f"{len(unknown)} markers with unknown names were assigned to the segment they move "
-            "with: " + listed([f"{n} on {calibration.attached[n]}" for n in unknown], 12) + "."
+            "with: " + listed([f"{n} on {body.attached[n]}" for n in unknown], 12) + "."
         )
     lost = [n for n in ignored if n in markers.names]
     if lost:
@@ -197,8 +112,9 @@ def fit_markers(
             + "."
         )
     used = np.where(kept, residual, np.nan)
+    posture = posture_figures(human, qpos, body.standing)
     return Fit(
-        human=calibration.human,
+        human=human,
         time=markers.time[window],
         qpos=qpos,
         recording=cut,
@@ -207,15 +123,14 @@ def fit_markers(
         places=places,
         residual=residual,
         kept=kept,
-        attached=calibration.attached,
-        heading=angle,
+        attached=dict(body.attached),
+        heading=trial.heading,
         metrics={
-            **_metrics(used, calibration, kept, np.isfinite(residual)),
-            **_without_assumed(
-                posture_figures(calibration.human, qpos, calibration.qpos[: len(still)]), assumed
-            ),
-            "height_estimated": person.height is None,
-            "labels_exchanged": [list(cycle) for cycle in right.exchanged],
+            **_metrics(used, human, kept, np.isfinite(residual)),
+            **({"standing_rms_mm": 1e3 * body.standing_rms} if len(body.standing) else {}),
+            **_without_assumed(posture, assumed),
+            "height_estimated": trial.person.height is None,
+            "labels_exchanged": [list(cycle) for cycle in trial.exchanged],
         },
         assumed=assumed,
         ground=floor,
@@ -228,93 +143,6 @@ def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[st
     of = {"trunk": "lumbar_extension", "neck": "neck_extension", "arms": "elbow_flex_r"}
     hidden = tuple(f"{part}_" for part, joint in of.items() if joint in assumed)
     return {name: value for name, value in figures.items() if not name.startswith(hidden)}
-
-
-def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
-    """Return the markers worth fitting and the reason for each that is not."""
-    names, ignored = [], {}
-    for i, name in enumerate(markers.names):
-        x = markers.positions[:, i]
-        seen = np.isfinite(x[:, 0])
-        if not seen.any():
-            ignored[name] = "never seen"
-        elif any(
-            np.array_equal(x, markers.positions[:, markers.index(n)], equal_nan=True) for n in names
-        ):
-            ignored[name] = "the same trajectory as another marker"
-        else:
-            names.append(name)
-    return names, ignored
-
-
-def _columns(markers: Markers, names: Sequence[str]) -> Float[Array, "n_frames n_names 3"]:
-    """Return the positions of ``names``; NaN where the recording lacks the marker."""
-    out = np.full((markers.n_frames, len(names), 3), np.nan)
-    for k, name in enumerate(names):
-        if name in markers.names:
-            out[:, k] = markers.positions[:, markers.index(name)]
-    return out
-
-
-def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
-    """Return the longest run of frames that show enough of the markers."""
-    x = _columns(markers, names)
-    ever = np.isfinite(x[..., 0]).mean(axis=0) > 0.3
-    share = np.isfinite(x[:, ever, 0]).mean(axis=1) if ever.any() else np.zeros(len(x))
-    good = share >= VISIBLE
-    if not good.any():
-        raise FitError(
-            f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
-            "fill the gaps first, or give a marker set for the visible markers"
-        )
-    inner = slice(good.argmax(), len(good) - good[::-1].argmax())
-    for gap in runs(~good[inner]):  # inverse kinematics tolerates short ones
-        if gap.stop - gap.start <= 0.25 * markers.rate:
-            good[inner][gap] = True
-    longest = max(runs(good), key=lambda run: run.stop - run.start)
-    count = longest.stop - longest.start
-    if count < 3:
-        raise FitError(
-            f"only {count} of {markers.n_frames} frames in a row show enough markers; at "
-            "least 3 are needed: record longer, or fill the gaps"
-        )
-    return longest.start, longest.stop
-
-
-def _facing(human, known, placed, markers, start, stop) -> float:
-    """Return the median direction the pelvis and trunk face, from x towards y [rad]."""
-    frames = np.unique(np.linspace(start, stop - 1, 15).astype(int))
-    q = standing_poses(human, [placed[n] for n in known], _columns(markers, known)[frames])
-    return float(np.angle(np.mean((q[:, 3] + 1j * q[:, 6]) ** 2)))
-
-
-def _static_frames(static, names, human, known, placed):
-    """Return the markers of some standing frames, turned to face x."""
-    if static is None or static.markers is None:
-        return np.empty((0, len(names), 3))
-    markers = static.markers
-    common = [n for n in known if n in markers.names]
-    if len(common) < FEWEST_SHARED:
-        raise FitError(
-            f"the standing trial {static.source} shares {len(common)} known markers with the "
-            f"recording; {FEWEST_SHARED} are needed: name one with the same markers"
-        )
-    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
-    angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))
-    turned = turn(static, angle).markers
-    assert turned is not None
-    frames = np.unique(np.linspace(start, stop - 1, STATIC_FRAMES).astype(int))
-    return _columns(turned, names)[frames]
-
-
-def _choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
-    """Return frames spread over the trial, each the best seen one of its stretch."""
-    share = np.isfinite(measured[..., 0]).mean(axis=1)
-    stretches = np.array_split(np.arange(start, stop), min(count, stop - start))
-    # The middle of the stretch unless another frame of it is seen better.
-    return np.array(
-        [min(s, key=lambda f, s=s: (-share[f], abs(f - s[len(s) // 2]))) for s in stretches]
-    )
 
 
 def _follow(
@@ -379,11 +207,11 @@ def _unswap(frame, model, names, suspects, swapped) -> None:
                 break
 
 
-def _metrics(used, calibration: Calibration, kept, seen) -> dict:
+def _metrics(used, human: Human, kept, seen) -> dict:
     shown = np.isfinite(used)
     per_frame = np.sqrt(np.nanmean(used[shown.any(axis=1)] ** 2, axis=1))
     per_marker = np.sqrt(np.nanmean(used[:, shown.any(axis=0)] ** 2, axis=0))
-    d = calibration.human.dimensions
+    d = human.dimensions
     return {
         "marker_rms_mean_mm": 1e3 * float(np.nanmean(per_frame)),
         "marker_rms_worst_frame_mm": 1e3 * float(np.nanmax(per_frame)),
@@ -391,6 +219,6 @@ def _metrics(used, calibration: Calibration, kept, seen) -> dict:
         "marker_error_max_mm": 1e3 * float(np.nanmax(used)),
         "markers_used": int(used.shape[1]),
         "samples_left_out": int((seen & ~kept).sum()),
-        "height_m": calibration.human.height,
+        "height_m": human.height,
         **{f"length_{n}_m": getattr(d, n) for n in d.names()},
     }

@@ -1,0 +1,239 @@
+"""A marker recording made ready to be scaled and followed.
+
+Labels that were exchanged are put right, samples metres away are left out, and the recording is
+turned so that the person faces x. What cannot be a person is refused.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import FitError
+from plantigrade.kinematics.calibrate import require_known
+from plantigrade.kinematics.given_ground import GivenGround
+from plantigrade.kinematics.label_repair import relabelled
+from plantigrade.kinematics.plausible import (
+    require_human_size,
+    require_one_person,
+    without_far_samples,
+)
+from plantigrade.kinematics.result import filled, human_of
+from plantigrade.kinematics.standing_poses import standing_poses
+from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment
+from plantigrade.models.markers import MarkerSet, place_markers
+from plantigrade.models.person import Person
+from plantigrade.motion import Markers, Recording
+from plantigrade.motion.filters import runs
+from plantigrade.motion.turning import quarter_turn_to_face_x, turn
+
+USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
+STATIC_FRAMES = 6  # of a standing trial, evenly spread
+VISIBLE = 0.75  # share of the markers a frame must show to be fitted
+FEWEST_SHARED = 6  # known markers a standing trial must have in common with the recording
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A marker recording that can be scaled and followed.
+
+    Attributes:
+        recording: The recording, turned so that the person faces x, labels put right.
+        static: Its standing trial, labels put right, not turned.
+        person: What is known of the person.
+        human: A person of about the size, to start from.
+        names: The markers worth fitting, of the recording and of the standing trial.
+        placed: Where each of them sits; None where its name says nothing.
+        ignored: Markers that are not worth fitting, and why.
+        window: The frames that show enough of the markers.
+        heading: Angle by which the recording was turned about the vertical [rad].
+        ground: Slope or steps on which the feet stand, where they are given.
+        exchanged: Labels that were exchanged with each other.
+        notes: What was done, one sentence each.
+    """
+
+    recording: Recording
+    static: Recording | None
+    person: Person
+    human: Human
+    names: tuple[str, ...]
+    placed: Mapping[str, Attachment | None]
+    ignored: Mapping[str, str]
+    window: slice
+    heading: float
+    ground: GivenGround | None = None
+    exchanged: tuple[tuple[str, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def markers(self) -> Markers:
+        """The markers of the recording."""
+        assert self.recording.markers is not None
+        return self.recording.markers
+
+    @property
+    def known(self) -> list[str]:
+        """Markers of the recording whose name says where they sit."""
+        own = self.markers.names
+        return [n for n in self.names if self.placed[n] is not None and n in own]
+
+
+def prepare(
+    recording: Recording,
+    person: Person | None = None,
+    *,
+    static: Recording | None = None,
+    marker_set: MarkerSet | None = None,
+    ground: GivenGround | None = None,
+) -> Prepared:
+    """Make a marker recording ready to be fitted.
+
+    Args:
+        recording: The recording; it must have markers.
+        person: What is known about who was recorded; the recording's own words fill the rest.
+        static: A standing trial of the same person with the same markers, if there is one.
+        marker_set: Where markers sit; the built-in set that knows most names if not given.
+        ground: Slope or steps on which the feet stand, where they are given.
+
+    Raises:
+        FitError: If the recording has no markers, too few known ones, or no usable frame.
+    """
+    if static is not None:
+        beside = replace(static.subject, date=None)  # that of another recording
+        recording = replace(recording, subject=filled(recording.subject, beside))
+    person = filled(person or Person(), recording.subject)
+    markers = recording.markers
+    if markers is None or not markers.names:
+        raise FitError(f"{recording.source} has no markers to fit")
+    notes: list[str] = []
+    names, ignored = _usable(markers)
+    if static is not None and static.markers is not None:
+        seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
+        shown = zip(static.markers.names, seen, strict=True)
+        names += [n for n, ever in shown if ever and n not in markers.names]
+    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
+    if start > 0 or stop < markers.n_frames:
+        notes.append(
+            f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
+            f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
+        )
+    human = human_of(person, person.height or USUAL_HEIGHT, age=recording.subject.age)
+    placed = place_markers(names, human, marker_set)
+    known = [n for n in names if placed[n] is not None and n in markers.names]
+    require_known([n for n in names if n in markers.names], placed)
+    require_one_person(known, recording.source)
+    require_human_size(columns(markers, known)[start:stop], recording.source)
+    right = relabelled(recording, static, human, names, placed)
+    recording, static, markers = right.recording, right.static, right.recording.markers
+    assert markers is not None
+    notes += right.notes
+    recording, far = without_far_samples(recording)
+    if far:
+        notes.append(f"{far} samples metres away from the person were discarded.")
+    markers = recording.markers
+    assert markers is not None
+    angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
+    angle -= 0.0 if ground is None else ground.heading
+    return Prepared(
+        recording=turn(recording, angle),
+        static=static,
+        person=person,
+        human=human,
+        names=tuple(names),
+        placed=placed,
+        ignored=ignored,
+        window=slice(start, stop),
+        heading=angle,
+        ground=ground,
+        exchanged=right.exchanged,
+        notes=tuple(notes),
+    )
+
+
+def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
+    """Return the markers worth fitting and the reason for each that is not."""
+    names, ignored = [], {}
+    for i, name in enumerate(markers.names):
+        x = markers.positions[:, i]
+        seen = np.isfinite(x[:, 0])
+        if not seen.any():
+            ignored[name] = "never seen"
+        elif any(
+            np.array_equal(x, markers.positions[:, markers.index(n)], equal_nan=True) for n in names
+        ):
+            ignored[name] = "the same trajectory as another marker"
+        else:
+            names.append(name)
+    return names, ignored
+
+
+def columns(markers: Markers, names: Sequence[str]) -> Float[Array, "n_frames n_names 3"]:
+    """Return the positions of ``names``; NaN where the recording lacks the marker."""
+    out = np.full((markers.n_frames, len(names), 3), np.nan)
+    for k, name in enumerate(names):
+        if name in markers.names:
+            out[:, k] = markers.positions[:, markers.index(name)]
+    return out
+
+
+def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
+    """Return the longest run of frames that show enough of the markers."""
+    x = columns(markers, names)
+    ever = np.isfinite(x[..., 0]).mean(axis=0) > 0.3
+    share = np.isfinite(x[:, ever, 0]).mean(axis=1) if ever.any() else np.zeros(len(x))
+    good = share >= VISIBLE
+    if not good.any():
+        raise FitError(
+            f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
+            "fill the gaps first, or give a marker set for the visible markers"
+        )
+    inner = slice(good.argmax(), len(good) - good[::-1].argmax())
+    for gap in runs(~good[inner]):  # inverse kinematics tolerates short ones
+        if gap.stop - gap.start <= 0.25 * markers.rate:
+            good[inner][gap] = True
+    longest = max(runs(good), key=lambda run: run.stop - run.start)
+    count = longest.stop - longest.start
+    if count < 3:
+        raise FitError(
+            f"only {count} of {markers.n_frames} frames in a row show enough markers; at "
+            "least 3 are needed: record longer, or fill the gaps"
+        )
+    return longest.start, longest.stop
+
+
+def _facing(human, known, placed, markers, start, stop) -> float:
+    """Return the median direction the pelvis and trunk face, from x towards y [rad]."""
+    frames = np.unique(np.linspace(start, stop - 1, 15).astype(int))
+    q = standing_poses(human, [placed[n] for n in known], columns(markers, known)[frames])
+    return float(np.angle(np.mean((q[:, 3] + 1j * q[:, 6]) ** 2)))
+
+
+def static_frames(static, names, human, known, placed):
+    """Return the markers of some standing frames, turned to face x."""
+    if static is None or static.markers is None:
+        return np.empty((0, len(names), 3))
+    markers = static.markers
+    common = [n for n in known if n in markers.names]
+    if len(common) < FEWEST_SHARED:
+        raise FitError(
+            f"the standing trial {static.source} shares {len(common)} known markers with the "
+            f"recording; {FEWEST_SHARED} are needed: name one with the same markers"
+        )
+    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
+    angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))
+    turned = turn(static, angle).markers
+    assert turned is not None
+    frames = np.unique(np.linspace(start, stop - 1, STATIC_FRAMES).astype(int))
+    return columns(turned, names)[frames]
+
+
+def choose_frames(measured, start: int, stop: int, count: int) -> np.ndarray:
+    """Return frames spread over the trial, each the best seen one of its stretch."""
+    share = np.isfinite(measured[..., 0]).mean(axis=1)
+    stretches = np.array_split(np.arange(start, stop), min(count, stop - start))
+    # The middle of the stretch unless another frame of it is seen better.
+    return np.array(
+        [min(s, key=lambda f, s=s: (-share[f], abs(f - s[len(s) // 2]))) for s in stretches]
+    )

@@ -1,0 +1,147 @@
+"""One body for one or several trials of a person: lengths, marker places, soles.
+
+All trials of a person with the same markers, and the standing trials beside them, enter one
+calibration. The body does not depend on the order of the trials.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.calibrate import Calibration, calibrate
+from plantigrade.kinematics.flat_feet import set_flat
+from plantigrade.kinematics.ground_level import ground_height
+from plantigrade.kinematics.prepare import Prepared, choose_frames, columns, static_frames
+from plantigrade.kinematics.result import Progress, counter
+from plantigrade.kinematics.unknown_size import with_unknown_size
+from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment
+from plantigrade.models.markers import MarkerSet, place_markers
+
+CALIBRATION_FRAMES = 24  # of all trials together; enough to see each joint through its range
+FEWEST_OF_TRIAL = 4  # of them of each trial
+
+
+@dataclass(frozen=True)
+class ScaledBody:
+    """A person scaled to the markers of trials.
+
+    Attributes:
+        human: The person.
+        names: Marker names, in the order of ``places``.
+        places: Where each marker sits.
+        attached: Markers of unknown name → the body they were put on.
+        first: Source of a trial → a pose near its first frame.
+        standing: Poses in frames of the standing trials.
+        standing_rms: Root-mean-square marker error in these frames [m]; NaN without.
+        grounded: Whether a foot was seen to stand flat on the ground.
+        notes: What was assumed, one sentence each.
+    """
+
+    human: Human
+    names: tuple[str, ...]
+    places: tuple[Attachment, ...]
+    attached: Mapping[str, str]
+    first: Mapping[str, Float[Array, " nq"]]
+    standing: Float[Array, "n_frames nq"]
+    standing_rms: float = float("nan")
+    grounded: bool = False
+    notes: tuple[str, ...] = ()
+
+    def start(self, source: object) -> Float[Array, " nq"]:
+        """Return a pose near the first frame of a trial, or of a standing trial."""
+        other = self.standing[0] if len(self.standing) else self.human.standing()
+        return self.first.get(str(source), other)
+
+
+def scale(
+    trials: Sequence[Prepared],
+    *,
+    marker_set: MarkerSet | None = None,
+    progress: Progress | None = None,
+) -> ScaledBody:
+    """Scale one body to all trials of a person.
+
+    Args:
+        trials: The trials, at least one; what is known of the person is that of the first by name.
+        marker_set: Where markers sit; the built-in set that knows most names if not given.
+        progress: Called with (what, done, total).
+
+    Raises:
+        FitError: If a standing trial has too few markers in common with its trial.
+    """
+    trials = sorted(trials, key=lambda trial: str(trial.recording.source))
+    one = trials[0]
+    names = list(dict.fromkeys(chain.from_iterable(trial.names for trial in trials)))
+    placed = one.placed if len(trials) == 1 else place_markers(names, one.human, marker_set)
+    statics = {str(t.static.source): t for t in trials if t.static is not None}
+    calm = [static_frames(t.static, names, t.human, t.known, placed) for t in statics.values()]
+    still = np.concatenate([np.empty((0, len(names), 3)), *calm])
+    measured = [columns(trial.markers, names) for trial in trials]
+    each = max(CALIBRATION_FRAMES // len(trials), FEWEST_OF_TRIAL)
+    chosen = [
+        x[choose_frames(x, trial.window.start, trial.window.stop, each)]
+        for trial, x in zip(trials, measured, strict=True)
+    ]
+    count = len(still) + sum(map(len, chosen))
+    calibration = calibrate(
+        one.human,
+        names,
+        dict(placed),
+        np.concatenate([still, *chosen]),
+        height=one.person.height,
+        standing=np.arange(count) < len(still),
+        progress=counter(progress, "scaling the body", 25),
+    )
+    human, notes = with_unknown_size(
+        calibration.human, calibration.places, one.person, one.recording.subject.age
+    )
+    starts = np.cumsum([len(still), *map(len, chosen)])[:-1]
+    first = {
+        str(t.recording.source): calibration.qpos[k] for t, k in zip(trials, starts, strict=True)
+    }
+    where = [names.index(n) for n in calibration.names]
+    feet = set_flat(
+        human,
+        calibration.places,
+        _on_one_ground(trials, [x[:, where] for x in measured]),
+        still[:, where],
+        one.markers.rate,
+        calibration.qpos[len(still)],
+        ground=ground_height(one.recording),
+    )
+    return ScaledBody(
+        human=feet.human,
+        names=calibration.names,
+        places=feet.places,
+        attached=calibration.attached,
+        first=first,
+        standing=calibration.qpos[: len(still)],
+        standing_rms=_rms(calibration, len(still)),
+        grounded=feet.grounded,
+        notes=(*notes, *feet.notes),
+    )
+
+
+def _on_one_ground(
+    trials: Sequence[Prepared], measured: Sequence[Float[Array, "n_frames n_markers 3"]]
+) -> Float[Array, "n_all n_markers 3"]:
+    """Return the markers of all trials at the first one's rate, above the first one's ground."""
+    one = trials[0]
+    rows = []
+    for trial, x in zip(trials, measured, strict=True):
+        if abs(trial.markers.rate - one.markers.rate) < 0.01 * one.markers.rate:
+            higher = ground_height(trial.recording) - ground_height(one.recording)
+            rows.append(x[trial.window] - [0.0, 0.0, higher])
+    return np.concatenate(rows)
+
+
+def _rms(calibration: Calibration, still: int) -> float:
+    """Return the root-mean-square marker error in the first frames [m]."""
+    seen = np.isfinite(calibration.residual[:still])
+    if not seen.any():
+        return float("nan")
+    return float(np.sqrt(np.mean(calibration.residual[:still][seen] ** 2)))
