@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -15,15 +15,16 @@ from plantigrade.workflows.settings import FitSettings
 
 if TYPE_CHECKING:
     from plantigrade.record import Run
+    from plantigrade.workflows.one_subject import Shared
 
 
 @dataclass(frozen=True, kw_only=True)
 class Command(FitSettings, RunOptions, JobOptions):
     """Fit a scaled human to a recording: motion, ground reactions and joint moments.
 
-    Several recordings are fitted independently and summarised in one table. A standing trial,
-    skeleton or force file in the same folder is found by name and content, or can be given as an
-    option.
+    Several recordings are summarised in one table; trials of one subject are fitted with one scaled
+    body. A standing trial, skeleton or force file in the same folder is found by name and content,
+    or can be given as an option.
     """
 
     files: Annotated[
@@ -31,6 +32,10 @@ class Command(FitSettings, RunOptions, JobOptions):
         tyro.conf.arg(metavar="FILE [FILE ...]", help_behavior_hint=""),
     ]
     """Recordings to fit (.c3d, .trc, .amc, .bvh, .mot, ...)."""
+    subject: Literal["auto", "one", "each"] = "auto"
+    """Whose the recordings are: trials of one subject share lengths, marker places and body mass.
+    auto: alike in folder, subject or name before the trial number, and marker distances; one: all
+    are one subject's; each: every recording on its own."""
 
     def run(self) -> Outcome:
         """Fit one recording, or each of several on its own."""
@@ -43,6 +48,29 @@ class Command(FitSettings, RunOptions, JobOptions):
         files = list(self.files)
         run = fit_one(self, (files[0], self.out, names[0]))
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+    def _shared(self) -> tuple[list["Shared | None"], list[str]]:
+        """Return what each recording shares with others of its subject, and what went wrong.
+
+        Raises:
+            ParameterError: If all are said to be of one subject, and cannot be.
+        """
+        from plantigrade.workflows.one_subject import by_subject
+
+        shared: list[Shared | None] = [None] * len(self.files)
+        groups = {"each": [], "one": [tuple(range(len(self.files)))]}.get(self.subject)
+        groups = by_subject(self.files) if groups is None else groups
+        work = partial(_share, FitSettings.of(self))
+        lines = []
+        for done in self.side_by_side(work, [[self.files[i] for i in g] for g in groups]):
+            if done.problem and self.subject == "one":
+                raise ParameterError(done.problem)
+            if done.problem:
+                lines.append(f"fitted each on its own: {done.problem}")
+            found = done.result
+            for path in () if found is None else found.files:
+                shared[self.files.index(path)] = found
+        return shared, lines
 
     def _several(self, names: Sequence[str]) -> Outcome:
         """Fit each recording on its own, and put them into one table."""
@@ -57,13 +85,13 @@ class Command(FitSettings, RunOptions, JobOptions):
         if self.overwrite:
             for folder in folders:
                 refuse_existing(folder, overwrite=True)
-        items = zip(self.files, folders, names, strict=True)
+        shared, lines = self._shared()
+        items = zip(self.files, folders, names, shared, strict=True)
         done = self.side_by_side(partial(_member, self), items)
-        lines: list[str] = []
         metrics: dict[str, Any] = {}
         fitted, left_out = [], {}
         for each in done:
-            path, folder, name = each.item
+            path, folder, name, _ = each.item
             if each.result is None:
                 lines.append(f"{path}: error: {each.problem}")
                 metrics[str(path)] = {"status": each.problem}
@@ -89,9 +117,19 @@ class Command(FitSettings, RunOptions, JobOptions):
         return Outcome("\n".join(lines), {"status": status, **metrics})
 
 
-def _member(options: Command, item: tuple[Path, Path, str]) -> tuple[Path, dict[str, Any]]:
+def _share(settings: FitSettings, paths: Sequence[Path]) -> "Shared | None":
+    """Return what trials of one subject share."""
+    from plantigrade.workflows.one_subject import share
+
+    return share(paths, settings)
+
+
+def _member(
+    options: Command, item: tuple[Path, Path, str, "Shared | None"]
+) -> tuple[Path, dict[str, Any]]:
     """Fit one recording of several: its folder and metrics."""
-    run = fit_one(options, item, quiet=True, numbered=not options.overwrite)
+    numbered = not options.overwrite
+    run = fit_one(options, item[:3], quiet=True, numbered=numbered, shared=item[3])
     return run.folder or item[1], run.metrics
 
 
@@ -100,6 +138,7 @@ def fit_one(
     item: tuple[Path, Path | None, str],
     quiet: bool = False,
     numbered: bool = False,
+    shared: "Shared | None" = None,
 ) -> "Run":
     """Fit one recording and write its run folder, called so where no folder is named."""
     from plantigrade.commands.progress import Progress
@@ -108,7 +147,8 @@ def fit_one(
 
     path, out, name = item
     progress = Progress(quiet=options.quiet or quiet)
-    run = fit(path, FitSettings.of(options), step=progress.step, command=command_line())
+    settings = FitSettings.of(options)
+    run = fit(path, settings, step=progress.step, command=command_line(), shared=shared)
     with progress.step("writing the report and the viewer"):
         named = replace(run, name=name)
         run = save(named, out, overwrite=options.overwrite, numbered=numbered)

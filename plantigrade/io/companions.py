@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import PlantigradeError
+from plantigrade.io.subjects import before_number, same_size
 from plantigrade.motion import ForcePlate, Recording
 from plantigrade.motion.distances import distances
 
@@ -63,14 +64,15 @@ def find_static(recording: Recording, read) -> Recording | None:
     own = _words(path.stem)
     ranked = []
     for other in _siblings(path, [path.suffix]):
-        words = _words(other.stem)
+        words = _words(before_number(other.stem))
         named = bool(words & _STATIC_WORDS)
-        numbered = other.stem.rstrip("0123456789") == path.stem.rstrip("0123456789")
+        numbered = before_number(other.stem) == before_number(path.stem)
         related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
         if (named and related) or numbered:
-            ranked.append((not named, other))
+            # Standing trials are short: of many trials with numbers the small files come first.
+            ranked.append((not named, other.stat().st_size, other))
     best: tuple[int, Recording] | None = None
-    for _, other in sorted(ranked)[:_MOST_READ]:
+    for *_, other in sorted(ranked)[:_MOST_READ]:
         try:
             candidate = read(other)
         except PlantigradeError:
@@ -139,11 +141,7 @@ def same_person(a: Recording, b: Recording) -> bool:
     Distances between markers that are constant in one recording must be the same in the other, to
     about a percent (soft tissue). A distance is constant if it varies by less than :data:`_KEPT`.
     """
-    for name in ("height", "mass"):
-        one, other = getattr(a.subject, name), getattr(b.subject, name)
-        if one and other and abs(one - other) > 0.05 * one:
-            return False
-    if a.markers is None or b.markers is None:
+    if not same_size(a, b) or a.markers is None or b.markers is None:
         return False
     names = [n for n in a.markers.names if n in b.markers.names]
     here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))

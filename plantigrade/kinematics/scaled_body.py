@@ -5,21 +5,26 @@ calibration. The body does not depend on the order of the trials.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.calibrate import Calibration, calibrate
 from plantigrade.kinematics.flat_feet import set_flat
+from plantigrade.kinematics.given_ground import below_feet
 from plantigrade.kinematics.ground_level import ground_height
+from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.prepare import Prepared, choose_frames, columns, static_frames
 from plantigrade.kinematics.result import Progress, counter
+from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unknown_size import with_unknown_size
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
+from plantigrade.motion import Recording
 
 CALIBRATION_FRAMES = 24  # of all trials together; enough to see each joint through its range
 FEWEST_OF_TRIAL = 4  # of them of each trial
@@ -37,6 +42,7 @@ class ScaledBody:
         first: Source of a trial → a pose near its first frame.
         standing: Poses in frames of the standing trials.
         standing_rms: Root-mean-square marker error in these frames [m]; NaN without.
+        floors: Source of a trial → the ground on which its feet stand.
         grounded: Whether a foot was seen to stand flat on the ground.
         notes: What was assumed, one sentence each.
     """
@@ -48,6 +54,7 @@ class ScaledBody:
     first: Mapping[str, Float[Array, " nq"]]
     standing: Float[Array, "n_frames nq"]
     standing_rms: float = float("nan")
+    floors: Mapping[str, Ground] = field(default_factory=dict)
     grounded: bool = False
     notes: tuple[str, ...] = ()
 
@@ -55,6 +62,11 @@ class ScaledBody:
         """Return a pose near the first frame of a trial, or of a standing trial."""
         other = self.standing[0] if len(self.standing) else self.human.standing()
         return self.first.get(str(source), other)
+
+    def floor(self, recording: Recording) -> Ground:
+        """Return the ground of a trial, or of a standing trial."""
+        level = Ground(height=ground_height(recording))
+        return self.floors.get(str(recording.source), level)
 
 
 def scale(
@@ -71,7 +83,8 @@ def scale(
         progress: Called with (what, done, total).
 
     Raises:
-        FitError: If a standing trial has too few markers in common with its trial.
+        FitError: If a standing trial has too few markers in common with its trial, or feet do not
+            stand on the given ground.
     """
     trials = sorted(trials, key=lambda trial: str(trial.recording.source))
     one = trials[0]
@@ -100,18 +113,22 @@ def scale(
         calibration.human, calibration.places, one.person, one.recording.subject.age
     )
     starts = np.cumsum([len(still), *map(len, chosen)])[:-1]
-    first = {
-        str(t.recording.source): calibration.qpos[k] for t, k in zip(trials, starts, strict=True)
-    }
+    poses = calibration.qpos[starts]
+    first = {str(t.recording.source): q for t, q in zip(trials, poses, strict=True)}
     where = [names.index(n) for n in calibration.names]
+    seen = [x[t.window][:, where] for t, x in zip(trials, measured, strict=True)]
+    floors = {
+        str(t.recording.source): _floor(t, human, calibration.places, x, q)
+        for t, x, q in zip(trials, seen, poses, strict=True)
+    }
     feet = set_flat(
         human,
         calibration.places,
-        _on_one_ground(trials, [x[:, where] for x in measured]),
+        _on_one_ground(trials, seen),
         still[:, where],
         one.markers.rate,
         calibration.qpos[len(still)],
-        ground=ground_height(one.recording),
+        ground=floors[str(one.recording.source)],
     )
     return ScaledBody(
         human=feet.human,
@@ -121,21 +138,41 @@ def scale(
         first=first,
         standing=calibration.qpos[: len(still)],
         standing_rms=_rms(calibration, len(still)),
+        floors=floors,
         grounded=feet.grounded,
         notes=(*notes, *feet.notes),
     )
 
 
+def _floor(
+    trial: Prepared,
+    human: Human,
+    places: Sequence[Attachment],
+    samples: Float[Array, "n_frames n_markers 3"],
+    start: Float[Array, " nq"],
+) -> Ground:
+    """Return the ground of a trial: level at the height of the plates, or as it was given."""
+    if trial.ground is None:
+        return Ground(height=ground_height(trial.recording))
+    followed, _ = track(InverseKinematics(PointSet.of(human, places)), samples, start)
+    return below_feet(trial.ground.shape, human, trial.markers.time[trial.window], followed)
+
+
 def _on_one_ground(
-    trials: Sequence[Prepared], measured: Sequence[Float[Array, "n_frames n_markers 3"]]
+    trials: Sequence[Prepared], seen: Sequence[Float[Array, "n_frames n_markers 3"]]
 ) -> Float[Array, "n_all n_markers 3"]:
-    """Return the markers of all trials at the first one's rate, above the first one's ground."""
+    """Return the markers of all trials at the first one's rate, above the first one's ground.
+
+    Of trials on a given slope or steps, which lie elsewhere in each, those of the first alone.
+    """
     one = trials[0]
+    if one.ground is not None:
+        return seen[0]
     rows = []
-    for trial, x in zip(trials, measured, strict=True):
+    for trial, x in zip(trials, seen, strict=True):
         if abs(trial.markers.rate - one.markers.rate) < 0.01 * one.markers.rate:
             higher = ground_height(trial.recording) - ground_height(one.recording)
-            rows.append(x[trial.window] - [0.0, 0.0, higher])
+            rows.append(x - [0.0, 0.0, higher])
     return np.concatenate(rows)
 
 

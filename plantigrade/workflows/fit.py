@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,6 +45,9 @@ from plantigrade.world.grounds import ground_named
 
 MOST_ASIDE = 45.0
 """Farthest that a given slope rises beside the way of the person [deg]."""
+
+if TYPE_CHECKING:
+    from plantigrade.workflows.one_subject import Shared
 
 Step = Callable[[str], contextlib.AbstractContextManager]
 """Opened around each step of a job, with what is done in it: shows progress."""
@@ -104,8 +107,10 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
     return replace(recording, warnings=(*recording.warnings, *notes))
 
 
-def fit_recording(recording: Recording, settings: RecordingSettings) -> Fit:
-    """Fit a recording of any kind.
+def fit_recording(
+    recording: Recording, settings: RecordingSettings, shared: "Shared | None" = None
+) -> Fit:
+    """Fit a recording of any kind; ``shared`` is what it has in common with other trials.
 
     Raises:
         FitError: If it cannot be fitted; the message says why.
@@ -116,8 +121,14 @@ def fit_recording(recording: Recording, settings: RecordingSettings) -> Fit:
     ground = given_ground(settings)
     if recording.markers is not None and recording.markers.names:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
-        static = recording.static
-        return fit_markers(recording, person, static=static, marker_set=chosen, ground=ground)
+        return fit_markers(
+            recording,
+            person,
+            static=recording.static,
+            marker_set=chosen,
+            ground=ground,
+            body=None if shared is None else shared.body,
+        )
     if ground is not None:
         raise FitError(
             f"{recording.source.name} holds no markers; a ground can be given for markers only: "
@@ -160,9 +171,18 @@ def given_ground(settings: RecordingSettings) -> GivenGround | None:
 
 @on_one_thread
 def fit_trial(
-    path: str | Path, settings: RecordingSettings | None = None, step: Step = silent
+    path: str | Path,
+    settings: RecordingSettings | None = None,
+    step: Step = silent,
+    shared: "Shared | None" = None,
 ) -> tuple[Recording, Trial]:
     """Read, fit and analyse a recording; return it as it was read, and the trial.
+
+    Args:
+        path: The recording.
+        settings: What decides the result.
+        step: Shows progress.
+        shared: Body and mass of the subject, from several trials.
 
     Raises:
         ParameterError: If ``path`` is no path.
@@ -174,8 +194,9 @@ def fit_trial(
     given_ground(settings)
     with step(f"reading {path.name}"):
         recording = load(path, settings)
+        recording = recording if shared is None else shared.into(recording)
     with step("fitting"):
-        fitted = fit_recording(recording, settings)
+        fitted = fit_recording(recording, settings, shared)
     with step("analysing"):
         return recording, analyse(
             fitted,
@@ -192,6 +213,7 @@ def fit(
     *,
     step: Step = silent,
     command: str = "",
+    shared: "Shared | None" = None,
     **options: Any,
 ) -> Run:
     """Fit a recording to a scaled Human: its motion, forces and joint moments.
@@ -201,6 +223,8 @@ def fit(
         settings: What decides the result.
         step: Shows progress.
         command: The command line, for the provenance.
+        shared: Body and mass of the subject, from several trials
+            (:func:`plantigrade.workflows.one_subject.share`).
         options: Fields of ``settings`` by name, such as ``height=1.80`` [m], ``mass=75`` [kg],
             ``feet="multi-segment"`` or ``cutoff=8`` [Hz]; they replace those of ``settings``.
 
@@ -215,7 +239,7 @@ def fit(
     """
     how = FitSettings.given("fit", settings, options)
     began = time.perf_counter()
-    run = run_of(*fit_trial(path, how, step), how, command=command)
+    run = run_of(*fit_trial(path, how, step, shared), how, command=command)
     return replace(run, seconds={"fit": time.perf_counter() - began})
 
 

@@ -31,13 +31,14 @@ def standing(path: Path, *, size: float = 1.0, names=NAMES, subject=None) -> Pat
     return path
 
 
-def walking(path: Path, *, subject=None) -> Path:
+def walking(path: Path, *, subject=None, frames: int = len(TIME)) -> Path:
     """Write a walk: the pelvis goes ahead, the legs swing about it."""
-    x = np.tile(body(), (len(TIME), 1, 1))
-    swing = 0.3 * np.sin(2 * np.pi * TIME)
+    time = np.arange(frames) / 100
+    x = np.tile(body(), (frames, 1, 1))
+    swing = 0.3 * np.sin(2 * np.pi * time)
     x[:, 4:, 0] += np.outer(swing, [1, -1, 1, -1])
-    x[..., 0] += 1.2 * TIME[:, None]
-    write(Recording(path, Markers(NAMES, TIME, x), subject=subject or Subject()), path)
+    x[..., 0] += 1.2 * time[:, None]
+    write(Recording(path, Markers(NAMES, time, x), subject=subject or Subject()), path)
     return path
 
 
@@ -78,6 +79,9 @@ def found(path: Path) -> tuple[str | None, str | None]:
         ("S3Walk", "S3Standing"),
         ("anything", "static"),
         ("HC038A11", "HC038A01"),
+        ("Walk03", "Static01"),
+        ("subject01_walk1", "subject01_static_2"),
+        ("P07_gait_12", "P07_cal03"),
     ],
 )
 def test_static_trial_is_found_by_name_and_content(tmp_path, walk, static, ending):
@@ -86,7 +90,14 @@ def test_static_trial_is_found_by_name_and_content(tmp_path, walk, static, endin
     assert found(path) == (f"{static}.{ending}", None)
 
 
-@pytest.mark.parametrize("name", ["subject02_static", "other", "HC032A01"])
+def test_a_standing_trial_is_found_behind_many_numbered_walks(tmp_path):
+    for number in range(1, 20):
+        walking(tmp_path / f"S07_{number:02d}.c3d", frames=240)
+    standing(tmp_path / "S07_20.c3d")
+    assert found(tmp_path / "S07_01.c3d")[0] == "S07_20.c3d"
+
+
+@pytest.mark.parametrize("name", ["subject02_static", "subject02_static1", "other", "HC032A01"])
 def test_a_name_of_another_person_is_no_companion(tmp_path, name):
     path = walking(tmp_path / "subject01_walk1.trc")
     standing(tmp_path / f"{name}.trc")

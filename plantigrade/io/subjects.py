@@ -1,0 +1,85 @@
+"""Which recordings are of one subject with the same markers on.
+
+Named alike: in one folder, with the same subject in the file or, where files name none, with the
+same name before the number of the trial. Alike in content: distances between markers that both
+recordings keep are the same. That holds within a session; markers that were put on anew are
+elsewhere by some millimetres, and other people differ by more.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plantigrade.motion import Recording
+from plantigrade.motion.distances import distances
+
+KEPT, APART = 0.004, 0.08  # spread of a distance on one segment, and the shortest such [m]
+FEWEST = 6  # distances that tell whose they are
+SAME = 0.02
+"""Median difference of such distances, as a share, up to which markers are on one person in one
+session. Trials of one session differ by 0.002 to 0.006, from a standing trial by up to 0.015; other
+people by 0.04 and more."""
+
+
+def subjects(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
+    """Return the recordings of each subject, as indices; whatever is in doubt stays alone.
+
+    The groups do not depend on the order of the recordings; each is sorted by file.
+    """
+    order = sorted(range(len(recordings)), key=lambda i: str(recordings[i].source))
+    groups: list[list[int]] = []
+    for i in order:
+        for group in groups:
+            if one_subject(recordings[group[0]], recordings[i]):
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return [tuple(group) for group in groups]
+
+
+def one_subject(a: Recording, b: Recording) -> bool:
+    """Return whether two marker recordings are named as one subject's, and keep the distances."""
+    if a.source.resolve().parent != b.source.resolve().parent:
+        return False
+    if a.subject.name or b.subject.name:
+        named = a.subject.name == b.subject.name
+    else:
+        named = before_number(a.source.stem) == before_number(b.source.stem) != ""
+    return named and same_size(a, b) and difference(a, b) < SAME
+
+
+def same_size(a: Recording, b: Recording) -> bool:
+    """Return whether height and mass are the same to 5 %, as far as both files give them."""
+    for name in ("height", "mass"):
+        one, other = getattr(a.subject, name), getattr(b.subject, name)
+        if one and other and abs(one - other) > 0.05 * one:
+            return False
+    return True
+
+
+def difference(a: Recording, b: Recording) -> float:
+    """Return the median difference of marker distances that both keep, as a share of them.
+
+    Infinite where they share too few.
+    """
+    if a.markers is None or b.markers is None:
+        return float("inf")
+    names = [n for n in a.markers.names if n in b.markers.names]
+    here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))
+    with np.errstate(invalid="ignore"):
+        rigid = (here.spread < KEPT) & (there.spread < KEPT) & (here.usual > APART)
+    kept = np.triu(rigid & np.isfinite(there.usual))
+    if kept.sum() < FEWEST:
+        return float("inf")
+    return float(np.median(np.abs(there.usual[kept] / here.usual[kept] - 1)))
+
+
+def before_number(stem: str) -> str:
+    """Return the name of a trial without the number at its end.
+
+    Example:
+        >>> before_number("HC038A11"), before_number("walk_02"), before_number("static")
+        ('HC038A', 'walk', 'static')
+    """
+    return stem.rstrip("0123456789").rstrip("_- .")

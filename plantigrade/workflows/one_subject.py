@@ -1,0 +1,190 @@
+"""Trials of one subject: one body for all, and one body mass."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from plantigrade.analyze.body_mass import Weighing
+from plantigrade.analyze.trial import analyse
+from plantigrade.errors import FitError, PlantigradeError
+from plantigrade.io import read
+from plantigrade.io.subjects import SAME, difference, same_size, subjects
+from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.prepare import Prepared, prepare
+from plantigrade.kinematics.result import filled
+from plantigrade.kinematics.scaled_body import ScaledBody, scale
+from plantigrade.models.markers import read_marker_set
+from plantigrade.models.person import Person
+from plantigrade.motion import Recording, Subject
+from plantigrade.notes import Info
+from plantigrade.workflows.fit import given_ground, load
+from plantigrade.workflows.settings import FitSettings
+
+LOOSE = 0.015
+"""Marker error of a standing trial on the body of the moving ones above which they do not belong
+together [m]; it is 4 to 8 mm where they do."""
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What the trials of one subject have in common.
+
+    Attributes:
+        body: Lengths, marker places, soles.
+        subject: What their files say of the subject; the mass is that of all trials.
+        files: The trials, by name.
+        notes: What the user should know, one sentence each.
+    """
+
+    body: ScaledBody
+    subject: Subject
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+    def into(self, recording: Recording) -> Recording:
+        """Return one of the recordings as one of this subject's."""
+        others = tuple(path for path in self.files if path != recording.source)
+        own = replace(self.subject, date=recording.subject.date)
+        return replace(
+            recording,
+            subject=own,
+            companions=(*recording.companions, *others),
+            warnings=(*recording.warnings, *self.notes),
+        )
+
+
+def by_subject(paths: Sequence[Path]) -> list[tuple[int, ...]]:
+    """Return which recordings are of one subject, as indices; files that cannot be read are not."""
+    found: dict[int, Recording] = {}
+    for i, path in enumerate(paths):
+        try:
+            recording = read(path)
+        except PlantigradeError:
+            continue
+        if recording.markers is not None and recording.markers.names:
+            found[i] = recording
+    at = list(found)
+    groups = [tuple(at[k] for k in group) for group in subjects(list(found.values()))]
+    return [group for group in groups if len(group) > 1]
+
+
+def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
+    """Scale one body to the trials of a subject and weigh it on all their plates.
+
+    Trials that cannot be fitted are left aside; None where fewer than two remain.
+
+    Args:
+        paths: The trials, in any order.
+        settings: How they are fitted.
+
+    Raises:
+        FitError: If two files give heights or masses that are not one person's.
+    """
+    chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
+    recordings: list[Recording] = []
+    for path in sorted(paths, key=str):
+        try:
+            recording = load(path, settings)
+            prepare(recording, static=recording.static, marker_set=chosen)
+        except PlantigradeError:
+            continue  # its own fit says what is wrong with it
+        recordings.append(recording)
+    if len(recordings) < 2:
+        return None
+    for other in recordings[1:]:
+        if not same_size(recordings[0], other):
+            raise FitError(
+                f"{recordings[0].source.name} and {other.source.name} give other heights or masses "
+                "of one subject: correct them in the files, or fit with --subject each"
+            )
+    subject, ground = _subject(recordings, settings), given_ground(settings)
+    person = Person(**settings.known)
+    trials: list[Prepared] = []
+    for recording in recordings:
+        one = replace(recording, subject=replace(subject, date=recording.subject.date))
+        trials.append(prepare(one, person, static=one.static, marker_set=chosen, ground=ground))
+    body = scale(trials, marker_set=chosen)
+    names = [recording.source.name for recording in recordings]
+    notes: list[str] = [
+        Info(
+            f"{len(names)} trials of one subject share lengths, marker places and mass: "
+            f"{', '.join(names[:4])}{' …' if len(names) > 4 else ''} (apart with --subject each)."
+        )
+    ]
+    if body.standing_rms > LOOSE:
+        notes.append(
+            f"the standing trial is {1e3 * body.standing_rms:.0f} mm off the body of these trials; "
+            f"{1e3 * LOOSE:.0f} mm is the limit: markers were moved between them. Fit the trials "
+            "with --subject each, or name their standing trial with --static."
+        )
+    for other in recordings[1:]:
+        if SAME < (off := difference(recordings[0], other)) < float("inf"):
+            notes.append(
+                f"marker distances of {other.source.name} differ by {100 * off:.0f} % from those "
+                f"of {names[0]}: another person, or markers put on anew. Fit them with --subject "
+                "each if their marker errors are larger that way."
+            )
+    shared = Shared(body, subject, tuple(r.source for r in recordings), tuple(notes))
+    if settings.mass is None and subject.mass is None and not settings.without_plates:
+        shared = _weighed(shared, recordings, person, settings)
+    return shared
+
+
+def _subject(recordings: Sequence[Recording], settings: FitSettings) -> Subject:
+    """Return what files say of one subject; of heights and masses the median."""
+    told = [r.subject for r in recordings] + [r.static.subject for r in recordings if r.static]
+    subject = Subject(age=settings.age)
+    for each in told:
+        subject = filled(subject, replace(each, date=None))
+    middle = {
+        name: float(np.median(values))
+        for name in ("height", "mass")
+        if (values := [v for each in told if (v := getattr(each, name)) is not None])
+    }
+    return replace(subject, **middle)
+
+
+def _weighed(
+    shared: Shared, recordings: Sequence[Recording], person: Person, settings: FitSettings
+) -> Shared:
+    """Return the shared body with the mass that the plates of all trials measured, if any did."""
+    found: list[Weighing] = []
+    calm = {r.static.source for r in recordings if r.static is not None}
+    for recording in _with_plates(recordings, settings):
+        ground = None if recording.source in calm else given_ground(settings)
+        fit = fit_markers(
+            shared.into(recording),
+            person,
+            static=recording.static,
+            ground=ground,
+            body=shared.body,
+        )
+        weighed = analyse(fit, cutoff=settings.cutoff or "usual").weighed
+        found += [] if weighed is None else [weighed]
+    standing = [each for each in found if each.how == "standing"]
+    found = standing or found  # quiet standing tells best
+    if not found:
+        return shared
+    seconds = sum(each.seconds for each in found)
+    mass = sum(each.mass * each.seconds for each in found) / seconds
+    where = "quiet standing" if standing else "gait"
+    note = Info(
+        f"the files give no body mass; the force plates measured {mass:.1f} kg over "
+        f"{seconds:.1f} s of {where} in {len(found)} trials of this subject."
+    )
+    body = replace(shared.body, human=shared.body.human.with_mass(mass))
+    subject = replace(shared.subject, mass=mass)
+    return replace(shared, body=body, subject=subject, notes=(*shared.notes, note))
+
+
+def _with_plates(recordings: Sequence[Recording], settings: FitSettings) -> list[Recording]:
+    """Return the trials that plates measured, and such standing trials."""
+    found = [recording for recording in recordings if recording.plates]
+    calm = {r.static.source for r in recordings if r.static is not None}
+    plain = replace(settings, static=None, forces=None)
+    for source in sorted(calm - {r.source for r in recordings}, key=str):
+        static = load(source, plain)
+        found += [static] if static.plates else []
+    return found
