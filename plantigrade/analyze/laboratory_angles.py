@@ -15,6 +15,11 @@ agree. A laboratory measures a line on each segment instead. Both are given, und
   the usual body is a hinge, so ``hip_rotation`` is what thigh, shank and foot agree on; that of the
   thigh's markers holds the turning of the knee, and of the skin: in walking 10 to 15 degrees at the
   end of swing. They need two markers on the thigh.
+* ``knee_adduction_markers`` and ``knee_rotation_markers`` are those of the shank that meets its own
+  markers against that thigh, as in [GroodSuntay1983]_: what the hinge of the usual body leaves out.
+  They need three markers on each of the two, epicondyles and malleoli among them or not. The hinge
+  lies where they are zero on average, so their change counts and not their mean. The sliding of the
+  thigh's skin is in them, in walking some degrees [Leardini2005]_.
 * ``foot_progression`` is the angle between the line from the heel to the second metatarsal head
   (see :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the
   forward axis, positive inward.
@@ -44,6 +49,7 @@ TOE = "metatarsal_2_head"
 AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
 RIGID = 1e-6  # places on one body move by less in it [m]
 FEWEST = 2  # markers of a thigh that tell how it lies, beside its hip centre
+FEWEST_OF_KNEE = 3  # markers of thigh and of shank that tell how the knee turns between them
 
 
 def shown_angles(record: Record) -> Table | None:
@@ -56,7 +62,8 @@ def shown_angles(record: Record) -> Table | None:
     table, kept = laboratory_angles(record), []
     for i, name in enumerate(table.names):
         ankle = name.startswith("ankle_dorsiflexion")
-        if "_thigh_" in name or (ankle and marker_path(record, f"{TOE}_{name[-1]}") is not None):
+        by_markers = "_thigh_" in name or "_markers_" in name
+        if by_markers or (ankle and marker_path(record, f"{TOE}_{name[-1]}") is not None):
             kept.append(i)
     if not kept:
         return None
@@ -99,46 +106,75 @@ def laboratory_angles(record: Record) -> Table:
         line = foot_line(record, side)
         columns += [motion[f"hip_flexion_{side}"] + plane, _dorsiflexion(record, side)]
         columns.append(inward_angle(line, side, AHEAD))
-        hip = _hip_of_thigh(record, side)
-        if hip is not None:
-            names += [f"{n}_thigh_{side}" for n in ("hip_adduction", "hip_rotation")]
-            columns += [*hip]
+        seen = _segments_of_markers(record, side)
+        for stem, pair in seen.items():
+            names += [f"{n}_{side}" for n in stem]
+            columns += [*pair]
     return Table(tuple(names), record.motion.time, np.stack(columns, axis=1))
 
 
-def _hip_of_thigh(record: Record, side: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return adduction and rotation [rad] of a hip whose thigh meets its own markers.
+def _segments_of_markers(
+    record: Record, side: str
+) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+    """Return adduction and rotation [rad] of hip and knee whose segments meet their own markers.
 
-    The thigh is turned from where the body has it by the small rotation about the hip centre that
-    brings its markers closest to the recorded ones in the sense of least squares.
+    The thigh is turned about its hip centre, the shank about the middle of its markers, from where
+    the body has them to where their markers come closest to the recorded ones in the sense of least
+    squares. A joint is missing where too few markers tell it.
     """
-    from scipy.spatial.transform import Rotation
-
     markers, fitted = record.recorded_markers, record.fitted_markers
     if markers is None or fitted is None:
-        return None
+        return {}
     bodies = [record.human.body(n) for n in ("pelvis", f"femur_{side}", f"tibia_{side}")]
-    states = [(s.origins[bodies], s.rotations[bodies]) for s in sweep(record.human, record.motion)]
+    parents = record.human.model.body_parentid
+    bodies += np.flatnonzero(parents == bodies[2]).tolist()
+    states = [(s.origins, s.rotations) for s in sweep(record.human, record.motion)]
     origins, axes = (np.array(each) for each in zip(*states, strict=True))
-    fixed = [
-        np.ptp(np.einsum("nji,nmj->nmi", axes[:, k], fitted - origins[:, k, None]), axis=0)
-        for k in range(3)
-    ]
-    on = np.max(fixed, axis=2) < RIGID
-    mine = on[1] & ~on[0] & ~on[2]  # not those of a joint that never moves
+    on = np.array([_fixed_on(fitted, origins[:, b], axes[:, b]) for b in bodies])
+    alone = on & (on.sum(axis=0) == 1)  # not those of a joint that never moves
+    mine, low = alone[1], alone[2]
     if mine.sum() < FEWEST:
-        return None
-    pelvis, thigh = axes[:, 0], axes[:, 1]
-    arms = fitted[:, mine] - origins[:, 1, None]
-    off = np.nan_to_num(markers.positions[:, mine] - fitted[:, mine])
-    # of turning by w the error is w x arm - off: the normal equations of every frame
-    square = np.einsum("nmi,nmi->n", arms, arms)[:, None, None] * np.eye(3)
-    normal = square - np.einsum("nmi,nmj->nij", arms, arms)
-    turn = np.linalg.solve(normal, np.cross(arms, off).sum(axis=1)[..., None])[..., 0]
-    thigh = Rotation.from_rotvec(turn).as_matrix() @ thigh
-    _, adduction, rotation = (
-        Rotation.from_matrix(np.swapaxes(pelvis, 1, 2) @ thigh).as_euler("YXZ").T
-    )
+        return {}
+    off = np.nan_to_num(markers.positions - fitted)
+    pelvis, thigh, shank = (axes[:, b] for b in bodies[:3])
+    hip = origins[:, bodies[1], None]
+    thigh = _turned(thigh, fitted[:, mine] - hip, off[:, mine])
+    found = {("hip_adduction_thigh", "hip_rotation_thigh"): _frontal(pelvis, thigh, side)}
+    if min(mine.sum(), low.sum()) >= FEWEST_OF_KNEE:
+        arms = fitted[:, low] - fitted[:, low].mean(axis=1, keepdims=True)
+        shank = _turned(shank, arms, off[:, low] - off[:, low].mean(axis=1, keepdims=True))
+        knee = ("knee_adduction_markers", "knee_rotation_markers")
+        hinge = _about(record.human.model.joint(f"knee_angle_{side}").axis)
+        found[knee] = _frontal(thigh @ hinge, shank @ hinge, side)
+    return found
+
+
+def _fixed_on(points, origin, axes) -> np.ndarray:
+    """Return which points keep their place on a body through the whole motion."""
+    local = np.einsum("nji,nmj->nmi", axes, points - origin[:, None])
+    return np.max(np.ptp(local, axis=0), axis=1) < RIGID
+
+
+def _turned(axes, arms, off) -> np.ndarray:
+    """Return axes turned by the rotation that brings ``arms`` closest to ``arms + off``."""
+    u, _, vt = np.linalg.svd(np.einsum("nmi,nmj->nij", arms + off, arms))
+    u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
+    return u @ vt @ axes
+
+
+def _about(axis: np.ndarray) -> np.ndarray:
+    """Return axes whose second is ``axis``, the first as near to x as can be."""
+    up = np.cross([1.0, 0.0, 0.0], axis)
+    up /= np.linalg.norm(up)
+    return np.stack([np.cross(axis, up), axis, up], axis=1)
+
+
+def _frontal(above, below, side: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return adduction and internal rotation of a segment against the one above it [rad]."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_matrix(np.swapaxes(above, 1, 2) @ below)
+    _, adduction, rotation = turn.as_euler("YXZ").T
     sign = 1.0 if side == "r" else -1.0
     return sign * adduction, sign * rotation
 

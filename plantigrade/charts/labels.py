@@ -16,6 +16,8 @@ COORDINATES = {  # title, and what positive and negative mean, short enough for 
     "ankle_dorsiflexion": ("Shank to metatarsals", "dorsi", "plantar"),
     "hip_adduction_thigh": ("Hip adduction by thigh markers", "add.", "abd."),
     "hip_rotation_thigh": ("Hip rotation by thigh markers", "internal", "external"),
+    "knee_adduction_markers": ("Knee adduction by markers", "varus", "valgus"),
+    "knee_rotation_markers": ("Knee rotation by markers", "internal", "external"),
     "subtalar_angle": ("Subtalar inversion", "inv.", "ev."),
     "foot_progression": ("Foot progression", "in", "out"),
     "mtp_angle": ("Toe dorsiflexion", "up", "down"),

@@ -1,8 +1,8 @@
 """Angles of a fit beside those stored with the recording: Plug-in Gait's, OpenSim's.
 
 Two conventions of one rotation differ by a constant where their segments' axes do, so each angle is
-held against the stored one in four figures: Pearson's r, the root mean square difference as it is
-and without the mean difference, and the difference of the ranges of motion.
+held against the stored one in five figures: Pearson's r, the root mean square difference as it is
+and without the mean difference, the difference of the ranges of motion, and the mean difference.
 
 Plug-in Gait turns hip and pelvis in the order of our coordinates (flexion, adduction, rotation;
 tilt, obliquity, rotation), so they are compared directly; ``pelvis_tilt_plane`` and
@@ -34,28 +34,39 @@ from plantigrade.spatial.conventions import (
     xyzw_to_wxyz,
 )
 
-FIGURES = {"r": "", "RMSE": "deg", "RMSE without offset": "deg", "range, ours less theirs": "deg"}
+FIGURES = {
+    "r": "",
+    "RMSE": "deg",
+    "RMSE without offset": "deg",
+    "range, ours less theirs": "deg",
+    "bias": "deg",
+}
 """Figures of an agreement and their units."""
 LEAST_MOTION = 2.0
 """Range below which a stored angle is locked or noise and nothing is held against it [deg]."""
 FEWEST = 20
 """Frames that both must have."""
 
-# Goals by source and angle: least r, most RMSE, without offset, and difference of ranges [deg].
-_FRONTAL = {"hip_adduction": (0.95, 3, None, None), "hip_rotation": (0.85, 5, None, None)}
-_GOALS: dict[str, dict[str, tuple[float | None, float | None, float | None, float | None]]] = {
+# Goals by source and angle: least r, most RMSE, without offset, difference of ranges, bias [deg].
+_FRONTAL = {
+    "hip_adduction": (0.95, 3, None, None, None),
+    "hip_rotation": (0.85, 5, None, None, None),
+}
+_GOALS: dict[str, dict[str, tuple[float | None, ...]]] = {
     "Plug-in Gait": {
-        "pelvis_tilt_plane": (None, 3, None, None),
-        "hip_flexion": (0.95, 5, None, None),
+        "pelvis_tilt_plane": (None, 3, None, None, None),
+        "hip_flexion": (0.95, 5, None, None, None),
+        "hip_flexion_plane": (None, None, None, None, 2.5),
         **_FRONTAL,
-        "knee_angle": (0.95, None, None, None),
-        "ankle_angle": (0.95, None, None, None),
+        "knee_angle": (0.95, None, None, None, 2.5),
+        "ankle_angle": (0.95, None, None, None, None),
         **{f"{angle}_thigh": limits for angle, limits in _FRONTAL.items()},
-        "ankle_dorsiflexion": (0.98, None, 2, 3),
+        "ankle_dorsiflexion": (0.98, None, 2, 3, None),
     },
     "OpenSim": {
         **_FRONTAL,
-        **dict.fromkeys(("hip_flexion", "knee_angle", "ankle_angle"), (None, None, 3, None)),
+        **dict.fromkeys(("hip_flexion", "knee_angle"), (None, None, 3, None, 2.5)),
+        "ankle_angle": (None, None, 3, None, None),
     },
 }
 # Our angle → Plug-in Gait's output, its column, and its sign on the right and on the left side.
@@ -71,6 +82,8 @@ _PLUG_IN_GAIT = {
     "hip_adduction_thigh": ("HipAngles", 1, 1, 1),
     "hip_rotation_thigh": ("HipAngles", 2, 1, 1),
     "knee_angle": ("KneeAngles", 0, 1, 1),
+    "knee_adduction_markers": ("KneeAngles", 1, 1, 1),
+    "knee_rotation_markers": ("KneeAngles", 2, 1, 1),
     "ankle_angle": ("AnkleAngles", 0, 1, 1),
     "ankle_dorsiflexion": ("AnkleAngles", 0, 1, 1),
     "foot_progression": ("FootProgressAngles", 2, 1, 1),
@@ -99,13 +112,13 @@ class Agreement:
 
     angle: str
     source: str
-    values: tuple[float, float, float, float]
+    values: tuple[float, float, float, float, float]
 
     def rows(self, subject: str, note: str = "", goals: bool = True) -> list[Row]:
         """Return the figures as rows, those with a goal held against it."""
         found = []
         angle = self.angle.removesuffix("_r").removesuffix("_l")
-        limits = _GOALS[self.source].get(angle, (None,) * 4)
+        limits = _GOALS[self.source].get(angle, (None,) * len(FIGURES))
         for (what, unit), value, limit in zip(FIGURES.items(), self.values, limits, strict=True):
             name = f"{self.angle} against {self.source}{note}, {what}"
             if limit is None or not goals:
@@ -125,9 +138,8 @@ def agreement(angle: str, source: str, ours: np.ndarray, theirs: np.ndarray) -> 
     if len(a) <= FEWEST or np.ptp(b) < LEAST_MOTION:
         return None
     span = float(np.ptp(a) - np.ptp(b))
-    return Agreement(
-        angle, source, (correlation(a, b), rmse(a, b), rmse_offset_removed(a, b), span)
-    )
+    values = correlation(a, b), rmse(a, b), rmse_offset_removed(a, b), span, float(np.mean(a - b))
+    return Agreement(angle, source, values)
 
 
 def our_angles(trial: Trial) -> Table:

@@ -47,7 +47,7 @@ from plantigrade.kinematics.unknown_markers import segment_of
 from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
-from plantigrade.models.landmarks import BONE, Attachment, attachments
+from plantigrade.models.landmarks import BONE, CENTRE, Attachment, attachments
 from plantigrade.models.markers import side_of
 
 NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
@@ -155,8 +155,11 @@ class Calibrator:
         defining = {"asis", "psis" if "psis" in marks else "sacrum"}
         self.spines = {i for i, mark in enumerate(marks) if mark in defining}
         self.epicondyles = {i for i, mark in enumerate(marks) if mark in _EPICONDYLES}
-        on = {name for name in self.landmark_names if name}
-        known = [f"knee_angle{n[-2:]}" for n in on if n[:-2] in _EPICONDYLES]
+        known = [
+            f"knee_angle{(name or '')[-2:]}"
+            for name, mark, place in zip(self.landmark_names, marks, self.places, strict=True)
+            if mark in _EPICONDYLES or (mark == "knee_joint" and place and place.spread <= CENTRE)
+        ]
         unknown = [c.startswith("knee_angle") and c not in known for c in human.coordinates]
         self.unknown_knees = np.array(unknown)
 

@@ -12,7 +12,7 @@ TOML file::
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ import numpy as np
 from plantigrade.bounds import shown
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models.human import Human
-from plantigrade.models.landmarks import LOOSE, Attachment, attachments
+from plantigrade.models.landmarks import BONE, LOOSE, Attachment, attachments
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.toml import parse_toml, read_toml
 
@@ -46,9 +46,9 @@ _SPELLINGS: dict[str, str] = {
     "psis": "PSI PSIS IPS",
     "iliac_crest": "IC ICR ILC ILCR CREST ILIAC ILIACCREST ICT",
     "trochanter": "FTC TROC GT GTR GTROC TROCHANTER",
-    "hip_joint": "HJC HIPJC HIPJOINT",
-    "knee_joint": "KJC KNEEJC KNEEJOINT",
-    "ankle_joint": "AJC ANKLEJC ANKLEJOINT",
+    "hip_joint": "HJC HIPJC",
+    "knee_joint": "KJC KNEEJC",
+    "ankle_joint": "AJC ANKLEJC",
     "shoulder_joint": "SJC SHOULDERJC GHJC",
     "elbow_joint": "EJC ELBOWJC",
     "wrist_joint": "WJC WRISTJC",
@@ -124,6 +124,11 @@ _MIDLINE: dict[str, str] = {
     "forehead": "FOREHEAD HEADFRONT FHEAD FRONTHEAD",
     "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD REARHEAD",
 }
+# How names of joint centres end: in how they were computed, or in longer words.
+_ESTIMATE = re.compile(
+    r"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))(REG|REGRESSION|FUN|FUNC|FUNCTIONAL|SCORE|SARA|"
+    r"HARRINGTON|BELL|DAVIS|EST)?$"
+)
 _BY_SPELLING = {s: mark for mark, words in _SPELLINGS.items() for s in words.split()}
 _BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in _SPELLINGS}
 _BY_MIDLINE = {s: mark for mark, words in _MIDLINE.items() for s in words.split()}
@@ -135,8 +140,11 @@ def landmark_of(name: str) -> str | None:
     Example:
         >>> landmark_of("R.ASIS"), landmark_of("LKNE"), landmark_of("sacrum"), landmark_of("RTH2")
         ('asis_r', 'knee_lateral_l', 'sacrum', None)
+        >>> landmark_of("R_HJC_reg"), landmark_of("LKneeJointCentre")
+        ('hip_joint_r', 'knee_joint_l')
     """
     plain = re.sub(r"[^A-Z0-9]", "", name.upper()).removesuffix("STUDY")  # OpenCap's ending
+    plain = _ESTIMATE.sub("JC", plain)
     if plain in _BY_MIDLINE:
         return _BY_MIDLINE[plain]
     for word, side in (("RIGHT", "r"), ("LEFT", "l"), ("R", "r"), ("L", "l")):
@@ -269,6 +277,9 @@ MARKER_SETS: dict[str, MarkerSet] = {
 }
 
 
+_KEYPOINT_NAMES = MARKER_SETS["keypoints"].landmarks
+
+
 def _bare(name: str) -> str:
     """Return a marker name without the subject prefix: ``Ann:LKNE`` is ``LKNE``."""
     return name.rpartition(":")[2]
@@ -322,7 +333,10 @@ def place_markers(
                 f"marker set {chosen.name!r} puts {name} on {mark!r}; there is no such landmark; "
                 f"there are {', '.join(sorted(places))}"
             )
-        result[name] = places[mark] if mark else None
+        place = places[mark] if mark else None
+        if place is not None and place.spread < BONE and _bare(name) in _KEYPOINT_NAMES:
+            place = replace(place, spread=BONE)  # seen in pictures, not computed from markers
+        result[name] = place
     return result
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from plantigrade.analyze.foot_progression import foot_line, inward_angle
 from plantigrade.analyze.laboratory_angles import laboratory_angles, laboratory_figures
@@ -120,6 +121,45 @@ def test_a_thigh_that_turns_under_its_hinge_is_seen_by_its_own_markers(human):
     np.testing.assert_allclose(found["hip_rotation_thigh_r"], turn, atol=np.deg2rad(0.3))
     np.testing.assert_allclose(found["hip_adduction_thigh_r"], 0, atol=np.deg2rad(0.3))
     assert "hip_rotation_thigh_l" not in found.names, "no marker on that thigh"
+
+
+@pytest.mark.parametrize("side", ["r", "l"])
+def test_a_knee_that_turns_beside_its_hinge_is_seen_by_the_markers_of_both_segments(human, side):
+    """The body's knee is a hinge; what its markers turn beside it is told, not lost."""
+    marks = ("knee_lateral", "knee_medial", "thigh", "ankle_lateral", "ankle_medial", "shank")
+    names = ("KNE", "KNM", "THI", "ANK", "MED", "TIB")
+    qpos = np.tile(human.standing(), (len(TIME), 1))
+    wave = np.sin(2 * np.pi * TIME)
+    qpos[:, 7 + human.hinge(f"hip_flexion_{side}")] = 0.4 * wave
+    qpos[:, 7 + human.hinge(f"knee_angle_{side}")] = 0.5 + 0.4 * wave
+    qpos[:, 7 + human.hinge(f"ankle_angle_{side}")] = 0.1 * wave
+    motion = Motion(TIME, qpos, np.zeros((len(TIME), human.model.nv)), human.joint_names)
+    table = attachments(human)
+    places = [table[f"{m}_{side}"] for m in marks]
+    fitted = PointSet.of(human, places).path(qpos)
+    tibia, sign = human.body(f"tibia_{side}"), 1 if side == "r" else -1
+    inward, varus = (np.deg2rad(a) * np.sin(4 * np.pi * TIME + b) for a, b in ((8, 0), (4, 1)))
+    turns = Rotation.from_euler("XZ", sign * np.stack([varus, inward], axis=1)).as_matrix()
+    tilt = np.arctan2(*human.model.joint(f"knee_angle_{side}").axis[[2, 1]])
+    hinge = Rotation.from_euler("X", tilt).as_matrix()
+    turns = hinge @ turns @ hinge.T
+    seen = fitted.copy()
+    for k, state in enumerate(sweep(human, qpos)):
+        knee, axes = state.origins[tibia], state.rotations[tibia]
+        local = (fitted[k, 3:] - knee) @ axes
+        seen[k, 3:] = knee + local @ turns[k].T @ axes.T
+    tags = tuple(side.upper() + n for n in names)
+    given = Record(human, motion, recorded_markers=Markers(tags, TIME, seen), fitted_markers=fitted)
+    found = laboratory_angles(given)
+    np.testing.assert_allclose(found[f"knee_rotation_markers_{side}"], inward, atol=1e-3)
+    np.testing.assert_allclose(found[f"knee_adduction_markers_{side}"], varus, atol=1e-3)
+    fewer = Record(
+        human,
+        motion,
+        recorded_markers=Markers(tags[:5], TIME, seen[:, :5]),
+        fitted_markers=fitted[:, :5],
+    )
+    assert not [n for n in laboratory_angles(fewer).names if "_markers_" in n], "two on the shank"
 
 
 def test_figures_are_of_whole_cycles(human):

@@ -186,7 +186,7 @@ def test_an_agreement_tells_shape_from_offset_and_range():
     time = np.linspace(0, 1, 101)
     theirs = 10 * np.sin(2 * np.pi * time)
     same = agreement("hip_adduction_r", "Plug-in Gait", theirs + 4, theirs)
-    np.testing.assert_allclose(same.values, [1, 4, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(same.values, [1, 4, 0, 0, 4], atol=1e-9)
     wider = agreement("hip_adduction_r", "Plug-in Gait", 1.5 * theirs, theirs)
     np.testing.assert_allclose(wider.values[0], 1)
     np.testing.assert_allclose(wider.values[3], 10)

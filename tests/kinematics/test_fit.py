@@ -131,6 +131,24 @@ def test_skin_that_slides_over_the_knee_does_not_move_its_axis():
         assert abs(np.rad2deg(fit.qpos[:, i] - qpos[:, i]).mean()) < 1.5
 
 
+@pytest.mark.parametrize("ending", ["JC", "JC_reg", "_joint"])
+def test_joint_centres_of_the_file_are_those_of_the_body(ending):
+    """Skin markers of hip and knee sit low on the body; the laboratory's joint centres do not."""
+    human, time, qpos = walker(lengths={"thigh": 0.45})
+    markers = slid(human, qpos, markers_of(human, time, qpos, names=LATERAL), slide=0.04)
+    bodies = [human.body(f"{part}_{side}") for side in "rl" for part in ("femur", "tibia", "foot")]
+    joints = ("_hip", "_knee", "_ankle") if ending == "_joint" else ("_H", "_K", "_A")
+    names = [f"{side}{joint}{ending}" for side in "rl" for joint in joints]
+    centres = np.array([state.origins[bodies] for state in sweep(human, qpos)])
+    x = np.concatenate([markers.positions, centres], axis=1)
+    fit = fit_markers(recording(Markers((*markers.names, *names), time, x)))
+    assert not fit.attached, "their names are known"
+    there = [fit.human.body(human.body_names[b - 1]) for b in bodies]
+    found = np.array([state.origins[there] for state in sweep(fit.human, fit.qpos)])
+    off = 1e3 * np.linalg.norm(np.median(found - centres, axis=0), axis=1)
+    assert (off < 8).all(), off
+
+
 def test_overstretched_knees_are_found_as_they_are():
     """Epicondyles tell where the axis is, so nothing else need say where the knee's zero lies."""
     human, time, qpos = walker()

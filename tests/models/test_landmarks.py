@@ -31,7 +31,7 @@ def test_every_landmark_is_carried_by_a_body(human):
     assert set(found) == set(landmarks(human.dimensions))
     for place in found.values():
         assert place.body in human.body_names
-        assert 0.005 < place.spread < 0.1
+        assert 0.005 <= place.spread < 0.1
         assert np.isfinite(place.position).all()
 
 

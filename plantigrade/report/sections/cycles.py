@@ -17,6 +17,7 @@ from plantigrade.report.section import Section, Subject, needs
 
 OTHERS = (
     *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),
+    *("knee_adduction_markers", "knee_rotation_markers"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex", "arm_add", "elbow_flex"),
 )
