@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.curves import PELVIS, side_of
+from plantigrade.analyze.foot_flat import LEVEL, foot_flat_time
 from plantigrade.analyze.statistics import correlation, rmse
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -88,6 +89,9 @@ class Comparison:
     soles_reference: Float[Array, "n_ticks 2"] = field(
         default_factory=lambda: np.zeros((0, 2)), repr=False
     )
+    #: Side → time from heel strike until ball and toes are down, and recorded [s], mean over the
+    #: stances; NaN where none was seen
+    foot_flat: dict[str, tuple[float, float]] = field(default_factory=dict)
     #: Point that has the largest way of :attr:`contact_drift_m`, and when [s]
     contact_drift_at: tuple[str, float] = ("", 0.0)
 
@@ -120,6 +124,7 @@ class Comparison:
             flat[f"{stem}_correlation_{side}"] = self.correlation[name]
         errors = [abs(self.rom_error[name]) for _, name in ROTATIONS if name in self.rom]
         if errors:
+            flat["rmse_max_deg"] = max(self.rmse[name] for _, name in ROTATIONS if name in self.rom)
             flat["rom_error_mean_deg"] = float(np.mean(errors))
             flat["rom_error_max_deg"] = float(np.max(errors))
         flat["com_error_max_mm"] = 1e3 * self.com_error_max_m
@@ -132,6 +137,9 @@ class Comparison:
             flat[f"toe_clearance_reference_{side}_mm"] = 1e3 * self.clearance[side][1]
             flat[f"knee_swing_peak_{side}_deg"] = self.swing_knee[side][0]
             flat[f"knee_swing_peak_reference_{side}_deg"] = self.swing_knee[side][1]
+            ours, theirs = self.foot_flat.get(side, (np.nan, np.nan))
+            flat[f"foot_flat_{side}_ms"] = 1e3 * ours
+            flat[f"foot_flat_reference_{side}_ms"] = 1e3 * theirs
             flat[f"cycles_{side}_count"] = sum(c.side == side for c in self.cycles)
         return {k: v for k, v in flat.items() if not (isinstance(v, float) and not np.isfinite(v))}
 
@@ -183,6 +191,14 @@ def compare(record: Record) -> Comparison:
         first, second = (over_swings(phases, side, t, x, what, margin) for t, x in pairs)
         return first, second
 
+    pairs = ((motion.time, soles), (recorded.time, soles_recorded))
+    flat = {}
+    for side in SIDES:
+        struck = [e.time for e in motion.events if e.kind == "heel_strike" and e.side == side]
+        struck = [t for t in struck if first - step < t < last - LEVEL[1]]
+        both = [foot_flat_time(time, _forefoot(paths, side), struck) for time, paths in pairs]
+        flat[side] = both[0], both[1]
+
     return Comparison(
         percent=PERCENT,
         curves_simulated=simulated,
@@ -198,6 +214,7 @@ def compare(record: Record) -> Comparison:
             for s in SIDES
         },
         swing_knee={s: swings(s, ours[:, i], theirs[:, i], np.max) for s, i in knees.items()},
+        foot_flat=flat,
         soles=_lowest(soles),
         soles_reference=interpolate(motion.time, recorded.time, _lowest(soles_recorded)),
     )

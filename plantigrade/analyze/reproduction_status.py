@@ -106,6 +106,10 @@ def _words(key: str, value: float, record: Record, held: Comparison) -> str:
         return f"the centre of mass is {value:.0f} mm off its path, {there}"
     if key == "rom_error_mean_deg":
         return f"the ranges of motion of the legs are {value:.1f}° off on average over the strides"
+    if key == "rmse_max_deg":
+        worst = max((name for name in LEGS if name in held.rmse), key=lambda n: held.rmse[n])
+        there = when(record, time[np.argmax(_apart(record, worst))])
+        return f"{worst} is {value:.1f}° (RMS) from the recorded one, furthest apart {there}"
     if key == "rom_error_max_deg":
         errors = {name: x for name, x in held.rom_error.items() if name in LEGS}
         worst = max(errors, key=lambda name: abs(errors[name]))

@@ -260,6 +260,12 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
         f"slip {m['check_slip_max_mm']:.2f} mm, "
         f"penetration {m['check_penetration_max_mm']:.2f} mm",
     }
+    if m.get("rmse_max_limit_deg") is not None:
+        rows["recording"] = (
+            f"hips, knees and ankles within {m['rmse_max_deg']:.1f}° RMS of it (at most "
+            f"{m['rmse_max_limit_deg']:g}°), ranges of motion within {m['rom_error_max_deg']:.1f}° "
+            f"(at most {m['rom_error_max_limit_deg']:g}°)"
+        )
     if m.get("walking_speed_m_s") is not None:
         rows["walk"] = (
             f"{m['walking_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "

@@ -14,11 +14,13 @@ import numpy as np
 
 from plantigrade.analyze.check import check
 from plantigrade.analyze.gait_forces import ForceComparison
+from plantigrade.analyze.reproduction import Comparison
 from plantigrade.analyze.trial import Trial
+from plantigrade.constants import SIDES
 from plantigrade.experiments.fit_accuracy import SETTLED, WALKS
 from plantigrade.experiments.gait_forces import STANCES
 from plantigrade.experiments.ground_forces import FORCES, MOMENTS, Figure
-from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
+from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials, sheet
 from plantigrade.reproduce.phases import walking_events
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import TrackSettings
@@ -45,6 +47,10 @@ OTHERS = (
 PROGRAM = "program alone: "
 """How figures begin that are the quadratic program's, without tracking."""
 FIGURES = (*FORCES, *MOMENTS)
+ANKLE_RMS = "ankle angle from the recording, RMS of the worse foot"
+ANKLE_RANGE = "ankle, range of motion from the recorded one, worse foot"
+FLAT, FLAT_RECORDED = "heel strike to foot flat", "heel strike to foot flat, recorded"
+PEOPLE_FLAT = "80–120"  # heel strike to foot flat of healthy adults [ms]
 
 NOTES = (
     STANCES,
@@ -64,7 +70,7 @@ def run(
     title = "Recordings tracked on contact forces"
     names = QUICK if quick else (*WALKS, *OTHERS)
     table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
-    return replace(table, sheets=(*_sheets(table.rows), _passed(table.rows)))
+    return replace(table, sheets=(*_sheets(table.rows), *_ankles(table.rows), _passed(table.rows)))
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -75,7 +81,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     solution, record = tracked.solution, tracked.record()
     verdict = check(record)
     faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
-    rows = []
+    rows = angle_rows(name, tracked.against_recording)
     if name in WALKS and tracked.walk.measured is not None:
         rows += _figures(name, tracked.against_plates(), "")
         rows += _figures(name, tracked.estimate_against_plates(), PROGRAM)
@@ -85,10 +91,35 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
         Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),
         Row(name, "passes the check", float(verdict.ok), "", "= 1", verdict.ok, faults),
+        Row(
+            name,
+            "near the recording",
+            float(not tracked.away),
+            "",
+            "= 1",
+            not tracked.away,
+            tracked.away,
+        ),
         Row(name, "solved", float(solution.success), note=solution.status),
         Row(name, "iterations", float(solution.iterations)),
         Row(name, "time", tracked.seconds, "s", note=f"for {_seconds(tracked):.2f} s of motion"),
     ]
+
+
+def angle_rows(name: str, held: Comparison) -> list[Row]:
+    """Return how far ankles and feet are from the recorded ones; foot flat where somebody walks."""
+    ankles = [f"ankle_angle_{side}" for side in SIDES]
+    rms = max(held.rmse[ankle] for ankle in ankles)
+    off = max((held.rom_error[ankle] for ankle in ankles), key=abs)
+    rows = [
+        at_most(name, ANKLE_RMS, rms, 2.5, "deg"),
+        Row(name, ANKLE_RANGE, off, "deg", "<= 5 either way", abs(off) <= 5.0),
+    ]
+    for quantity, k in ((FLAT, 0), (FLAT_RECORDED, 1)):
+        seen = [1e3 * held.foot_flat[side][k] for side in SIDES]
+        if np.isfinite(seen).any():
+            rows.append(Row(name, quantity, float(np.nanmean(seen)), "ms"))
+    return rows
 
 
 def span(trial: Trial, name: str) -> TrackSettings:
@@ -146,10 +177,40 @@ def _pair(
     return lines
 
 
+def _ankles(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return how near ankles and feet are to the recorded ones, of each walk and both halves."""
+    titles = {
+        ANKLE_RMS: ("ankle RMS deg", 1),
+        ANKLE_RANGE: ("range off deg", 1),
+        FLAT: ("foot flat ms", 0),
+        FLAT_RECORDED: ("recorded ms", 0),
+    }
+    values: dict[str, dict[str, float]] = {}
+    for row in rows:
+        if row.quantity in titles and row.value is not None:
+            values.setdefault(row.subject, {})[row.quantity] = float(row.value)
+    walks = {name: each for name, each in values.items() if FLAT in each}
+    if not walks:
+        return ()
+
+    def line(name: str, known: Sequence[dict[str, float]]) -> list[str]:
+        means = {q: [each[q] for each in known if q in each] for q in titles}
+        cells = [f"{np.mean(x):.{titles[q][1]}f}" if x else "–" for q, x in means.items()]
+        return [name, *cells]
+
+    lines = [line(Path(name).stem, [each]) for name, each in walks.items()]
+    for half, settled in (("settled half", True), ("other half", False)):
+        known = [x for n, x in walks.items() if any(who in n for who in SETTLED) == settled]
+        lines += [line(half, known)] if known else []
+    lines.append(["people", "", "", PEOPLE_FLAT, ""])
+    return (sheet("Ankles and feet", ("", *(short for short, _ in titles.values())), lines),)
+
+
 def _passed(rows: Sequence[Row]) -> str:
     """Return which recordings pass the check, and what it took."""
     columns = {
         "passes the check": ("passes", 0),
+        "near the recording": ("near it", 0),
         "iterations": ("iterations", 0),
         "moved from the recording, RMS": ("moved deg", 1),
         "pelvis moved from the recording, RMS": ("pelvis mm", 1),

@@ -18,6 +18,8 @@ import numpy as np
 from plantigrade.analyze.estimated_forces import estimate_signals
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
 from plantigrade.analyze.norms_of_runs import norm_files
+from plantigrade.analyze.reproduction import Comparison, compare
+from plantigrade.analyze.reproduction_status import beyond, limit_of
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
@@ -39,6 +41,15 @@ from plantigrade.workflows.fit import fit_trial, norm_signals, silent
 from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 from plantigrade.workflows.walks import RecordedWalk
+
+LIMITS = {"rmse_max_deg": 6.0, "rom_error_max_deg": 10.0}
+"""How far any rotation of hips, knees and ankles may be from the recorded one: root mean square,
+and range of motion. A motion further away is another one, however well forces explain it. At least
+twice what the ankles of the experiment synthesis-tracking are held to."""
+NOT_JUDGED = "subtalar"
+"""The sole of a planned stance lies flat, however the recorded foot rolls over its edge."""
+COMPARED = ("hip_", "knee_", "ankle_", "subtalar_", "rom_", "rmse_", "foot_flat")
+"""Beginnings of the names of figures that are compared with the recording."""
 
 MARGIN = 0.1  # tracked before the first and after the last gait event [s]
 EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too little there [s]
@@ -109,6 +120,33 @@ class Tracked:
         angles = np.delete(apart, [3, 4, 5], axis=1)
         return float(np.sqrt((angles**2).mean())), float(np.sqrt((apart[:, 3:6] ** 2).mean()))
 
+    @cached_property
+    def beside_recording(self) -> Record:
+        """The motion without lead-in and lead-out, with the recorded one as a reference."""
+        found = self.compared()
+        motion = replace(found.motion, events=self.motion.events)
+        return replace(found, motion=motion, references={"recorded": self.motion})
+
+    @cached_property
+    def against_recording(self) -> Comparison:
+        """Joint angles of the legs and feet beside the recorded ones, over the strides."""
+        return compare(self.beside_recording)
+
+    @cached_property
+    def judged(self) -> Comparison:
+        """The same without the joint that is not judged."""
+        held = self.against_recording
+        rom, rmse = (
+            {name: x for name, x in of.items() if not name.startswith(NOT_JUDGED)}
+            for of in (held.rom, held.rmse)
+        )
+        return replace(held, rom=rom, rmse=rmse)
+
+    @property
+    def away(self) -> str:
+        """Joint angles too far from the recorded ones, where and when; empty where none is."""
+        return beyond(self.beside_recording, self.judged, LIMITS)
+
     def against_plates(self) -> ForceComparison:
         """Compare the forces with the measured ones.
 
@@ -162,6 +200,9 @@ class Tracked:
             "tracking_pelvis_rms_mm": 1000.0 * place,
             "lift_mm": 1000.0 * self.lift,
         }
+        angles = self.against_recording.metrics() | self.judged.metrics()
+        found |= {name: x for name, x in angles.items() if name.startswith(COMPARED)}
+        found |= {limit_of(name): limit for name, limit in LIMITS.items()}
         if self.walk.measured is not None:
             found |= self.against_plates().metrics()
             beside = self.estimate_against_plates().metrics()
@@ -211,14 +252,18 @@ def track(
 
 
 def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, origin: Origin) -> Run:
-    """Return the run of a tracked recording; its provenance names all files that were read."""
+    """Return the run of a tracked recording; its provenance names all files that were read.
+
+    It is ok where the checker finds nothing and hips, knees and ankles are within :data:`LIMITS` of
+    the recorded ones.
+    """
     solution, name = tracked.solution, recording.source.name
     made = (
         "tracked by the banded interior point "
         f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
     )
     record = tracked.record()
-    return checked(
+    run = checked(
         replace(record, signals={**record.signals, **norm_signals(settings)}),
         f"track ({name})",
         made,
@@ -231,6 +276,10 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
         kind="track",
         seconds={"solve": solution.seconds, "prepare": tracked.seconds - solution.seconds},
     )
+    if not tracked.away:
+        return run
+    away = f"far from the recording: {tracked.away}"
+    return replace(run, status=away if run.ok else f"{run.status}; {away}")
 
 
 def track_trial(

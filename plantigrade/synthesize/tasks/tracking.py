@@ -66,9 +66,9 @@ from plantigrade.synthesize.terms.tracking import (
 
 FACTORS = {
     **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
-    "ankle_angle": 0.3,  # joints of the foot give way where the recorded foot slides or sinks
-    "subtalar_angle": 0.05,
-    "mtp_angle": 0.05,
+    "ankle_angle": 4.0,  # pitch of the foot: its range was 47 to 62° for 29 to 35° with 0.3
+    "subtalar_angle": 1.0,  # joints within the foot give way where the recorded one slides or sinks
+    "mtp_angle": 0.5,
 }
 
 TOES = {"mtp_angle": 10.0}  # what torque of the toes costs beside that of other joints: it is weak
@@ -94,8 +94,8 @@ class Tracking:
     weight: float = 100.0
     joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
     acceleration: float = 3e-5
-    feet: float = 0.3
-    moments: float = 0.1
+    feet: float = 0.6
+    moments: float = 0.3
     torque: float = 0.2
     jerk: float = 1e-9
     force_size: float = 1e-3
