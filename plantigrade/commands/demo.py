@@ -22,6 +22,11 @@ PUSHED = "-pushed"
 PUSH, SLOWER, LASTS = "100,0.2,90,1.5", 0.8, 4.0
 """The push of the last part; its walk by that of the recording, and how long it is [s]."""
 NAME, BESIDE, RECORDING = "demo", "-reproduced", "textbook_walk.c3d"
+PLACEMENT = 0.002
+"""Distance of a marker from its landmark in a good laboratory, standard deviation [m]."""
+TORSION = 0.30
+"""Torsion of the shanks, outward [rad]: adults point their feet 11° outward [Fukuchi2018]_ with
+hips turned inward; the body has none, and its second toe lies 4° inward of its foot."""
 COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 
@@ -29,10 +34,10 @@ COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 class Command(Person, RunOptions):
     """Run the whole pipeline on built-in data and say where the results are.
 
-    A published mean walk is written as a marker recording with realistic noise and gaps, read back,
-    fitted, and compared with the true angles. The gait is then reproduced from prioritised tasks
-    and compared with the recording. Finally the person walks in the physics simulation and is
-    pushed.
+    The published mean walk of adults is written as a marker recording with the noise, skin movement
+    and gaps of a good laboratory, read back, fitted, and compared with the true angles. The gait is
+    then reproduced from prioritised tasks and compared with the recording. Finally the person walks
+    in the physics simulation and is pushed.
     """
 
     activity = "walking"
@@ -49,6 +54,7 @@ class Command(Person, RunOptions):
         import tempfile
         import time
 
+        from plantigrade.analyze.norms import SHORT
         from plantigrade.commands.progress import Progress
         from plantigrade.io import write
         from plantigrade.record.folder import refuse_existing
@@ -58,7 +64,7 @@ class Command(Person, RunOptions):
         from plantigrade.workflows.save import save
         from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.simulate import simulate
-        from plantigrade.workflows.textbook import recorded, textbook_walk
+        from plantigrade.workflows.textbook import adult_walk, recorded, textbook_walk
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)
@@ -69,11 +75,13 @@ class Command(Person, RunOptions):
         told = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
         with progress.step("generating the textbook walk"):
-            walk = textbook_walk(human, speed=self.speed)
+            adult = human.height >= SHORT
+            walk = (adult_walk if adult else textbook_walk)(human, speed=self.speed)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / RECORDING
             with progress.step("writing it as a marker recording"):
-                write(recorded(walk, path, seed=self.seed), path)
+                faults: Any = {"placement": PLACEMENT, "torsion": TORSION, "mirrored": True}
+                write(recorded(walk, path, seed=self.seed, **faults), path)
             kept = {RECORDING: path.read_bytes()}
             own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
             settings = ReproduceSettings(**own, companions=False)

@@ -3,6 +3,8 @@
 The ground is the plane z = 0.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.ndimage import distance_transform_cdt
 
@@ -19,6 +21,8 @@ SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
 PASSES = 4  # of planting and lifting, at most
 _PLANTED = 1.0  # weight of the foot's points
 _HELD = {"pelvis": 0.06, "knee": 0.01}  # weights of points that stay where they were
+_STEADY = 3.0  # weight of points on a pelvis that stays where it was
+_SPREAD = 0.006  # a joint led away by its spread weighs as much as a sole this far off [m]
 _POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]
 _FOOT_POSTURE = 2e-3  # the same of joints within the foot
 
@@ -31,6 +35,7 @@ def plant_feet(
     rate: float,
     rests: list[Rest] | None = None,
     way: Float[Array, "n_frames 3"] | None = None,
+    spread: Mapping[str, float] | None = None,
     progress=None,
 ) -> Float[Array, "n_frames nq"]:
     """Return the motion with feet that neither slide nor sink, changed as little as possible.
@@ -46,6 +51,8 @@ def plant_feet(
         rate: Frames per second [Hz].
         rests: What rests when; found from the motion where not given.
         way: Path of the ground itself (a treadmill's belt) [m].
+        spread: How far each joint angle, named without its side, may be led away [rad], where
+            angles matter more than the last millimetre; the pelvis then keeps its height.
         progress: Called with the number of frames done, now and then.
     """
     n = len(qpos)
@@ -55,11 +62,13 @@ def plant_feet(
     contact = sole_paths(human, qpos)
     if rests is None:
         rests = find_rests(contact, rate, way=path, stance=stance)
-    solver, held = _planting_solver(human, contact)
+    solver, held = _planting_solver(human, contact, spread)
     fade = max(2, round(LANDING * rate))
     wanted, weight = _wanted(contact, rests, path, fade)
     # The pelvis and knees follow the feet's common lift, so that legs keep their angles.
     lift = ((wanted - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
+    if spread is not None:
+        lift = np.zeros(n)
     result = qpos
     for attempt in range(PASSES):
         values = np.array([solver.values(q)[-len(held) :] for q in qpos])
@@ -84,7 +93,29 @@ def plant_feet(
     return result
 
 
-def _planting_solver(human: Human, contact: SolePaths):
+def lead_pelvis(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    shift: Float[Array, "n_frames 2"],
+    spread: Mapping[str, float],
+) -> Float[Array, "n_frames nq"]:
+    """Return the motion with the pelvis elsewhere over feet that stay where they are.
+
+    Args:
+        human: The person.
+        qpos: The motion.
+        shift: How far the pelvis is led forward and to the left [m].
+        spread: How far each joint angle, named without its side, may be led away [rad].
+    """
+    contact = sole_paths(human, qpos)
+    solver, held = _planting_solver(human, contact, spread)
+    goal = np.array([solver.values(q) for q in qpos])
+    goal[:, len(contact.sites) :, :2] += shift[:, None]
+    weights = np.concatenate([np.full(len(contact.sites), _PLANTED), held])
+    return follow(solver, goal, qpos, weights=np.tile(weights, (len(qpos), 1)), rest=qpos[:, 7:])
+
+
+def _planting_solver(human: Human, contact: SolePaths, spread: Mapping[str, float] | None):
     """Return inverse kinematics on soles, pelvis and knees, and the weights of the last two."""
     points = [(site.body, np.array(site.position)) for site in contact.sites]
     points += [("pelvis", offset) for offset in (np.zeros(3), *(0.25 * np.eye(3)))]
@@ -94,6 +125,12 @@ def _planting_solver(human: Human, contact: SolePaths):
     solver = InverseKinematics(terms, tolerance=1e-4, max_iterations=12)
     inner = [c.startswith(("mtp", "cuboid", "heel")) for c in human.coordinates]
     solver.posture = np.where(inner, _FOOT_POSTURE, _POSTURE)
+    if spread is not None:
+        held = [_STEADY] * 4 + [0.0] * 2
+        usual = float(np.deg2rad(5.0))
+        plain = [c.removesuffix("_r").removesuffix("_l") for c in human.coordinates]
+        wide = np.array([spread.get(name, usual) for name in plain])
+        solver.posture = (_SPREAD / wide) ** 2
     return solver, np.array(held)
 
 

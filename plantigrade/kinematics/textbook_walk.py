@@ -15,6 +15,11 @@ from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.motion import GaitEvent
 from plantigrade.motion.filters import lowpass
 
+ADULT_SPREAD = {"hip_flexion": 7.0, "hip_adduction": 2.2, "hip_rotation": 5.0, "knee_angle": 3.0,
+                "ankle_angle": 1.5, "subtalar_angle": 8.0, "mtp_angle": 10.0}  # fmt: skip
+"""How far feet on the ground may lead a joint away from the mean of adults [deg]: about the least
+standard deviation between them in the cycle [Fukuchi2018]_, of feet a guess."""
+
 
 @dataclass(frozen=True)
 class TextbookWalk:
@@ -28,21 +33,28 @@ class TextbookWalk:
 
 
 def textbook_walk(
-    human: Human, *, speed: float = 1.25, rate: float = 100.0, cycles: int = 3
+    human: Human,
+    *,
+    speed: float = 1.25,
+    rate: float = 100.0,
+    cycles: int = 3,
+    adult: bool = False,
 ) -> TextbookWalk:
     """Return so many strides of the published mean walk, on a person who stands on the ground.
 
-    The speed is in m/s, the frames per second in Hz.
+    The speed is in m/s, the frames per second in Hz; adults move otherwise than children.
     """
     d = human.dimensions
-    walk = textbook_gait(speed, d.thigh + d.shank + d.ankle_height, rate=rate, cycles=cycles)
+    leg = d.thigh + d.shank + d.ankle_height
+    walk = textbook_gait(speed, leg, rate=rate, cycles=cycles, adult=adult)
     names = tuple(walk.coordinates)
     qpos = human.from_coordinates(names, np.stack([walk.coordinates[n] for n in names], axis=1))
     for _ in range(2):
         depth = lowest(human, qpos)
         qpos[:, 2] -= lowpass(walk.time, depth, cutoff=6.0)
     stance = np.stack([walk.stance(side) for side in ("r", "l")], axis=1)
-    qpos = plant_feet(human, qpos, stance, rate=rate)
+    spread = {n: float(np.deg2rad(v)) for n, v in ADULT_SPREAD.items()} if adult else None
+    qpos = plant_feet(human, qpos, stance, rate=rate, spread=spread)
     events = [
         GaitEvent(float(t), side, kind)
         for table, kind in ((walk.heel_strikes, "heel_strike"), (walk.toe_offs, "toe_off"))

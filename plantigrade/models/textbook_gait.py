@@ -13,13 +13,17 @@ model's pelvis tilt is zero: this is taken out of pelvis tilt and hip flexion. F
 taken from their value in mid-stance. Pelvis and trunk are made symmetric: tilt keeps the even
 harmonics, list, rotation and bending the odd ones.
 
+The mean walk of adults has the means of 42 adults at their comfortable speed [Fukuchi2018]_ in
+pelvis, hip, knee and ankle (``textbook_adults.json``, twelve harmonics); at other speeds the
+difference that speed makes in children is added.
+
 Step length follows [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`, what people prefer. The pelvis moves on
 at the mean speed with two small waves in a stride and sways once, with the amplitudes of
 [Zijlstra1997]_. Arm swing follows [Murray1967]_: about 32 degrees in the shoulder at free speed,
 arm against leg, growing with speed.
 
 References:
-    [Schwartz2008]_, [Stebbins2006]_, [Kuo2001]_, [Zijlstra1997]_, [Murray1967]_.
+    [Schwartz2008]_, [Fukuchi2018]_, [Stebbins2006]_, [Kuo2001]_, [Zijlstra1997]_, [Murray1967]_.
 """
 
 import json
@@ -47,6 +51,8 @@ FOOT_OFF = {"very_slow": 68.0, "slow": 62.0, "free": 59.0, "fast": 58.0, "very_f
 """Foot off [% of cycle], Cycle Events of [Schwartz2008]_."""
 
 FREE = CLASS_SPEEDS["free"]
+ADULT_SPEED = 0.42
+"""Dimensionless speed of the adults: 1.24 m/s on legs of 0.89 m [Fukuchi2018]_."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,12 @@ class TextbookGait:
 
 
 def textbook_gait(
-    speed: float, leg_length: float, *, rate: float = 100.0, cycles: int = 3
+    speed: float,
+    leg_length: float,
+    *,
+    rate: float = 100.0,
+    cycles: int = 3,
+    adult: bool = False,
 ) -> TextbookGait:
     """Return a whole-body walk.
 
@@ -99,6 +110,7 @@ def textbook_gait(
         leg_length: Leg length, hip to ground [m].
         rate: Frames per second [Hz].
         cycles: Strides of the right foot.
+        adult: Whether pelvis and legs move like those of adults, not of children.
 
     Returns:
         The walk, including both ends of the last cycle if they fall on a frame.
@@ -123,7 +135,7 @@ def textbook_gait(
     classes = list(CLASS_SPEEDS.values())
     foot_off = float(np.interp(relative, classes, list(FOOT_OFF.values())) / 100.0)
     whole = time / stride_time
-    degrees = _angles(relative, whole)
+    degrees = _angles(relative, whole, adult)
     coordinates = {name: np.deg2rad(values) for name, values in degrees.items()}
 
     # Fastest in double support, slowest in single support; half a centimetre to either side at
@@ -146,19 +158,19 @@ def textbook_gait(
     )
 
 
-def _angles(relative, whole):
+def _angles(relative, whole, adult):
     """Return every joint coordinate [deg] at strides `whole` of the right foot."""
     right, left = _phase(whole, "r"), _phase(whole, "l")
-    angles = {"pelvis_tilt": _series("pelvis_tilt", relative, right, "even") + SPINE_PLANE}
+    angles = {"pelvis_tilt": _series("pelvis_tilt", relative, right, "even", adult) + SPINE_PLANE}
     for name in ("pelvis_list", "pelvis_rotation", "lumbar_bending", "lumbar_rotation"):
-        angles[name] = _series(name, relative, right, "odd")
+        angles[name] = _series(name, relative, right, "odd", adult)
     # The trunk stays upright, leaning 2 degrees forward.
     angles["lumbar_extension"] = -angles["pelvis_tilt"] - 2.0
     swing = float(np.clip(relative / FREE, 0.2, 1.6))
     for side, phase in (("r", right), ("l", left)):
         for name in ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle"):
             offset = SPINE_PLANE if name == "hip_flexion" else 0.0
-            angles[f"{name}_{side}"] = _series(name, relative, phase) - offset
+            angles[f"{name}_{side}"] = _series(name, relative, phase, adult=adult) - offset
         for name in ("subtalar_angle", "mtp_angle"):
             middle = _series(name, relative, np.array([0.3]))[0]
             angles[f"{name}_{side}"] = _series(name, relative, phase) - middle
@@ -170,15 +182,19 @@ def _angles(relative, whole):
     return angles
 
 
-def _series(name, relative, phase, harmonics="all"):
+def _series(name, relative, phase, harmonics="all", adult=False):
     """Evaluate a Fourier series [deg], coefficients interpolated over the dimensionless speed."""
-    table = _coefficients()[name]
+    table = _coefficients("textbook_gait")[name]
     if "all" in table:
         c = np.array(table["all"])
     else:
         rows = np.array([table[key] for key in CLASS_SPEEDS])
         speeds = list(CLASS_SPEEDS.values())
         c = np.array([np.interp(relative, speeds, column) for column in rows.T])
+        means = _coefficients("textbook_adults") if adult else {}
+        if name in means:
+            c -= [np.interp(ADULT_SPEED, speeds, column) for column in rows.T]
+            c = np.pad(c, (0, len(means[name]) - len(c))) + means[name]
     result = np.full(len(phase), c[0] if harmonics != "odd" else 0.0)
     for h in range(1, (len(c) + 1) // 2):
         if harmonics == "even" and h % 2 or harmonics == "odd" and h % 2 == 0:
@@ -195,6 +211,6 @@ def _phase(whole, side):
 
 
 @cache
-def _coefficients() -> dict[str, dict[str, list[float]]]:
-    text = files("plantigrade.models").joinpath("textbook_gait.json").read_text(encoding="utf-8")
+def _coefficients(table: str) -> dict:
+    text = files("plantigrade.models").joinpath(f"{table}.json").read_text(encoding="utf-8")
     return json.loads(text)

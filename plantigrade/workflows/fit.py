@@ -246,7 +246,7 @@ def fit(
 def run_of(
     recording: Recording,
     trial: Trial,
-    settings: FitSettings,
+    settings: RecordingSettings,
     *,
     title: str = "",
     command: str = "",

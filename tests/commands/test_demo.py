@@ -10,7 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plantigrade.analyze import norms
+from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.commands import main as cli
+from plantigrade.record import Run
 from tests.browser import colours, moved
 
 FILES = {"model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html"}
@@ -66,6 +69,30 @@ def test_it_is_near_the_truth(first):
     assert metrics["mass_kg"] == pytest.approx(71.0, abs=0.1)
     for side in "rl":
         assert metrics[f"stance_{side}_pct"] == pytest.approx(59, abs=4)  # Schwartz 2008, free
+
+
+def test_its_first_page_has_no_warning(first):
+    assert first["warnings"] == []
+    assert first["estimate_noise_factor"] < 2
+
+
+def test_it_looks_like_the_healthy_mean(runs):
+    """Angles beside adults' norms, and the left beside the right."""
+    run = Run.load(runs / "demo")
+    angles = clinical_angles(run.record)
+    means = {name: np.nanmean(rows, axis=0) for name, rows in angles.items()}
+    percent = np.linspace(0, 100, len(means["knee_angle_r"]))
+    for name in norms.names(norms.ADULTS):
+        band = norms.norm(name, population=norms.ADULTS)
+        mean, sd = (np.interp(percent, band.percent, values) for values in (band.mean, band.sd))
+        for side in "rl":
+            away = (means[f"{name}_{side}"] - mean) / sd
+            assert np.sqrt(np.mean(away**2)) < 1 and np.abs(away).max() < 2.5, (name, side)
+        assert np.abs(means[f"{name}_r"] - means[f"{name}_l"]).mean() < 2, name
+        if name == "foot_progression":
+            assert abs(np.mean(means[f"{name}_r"] - mean)) < 3
+            assert abs(np.mean(means[f"{name}_l"] - mean)) < 3
+    assert run.figures["gps_deg"] < run.figures["gps_reference_deg"]
 
 
 def test_it_ends_with_the_reproduced_gait(first, runs):

@@ -6,15 +6,20 @@ import mujoco
 import numpy as np
 import pytest
 
+from plantigrade.analyze import norms
+from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
+from plantigrade.motion import Motion
+from plantigrade.record import Record
 from plantigrade.workflows.textbook import (
     HIDDEN,
     MARKERS,
     NOISE,
     PLACEMENT,
     SKIN,
+    adult_walk,
     recorded,
     textbook_walk,
 )
@@ -90,6 +95,22 @@ def test_right_and_left_walk_alike(walk):
         a = np.interp(middle, walk.time, right)
         b = np.interp(middle + half, walk.time, left)
         assert np.abs(a - b).max() < 2.5, name
+
+
+def test_adults_walk_as_adults_do_on_feet_that_do_not_slide():
+    """Led by the ground as little as it takes: within the band of 42 adults."""
+    walk = adult_walk(Human.create(), speed=1.24)
+    human, n = walk.human, len(walk.time)
+    motion = Motion(
+        walk.time, walk.qpos, np.zeros((n, human.model.nv)), human.joint_names, None, walk.events
+    )
+    for name, rows in clinical_angles(Record(human, motion)).items():
+        if name[:-2] not in norms.names(norms.ADULTS) or "progression" in name:
+            continue  # without torsion of the shanks, feet point straight ahead
+        band = norms.norm(name[:-2], population=norms.ADULTS)
+        away = rows.mean(axis=0) - np.interp(np.arange(101), band.percent, band.mean)
+        away /= np.interp(np.arange(101), band.percent, band.sd)
+        assert np.abs(away).max() < 1.5 and np.sqrt(np.mean(away**2)) < 0.6, name
 
 
 def test_the_recording_has_the_faults_it_says(walk):
