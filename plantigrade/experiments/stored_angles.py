@@ -65,8 +65,8 @@ _GOALS: dict[str, dict[str, tuple[float | None, ...]]] = {
     },
     "OpenSim": {
         **_FRONTAL,
-        **dict.fromkeys(("hip_flexion", "knee_angle"), (None, None, 3, None, 2.5)),
-        "ankle_angle": (None, None, 3, None, None),
+        # its zeros are those of a scaled generic model, so a bias is shown and no more
+        **dict.fromkeys(("hip_flexion", "knee_angle", "ankle_angle"), (None, None, 3, None, None)),
     },
 }
 # Our angle → Plug-in Gait's output, its column, and its sign on the right and on the left side.
