@@ -12,8 +12,10 @@ import numpy as np
 
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
-from plantigrade.constants import GRAVITY
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.dynamics.ball_joints import BallJoint
 from plantigrade.dynamics.loading import FASTER
+from plantigrade.kinematics.shoulders import arms_of
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
@@ -114,8 +116,19 @@ class Doubts:
 
 
 def too_fast(human: Human, motion: Motion) -> dict[str, float]:
-    """Return joints that turn faster than people's → how many times as fast, worst first."""
-    peak = np.rad2deg(np.abs(motion.qvel[:, 6:]).max(axis=0, initial=0.0))
+    """Return joints that turn faster than people's → how many times as fast, worst first.
+
+    Of a shoulder it is the arm's own swing and spin, under the names of flexion and rotation: its
+    angles may turn as fast as they like where the arm is horizontal.
+    """
+    speed = np.abs(motion.qvel[:, 6:])
+    for side, hinges in zip(SIDES, arms_of(human), strict=False):
+        axes = BallJoint(side, hinges).axes(motion.qpos[:, 7:][:, hinges])
+        spin = np.einsum("nij,nj->ni", axes, motion.qvel[:, 6:][:, hinges])
+        flex, add, turn = hinges
+        speed[:, flex], speed[:, turn] = np.linalg.norm(spin[:, :2], axis=1), np.abs(spin[:, 2])
+        speed[:, add] = 0.0
+    peak = np.rad2deg(speed.max(axis=0, initial=0.0))
     found = {
         name: float(speed / fastest(name))
         for name, speed in zip(human.coordinates, peak, strict=True)

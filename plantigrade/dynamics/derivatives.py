@@ -8,7 +8,8 @@ and acceleration in body axes are
 .. math:: \omega = 2\,\mathrm{vec}(\bar q\,\dot q), \qquad
     \dot\omega = 2\,\mathrm{vec}(\bar q\,\ddot q),
 
-the second because :math:`\dot{\bar q} \dot q` is a pure scalar.
+the second because :math:`\dot{\bar q} \dot q` is a pure scalar. Shoulders near the singularity of
+their angles are treated alike (:mod:`plantigrade.dynamics.ball_joints`).
 
 A filter that reflects the signal at its ends bends it straight there: accelerations, and with them
 moments, go to zero in the first and last tenths of a second. Before filtering, a cubic with the
@@ -21,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.ball_joints import ball_joints
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.filters import lowpass
@@ -67,17 +69,25 @@ def differentiate(
     if len(time) > 1 and not (np.diff(time) > 0).all():
         raise ParameterError("time must increase from frame to frame")
     time = even_clock(time)
-    smooth = continuous(qpos)
+    shoulders = ball_joints(human, qpos)
+    quaternions = [each.quaternions(qpos[:, 7:][:, each.hinges]) for each in shoulders]
+    smooth = np.hstack([continuous(qpos), *quaternions])
     if cutoff is not None:
         smooth = _smoothed(time, smooth, cutoff)
-    smooth[:, 3:7] /= np.linalg.norm(smooth[:, 3:7], axis=1, keepdims=True)
+    turns = [slice(3, 7), *(slice(k, k + 4) for k in range(human.model.nq, smooth.shape[1], 4))]
+    for at in turns:
+        smooth[:, at] /= np.linalg.norm(smooth[:, at], axis=1, keepdims=True)
     first, second = _slopes(time, smooth)
-    quat = smooth[:, 3:7]
     velocity, acceleration = (
-        np.hstack([s[:, :3], 2 * _vector_of_product(quat, s[:, 3:7]), s[:, 7:]])
+        np.hstack([s[:, :3], _spin(smooth, s, turns[0]), s[:, 7 : human.model.nq]])
         for s in (first, second)
     )
-    return Derivatives(smooth, velocity, acceleration)
+    for each, at in zip(shoulders, turns[1:], strict=True):
+        k = 7 + np.array(each.hinges)
+        smooth[:, k] = each.angles(smooth[:, at], qpos[:, k])
+        spins = (_spin(smooth, s, at) for s in (first, second))
+        velocity[:, k - 1], acceleration[:, k - 1] = each.rates(smooth[:, k], *spins)
+    return Derivatives(smooth[:, : human.model.nq], velocity, acceleration)
 
 
 def continuous(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames nq"]:
@@ -116,6 +126,11 @@ def _slopes(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
         return 2 * coefficients[0] * t + coefficients[1], np.tile(2 * coefficients[0], (n, 1))
     spline = make_interp_spline(time - time[0], values, k=degree)
     return spline(time - time[0], 1), spline(time - time[0], 2)
+
+
+def _spin(values: np.ndarray, slopes: np.ndarray, at: slice) -> np.ndarray:
+    """Return angular velocity or acceleration in body axes from a slope of a quaternion."""
+    return 2 * _vector_of_product(values[:, at], slopes[:, at])
 
 
 def _vector_of_product(quat: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.kinematics.arm_tracking import track_arms
 from plantigrade.kinematics.calibrate import softness
 from plantigrade.kinematics.flat_feet import settled
 from plantigrade.kinematics.given_ground import GivenGround
-from plantigrade.kinematics.inverse import InverseKinematics, track
+from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.plausible import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.prepare import columns, prepare
@@ -154,7 +155,7 @@ def _follow(
 ):
     """Solve all frames; put back swapped markers and leave out flying ones, then solve again."""
     report = counter(progress, "following the markers", len(samples))
-    qpos, residual = track(solver, samples, first, report)
+    qpos, residual = track_arms(solver, samples, first, report)
     suspects = _suspects(residual)
     if not suspects.any():
         return qpos, residual, np.isfinite(residual), []
@@ -166,7 +167,7 @@ def _follow(
             model = solver.values(solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos)
             _unswap(samples[f], model, names, suspects[f], swapped)
             suspects[f] &= ~(np.linalg.norm(samples[f] - model, axis=1) < FLYING)
-        qpos, _ = track(solver, np.where(suspects[..., None], np.nan, samples), first)
+        qpos, _ = track_arms(solver, np.where(suspects[..., None], np.nan, samples), first)
         residual = np.linalg.norm(samples - solver.points.path(qpos), axis=2)
         again = _suspects(residual)
         if not (again & ~suspects).any():

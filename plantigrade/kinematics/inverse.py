@@ -7,7 +7,8 @@ Per frame, Eq. 1 of [Boukheddimi]_,
 
 solved by Gauss-Newton steps, each a bounded least-squares problem, so the joint limits are hard.
 Coordinates that no marker sees are held by a weak pull towards the standing posture; each frame
-starts from where the ones before it lead.
+starts from where the ones before it lead, and arms that are held out keep their angles as far as
+the markers allow (:mod:`plantigrade.kinematics.shoulders`).
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIs
 from scipy.spatial.transform import Rotation, Slerp
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.kinematics.shoulders import Hold
 from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
@@ -292,7 +294,11 @@ def track(
     placed = seen.sum(axis=1) >= FEWEST_POINTS
     told = ((seen @ solver.points.moved[:, 0, 6:]) > 0) & placed[:, None]
     lost = ~told & told.any(axis=0)
+    usual = solver.posture, solver.rest
+    hold = Hold(solver.points.human, *usual)
     for k in range(n):
+        if k:
+            solver.posture, solver.rest = hold.after(previous[7:])
         if placed[k] or not placed.any():
             guess = integrate(model, previous, velocity)
             solution = solver.solve(measured[k], guess)
@@ -305,6 +311,7 @@ def track(
         previous = qpos[k]
         if progress and k % 50 == 0:
             progress(k + 1)
+    solver.posture, solver.rest = usual
     if lost.any() or not placed.all():
         _bridge(qpos, placed, told)
         for k in np.flatnonzero(lost.any(axis=1) | ~placed):

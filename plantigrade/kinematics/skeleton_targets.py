@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.inverse import InverseKinematics, Terms
+from plantigrade.kinematics.shoulders import held_otherwise
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.kinematics.unmeasured import seen_hinges
@@ -27,16 +28,6 @@ FLAT_TILT = np.deg2rad(25)  # largest tilt of a foot against the rest pose that 
 ARM_JOINTS = ("shoulder", "elbow", "wrist")
 BENT = np.deg2rad(25)  # a hinge bent further than this in the motion shows its axis [rad]
 LOST = 4e-3  # weighted squares of a frame above which other arm postures are tried [m^2]
-ARM_STARTS = (  # flexion, adduction, rotation [rad]
-    (0.0, 0.0, 0.0),
-    (1.5, 0.0, 0.0),
-    (0.0, -1.5, 0.0),
-    (2.8, 0.0, 0.0),
-    (0.0, -2.7, 0.0),
-    (1.2, -1.2, 1.2),
-    (1.2, -1.2, -1.2),
-    (-0.8, -0.5, 0.0),
-)
 ARM = 0.20  # length of the vectors that stand for an orientation [m]
 # Weights of the terms: joint centres, and vectors of length ARM along bone axes.
 WEIGHTS = {
@@ -291,16 +282,7 @@ class SkeletonTargets:
 
     def _other_arms(self, q: np.ndarray) -> list[np.ndarray]:
         """Return configurations with the arms held otherwise: down, forward, sideways, up."""
-        names = ("arm_flex", "arm_add", "arm_rot", "elbow_flex")
-        result = []
-        for angles in ARM_STARTS if self.source.arms else ():
-            other = q.copy()
-            for side in SIDES:
-                for name, angle in zip(names, (*angles, 0.6), strict=True):
-                    if f"{name}_{side}" in self.human.coordinates:
-                        other[7 + self.human.hinge(f"{name}_{side}")] = angle
-            result.append(other)
-        return result
+        return list(held_otherwise(self.human, q)) if self.source.arms else []
 
     def _start(self) -> np.ndarray:
         """Return a standing configuration at the first frame's hips, facing their way."""
