@@ -43,6 +43,8 @@ class FootComparison:
     #: Median distance of the centres of pressure along x and y [m]
     pressure_median_m: tuple[float, ...]
     pressure_rmse_m: tuple[float, ...]  #: Root mean square distance along x and y [m]
+    #: How far it lies ahead and to the left of the measured one, mean [m]
+    pressure_ahead_m: tuple[float, ...]
     #: How far the centre of pressure runs backward in a stance, mean [m]
     backward_m: float
     backward_measured_m: float  #: The same of the measured one
@@ -116,6 +118,12 @@ class ForceComparison:
         return x, y
 
     @property
+    def pressure_ahead_m(self) -> tuple[float, float]:
+        """How far the centres of pressure lie ahead and to the left of the measured ones [m]."""
+        x, y = (_mean(foot.pressure_ahead_m[axis] for foot in self.feet) for axis in (0, 1))
+        return x, y
+
+    @property
     def backward_m(self) -> float:
         """How far the centre of pressure runs backward in a stance [m]."""
         return _mean(foot.backward_m for foot in self.feet)
@@ -154,6 +162,7 @@ class ForceComparison:
             "pressure_y_rmse_mm": 1e3 * self.pressure_rmse_m[1],
             "pressure_x_error_median_mm": 1e3 * self.pressure_median_m[0],
             "pressure_y_error_median_mm": 1e3 * self.pressure_median_m[1],
+            "pressure_x_ahead_mm": 1e3 * self.pressure_ahead_m[0],
             "pressure_backward_mm": 1e3 * self.backward_m,
             "forced_root_residual_bw": self.residual,
         }
@@ -239,6 +248,7 @@ def _compare_foot(
         force_range=tuple(float(np.ptp(load[stance, k])) for k in axes),
         pressure_median_m=tuple(_median(np.abs(apart[:, k])) for k in (0, 1)),
         pressure_rmse_m=tuple(_rms(apart[:, k]) for k in (0, 1)),
+        pressure_ahead_m=tuple(_mean(apart[:, k]) for k in (0, 1)),
         backward_m=_backward(point[:, 0], loaded),
         backward_measured_m=_backward(recorded[:, 0], loaded),
         moment_rmse={joint: rmse(a, b) for joint, (a, b) in curves.items()},

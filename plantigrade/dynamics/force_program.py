@@ -10,7 +10,6 @@ from plantigrade.dynamics.force_bands import calm_errors, drawn_errors, half_wid
 from plantigrade.dynamics.force_needs import ForceNeeds
 from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
 from plantigrade.dynamics.load_intervals import LoadInterval, Support, completed, usual_length
-from plantigrade.dynamics.loading import FASTER
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.models import Human
@@ -63,30 +62,30 @@ class ForceScales:
     most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
 
     @classmethod
-    def of(cls, *, walks: bool, flies: bool) -> "ForceScales":
+    def of(cls, *, walks: bool, pace: float = 1.0) -> "ForceScales":
         """Return the scales for what a person does.
 
         Where nobody walks, both feet may stand for long, and the motion alone does not tell how
         they share the load or press against each other: of all that explain it, the least sum of
         squared activations is taken [Crowninshield1981]_.
 
-        With flight (running, jumps) the motion keeps higher frequencies, :data:`FASTER` times
-        those of walking. Rates are so many times higher and bends by its square; so are
-        accelerations, and with them what the net wrench owes to wrong masses and to soft tissue.
-        A load grows by up to 100 BW/s when a runner or a jumper lands.
+        With flight (running, jumps) the motion keeps higher frequencies, ``pace`` times those of
+        walking. Rates are so many times higher and bends by its square; so are accelerations, and
+        with them what the net wrench owes to wrong masses and to soft tissue. A load grows by up
+        to 100 BW/s when a runner or a jumper lands.
         """
         usual = cls(effort=np.inf if walks else 1.0)
-        if not flies:
+        if pace == 1.0:
             return usual
         return replace(
             usual,
-            force=tuple(FASTER**2 * f for f in usual.force),
-            moment=FASTER**2 * usual.moment,
-            rate=FASTER * usual.rate,
-            bend=tuple(FASTER**2 * b for b in usual.bend),
-            twist=tuple(FASTER**2 * b for b in usual.twist),
+            force=tuple(pace**2 * f for f in usual.force),
+            moment=pace**2 * usual.moment,
+            rate=pace * usual.rate,
+            bend=tuple(pace**2 * b for b in usual.bend),
+            twist=tuple(pace**2 * b for b in usual.twist),
             loading=100.0,
-            pace=FASTER,
+            pace=pace,
         )
 
 
@@ -300,9 +299,11 @@ def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, 
         if each.walking and len(t):
             s = each.share(t, usual)
             mean[here, k, 0] = length * np.interp(s, SHARE, FORWARD)
+            spread[here, k, 0] = np.interp(s, *STRAY_FORWARD)
+            if scales.pace > 1.0:  # runners land on the heel like walkers, but step in one line
+                continue
             mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)
-            for i, table in enumerate((STRAY_FORWARD, STRAY_OUTWARD)):
-                spread[here, k, i] = np.interp(s, *table)
+            spread[here, k, 1] = np.interp(s, *STRAY_OUTWARD)
             side[here, k] = -outward * np.interp(s, SHARE, INWARD)
             ahead = needs.rotation[here, :2, 0].mean(axis=0)
             forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)

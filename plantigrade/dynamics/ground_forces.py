@@ -107,7 +107,7 @@ def estimate_forces(
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
         if scales is None:
-            scales = ForceScales.of(flies=loading.flies, walks=loading.walks)
+            scales = ForceScales.of(walks=loading.walks, pace=loading.pace)
         flies = loading.flies
     if not contacts and measured is None:
         raise ParameterError(

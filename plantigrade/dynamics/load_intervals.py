@@ -43,8 +43,8 @@ class LoadInterval:
         stop: When it ends [s].
         begins: Whether the load grows from zero at the start; not where the recording cuts it.
         ends: Whether it falls to zero at the end.
-        walking: Whether the foot rolls from heel to toes as in walking, so that the centre of
-            pressure takes the path that it takes there.
+        walking: Whether the foot rolls from heel to toes as in walking and running, so that the
+            centre of pressure takes the path that it takes there.
     """
 
     side: str

@@ -27,6 +27,7 @@ from plantigrade.dynamics.load_intervals import (
     LATE,
     LoadInterval,
     Support,
+    usual_length,
     walking_intervals,
 )
 from plantigrade.kinematics.rests import NEAR, SLOW, STILL, point_speed
@@ -38,6 +39,7 @@ from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import crossing, runs
 
 FASTER = 2.5  # running and jumps keep frequencies so much higher: 15 Hz, not 6 (see analyse)
+RUNNING_STANCE = 0.30  # stance of a run of which that is true, at about 3 m/s [s]
 
 CLEAR = 0.010  # the lowest point of a foot in the air is higher than this [m] …
 HIGH = 0.030  # … and at some time than this
@@ -73,6 +75,16 @@ class Loading:
         """Whether feet roll as in walking."""
         return any(contact.walking for contact in self.contacts)
 
+    @property
+    def pace(self) -> float:
+        """How many times higher the frequencies of the motion are than in walking.
+
+        Those of running go with the inverse of the time on the ground.
+        """
+        if not self.flies:
+            return 1.0
+        return FASTER * (RUNNING_STANCE / usual_length(self.contacts) if self.walks else 1.0)
+
 
 def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) -> Loading:
     """Return when feet and seat may carry in a motion.
@@ -87,7 +99,6 @@ def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) ->
     supports = (seat_support(human),) if seat else ()
     if motion.events and is_running(motion.events):
         steps = walking_intervals(motion, early=EARLY / FASTER, late=LATE / FASTER)
-        steps = tuple(replace(step, walking=False) for step in steps)
         return Loading((*steps, *seat), supports, True)
     loaded, levels = on_the_ground(time, soles)
     found = [step for step in walking_intervals(motion) if step.walking]

@@ -1,15 +1,15 @@
 """Forces without plates: ground reactions estimated from the motion, beside the measured ones.
 
 Each recording is fitted with its file name alone; its plates are then withheld, and what the whole
-trial's quadratic program gives is held against them, also with noise added to the motion, and of
-one foot beside the plates of the other. Constants
+trial's quadratic program gives is held against them, also with noise added to the motion, of one
+foot beside the plates of the other, and at the ends of recordings cut at many instants. Constants
 were settled on one half of the people and are judged by the other.
 """
 
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -23,7 +23,19 @@ from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.fit_accuracy import MOVEMENTS, SETTLED, WALKS
+from plantigrade.experiments.force_figures import (
+    AHEAD,
+    BANDS,
+    BY_PHASE,
+    FIGURES,
+    FORCES,
+    LEAST,
+    MOMENTS,
+    TIME,
+    Figure,
+)
 from plantigrade.experiments.gait_forces import STANCES
+from plantigrade.experiments.recording_ends import END, phase_rows
 from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.result import Fit
@@ -35,6 +47,13 @@ from plantigrade.workflows.settings import FitSettings
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}
 """Body mass where neither file nor plates tell it [kg]: weighed in other trials of the person."""
+ACTIVITIES = {
+    "running": ("run200", "run300"),
+    "squats": ("squats1",),
+    "chair": ("STS1",),
+    "jumps": ("DJ1",),
+}
+"""Movements other than walking, each judged by itself: parts of the names of recordings."""
 NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
 NOISY, BESIDE = "with noise, ", "beside one plate, "
 PREFIXES = {
@@ -44,94 +63,6 @@ PREFIXES = {
 }
 """How figures begin, and what is said of them over a table."""
 
-
-@dataclass(frozen=True)
-class Figure:
-    """One figure of the table.
-
-    Attributes:
-        name: Of its rows.
-        short: Over its column.
-        of: Reads it from a comparison; the computing time is measured.
-        unit: Its unit.
-        goal: What the mean over recordings is held against; None for none.
-        least: Whether the goal is the least that is wanted, not the most.
-        opengrf: What [DiPietro2025]_ prints.
-        digits: Behind the decimal point.
-    """
-
-    name: str
-    short: str
-    of: Callable[[ForceComparison], float]
-    unit: str = ""
-    goal: float | None = None
-    least: bool = False
-    opengrf: str = ""
-    digits: int = 3
-
-
-def _moment(kind: str, joint: str) -> Callable[[ForceComparison], float]:
-    return lambda c: getattr(c, f"moment_{kind}").get(joint, float("nan"))
-
-
-def _covered(what: str) -> Callable[[ForceComparison], float]:
-    return lambda c: 100.0 * c.covered.get(what, float("nan"))
-
-
-FORCES = (
-    Figure("vertical force, r", "vert r", lambda c: c.vertical_r, "", 0.98, True, ">= .94"),
-    Figure("vertical force, RMSE", "BW", lambda c: c.vertical_rmse, "BW", 0.05),
-    Figure("forward force, r", "fore r", lambda c: c.forward_r, "", 0.98, True, ".81-.91"),
-    Figure("forward force, RMSE", "BW", lambda c: c.forward_rmse, "BW"),
-    Figure(
-        "forward force, nRMSE", "%", lambda c: c.forward_nrmse,
-        "%", 5.0, opengrf="4.4-6.1", digits=1,
-    ),
-    Figure("sideways force, r", "side r", lambda c: c.sideways_r, "", 0.94, True),
-    Figure("sideways force, RMSE", "BW", lambda c: c.sideways_rmse, "BW"),
-    Figure(
-        "centre of pressure x, median error", "CoP x mm", lambda c: 1e3 * c.pressure_median_m[0],
-        "mm", 12.0, opengrf="21-23", digits=1,
-    ),
-    Figure(
-        "centre of pressure y, median error", "y mm", lambda c: 1e3 * c.pressure_median_m[1],
-        "mm", digits=1,
-    ),
-    Figure(
-        "centre of pressure, backward in a stance", "back mm", lambda c: 1e3 * c.backward_m,
-        "mm", 10.0, digits=1,
-    ),
-)  # fmt: skip
-"""Ground reactions."""
-MOMENTS = tuple(
-    figure
-    for joint, words, goal, printed in (
-        ("ankle_angle", "ankle", 0.97, ".98"),
-        ("knee_angle", "knee", 0.92, ""),
-        ("hip_flexion", "hip", 0.96, ""),
-    )
-    for figure in (
-        Figure(f"{words} moment, r", f"{words} r", _moment("r", joint), "", goal, True, printed),
-        Figure(f"{words} moment, RMSE", "N m/kg", _moment("rmse", joint), "N m/kg"),
-    )
-)
-"""Joint moments against inverse dynamics with the plates."""
-BANDS = tuple(
-    Figure(f"{words} in the 90 % band", short, _covered(what), "%", 80.0, True, digits=0)
-    for what, words, short in (
-        ("vertical_force", "vertical force", "vertical"),
-        ("forward_force", "forward force", "forward"),
-        ("sideways_force", "sideways force", "sideways"),
-        ("pressure_x", "centre of pressure x", "CoP x"),
-        ("pressure_y", "centre of pressure y", "CoP y"),
-        ("ankle_angle_moment", "ankle moment", "ankle"),
-        ("knee_angle_moment", "knee moment", "knee"),
-        ("hip_flexion_moment", "hip moment", "hip"),
-    )
-)
-"""How often the measured value lies in the band."""
-TIME = Figure("computing time", "s", lambda c: float("nan"), "s", 0.5, digits=2)
-FIGURES = (*FORCES, *MOMENTS, *BANDS)
 
 NOTES = (
     STANCES,
@@ -143,7 +74,9 @@ NOTES = (
     "OpenGRF: what Di Pietro, Di Puccio and Modenese (2025) print of level walking of seven "
     "adults; other people and another protocol.",
     "Beside one plate: what the plates of one foot told is known, that of the other is withheld.",
-    "Movements other than walking have rows of their own and are in no mean.",
+    "Movements other than walking have rows of their own and are in no mean of a half.",
+    f"By phase: recordings are cut in double support and after landings; of the cut ones the first "
+    f"or last {END:g} s count.",
 )
 
 
@@ -162,8 +95,17 @@ def run(
         "other half": [n for n in values if n in WALKS and not any(part in n for part in SETTLED)],
     }
     means = {half: _means([values[n] for n in names]) for half, names in halves.items() if names}
+    for half in means:
+        means[half][LEAST.name] = min(values[n].get(FORCES[0].name, np.nan) for n in halves[half])
+    groups = {
+        words: _means([values[n] for n in values if any(part in n for part in parts)])
+        for words, parts in ACTIVITIES.items()
+    }
+    groups = {words: found for words, found in groups.items() if found}
     rows = [row for half, found in means.items() for row in _judged(half, found)]
-    return replace(table, rows=[*table.rows, *rows], sheets=_sheets(values, means))
+    for words, found in groups.items():
+        rows += _judged(words, found, (AHEAD, *BANDS))
+    return replace(table, rows=[*table.rows, *rows], sheets=_sheets(values, {**means, **groups}))
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -183,6 +125,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         noisy = analyse(with_noise(fit, name), mass=mass, without_plates=True)
         rows += _compared(name, noisy, alone, NOISY)
         rows += _rows(name, beside_one_plate(alone), BESIDE)
+        rows += phase_rows(name, alone, mass)
     return rows
 
 
@@ -249,19 +192,23 @@ def _means(found: Sequence[Mapping[str, float]]) -> dict[str, float]:
     return {n: float(np.mean(v)) for n, v in values.items() if v}
 
 
-def _judged(half: str, found: Mapping[str, float]) -> list[Row]:
-    """Return the means of a half of the people beside the goals."""
+def _judged(
+    half: str,
+    found: Mapping[str, float],
+    figures: Sequence[Figure] = (*FIGURES, *BY_PHASE, LEAST, TIME),
+) -> list[Row]:
+    """Return means, of a half of the people or of a movement, beside the goals."""
     rows = []
     for prefix in PREFIXES:
-        for figure in (*FIGURES, TIME):
+        for figure in figures:
             value = found.get(prefix + figure.name)
             if value is None:
                 continue
             row = Row(half, prefix + figure.name, value, figure.unit)
             if figure.goal is not None:
-                met = value >= figure.goal if figure.least else value <= figure.goal
-                sign = ">=" if figure.least else "<="
-                row = replace(row, goal=f"{sign} {figure.goal:g}", met=bool(met))
+                met = value >= figure.goal if figure.least else abs(value) <= figure.goal
+                met = met and (figure.most is None or value <= figure.most)
+                row = replace(row, goal=_goal(figure), met=bool(met))
             rows.append(row)
     return rows
 
@@ -277,6 +224,7 @@ def _sheets(
             (f"Ground reactions{words}", FORCES),
             (f"Joint moments{words}", (*MOMENTS, *(() if prefix else (TIME,)))),
             (f"Measured values in the 90 % bands [%]{words}", BANDS),
+            (f"Vertical force by phase{words}", () if prefix else (*BY_PHASE, LEAST)),
         ):
             table = [
                 [name, *(_shown(each.get(prefix + f.name), f.digits) for f in figures)]
@@ -296,6 +244,8 @@ def _sheets(
 def _goal(figure: Figure) -> str:
     if figure.goal is None:
         return ""
+    if figure.most is not None:
+        return f"{figure.goal:g}-{figure.most:g}"
     return f"{'>=' if figure.least else '<='} {figure.goal:g}"
 
 

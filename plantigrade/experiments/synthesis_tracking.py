@@ -18,8 +18,8 @@ from plantigrade.analyze.reproduction import Comparison
 from plantigrade.analyze.trial import Trial
 from plantigrade.constants import SIDES
 from plantigrade.experiments.fit_accuracy import SETTLED, WALKS
+from plantigrade.experiments.force_figures import FORCES, MOMENTS, Figure
 from plantigrade.experiments.gait_forces import STANCES
-from plantigrade.experiments.ground_forces import FORCES, MOMENTS, Figure
 from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials, sheet
 from plantigrade.reproduce.phases import walking_events
 from plantigrade.workflows.fit import fit_trial
