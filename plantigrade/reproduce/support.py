@@ -71,7 +71,7 @@ def support_of(reference: Reference) -> Support:
     Raises:
         SolverError: If the forces could not be estimated.
     """
-    reference = heels_let_go(reference)
+    reference = rolled_off(reference)
     motion, time = reference.motion, reference.motion.time
     estimate = estimate_forces(reference.human, motion, contacts=load_intervals(reference))
     reference = with_shift(reference, estimate.com_shift)
@@ -108,15 +108,16 @@ def support_of(reference: Reference) -> Support:
     )
 
 
-def heels_let_go(reference: Reference) -> Reference:
-    """Return the gait with heels that leave the ground where the recorded ones leave their place.
+def rolled_off(reference: Reference) -> Reference:
+    """Return the gait with heels and balls that leave the ground where the recorded ones do.
 
-    A heel that begins to rise is too slow to be seen moving: when its contact ends it is two
-    centimetres up and rises at 0.3 m/s. A foot held until then would have to catch up in no time.
-    Toes carry until the foot leaves.
+    A part that begins to rise is too slow to be seen moving: when its contact ends a heel is two
+    centimetres up and rises at 0.3 m/s. A foot held until then would have to catch up in no time,
+    and one whose ball is held for 60 ms too long turned the ankle by 31° too much. Toes carry
+    until the foot leaves.
     """
     pairs = zip(reference.contacts, reference.held, strict=True)
-    contacts = [held if held.region == "heel" else contact for contact, held in pairs]
+    contacts = [held if held.region in ("heel", "ball") else contact for contact, held in pairs]
     return replace(reference, contacts=tuple(contacts))
 
 

@@ -16,7 +16,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.reproduce import Reference, ReproducedGait, rebuild, reference_of
 from plantigrade.reproduce.schedule import ContactSchedule
-from plantigrade.reproduce.support import Support, displaced, heels_let_go, with_shift
+from plantigrade.reproduce.support import Support, displaced, rolled_off, with_shift
 from plantigrade.wbc.forces import Footing
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import OrderedMotion, move
@@ -258,13 +258,13 @@ def test_an_order_without_contact_is_refused():
         move(human, order, human.standing(), stop=0.1, ground=Footing())
 
 
-def test_a_heel_lets_go_where_the_recorded_one_rises():
-    """It was held until it had risen by two centimetres, and then had to catch up."""
+def test_heel_and_ball_let_go_where_the_recorded_ones_rise():
+    """They were held until they had risen by two centimetres, and then had to catch up."""
     known = reference()
     held = tuple(replace(c, stop=c.stop - 0.05) for c in known.contacts)
-    found = heels_let_go(replace(known, held=held)).contacts
+    found = rolled_off(replace(known, held=held)).contacts
     for ours, early, late in zip(found, held, known.contacts, strict=True):
-        assert ours == (early if late.region == "heel" else late)
+        assert ours == (late if late.region == "toes" else early)
 
 
 def test_a_path_follows_a_fast_push_and_resists_a_slow_one():
