@@ -84,6 +84,7 @@ STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
 # people do not walk on hyperextended knees: while calibrating, a knee straighter than this is
 # pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
+BELT = {"front": {"asis"}, "back": {"psis", "sacrum"}}  # landmarks that a belt stands in for
 UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
 _EPICONDYLES = ("knee_lateral", "knee_medial")
 _STANDING = ("hip_adduction", "hip_rotation", "lumbar_bending", "lumbar_rotation")
@@ -153,6 +154,8 @@ class Calibrator:
         marks = [(n or "").removesuffix("_r").removesuffix("_l") for n in self.landmark_names]
         # A marker on the sacrum stands for the posterior spines where they have none.
         defining = {"asis", "psis" if "psis" in marks else "sacrum"}
+        # Without those, markers on a belt are the best there is.
+        defining |= {f"waist_{end}" for end, m in BELT.items() if not set(marks) & m}
         self.spines = {i for i, mark in enumerate(marks) if mark in defining}
         self.epicondyles = {i for i, mark in enumerate(marks) if mark in _EPICONDYLES}
         known = [

@@ -93,7 +93,7 @@ def fit_markers(
     assumed = unmeasured(human, seen)
     qpos = follow_the_legs(human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
-    notes += pelvis_notes(human, places)
+    notes = pelvis_notes(human, places, body.attached) + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording,

@@ -4,7 +4,7 @@ None of it shows in the marker error: markers sit where they sit, and a body tha
 them follows them as well as one that stands.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
+from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
-from plantigrade.models.landmarks import SKIN, Attachment, attachments
+from plantigrade.models.landmarks import BONE, SKIN, Attachment, attachments
 from plantigrade.spatial.conventions import PELVIS
 
 MOST_FRAMES = 200  # as many are looked at, evenly spread
@@ -91,21 +92,42 @@ def _few(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_few nq"]:
     return qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
 
 
-def pelvis_notes(human: Human, places: Sequence[Attachment]) -> list[str]:
-    """Return a sentence where no marker shows the posterior end of the pelvic plane.
+def pelvis_notes(
+    human: Human, places: Sequence[Attachment], attached: Mapping[str, str]
+) -> list[str]:
+    """Return a sentence where the markers do not show how the pelvis is tilted.
 
     Args:
         human: The person.
         places: Where the markers that were fitted sit.
+        attached: Markers of unknown name → the body they were put on.
     """
-    behind = -0.6 * human.dimensions.pelvis_depth
-    known = (p for p in places if p.body == "pelvis" and p.spread <= SKIN)
-    if any(p.position[0] < behind for p in known):
-        return []
+    joint = np.abs(attachments(human)["hip_joint_r"].position)  # does not show the tilt by itself
+    known = [
+        p
+        for p in places
+        if p.body == "pelvis" and p.spread <= SKIN and max(abs(abs(p.position) - joint)) > SKIN
+    ]
+    if not known:
+        moved = [name for name, body in attached.items() if body == "pelvis"]
+        unknown = f" (of unknown names, {listed(moved)} move with it)" if moved else ""
+        return [
+            f"no marker has the name of a landmark of the pelvis{unknown}: its tilt, hip flexion "
+            "and the lumbar joint follow from legs and trunk and may be 30° off; name its markers "
+            "in a set of your own (--marker-set FILE)."
+        ]
+    if any(p.position[0] < -0.6 * human.dimensions.pelvis_depth for p in known):
+        return [] if any(p.spread <= BONE for p in known) else [_BELT]
     return [
         "no marker shows the back of the pelvis: its tilt, and hip flexion with it, follow from "
         "the legs and may be off by ten degrees; the shape of the curves is unaffected."
     ]
+
+
+_BELT = (
+    "the markers of the pelvis are on a belt, not on the iliac spines: they are taken to be at its "
+    "height, and where they are not, tilt and hip flexion are some degrees off all through."
+)
 
 
 def leans(

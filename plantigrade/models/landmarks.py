@@ -140,6 +140,9 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     return {
         "asis": pelvis(0.0, 1.0, 0.0),
         "psis": pelvis(-1.0, 0.38, SPINE_RISE),
+        # On a belt at the height of the spines, farther out by its thickness; placed by eye.
+        "waist_front": pelvis(0.03, 1.0, 0.0, SKIN),
+        "waist_back": pelvis(-1.03, 0.42, SPINE_RISE, SKIN),
         "iliac_crest": pelvis(-0.30, 1.24, 0.35, SKIN),
         "hip_joint": Landmark("pelvis", hip(d), _PELVIS, CENTRE),
         "trochanter": Landmark(

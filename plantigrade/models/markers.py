@@ -1,8 +1,8 @@
 """Marker sets: the landmark of each marker name.
 
-Four sets are built in; names in none of them are compared with common spellings of the landmarks
-(``R.ASIS``, ``RASI``, ``R_ASIS``, ``asis_r``, ``RIAS`` are one point). A user's own set is a small
-TOML file::
+Five sets are built in; names in none of them are compared with common spellings of the landmarks
+(``R.ASIS``, ``RASI``, ``R_ASIS``, ``asis_r``, ``RIAS`` are one point; see
+:mod:`plantigrade.models.spellings`). A user's own set is a small TOML file::
 
     name = "my lab"
     [markers]
@@ -10,7 +10,6 @@ TOML file::
     RTH7 = { body = "femur_r", position = [0.05, -0.09, -0.2] } # or on a body, in its frame [m]
 """
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from plantigrade.errors import FileError, ParameterError
 from plantigrade.models.human import Human
 from plantigrade.models.landmarks import BONE, LOOSE, Attachment, attachments
 from plantigrade.models.mirror import mirrored_name
+from plantigrade.models.spellings import landmark_of
 from plantigrade.toml import parse_toml, read_toml
 
 
@@ -38,120 +38,6 @@ class MarkerSet:
     name: str
     landmarks: dict[str, str]
     fixed: dict[str, tuple[str, tuple[float, float, float]]]
-
-
-# Common spellings, without side and separators, upper case.
-_SPELLINGS: dict[str, str] = {
-    "asis": "ASI ASIS IAS",
-    "psis": "PSI PSIS IPS",
-    "iliac_crest": "IC ICR ILC ILCR CREST ILIAC ILIACCREST ICT",
-    "trochanter": "FTC TROC GT GTR GTROC TROCHANTER",
-    "hip_joint": "HJC HIPJC",
-    "knee_joint": "KJC KNEEJC",
-    "ankle_joint": "AJC ANKLEJC",
-    "shoulder_joint": "SJC SHOULDERJC GHJC",
-    "elbow_joint": "EJC ELBOWJC",
-    "wrist_joint": "WJC WRISTJC",
-    "thigh": "THI THIGH LTHI THILAT LATTHIGH",
-    "thigh_front": "THIGHFRONT",
-    "knee_lateral": (
-        "KNE KNEE KNEELAT LKNE LKNEE LEK FLE LFC LATKNEE KNEELATERAL LCON KNEL LE LATEPICONDYLE"
-    ),
-    "knee_medial": (
-        "KNM KNEEMED MKNE MKNEE MEK FME MFC MEDKNEE KNEEMEDIAL MCON KNEM ME MEDEPICONDYLE"
-    ),
-    "patella": "PAT PATELLA",
-    "fibula_head": "HFB FAX FH HF FIB FIBULA",
-    "tibial_tuberosity": "TUB TTC TT TTUB TTU",
-    "shank": "TIB SHANK SHA LSHA TIBIA LATSHANK",
-    "shank_front": "SHN SHIN",
-    "ankle_lateral": (
-        "ANK ANKLE ANKLELAT LM LMAL LMALL LANK FAL MALL LATANK LATMAL ANKLELATERAL ANKL "
-        "LMALLEOLUS LATERALMALLEOLUS"
-    ),
-    "ankle_medial": (
-        "MMA MM MMAL MMALL MANK MANKLE TAM ANKLEMED MEDANK MEDMAL ANKLEMEDIAL ANKM "
-        "MMALLEOLUS MEDIALMALLEOLUS"
-    ),
-    "heel": "HEE HEEL CAL FCC CA CALC CALCANEUS",
-    "heel_upper": "PCA",
-    "heel_wand": "CPG",
-    "heel_lateral": "LCA",
-    "sustentaculum": "STL SUST",
-    "navicular": "NAV NAVICULAR",
-    "metatarsal_1_base": "P1M",
-    "metatarsal_1_head": "D1M MT1 FM1 MTP1 MTH1 FM 1MTH M1 MET1 1MT 1META",
-    "metatarsal_2_head": "MT2 FM2 MTP2 MTH2 2MTH M2 MET2 MT3 MTH3 MT23 2MT TOE SM",
-    "metatarsal_5_base": "P5M",
-    "metatarsal_5_head": "D5M MT5 FM5 MTP5 MTH5 VM 5MTH M5 MET5 5MT 5META",
-    "hallux": "HLX HAL HALLUX BTOE GTOE BIGTOE GREATTOE DM",
-    "toe_tip": "TOETIP TTIP TIPTOE",
-    "acromion": "SHO SHOULDER ACROMION ACROMIUM ACR SAE AC ACRO",
-    "clavicle": "CLAVICLE CLA",
-    "scapula": "BAK SCAP SCAPULA IAN",
-    "upper_arm": "UPA BICEP BICEPS UPPERARM ARM UARM HUMERUS",
-    "elbow_lateral": "ELB ELBOW HLE ELBLAT LELB LEL ELBOWLAT LATELB LEE ELBL LELBOW",
-    "elbow_medial": "MELB ELBM HME MELBOW ELBMED MEL ELBOWMED MEDELB MEE",
-    "forearm": "FRM FRA FOREARM FARM FASUPERIOR",
-    "wrist_radial": (
-        "WRA WRISTLAT WRISTRAD WRISTRADIUS FARADIUS RSP RS RADIUS WRR WRIRAD LWRI LWRIST"
-    ),
-    "wrist_ulnar": "WRB WRISTMED WRISTULN WRISTULNA FAULNA USP US ULNA WRU WRIULN MWRI MWRIST",
-    "wrist": "WRIST WRI",
-    "hand": "FIN HAND HM3 MC3 KNUCKLE",
-    "hand_radial": "HM2 MC2",
-    "hand_ulnar": "HM5 MC5",
-    "head_front": "FHD HEADFRONT",
-    "head_back": "BHD HEADBACK",
-    "temple": "TEMPLE HEAD HD",
-    "ear": "EAR TRAGUS",
-}
-_MIDLINE: dict[str, str] = {
-    "sacrum": "SACR SAC SACRUM SACRAL VSACRAL VSACRUM S2 S1 MIDPSIS MPSI",
-    "c7": "C7 CV7 VC7",
-    "t2": "T2 TV2",
-    "t4": "T4 TV4",
-    "t6": "T6 TV6",
-    "t8": "T7 TV7 T8 TV8",
-    "t10": "T10 TV10",
-    "t12": "T12 TV12",
-    "l3": "L3 LV3",
-    "l5": "L5 LV5 L5S1",
-    "suprasternale": "CLAV IJ JN SJN MAN JUGULARNOTCH MANUBRIUM",
-    "sternum": "STERNUM STER STE",
-    "xiphoid": "XIPH PX SXS XIPHOID STRN",
-    "vertex": "TOPHEAD HEADTOP VERTEX TOPOFHEAD ARIEL TOP",
-    "forehead": "FOREHEAD HEADFRONT FHEAD FRONTHEAD",
-    "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD REARHEAD",
-}
-# How names of joint centres end: in how they were computed, or in longer words.
-_ESTIMATE = re.compile(
-    r"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))(REG|REGRESSION|FUN|FUNC|FUNCTIONAL|SCORE|SARA|"
-    r"HARRINGTON|BELL|DAVIS|EST)?$"
-)
-_BY_SPELLING = {s: mark for mark, words in _SPELLINGS.items() for s in words.split()}
-_BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in _SPELLINGS}
-_BY_MIDLINE = {s: mark for mark, words in _MIDLINE.items() for s in words.split()}
-
-
-def landmark_of(name: str) -> str | None:
-    """Return the landmark whose spellings include this marker name, or None.
-
-    Example:
-        >>> landmark_of("R.ASIS"), landmark_of("LKNE"), landmark_of("sacrum"), landmark_of("RTH2")
-        ('asis_r', 'knee_lateral_l', 'sacrum', None)
-        >>> landmark_of("R_HJC_reg"), landmark_of("LKneeJointCentre")
-        ('hip_joint_r', 'knee_joint_l')
-    """
-    plain = re.sub(r"[^A-Z0-9]", "", name.upper()).removesuffix("STUDY")  # OpenCap's ending
-    plain = _ESTIMATE.sub("JC", plain)
-    if plain in _BY_MIDLINE:
-        return _BY_MIDLINE[plain]
-    for word, side in (("RIGHT", "r"), ("LEFT", "l"), ("R", "r"), ("L", "l")):
-        for rest in (plain.removeprefix(word), plain.removesuffix(word)):
-            if rest != plain and rest in _BY_SPELLING:
-                return f"{_BY_SPELLING[rest]}_{side}"
-    return None
 
 
 def other_side(name: str, names: Iterable[str]) -> str | None:
@@ -263,6 +149,12 @@ _KEYPOINTS_OWN = {
     **{name: f"{name.lower()}_joint" for name in "Hip Knee Ankle Shoulder Elbow Wrist".split()},
     **{"SmallToe": "toe_5", "Nose": "forehead", "Head": "vertex", "Neck": "suprasternale"},
 }
+# COCO and MediaPipe spell the same joint centres ``left_hip``.
+_COCO = {
+    f"{side}_{joint}": f"{joint}_joint_{side[0]}"
+    for side in ("right", "left")
+    for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+}
 _MED = {"MED": "ankle_medial"}
 
 MARKER_SETS: dict[str, MarkerSet] = {
@@ -271,7 +163,7 @@ MARKER_SETS: dict[str, MarkerSet] = {
         "plug-in-gait": _landmarks(_PLUG_IN_GAIT, _TRUNK, _MED),
         "oxford-foot-model": _landmarks(f"{_PLUG_IN_GAIT} {_OXFORD_FOOT}", _TRUNK, _MED),
         "gait2392": _landmarks(_GAIT2392, "V.Sacral Sternum Top.Head", _GAIT2392_OWN, "."),
-        "keypoints": _landmarks(_KEYPOINTS, "Nose Head Neck", _KEYPOINTS_OWN),
+        "keypoints": _landmarks(_KEYPOINTS, "Nose Head Neck", _KEYPOINTS_OWN) | _COCO,
         "rajagopal": _landmarks(_RAJAGOPAL, "S2", {"Toe": "hallux"}, "."),
     }.items()
 }

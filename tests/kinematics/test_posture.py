@@ -65,6 +65,28 @@ def test_a_pelvis_without_markers_behind_is_said(fitted):
     assert any("back of the pelvis" in w for w in fit.warnings)
 
 
+def renamed(names: dict[str, str]):
+    """Fit the tilted walker with other names for some markers."""
+    whole = markers_of(*tilted())
+    return fit_markers(recording(replace(whole, names=tuple(names.get(n, n) for n in whole.names))))
+
+
+def test_markers_on_a_belt_show_the_pelvis(fitted):
+    """Names of the CMU data base: the tilt is that of the spines, and the belt is said."""
+    waist = {"LASI": "LFWT", "RASI": "RFWT", "LPSI": "LBWT", "RPSI": "RBWT"}
+    fit = renamed({n: waist.get(n, n) for n in NAMES})
+    tilt, spines = (f.metrics["pelvis_tilt_plane_mean_deg"] for f in (fit, fitted[2]))
+    assert tilt == pytest.approx(spines, abs=1.5)
+    assert any("on a belt" in w for w in fit.warnings)
+    assert not any("unknown names" in w for w in fit.warnings)
+
+
+def test_a_pelvis_without_known_markers_is_said_first():
+    fit = renamed({"LASI": "X1", "RASI": "X2", "LPSI": "X3", "RPSI": "X4", "SACR": "X5"})
+    assert "no marker has the name of a landmark of the pelvis" in fit.warnings[0]
+    assert len(fit.warnings[0]) < 400
+
+
 def test_a_slanting_head_band_does_not_bend_the_neck():
     """Seven centimetres higher in front than behind is 25 degrees of the band."""
     human, time, qpos = walker()

@@ -9,10 +9,12 @@ from plantigrade.models.markers import (
     MARKER_SETS,
     MarkerSet,
     best_set,
+    landmark_names,
     landmark_of,
     place_markers,
     read_marker_set,
 )
+from plantigrade.models.spellings import _MIDLINE, _SPELLINGS
 from tests.models.presets import PRESETS, person
 
 
@@ -70,6 +72,77 @@ def test_one_point_many_spellings(name):
 )
 def test_common_names(name, mark):
     assert landmark_of(name) == mark
+
+
+SETS = {
+    "CGM2": "LASI RPSI LKNM LMED LSMH LFMH LVMH T2 LTOE",
+    "Helen Hayes": "L.ASIS V.Sacral L.Knee.Medial L.Ankle.Medial R.Offset Front.Head L.Toe",
+    "CAST": "LASIS RPSIS LME LMM LSM LFM LVM LGT LHF LTT LLE LCA",
+    "CMU, 41 markers": "LFWT RBWT RBAC LSHN LMT5 LFIN LWRA LWRB CLAV STRN C7 LTOE",
+    "KIT": "LAEL LAOL LWTS LWPS LHTS LHPS L3 LASI RPSI",
+    "Rizzoli, Qualisys": "LIAS RIPS LFLE LFME LFAX LTTC LFAL LTAM LFCC LFMT LSMT LVMT "
+    "LFM1 LFM2 LFM5 SJN SXS CV7 MAI LSAE LHLE LRSP LUSP LHM2",
+    "Human Body Model": "LGTRO LLKE LLM LLEE LMEE LLW LMW XYPH THEAD LHEAD SACR FHEAD LATI",
+    "OptiTrack": "WaistLFront LKneeOut LKneeIn LAnkleOut LToeIn LToeOut BackTop LShoulderTop",
+    "OpenCap": "r.ASIS_study L.PSIS_study L_knee_study L_mknee_study L_ankle_study "
+    "L_mankle_study L_toe_study L_5meta_study L_calc_study L_lelbow_study L_lwrist_study "
+    "L_lknee_study C7_study LHJC_study",
+    "Xsens": "pLeftASI pSacrum jLeftKnee pLeftKneeLatEpicondyle pLeftKneeMedEpicondyle "
+    "pLeftLatMalleolus pLeftMedMalleolus pLeftHeelFoot pLeftToe pC7SpinalProcess pIJ pPX jL5S1 "
+    "pLeftRadialStyloid pLeftUlnarStyloid pLeftOlecranon pTopOfHead",
+    "Cortex and others": "VSAC SNJ LIWR LOWR L_INWRIST L_OUTWRIST L_F_WAIST R_B_WAIST",
+}
+MARKS = {
+    "CGM2": "asis_l psis_r knee_medial_l ankle_medial_l metatarsal_2_head_l metatarsal_1_head_l "
+    "metatarsal_5_head_l t2 metatarsal_2_head_l",
+    "Helen Hayes": "asis_l sacrum knee_medial_l ankle_medial_l scapula_r forehead "
+    "metatarsal_2_head_l",
+    "CAST": "asis_l psis_r knee_medial_l ankle_medial_l metatarsal_2_head_l metatarsal_1_head_l "
+    "metatarsal_5_head_l trochanter_l fibula_head_l tibial_tuberosity_l knee_lateral_l heel_l",
+    "CMU, 41 markers": "waist_front_l waist_back_r scapula_r shank_front_l metatarsal_5_head_l "
+    "hand_l wrist_radial_l wrist_ulnar_l suprasternale xiphoid c7 metatarsal_2_head_l",
+    "KIT": "elbow_lateral_l elbow_rear_l wrist_radial_l wrist_ulnar_l hand_radial_l hand_ulnar_l "
+    "l3 asis_l psis_r",
+    "Rizzoli, Qualisys": "asis_l psis_r knee_lateral_l knee_medial_l fibula_head_l "
+    "tibial_tuberosity_l ankle_lateral_l ankle_medial_l heel_l metatarsal_1_head_l "
+    "metatarsal_2_head_l metatarsal_5_head_l metatarsal_1_head_l metatarsal_2_head_l "
+    "metatarsal_5_head_l suprasternale xiphoid c7 t8 acromion_l elbow_lateral_l wrist_radial_l "
+    "wrist_ulnar_l hand_radial_l",
+    "Human Body Model": "trochanter_l knee_lateral_l ankle_lateral_l elbow_lateral_l "
+    "elbow_medial_l wrist_radial_l wrist_ulnar_l xiphoid vertex temple_l sacrum forehead "
+    "shank_front_l",
+    "OptiTrack": "asis_l knee_lateral_l knee_medial_l ankle_lateral_l metatarsal_1_head_l "
+    "metatarsal_5_head_l c7 acromion_l",
+    "OpenCap": "asis_r psis_l knee_lateral_l knee_medial_l ankle_lateral_l ankle_medial_l "
+    "metatarsal_2_head_l metatarsal_5_head_l heel_l elbow_lateral_l wrist_radial_l "
+    "knee_lateral_l c7 hip_joint_l",
+    "Xsens": "asis_l sacrum knee_joint_l knee_lateral_l knee_medial_l ankle_lateral_l "
+    "ankle_medial_l heel_l metatarsal_2_head_l c7 suprasternale xiphoid l5 wrist_radial_l "
+    "wrist_ulnar_l elbow_rear_l vertex",
+    "Cortex and others": "sacrum suprasternale wrist_radial_l wrist_ulnar_l wrist_radial_l "
+    "wrist_ulnar_l waist_front_l waist_back_r",
+}
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_names_of_the_sets_of_laboratories(name):
+    """Each name by itself would do for OpenSim and the like: none is left to rigidity."""
+    names = SETS[name].split()
+    known = landmark_names(names)
+    assert {n: known[n] for n in names} == dict(zip(names, MARKS[name].split(), strict=True))
+
+
+def test_joint_centres_of_video_are_no_skin_markers():
+    names = [f"{side}_{j}" for side in ("left", "right") for j in ("hip", "knee", "ankle", "heel")]
+    known = landmark_names(names)
+    assert (known["left_knee"], known["right_hip"]) == ("knee_joint_l", "hip_joint_r")
+    assert known["left_heel"] == "heel_l"
+
+
+def test_no_spelling_is_of_two_landmarks():
+    for table in (_SPELLINGS, _MIDLINE):
+        words = [word for spelled in table.values() for word in spelled.split()]
+        assert len(words) == len(set(words))
 
 
 @pytest.mark.parametrize(
@@ -184,7 +257,7 @@ def test_files_that_cannot_be_read(tmp_path):
 
 def test_a_set_that_names_what_does_not_exist_is_refused():
     human = person("42", "rigid")
-    with pytest.raises(ParameterError, match="puts A on 'kneecap'.*knee_lateral_r"):
+    with pytest.raises(ParameterError, match="puts A on 'kneecap'.*ankle_lateral_r"):
         place_markers(["A"], human, MarkerSet("s", {"A": "kneecap"}, {}))
     with pytest.raises(CoordinateNotFound, match="no body 'wing_r'"):
         place_markers(["A"], human, MarkerSet("s", {}, {"A": ("wing_r", (0.0, 0.0, 0.0))}))
