@@ -68,7 +68,7 @@ def fit_markers(
     trial = prepare(recording, person, static=static, marker_set=marker_set, ground=ground)
     body = body or scale([trial], marker_set=marker_set, progress=progress)
     recording, markers, window = trial.recording, trial.markers, trial.window
-    notes = [*trial.notes, *body.notes]
+    notes = [*body.notes, *trial.notes]
     ignored = {
         **trial.ignored,
         **{n: "moves with no segment of the body" for n in trial.names if n not in body.names},

@@ -17,10 +17,16 @@ from plantigrade.kinematics.flat_feet import set_flat
 from plantigrade.kinematics.given_ground import below_feet
 from plantigrade.kinematics.ground_level import ground_height
 from plantigrade.kinematics.inverse import InverseKinematics, track
-from plantigrade.kinematics.prepare import Prepared, choose_frames, columns, static_frames
-from plantigrade.kinematics.result import Progress, counter
+from plantigrade.kinematics.prepare import (
+    USUAL_HEIGHT,
+    Prepared,
+    choose_frames,
+    columns,
+    static_frames,
+)
+from plantigrade.kinematics.result import Progress, counter, human_of
 from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.unknown_size import with_unknown_size
+from plantigrade.kinematics.unknown_size import doubts_of_stature, with_unknown_size
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
@@ -83,8 +89,8 @@ def scale(
         progress: Called with (what, done, total).
 
     Raises:
-        FitError: If a standing trial has too few markers in common with its trial, or feet do not
-            stand on the given ground.
+        FitError: If the markers contradict the stature that is given, a standing trial has too few
+            markers in common with its trial, or feet do not stand on the given ground.
     """
     trials = sorted(trials, key=lambda trial: str(trial.recording.source))
     one = trials[0]
@@ -100,18 +106,33 @@ def scale(
         for trial, x in zip(trials, measured, strict=True)
     ]
     count = len(still) + sum(map(len, chosen))
-    calibration = calibrate(
-        one.human,
-        names,
-        dict(placed),
-        np.concatenate([still, *chosen]),
-        height=one.person.height,
-        standing=np.arange(count) < len(still),
-        progress=counter(progress, "scaling the body", 25),
+    age = one.recording.subject.age
+
+    def scaled(start: Human, where: Mapping[str, Attachment | None], height: float | None):
+        return calibrate(
+            start,
+            names,
+            dict(where),
+            np.concatenate([still, *chosen]),
+            height=height,
+            standing=np.arange(count) < len(still),
+            progress=counter(progress, "scaling the body", 25),
+        )
+
+    def free() -> Human:
+        usual = human_of(one.person, USUAL_HEIGHT, age=age)
+        return scaled(usual, place_markers(names, usual, marker_set), None).human
+
+    calibration = scaled(one.human, placed, one.person.height)
+    doubts = doubts_of_stature(
+        one.person,
+        calibration.human,
+        calibration.places,
+        float(np.sqrt(np.nanmean(calibration.residual**2))),
+        free,
+        one.recording.source,
     )
-    human, notes = with_unknown_size(
-        calibration.human, calibration.places, one.person, one.recording.subject.age
-    )
+    human, notes = with_unknown_size(calibration.human, calibration.places, one.person, age)
     starts = np.cumsum([len(still), *map(len, chosen)])[:-1]
     poses = calibration.qpos[starts]
     first = {str(t.recording.source): q for t, q in zip(trials, poses, strict=True)}
@@ -140,7 +161,7 @@ def scale(
         standing_rms=_rms(calibration, len(still)),
         floors=floors,
         grounded=feet.grounded,
-        notes=(*notes, *feet.notes),
+        notes=(*doubts, *notes, *feet.notes),
     )
 
 
