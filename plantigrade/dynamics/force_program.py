@@ -1,18 +1,26 @@
 """The quadratic program of ground forces: scales, contacts, solving, noise."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from plantigrade.constants import FRICTION, SIDES
-from plantigrade.dynamics.force_bands import calm_errors, drawn_errors, half_widths, spread_of
+from plantigrade.dynamics.force_bands import (
+    NOISE_TIME,
+    calm_errors,
+    drawn_errors,
+    half_widths,
+    spread_of,
+)
 from plantigrade.dynamics.force_needs import ForceNeeds
 from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
 from plantigrade.dynamics.load_intervals import LoadInterval, Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.models import Human
+from plantigrade.motion.filters import runs
 
 LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
 NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
@@ -36,6 +44,11 @@ STRAY_FORWARD = (
 STRAY_OUTWARD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
 FLAT = (0.02, 0.009)  # outward of a foot that does not roll: share of its length, and astray [m]
 HAND_OVER, HAND_OVER_TIME = 5.0, 0.1  # forces bend so much more so near seat-off [s] and seat-on
+# … and so much more in a double support if that explains the motion better: by so many squared
+# standard deviations of its independent rows, from so long before to after it [s]. Hand-overs of
+# six recordings gain up to 6, with 1 mm and 0.3° of noise up to 10, abrupt ones 10 to 50.
+ABRUPT, CONTRADICTED, AROUND = 3.0, 12.0, 0.03
+TOLD = ("force", "moment", "noise", "path", "side", "free")  # rows of motion and feet
 SEATED = (0.04, 0.035)  # on a seat, from the ischia: standard deviation [m]
 
 
@@ -155,11 +168,12 @@ class ForceProgram:
             G, self.h = limits(wide, self.layout, free, ramp, FRICTION, scales.most_free).system()
         self.G = G[:, self.unknown].tocsr()
         time = wide.time
-        self.handed_over = np.zeros(len(time), bool)
+        #: How much more forces and joint moments bend than usual, in every frame
+        self.bending = np.ones(len(time))
         for each in contacts:
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
                 if seen and each.side not in SIDES:
-                    self.handed_over |= np.abs(time - edge) < HAND_OVER_TIME
+                    self.bending[np.abs(time - edge) < HAND_OVER_TIME] = HAND_OVER
 
     def weights(self, noise: np.ndarray) -> np.ndarray:
         """Return what each row is multiplied by, for noise of force x, y, z and moment x, y, z."""
@@ -176,7 +190,7 @@ class ForceProgram:
             w[rows] = np.sqrt(self.dt) / scale.get(name, usual)
         for name, rows in self.blocks.items():
             if name.startswith(("bend", "rate")):
-                w[rows] /= np.where(self.handed_over[self.place[name][0]], HAND_OVER, 1.0)
+                w[rows] /= self.bending[self.place[name][0]]
         for name, rows in self.blocks.items():
             if not name.startswith(("bend", "noise", "free", "shift", "offset")):
                 w[rows] *= self._recorded(name)
@@ -198,33 +212,83 @@ class ForceProgram:
 
     def solve(self) -> None:
         """Find wrenches and shift; three times at most, as the noise turns out."""
-        solution, missed = None, np.zeros(len(self.b))
+        solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
         frames = len(self.layout.start)
         self.errors = drawn_errors(self.blocks, self.place, frames, self.dt, self.scales.pace)
         noise = np.ones(6)
         for _ in range(ROUNDS):
-            w = self.weights(noise)
-            self.scaled = self.A.multiply(w[:, None]).tocsr()
-            P = (self.scaled.T @ self.scaled).tocsr()
-            q = -(self.scaled.T @ (w * self.b))
-            solution = solve_quadratic(P, q, self.G, self.h, border=LAST, start=solution)
-            found = solution.x
-            missed = self.A @ found - self.b
-            self.missed = missed * w / np.sqrt(self.dt)
+            solution, w = self._optimum(noise, solution)
+            missed = self.A @ solution.x - self.b
             self.moved = solution.response(self.scaled.T @ self.errors)
-            self.noise, noise = noise, self._noise(noise, found, missed, w)
+            self.noise, noise = noise, self._noise(noise, solution.x, missed, w)
             if np.abs(noise - self.noise).max() < 0.05:
                 break
-        if self.scales.effort < np.inf and solution is not None:
+        assert solution is not None
+        if self.scales.effort < np.inf:
             errors = calm_errors(self.errors, self.blocks, self.missed)
             self.moved = solution.response(self.scaled.T @ errors)
+        elif self._hands_over_abruptly(solution):
+            solution, _ = self._optimum(self.noise, solution)
+            self.moved = solution.response(self.scaled.T @ self.errors)
+        missed = self.A @ solution.x - self.b
         net = [missed[self._recorded_rows(name)] for name in NET]
         self.missed_force, self.missed_moment = _rms(net[:3]), _rms(net[3:5])
         x = self.x.copy()
-        x[self.unknown] = found
+        x[self.unknown] = solution.x
         self.wrench, self.shift = self._by_foot(x), x[self.layout.shift].copy()
+
+    def _optimum(self, noise: np.ndarray, start: Any) -> tuple[Any, np.ndarray]:
+        """Return the optimum with so much noise, and what its rows were multiplied by."""
+        w = self.weights(noise)
+        self.scaled = self.A.multiply(w[:, None]).tocsr()
+        P = (self.scaled.T @ self.scaled).tocsr()
+        q = -(self.scaled.T @ (w * self.b))
+        solution = solve_quadratic(P, q, self.G, self.h, border=LAST, start=start)
+        self.missed = (self.A @ solution.x - self.b) * w / np.sqrt(self.dt)
+        return solution, w
+
+    def _hands_over_abruptly(self, solution: Any) -> bool:
+        """Mark the double supports in which the motion contradicts a smooth hand-over of the load.
+
+        That is, where rows of the motion and of the feet are missed by less if forces and joint
+        moments may change faster. Return whether there are any; there are none beside plates.
+        """
+        there = self.layout.start[:, :2] >= 0
+        both = np.asarray(there.all(axis=1) & ~self.known[:, :2].any(axis=1))
+        shared = [
+            run
+            for run in runs(both)
+            if run.stop > self.inside.start and run.start < self.inside.stop
+        ]
+        if not shared:
+            return False
+        usual, kept = self.bending, (self.scaled, self.missed)
+        smooth = [self._misfit(run) for run in shared]
+        self.bending = np.where(both, np.maximum(ABRUPT, usual), usual)
+        self._optimum(self.noise, solution)
+        loose, self.bending = self.bending, usual.copy()
+        for run, before in zip(shared, smooth, strict=True):
+            if before - self._misfit(run) > CONTRADICTED:
+                self.bending[run] = loose[run]
+        self.scaled, self.missed = kept
+        return bool(np.any(self.bending != usual))
+
+    def _misfit(self, run: slice) -> float:
+        """Return by how much rows of motion and feet are missed around a double support.
+
+        Squared, in their scales, of rows so far apart that their errors are independent.
+        """
+        around, total = round(AROUND / self.dt), 0.0
+        for name in self.blocks:
+            if name.startswith(TOLD):
+                frame = self.place[name][0]
+                near = (frame >= run.start - around) & (frame < run.stop + around)
+                total += float(
+                    np.sum(self.missed[self.blocks[name]][near & self._recorded(name)] ** 2)
+                )
+        return total * self.dt / NOISE_TIME
 
     def _noise(
         self, noise: np.ndarray, x: np.ndarray, missed: np.ndarray, w: np.ndarray
