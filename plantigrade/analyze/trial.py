@@ -31,6 +31,7 @@ from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.loading import leaves_the_ground
+from plantigrade.dynamics.plate_clock import TRUSTED, clock_note, clock_offset, on_one_clock
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
@@ -39,7 +40,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.models import Human
 from plantigrade.models.usual_mass import usual_mass
-from plantigrade.motion import Markers, Motion
+from plantigrade.motion import ForcePlate, Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured
 from plantigrade.motion.event_timing import is_running
@@ -77,6 +78,7 @@ class Trial:
     cutoff: float | None = None  #: Low-pass of motion and forces [Hz]
     weighed: Weighing | None = None  #: The body mass that the plates carry
     events_from_plates: int = 0  #: How many gait events were timed by plates
+    plate_clock_offset: float | None = None  #: How late the plates' clock is, if it shows [s]
     #: Ground reactions of every foot in every frame, estimated where they were not measured
     ground: GroundForces | None = None
     #: What plates measured that nothing here has seen: ground reactions, and joint moments by them
@@ -127,6 +129,7 @@ class Trial:
     def figures(self) -> dict[str, Any]:
         """Every figure of fit and gait: flat keys in snake_case, unit as suffix."""
         human, motion, subject = self.fit.human, self.motion, self.fit.recording.subject
+        late = self.plate_clock_offset
         figures = {
             **self.fit.metrics,
             "height_m": human.height,
@@ -134,6 +137,7 @@ class Trial:
             **({} if self.weighed is None else {"mass_on_plates_kg": self.weighed.mass}),
             **({} if self.cutoff is None else {"cutoff_hz": self.cutoff}),
             "events_from_plates_count": self.events_from_plates,
+            **({} if late is None else {"plate_clock_offset_ms": 1e3 * late}),
             **subject.figures,
             "frames": motion.n_frames,
             "duration_s": motion.duration,
@@ -203,12 +207,13 @@ def analyse(
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
     moved = (human, smooth.qpos, smooth.qvel, smooth.qacc)
     body = centroid(*moved) if plates else None
-    forces, from_plates = None, 0
+    forces, from_plates, offset = None, 0, None
     if body is not None:
         soles, lift = sole_points(human, smooth.qpos), _lift(human, body)
-        forces = assign_plates(
-            plates, fit.time, soles, cutoff=cutoff, lift=lift, mass=human.mass if given else None
-        )
+        known = human.mass if given else None
+        forces, plates, offset = _on_feet(plates, fit.time, soles, body, cutoff, known, lift)
+        if offset is not None and plates is not fit.recording.plates:
+            notes.append(clock_note(offset))
         notes += forces.warnings
         seen = plate_events(plates, fit.time, feet.heel, feet.toe, spoiled=forces.spoiled(fit.time))
         shift = clock_shift(events, seen)
@@ -260,6 +265,7 @@ def analyse(
         cutoff=cutoff,
         weighed=weighed,
         events_from_plates=from_plates,
+        plate_clock_offset=offset,
         ground=ground,
         withheld=_withheld(fit, motion, human, cutoff, given) if without_plates else None,
     )
@@ -272,12 +278,33 @@ def _withheld(
     if not fit.recording.plates or motion.qacc is None:
         return None
     moved = (human, motion.qpos, motion.qvel, motion.qacc)
-    soles, lift = sole_points(human, motion.qpos), _lift(human, centroid(*moved))
-    mass = human.mass if given else None
-    forces = assign_plates(
-        fit.recording.plates, motion.time, soles, cutoff=cutoff, lift=lift, mass=mass
-    )
+    soles, body = sole_points(human, motion.qpos), centroid(*moved)
+    lift, mass = _lift(human, body), human.mass if given else None
+    forces, _, _ = _on_feet(fit.recording.plates, motion.time, soles, body, cutoff, mass, lift)
     return forces, inverse_dynamics(*moved, forces)
+
+
+def _on_feet(
+    plates: tuple[ForcePlate, ...],
+    time: Float[Array, " n_frames"],
+    soles: dict[str, np.ndarray],
+    body: Centroid,
+    cutoff: float | None,
+    mass: float | None,
+    lift: Float[Array, " n_frames"],
+) -> tuple[FootForces, tuple[ForcePlate, ...], float | None]:
+    """Return the forces on the feet, plates on the motion's clock, and how late theirs was [s].
+
+    The plates come back as they were where their clock is right or cannot be told.
+    """
+    forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)
+    assert body.force is not None
+    offset = clock_offset(plates, time, body.force, np.asarray(forces.valid), cutoff)
+    if offset is None or abs(offset) <= TRUSTED:
+        return forces, plates, offset
+    plates = on_one_clock(plates, offset)
+    forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)
+    return forces, plates, offset
 
 
 def _lift(human: Human, body: Centroid) -> Float[Array, " n_frames"]:

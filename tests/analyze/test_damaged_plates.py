@@ -32,6 +32,12 @@ def belts(data) -> Fit:
     return fitted(data / "opensim" / "rajagopal_walk" / "markers_walk.trc")
 
 
+@pytest.fixture(scope="module")
+def long_walk(data) -> Fit:
+    """A walk that is on plates throughout."""
+    return fitted(data / "opensim" / "gait2392_subject01" / "subject01_walk1.trc")
+
+
 def damaged(fit: Fit, change, **more) -> Trial:
     """Analyse a fit with every plate changed."""
     plates = tuple(change(plate) for plate in fit.recording.plates)
@@ -67,6 +73,31 @@ def test_a_clock_fifty_milliseconds_late_is_said(walk):
     said = [note for note in late.notes if "clock" in note]
     assert said and "late" in said[0]
     assert late.events_from_plates == 0
+
+
+@pytest.mark.parametrize(
+    "late",
+    [0.01, *(pytest.param(x, marks=pytest.mark.slow) for x in (0.006, 0.02, -0.006, -0.01, -0.02))],
+)
+def test_a_clock_some_milliseconds_off_is_set_right(long_walk, late):
+    good = analyse(long_walk)
+    other = damaged(long_walk, lambda plate: replace(plate, time=plate.time + late))
+    assert other.figures["plate_clock_offset_ms"] == pytest.approx(1e3 * late, abs=2.0)
+    assert any("clock of the force plates" in note and "corrected" in note for note in other.notes)
+    both = np.asarray(good.forces.valid & other.forces.valid)
+    both[[0, -1]] = False  # up to the ends of the plates' clock
+    off = good.forces.force[both] - other.forces.force[both]
+    assert np.sqrt((off[..., 2] ** 2).mean()) < 0.02 * 9.81 * good.fit.human.mass
+    for a, b in zip(good.motion.events, other.motion.events, strict=True):
+        assert b.time == pytest.approx(a.time, abs=0.004)
+
+
+def test_a_clock_that_is_right_is_left_alone(long_walk, walk):
+    """A body whose soft parts swing is late in the vertical force alone, which is no clock."""
+    for fit in (long_walk, walk):
+        trial = analyse(fit)
+        assert abs(trial.figures.get("plate_clock_offset_ms", 0.0)) < 4
+        assert not any("clock" in note for note in trial.notes)
 
 
 def test_two_feet_on_one_plate_are_given_to_neither(walk):

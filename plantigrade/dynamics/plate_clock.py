@@ -1,0 +1,102 @@
+r"""The offset between the clocks of force plates and markers, by what moves the body.
+
+The net ground reaction on all feet is what the centre of mass needs, :math:`m (a - g)`. Where the
+plates carry the whole person the two are one signal, and the shift at which they fit best is the
+offset of the clocks. A body whose soft parts swing is late in the vertical alone, by up to 13 ms:
+only where the vertical and the horizontal component agree it is the clock.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.motion.filters import lowpass, runs
+from plantigrade.motion.recording import ForcePlate, rate_of
+from plantigrade.notes import Info
+
+LARGEST = 0.04
+"""Largest offset that is looked for [s]; larger ones are seen by the gait events."""
+STEP = 0.001
+"""Step of the search [s]; a parabola tells parts of it."""
+TRUSTED = 0.004
+"""A smaller offset is left alone [s]."""
+AGREE = 0.006
+"""Vertical and horizontal offsets are this near to each other where it is the clock [s]."""
+SHORTEST = 0.5
+"""Shortest time, all stretches together, in which plates carry the whole person [s]."""
+ALIKE = 0.9
+"""Force and motion correlate so well at the best shift, or nothing is said."""
+
+
+def clock_offset(
+    plates: Sequence[ForcePlate],
+    time: Float[Array, " n_frames"],
+    needed: Float[Array, "n_frames 3"],
+    carried: Bool[Array, " n_frames"],
+    cutoff: float | None,
+) -> float | None:
+    """Return by how much the clock of plates is late against that of the motion [s].
+
+    Args:
+        plates: The plates; all are taken to be on one clock.
+        time: Time of each frame of the motion [s].
+        needed: Force that the motion needs, filtered [N].
+        carried: Frames in which the plates carry the whole person.
+        cutoff: Low-pass of the motion [Hz].
+
+    Returns:
+        The offset, positive where the plates show a force later than the body needs it; None
+        where it cannot be told.
+    """
+    if len(time) < 2 or not plates or min(len(plate.time) for plate in plates) < 12:
+        return None
+    clock = plates[0].time
+    net = np.sum(
+        [
+            [np.interp(clock, p.time, np.nan_to_num(axis), left=0, right=0) for axis in p.force.T]
+            for p in plates
+        ],
+        axis=0,
+    ).T
+    if cutoff is not None and cutoff < 0.4 * rate_of(clock):
+        net = lowpass(clock, net, cutoff=cutoff)
+    inner = np.zeros(len(time), dtype=bool)
+    edge = int(np.ceil((LARGEST + 0.03) * rate_of(time)))
+    for run in runs(carried & (time >= clock[0]) & (time <= clock[-1])):
+        inner[run.start + edge : max(run.stop - edge, run.start + edge)] = True
+    if inner.sum() < SHORTEST * rate_of(time):
+        return None
+    level = needed[inner, :2] - needed[inner, :2].mean(axis=0)
+    way = np.linalg.eigh(level.T @ level)[1][:, -1]  # along which the body brakes and pushes off
+    shifts = np.arange(-LARGEST, LARGEST + STEP / 2, STEP)
+    found = []
+    for axis in (np.array([0.0, 0.0, 1.0]), np.array([*way, 0.0])):
+        wanted = needed[inner] @ axis
+        force = [np.interp(time[inner] + s, clock, net @ axis) for s in shifts]
+        alike = np.array([np.corrcoef(wanted, f)[0, 1] for f in force])
+        k = int(np.nanargmax(alike)) if np.isfinite(alike).any() else 0
+        if not 0 < k < len(shifts) - 1 or alike[k] < ALIKE:
+            return None
+        before, best, after = alike[k - 1 : k + 2]
+        part = 0.5 * (before - after) / (before - 2 * best + after)
+        found.append((shifts[k] + part * STEP, 2 * best - before - after))
+    offsets, sharp = np.array(found).T
+    if abs(offsets[0] - offsets[1]) > AGREE:
+        return None
+    return float(sharp @ offsets / sharp.sum())
+
+
+def on_one_clock(plates: Sequence[ForcePlate], offset: float) -> tuple[ForcePlate, ...]:
+    """Return plates whose clock was late by ``offset`` [s] on the clock of the motion."""
+    return tuple(replace(plate, time=plate.time - offset) for plate in plates)
+
+
+def clock_note(offset: float) -> str:
+    """Return the sentence that says that the plates' clock was corrected."""
+    return Info(
+        f"the clock of the force plates is {abs(1e3 * offset):.0f} ms "
+        f"{'late' if offset > 0 else 'early'} against that of the motion: measured forces and what "
+        "the centre of mass needs fit best with this shift; it was corrected."
+    )
