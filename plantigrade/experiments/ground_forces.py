@@ -35,6 +35,7 @@ from plantigrade.experiments.force_figures import (
     Figure,
 )
 from plantigrade.experiments.gait_forces import STANCES
+from plantigrade.experiments.given_ground import GROUNDS, on_ground
 from plantigrade.experiments.recording_ends import END, phase_rows
 from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
 from plantigrade.kinematics.ground_level import moving_ground
@@ -55,11 +56,12 @@ ACTIVITIES = {
 }
 """Movements other than walking, each judged by itself: parts of the names of recordings."""
 NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
-NOISY, BESIDE = "with noise, ", "beside one plate, "
+NOISY, BESIDE, GIVEN = "with noise, ", "beside one plate, ", "on given ground, "
 PREFIXES = {
     "": "",
     NOISY: f", {NOISE_MM:g} mm and {NOISE_DEG:g}° of noise added",
     BESIDE: " of each foot beside the plates of the other",
+    GIVEN: " on given ground, of generated walks",
 }
 """How figures begin, and what is said of them over a table."""
 
@@ -75,6 +77,8 @@ NOTES = (
     "adults; other people and another protocol.",
     "Beside one plate: what the plates of one foot told is known, that of the other is withheld.",
     "Movements other than walking have rows of their own and are in no mean of a half.",
+    "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
+    "the faults of a laboratory; without --quick.",
     f"By phase: recordings are cut in double support and after landings; of the cut ones the first "
     f"or last {END:g} s count.",
 )
@@ -87,6 +91,7 @@ def run(
     title = "Ground reactions without force plates"
     names = QUICK if quick else (*WALKS, *MOVEMENTS)
     table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    table = replace(table, rows=[*table.rows, *(() if quick else given_rows(say))])
     values: dict[str, dict[str, float]] = {}
     for row in table.rows:
         values.setdefault(row.subject, {})[row.quantity] = _number(row.value)
@@ -126,6 +131,15 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         rows += _compared(name, noisy, alone, NOISY)
         rows += _rows(name, beside_one_plate(alone), BESIDE)
         rows += phase_rows(name, alone, mass)
+    return rows
+
+
+def given_rows(say: Callable[[str], None] = lambda _: None) -> list[Row]:
+    """Return the rows of generated walks on slopes and steps, fitted with those as given."""
+    rows = []
+    for name, walk in GROUNDS.items():
+        rows += _rows(name, on_ground(*walk), GIVEN)
+        say(f"{name} done")
     return rows
 
 

@@ -6,7 +6,8 @@ import pytest
 
 from plantigrade.analyze.gait_forces import STANCE
 from plantigrade.experiments import ground_forces
-from plantigrade.experiments.ground_forces import BESIDE, NOISY, QUICK, with_noise
+from plantigrade.experiments.given_ground import GROUNDS, on_ground
+from plantigrade.experiments.ground_forces import BESIDE, GIVEN, NOISY, QUICK, with_noise
 from plantigrade.experiments.recording_ends import COVERED, ERROR, PHASES, cuts, part
 from plantigrade.experiments.table import Row
 from plantigrade.models import Human
@@ -42,6 +43,8 @@ def test_means_are_of_halves_of_the_people_and_judged(monkeypatch, tmp_path):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     monkeypatch.setattr(ground_forces, "trial_rows", rows)
+    walked = [Row("slope 8° up", GIVEN + "vertical force, r", 0.987)]
+    monkeypatch.setattr(ground_forces, "given_rows", lambda say: walked)
     table = ground_forces.run(tmp_path)
     means = {(r.subject, r.quantity): r for r in table.rows if r.goal}
     assert len(means) == 8
@@ -49,6 +52,7 @@ def test_means_are_of_halves_of_the_people_and_judged(monkeypatch, tmp_path):
     other = means["other half", NOISY + "vertical force, r"]
     assert settled.value == pytest.approx(0.99) and settled.met
     assert other.value == pytest.approx(0.95) and other.met is False
+    assert "of generated walks" in table.text() and "0.987" in table.text()
     assert "OpenGRF" in table.text() and table.metrics()["goals_met"] == 5, "two of the least r"
 
 
@@ -87,3 +91,11 @@ def test_a_walk_over_plates_without_them(data):
     assert rows[BESIDE + "vertical force, RMSE"] < 0.04
     assert rows[ERROR + PHASES[2]] < 0.13 and rows[COVERED + PHASES[2]] > 85.0
     assert rows[NOISY + "noise of the motion"] > 2.0 > rows["noise of the motion"]
+
+
+@pytest.mark.slow
+def test_a_walk_up_a_slope_is_told_as_well_as_a_level_one():
+    """Its forces are exact; a marker recording of it is fitted with the slope as given."""
+    found = on_ground(*GROUNDS["slope 8° up"])
+    assert found.vertical_r > 0.95 and found.vertical_rmse < 0.08
+    assert found.forward_r > 0.95 and found.moment_r["ankle_angle"] > 0.95
