@@ -21,9 +21,9 @@ the pelvis, as in every clinical model, so their places in it are trusted to :da
 and the lumbar joint lies behind the hips where a regression puts it
 (:func:`plantigrade.models.anatomy.usual_lumbar_depth`) within :data:`LUMBAR_SPREAD`. And the knee's
 axis goes through the epicondyles within :data:`EPICONDYLE_SPREAD`, the segment lengths give way.
-Where no marker on them was recorded, a knee straighter than :data:`STRAIGHT_KNEE` is pulled back to
-it, strongly: this sets where the knee's zero lies, so a person who really walks on overstretched
-knees comes out some degrees too bent all through there (the shape of the curve is not touched).
+A knee straighter than :data:`STRAIGHT_KNEE` is pulled back to it, strongly where no marker on them
+was recorded: this sets where the knee's zero lies, so a person who really walks on overstretched
+knees comes out some degrees too bent all through (the shape of the curve is not touched).
 """
 
 import copy
@@ -69,10 +69,10 @@ LUMBAR_SPREAD = 0.006  # of the lumbar joint about its regression, standard devi
 # the pelvis is what they say it is. The width between them is left to BONE. All of them together
 # may sit elsewhere above the hip joint centres, as far as the regression of those is off.
 SPINE_SPREAD, HIP_SPREAD = 0.003, 0.008  # [m]
-# Of a marker on an epicondyle about the knee's axis, along the thigh and forwards: how well that
-# point is palpated [DellaCroce2005]_. The skin slides backwards over it by some 20 mm for each
-# radian that the knee bends [Leardini2005]_, which looks as if the axis lay as many millimetres
-# farther down, in every stride, so the movement must not say where it lies.
+# Of a marker on an epicondyle about the knee's axis, along the thigh: how well that point is
+# palpated [DellaCroce2005]_. The skin slides backwards over it by some 20 mm for each radian that
+# the knee bends [Leardini2005]_, which looks as if the axis lay as many millimetres farther down,
+# in every stride, so the movement must not say how high it lies.
 EPICONDYLE_SPREAD = 0.006  # [m]
 HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
 FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
@@ -85,6 +85,8 @@ STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
 # pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 BELT = {"front": {"asis"}, "back": {"psis", "sacrum"}}  # landmarks that a belt stands in for
+# With such a marker they are pulled back less: it says within a centimetre where the axis lies.
+KNOWN_SPREAD = 0.03  # [rad]
 UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
 _EPICONDYLES = ("knee_lateral", "knee_medial")
 _STANDING = ("hip_adduction", "hip_rotation", "lumbar_bending", "lumbar_rotation")
@@ -163,8 +165,9 @@ class Calibrator:
             for name, mark, place in zip(self.landmark_names, marks, self.places, strict=True)
             if mark in _EPICONDYLES or (mark == "knee_joint" and place and place.spread <= CENTRE)
         ]
-        unknown = [c.startswith("knee_angle") and c not in known for c in human.coordinates]
-        self.unknown_knees = np.array(unknown)
+        self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
+        spread = [KNOWN_SPREAD if c in known else STRAIGHT_SPREAD for c in human.coordinates]
+        self.straight = np.array(spread)
 
     @property
     def dimensions(self) -> Dimensions:
@@ -237,12 +240,13 @@ class Calibrator:
             r = error.ravel() * root_w
             A = J.T @ J
             A[np.arange(6, nv), np.arange(6, nv)] += evidence * self.posture_weight[f]
-            bent_back = self.unknown_knees & (self.qpos[f, 7:] < STRAIGHT_KNEE)
-            A[6:, 6:][bent_back, bent_back] += 1 / STRAIGHT_SPREAD**2
+            bent_back = self.knees & (self.qpos[f, 7:] < STRAIGHT_KNEE)
+            pull = 1 / self.straight[bent_back] ** 2
+            A[6:, 6:][bent_back, bent_back] += pull
             A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
             gq = J.T @ r
             gq[6:] += evidence * (rest - self.qpos[f, 7:]) * self.posture_weight[f]
-            gq[6:][bent_back] += (STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]) / STRAIGHT_SPREAD**2
+            gq[6:][bent_back] += (STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]) * pull
             # Offsets: block diagonal, each marker's rotation times its root weight.
             P = np.hstack([L, np.asarray(block_diag(*(R * np.sqrt(w)[:, None, None])))])
             C = J.T @ P
@@ -311,7 +315,7 @@ class Calibrator:
             spines += [first] if spine else []
             within = np.full(len(s), spread)
             if marker in self.epicondyles:
-                within[[0, 2]] = EPICONDYLE_SPREAD
+                within[2] = EPICONDYLE_SPREAD
             H[s, s] += 1 / within**2
             g[s] -= self.offsets[marker][s - first] / within**2
         offsets = self.offsets[which].ravel()
