@@ -100,8 +100,10 @@ def run(
         "other half": [n for n in values if n in WALKS and not any(part in n for part in SETTLED)],
     }
     means = {half: _means([values[n] for n in names]) for half, names in halves.items() if names}
-    for half in means:
-        means[half][LEAST.name] = min(values[n].get(FORCES[0].name, np.nan) for n in halves[half])
+    for half, found in means.items():
+        vertical = [values[n][FORCES[0].name] for n in halves[half] if FORCES[0].name in values[n]]
+        if vertical:
+            found[LEAST.name] = min(vertical)
     groups = {
         words: _means([values[n] for n in values if any(part in n for part in parts)])
         for words, parts in ACTIVITIES.items()
