@@ -1,8 +1,9 @@
-"""What makes a fitted motion doubtful as a whole: forces it does not explain, inhuman speeds.
+"""What makes a fitted motion doubtful: forces it does not explain, inhuman speeds, a mirror image.
 
 A body can follow its markers to the millimetre and still be wrong: a shoulder that passes from one
 of its two equivalent triples of angles to the other turns by half a circle within a few frames.
-Forces and speeds show it.
+Forces and speeds show it. And a person whose left and right are exchanged walks backward, on feet
+that are pitched or far from their markers.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.feet import pitch_in_stance, progress_in_stance
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import GRAVITY, SIDES
@@ -43,6 +45,11 @@ pitching (internal rotation of the shoulder 7200, elbow 2300 [Fleisig1999]_) and
 FAST = 1500.0
 MUCH_FASTER = 2.0
 """A joint that is so many times as fast is a fault of the fit, not of its noise."""
+BACKWARD_ERROR = 12.0
+"""Mean marker error of somebody who seems to walk backward, above which the recording is taken to
+be mirrored [mm]: people who do walk backward are fitted as well as others, to 4 to 7 mm."""
+BACKWARD_PITCH = 20.0
+"""The same of the pitch of their feet in the middle of stance, where soles are flat [deg]."""
 LISTED = 3  # joints that a note names
 
 
@@ -55,17 +62,20 @@ class Doubts:
             which the forces on both feet are measured [BW]; None where there are none.
         fast: Joints that turn faster than people's → how many times as fast, worst first.
         keen: Cut-off of motion and forces over the usual one: noise grows with it.
+        mirrored: Whether left and right seem to be exchanged.
     """
 
     residual: float | None
     fast: dict[str, float]
     keen: float = 1.0
+    mirrored: bool = False
 
     @classmethod
     def of(cls, trial: Trial) -> "Doubts":
         """Return those of an analysed recording."""
         keen = FASTER if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
-        return cls(_residual(trial), too_fast(trial.fit.human, trial.motion), keen)
+        fast = too_fast(trial.fit.human, trial.motion)
+        return cls(_residual(trial), fast, keen, seems_mirrored(trial))
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -102,6 +112,12 @@ class Doubts:
     @property
     def refusal(self) -> str:
         """Why a run with these doubts is not ok; empty where it is."""
+        if self.mirrored:
+            return (
+                "the person walks backward on feet that do not fit: left and right are probably "
+                "exchanged. --swap-sides exchanges the names of markers, --mirror-axis turns an "
+                "axis of the file"
+            )
         most = self.keen * MOST_RESIDUAL
         if self.residual is not None and self.residual > most:
             return (
@@ -113,6 +129,15 @@ class Doubts:
             name = max(self.fast, key=lambda one: self.fast[one])
             return f"{name} turns {times:.1f} times as fast as the fastest people's"
         return ""
+
+
+def seems_mirrored(trial: Trial) -> bool:
+    """Return whether a person fitted to markers walks backward as nobody does who really does."""
+    human, motion = trial.fit.human, trial.motion
+    if trial.fit.source_kind != "markers" or not progress_in_stance(human, motion) < 0:
+        return False
+    error = trial.fit.metrics.get("marker_rms_mean_mm", 0.0)
+    return error > BACKWARD_ERROR or np.rad2deg(pitch_in_stance(human, motion)) > BACKWARD_PITCH
 
 
 def too_fast(human: Human, motion: Motion) -> dict[str, float]:

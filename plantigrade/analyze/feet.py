@@ -41,22 +41,53 @@ def progress_in_stance(human: Human, motion: Motion) -> float:
     Ahead is where the pelvis faces, so the value is negative of somebody who walks backward, on the
     ground as on a treadmill; NaN without a whole stance.
     """
-    feet = foot_path(human, motion.qpos)
-    rows = []
-    for k, side in enumerate(SIDES):
-        events = [event for event in motion.events if event.side == side]
-        for first, last in pairwise(events):
-            if (first.kind, last.kind) == ("heel_strike", "toe_off"):
-                start, stop = np.searchsorted(motion.time, (first.time, last.time))
-                rows.append((k, start, min(stop, motion.n_frames - 1)))
-    if not rows:
+    stances = _stances(motion)
+    if not stances:
         return float("nan")
-    side, start, stop = np.array(rows).T
+    feet = foot_path(human, motion.qpos)
+    side, start, stop = np.array(stances).T
     ahead = feet.pelvis[:, None] - feet.heel
     w, x, y, z = motion.qpos[(start + stop) // 2, 3:7].T
     facing = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z)], axis=1)
     moved = (ahead[stop, side] - ahead[start, side])[:, :2]
     return float(np.mean((moved * facing).sum(axis=1) / np.linalg.norm(facing, axis=1)))
+
+
+def pitch_in_stance(human: Human, motion: Motion) -> float:
+    """Return how far feet are pitched in the middle of stance, against standing, median [rad].
+
+    NaN without a whole stance.
+    """
+    stances = _stances(motion)
+    if not stances:
+        return float("nan")
+
+    def pitch(qpos: Float[Array, "n nq"]) -> Float[Array, "n 2"]:
+        feet = foot_path(human, qpos)
+        along = feet.toe - feet.heel
+        return np.arctan2(along[..., 2], np.linalg.norm(along[..., :2], axis=-1))
+
+    flat, seen = pitch(human.standing()[None])[0], pitch(motion.qpos)
+    found = [
+        np.median(np.abs(seen[start + (stop - start) // 3 : stop - (stop - start) // 3, k]
+                         - flat[k]))
+        for k, start, stop in stances
+    ]  # fmt: skip
+    return float(np.median(found))
+
+
+def _stances(motion: Motion) -> list[tuple[int, int, int]]:
+    """Return side, first and last frame of every stance from heel strike to toe-off."""
+    found = []
+    for k, side in enumerate(SIDES):
+        events = [event for event in motion.events if event.side == side]
+        for first, last in pairwise(events):
+            if (first.kind, last.kind) == ("heel_strike", "toe_off"):
+                start, stop = np.searchsorted(motion.time, (first.time, last.time))
+                stop = min(stop, motion.n_frames - 1)
+                if stop - start > 3:
+                    found.append((k, int(start), int(stop)))
+    return found
 
 
 def event_points(

@@ -57,3 +57,25 @@ def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_said_first(r
     wrong = replace(fit, qpos=qpos)
     assert any(name.startswith("arm_") for name in Doubts.of(analyse(wrong, cutoff=None)).fast)
     assert "belong together" in run(wrong).record.notes[0]
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_mirror_image_that_was_fitted_after_all_is_not_ok(data, monkeypatch, reverse):
+    """Legs alone, with the search for mirrored labels switched off; a true backward walk is ok."""
+    from plantigrade.io import read
+    from plantigrade.kinematics import exchanged
+    from plantigrade.kinematics.fit import fit_markers
+    from plantigrade.kinematics.sides import swap_sides
+    from plantigrade.models.person import Person
+
+    monkeypatch.setattr(exchanged, "MIRRORED", 0.0)
+    whole = read(data / "c3d" / "HC032A03.c3d")
+    names = [s + n for s in "LR" for n in "ASI THI KNE TIB ANK HEE TOE".split()]
+    markers = whole.markers.select(names)
+    if reverse:
+        markers = replace(markers, positions=markers.positions[::-1].copy())
+    legs = replace(whole, markers=markers, plates=(), outputs={}, events=())
+    fitted = fit_markers(legs if reverse else swap_sides(legs), Person(height=1.58, mass=60.3))
+    doubts = Doubts.of(analyse(fitted, cutoff=6.0))
+    assert doubts.mirrored != reverse
+    assert ("--swap-sides" in doubts.refusal) != reverse
