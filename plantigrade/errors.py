@@ -4,10 +4,14 @@ Each message says what was given, what is allowed and what to do. The command li
 turns any :class:`PlantigradeError` into one sentence and exit code 2.
 """
 
+import difflib
+from collections.abc import Sequence
 from pathlib import Path
 
 LONGEST_MESSAGE = 400
 """Length of a message [characters]: more is not read."""
+LONGEST_LIST = 240
+"""Length of the names that a message lists [characters]."""
 
 
 class PlantigradeError(Exception):
@@ -62,6 +66,25 @@ def _rebuild_file_error(kind, path, problem, where, remedy):
 
 class UnsupportedFormat(FileError):
     """The package does not read or write this file format."""
+
+
+def known_names(name: str, known: Sequence[str]) -> str:
+    """Return the names that there are, for a message: those most like ``name`` first, not all.
+
+    Example:
+        >>> known_names("knee", ["hip_flexion_r", "knee_angle_r", "knee_angle_l"])
+        'there are knee_angle_r, knee_angle_l, hip_flexion_r'
+    """
+    near = difflib.get_close_matches(name, known, n=4, cutoff=0.4)
+    listed = [*near, *(each for each in known if each not in near)]
+    shown, length = [], 0
+    for each in listed:
+        length += len(each) + 2
+        if length > LONGEST_LIST:
+            break
+        shown.append(each)
+    more = f" and {len(listed) - len(shown)} more" if len(shown) < len(listed) else ""
+    return f"there are {', '.join(shown)}{more}"
 
 
 class CoordinateNotFound(PlantigradeError, KeyError):

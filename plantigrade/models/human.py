@@ -9,7 +9,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
 from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
@@ -152,7 +152,7 @@ class Human:
             CoordinateNotFound: If there is no such body.
         """
         if name not in self.body_names:
-            raise CoordinateNotFound(f"no body {name!r}; there are {', '.join(self.body_names)}")
+            raise CoordinateNotFound(f"no body {name!r}; {known_names(name, self.body_names)}")
         return self.body_names.index(name) + 1
 
     def hinge(self, coordinate: str) -> int:
@@ -164,7 +164,7 @@ class Human:
         if coordinate not in self.coordinates:
             raise CoordinateNotFound(
                 f"no coordinate {coordinate!r} in joint set {self.joints} with {self.feet} feet; "
-                f"there are {', '.join(self.coordinates)}"
+                f"{known_names(coordinate, self.coordinates)}"
             )
         return self.coordinates.index(coordinate)
 
@@ -358,5 +358,5 @@ def coordinate_of(name: str):
     """
     plain, _ = split_side(name)
     if plain not in COORDINATES:
-        raise CoordinateNotFound(f"no coordinate {name!r}; there are {', '.join(COORDINATES)}")
+        raise CoordinateNotFound(f"no coordinate {name!r}; {known_names(name, list(COORDINATES))}")
     return COORDINATES[plain]

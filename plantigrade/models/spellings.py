@@ -11,7 +11,7 @@ base (``LAEL``, ``LWTS``), the Human Body Model (``RLKE``, ``XYPH``), OptiTrack 
 import re
 
 # Common spellings, without side and separators, upper case.
-_SPELLINGS: dict[str, str] = {
+SPELLINGS: dict[str, str] = {
     "asis": "ASI ASIS IAS",
     "psis": "PSI PSIS IPS",
     # On a belt, at the iliac spines; its markers are placed by eye.
@@ -93,7 +93,7 @@ _SPELLINGS: dict[str, str] = {
     "temple": "TEMPLE HEAD HD",
     "ear": "EAR TRAGUS MAS MASTOID AURICULARIS",
 }
-_MIDLINE: dict[str, str] = {
+MIDLINE: dict[str, str] = {
     "sacrum": "SACR SAC SACRUM SACRAL VSAC VSACR VSACRAL VSACRUM S2 S1 MIDPSIS MPSI",
     "c7": "C7 CV7 VC7 C7SPINALPROCESS BACKTOP",
     "t2": "T2 TV2",
@@ -116,9 +116,9 @@ _ESTIMATE = re.compile(
     r"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))(REG|REGRESSION|FUN|FUNC|FUNCTIONAL|SCORE|SARA|"
     r"HARRINGTON|BELL|DAVIS|EST)?$"
 )
-_BY_SPELLING = {s: mark for mark, words in _SPELLINGS.items() for s in words.split()}
-_BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in _SPELLINGS}
-_BY_MIDLINE = {s: mark for mark, words in _MIDLINE.items() for s in words.split()}
+_BY_SPELLING = {s: mark for mark, words in SPELLINGS.items() for s in words.split()}
+_BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in SPELLINGS}
+_BY_MIDLINE = {s: mark for mark, words in MIDLINE.items() for s in words.split()}
 # Whole names with the side in the middle: OptiTrack puts the front of the waist on the spines.
 _WHOLE = {f"WAIST{side}FRONT": f"asis_{side.lower()}" for side in "RL"}
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure
-from plantigrade.errors import CoordinateNotFound
+from plantigrade.errors import CoordinateNotFound, known_names
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import GaitEvent, rate_of
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary, table_html
@@ -65,7 +65,7 @@ class Motion:
             return self.joint_names.index(name, 1) - 1
         except ValueError:
             raise CoordinateNotFound(
-                f"no coordinate {name!r} in this motion; there are {', '.join(self.coordinates)}"
+                f"no coordinate {name!r} in this motion; {known_names(name, self.coordinates)}"
             ) from None
 
     def __getitem__(self, name: str) -> Float[Array, " n_frames"]:

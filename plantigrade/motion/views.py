@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid, panel_plot, panels_of
-from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.extras import require
 
 MOST = 12  # panels of a figure where no names are given
@@ -31,7 +31,7 @@ def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, 
         mine = [full for full in (name, f"{name}_r", f"{name}_l") if full in motion.coordinates]
         if not mine:
             raise CoordinateNotFound(
-                f"no coordinate {name!r} in this motion; there are {', '.join(motion.coordinates)}"
+                f"no coordinate {name!r} in this motion; {known_names(name, motion.coordinates)}"
             )
         for full in mine:
             metres = full in TRANSLATIONS

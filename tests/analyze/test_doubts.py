@@ -66,7 +66,7 @@ def test_a_mirror_image_that_was_fitted_after_all_is_not_ok(data, monkeypatch, r
     from plantigrade.kinematics import exchanged
     from plantigrade.kinematics.fit import fit_markers
     from plantigrade.kinematics.sides import swap_sides
-    from plantigrade.models.person import Person
+    from plantigrade.models import Person
 
     monkeypatch.setattr(exchanged, "MIRRORED", 0.0)
     whole = read(data / "c3d" / "HC032A03.c3d")

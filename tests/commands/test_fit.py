@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import mujoco
@@ -16,6 +15,7 @@ import pytest
 from plantigrade.commands import main as cli
 from plantigrade.commands.fit import run_names
 from plantigrade.errors import ParameterError
+from tests.browser import wait_for
 
 KINDS = {
     "HC038A11": ("c3d/HC038A11.c3d", ["HC038A01.c3d"]),
@@ -289,10 +289,16 @@ def test_control_c_on_several_files(data, tmp_path, sent, code):
     assert not [folder for folder in left if folder.name.startswith(".")]
     said = "interrupted" if sent == signal.SIGINT else "terminated"
     assert said in err.splitlines()[-1]
-    with pytest.raises(ProcessLookupError):  # within 5 s no worker is left in the group
-        for _ in range(50):
-            os.killpg(process.pid, 0)
-            time.sleep(0.1)
+    wait_for(lambda: not in_group(process.pid))  # no worker is left
+
+
+def in_group(group: int) -> bool:
+    """Return whether a process of a group is alive."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 @pytest.fixture(scope="module")

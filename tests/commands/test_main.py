@@ -8,8 +8,8 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
+from threading import Event
 from types import SimpleNamespace
 
 import pytest
@@ -137,7 +137,7 @@ def test_terminated_is_143(command, capsys):
 
     def act():
         os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(10)
+        Event().wait(10)
 
     command(act)
     assert cli.main(["try"]) == 143

@@ -7,8 +7,8 @@ import pytest
 
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
+from plantigrade.models import Person
 from plantigrade.models.markers import landmark_names
-from plantigrade.models.person import Person
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker
 
 LEGS = ("asis", "psis", "thigh", "knee", "shank", "ankle", "heel", "meta", "toe")

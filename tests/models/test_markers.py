@@ -14,7 +14,7 @@ from plantigrade.models.markers import (
     place_markers,
     read_marker_set,
 )
-from plantigrade.models.spellings import _MIDLINE, _SPELLINGS
+from plantigrade.models.spellings import MIDLINE, SPELLINGS
 from tests.models.presets import PRESETS, person
 
 
@@ -140,7 +140,7 @@ def test_joint_centres_of_video_are_no_skin_markers():
 
 
 def test_no_spelling_is_of_two_landmarks():
-    for table in (_SPELLINGS, _MIDLINE):
+    for table in (SPELLINGS, MIDLINE):
         words = [word for spelled in table.values() for word in spelled.split()]
         assert len(words) == len(set(words))
 

@@ -37,11 +37,19 @@ def test_hinges_have_a_place_and_a_velocity():
         np.testing.assert_array_equal(motion.velocity(name), motion.qvel[:, 6 + i])
 
 
-@pytest.mark.parametrize("name", ["root", "knee", "", "pelvis"])
-def test_an_unknown_name_is_refused_with_the_known_ones(name):
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("root", r"and \d+ more"),
+        ("knee", "are knee_angle_"),
+        ("", r"and \d+ more"),
+        ("pelvis", "pelvis_"),
+    ],
+)
+def test_an_unknown_name_is_refused_with_the_known_ones(name, near):
     motion, _ = a_motion()
     for read in (motion.__getitem__, motion.velocity, motion.hinge):
-        with pytest.raises(CoordinateNotFound, match="knee_angle_r"):
+        with pytest.raises(CoordinateNotFound, match=near):
             read(name)
 
 

@@ -4,14 +4,15 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from functools import partial
 from pathlib import Path
+from threading import Event
 
 import pytest
 
 from plantigrade.errors import PlantigradeError
 from plantigrade.record.jobs import run_jobs
+from tests.browser import wait_for
 
 ENGINES = [
     "loky",
@@ -31,9 +32,9 @@ def square(log: Path, deadly: bool, item: int) -> int:
     with open(log / f"{item}", "a") as file:
         file.write(f"{os.getpid()}\n")
     if item == POISON and (deadly or len((log / f"{item}").read_text().split()) == 1):
-        time.sleep(0.3)  # others are being computed meanwhile
+        Event().wait(0.3)  # others are being computed meanwhile
         os.kill(os.getpid(), signal.SIGKILL)
-    time.sleep(0.05)
+    Event().wait(0.05)
     return item**2
 
 
@@ -92,19 +93,11 @@ def test_workers_end_with_a_parent_that_was_killed(tmp_path):
     parent = subprocess.Popen([sys.executable, script], stderr=subprocess.DEVNULL)
     pids = [tmp_path / "pid1", tmp_path / "pid2"]
     try:
-        for _ in range(300):
-            if all(path.exists() and path.read_text() for path in pids):
-                break
-            time.sleep(0.1)
-        workers = [int(path.read_text()) for path in pids]
+        workers = wait_for(lambda: [int(path.read_text()) for path in pids])
     finally:
         parent.kill()
         parent.wait()
-    for _ in range(50):  # 5 s
-        if not any(alive(pid) for pid in workers):
-            return
-        time.sleep(0.1)
-    raise AssertionError("workers live on without their parent")
+    wait_for(lambda: not any(alive(pid) for pid in workers))
 
 
 def alive(pid: int) -> bool:
