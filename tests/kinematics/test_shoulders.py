@@ -62,7 +62,8 @@ def test_arms_keep_their_branch(arms, gap):
         found, truth = (q[:, 7:][:, hinges] for q in (fit.qpos, qpos))
         assert astray(found).max() < 0.5
         assert np.rad2deg(np.abs(found[:, 1] - truth[:, 1])).max() < 15
-        assert np.rad2deg(np.abs(np.diff(found, axis=0))).max() < 20, "2000 degrees a second"
+        # the other triple is 180° away; noise turns an arm near the vertical by up to 27°
+        assert np.rad2deg(np.abs(np.diff(found, axis=0))).max() < 45
 
 
 def test_the_other_triple_is_the_same_pose():
