@@ -49,8 +49,8 @@ class Reference:
     parts: Float[Array, " 3"] = field(default_factory=lambda: np.ones(3))
 
     def about(
-        self, f: Float[Array, "n 3"], p: Float[Array, "n 3"], t: Float[Array, "n 3"]
-    ) -> Float[Array, "n 3"]:
+        self, f: Float[Array, "*n 3"], p: Float[Array, "*n 3"], t: Float[Array, "*n 3"]
+    ) -> Float[Array, "*n 3"]:
         """Return the torques on the body about the points ``p`` [N m]."""
         return np.where(np.isfinite(p), self.sign * t - self.parts * np.cross(p - self.point, f), t)
 
