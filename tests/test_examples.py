@@ -13,7 +13,7 @@ MADE = {  # in this order, in one folder: words → what is printed, and the fol
         r"[234]\.\d mm from the markers\nright knee \S+ to [56]\d degrees\n", "fit-textbook_walk",
     ),
     "reproduce.py runs/demo/textbook_walk.c3d": (
-        r"knee_angle_r: [01]\.\d\d rad, recorded 1\.0\d\n.*\ncentre of mass within \d\.\d mm of its",
+        r"knee_angle_r: [01]\.\d\d rad, recorded 1\.0\d\n.*\ncentre of mass within \d\.\d mm of",
         "reproduce-textbook_walk",
     ),
     "synthesize.py": (r"verdict: ok\nknee moment up to [567]\d N m", "synthesize-squat"),

@@ -92,7 +92,7 @@ def walking_intervals(
             found.append(LoadInterval(side, first, last, False, False, False))
             continue
         for start, stop, _ in stances(events, side, first, last):
-            begins, ends = start > first, stop < last
+            begins, ends = bool(start > first), bool(stop < last)
             found.append(
                 LoadInterval(
                     side,

@@ -56,7 +56,8 @@ def other_triple(angles: Float[Array, " *n 3"]) -> Float[Array, " *n 3"]:
 def astray(angles: Float[Array, " *n 3"]) -> Float[Array, " *n"]:
     """Return how far a shoulder is out of its usual range [rad]."""
     low, high = USUAL.T
-    return np.linalg.norm(np.maximum(low - angles, 0) + np.maximum(angles - high, 0), axis=-1)
+    beyond = np.maximum(low - angles, 0) + np.maximum(angles - high, 0)
+    return np.asarray(np.linalg.norm(beyond, axis=-1))
 
 
 def in_branch(human: Human, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:

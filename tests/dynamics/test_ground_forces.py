@@ -211,7 +211,7 @@ def steps(first: float, last: float) -> tuple[LoadInterval, ...]:
         begins, ends = start > first, stop < last
         if start < last and stop > first:
             span = max(start, first), min(stop, last)
-            found.append(LoadInterval("rl"[i % 2], *span, begins, ends))
+            found.append(LoadInterval("rl"[i % 2], *span, bool(begins), bool(ends)))
     return tuple(found)
 
 
