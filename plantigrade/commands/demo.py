@@ -61,10 +61,11 @@ class Command(Person, RunOptions):
         from plantigrade.record.run import RUNS
         from plantigrade.workflows import fit as fitting
         from plantigrade.workflows import reproduce as reproducing
+        from plantigrade.workflows.adult_walk import adult_walk
         from plantigrade.workflows.save import save
         from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.simulate import simulate
-        from plantigrade.workflows.textbook import adult_walk, recorded, textbook_walk
+        from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)

@@ -13,13 +13,13 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Motion
 from plantigrade.record import Record
+from plantigrade.workflows.adult_walk import adult_walk
 from plantigrade.workflows.textbook import (
     HIDDEN,
     MARKERS,
     NOISE,
     PLACEMENT,
     SKIN,
-    adult_walk,
     recorded,
     textbook_walk,
 )
