@@ -6,6 +6,7 @@ are bytes of a file's name that are no UTF-8.
 """
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 UNSAFE = re.compile(
@@ -30,6 +31,16 @@ def printable(text: str, *, lines: bool = True) -> str:
     """
     text = UNSAFE.sub(_escape, text)
     return text if lines else text.replace("\n", r"\n").replace("\t", r"\t")
+
+
+def listed(words: Sequence[str], most: int = 8, between: str = ", ") -> str:
+    """Return the first words for a message, and a sign where there are more.
+
+    Example:
+        >>> listed(["a", "b", "c"], 2)
+        'a, b …'
+    """
+    return between.join(words[:most]) + (" …" if len(words) > most else "")
 
 
 def short_name(name: str) -> str:

@@ -20,11 +20,12 @@ from plantigrade.dynamics.loading import FASTER
 from plantigrade.kinematics.shoulders import arms_of
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.printable import listed
 
-DOUBTFUL_RESIDUAL = 0.2
+WARNING_RESIDUAL = 0.2
 """Root residual, root mean square over the frames whose forces are all measured, that is worth a
 warning [BW]: fits of walks leave 0.04 to 0.07, squats 0.02."""
-MOST_RESIDUAL = 0.35
+MAX_RESIDUAL = 0.35
 """The same that no fit may leave [BW]. A cut-off above the usual one allows more in proportion, as
 it leaves more noise: runs, at 15 Hz, leave 0.16 to 0.24."""
 
@@ -41,16 +42,15 @@ FASTEST = {
 }
 """Fastest turning of joints, by the beginning of their names [deg/s]: above the peaks of baseball
 pitching (internal rotation of the shoulder 7200, elbow 2300 [Fleisig1999]_) and of kicking (knee
-1700, hip 1300 [Nunome2006]_); the other joints are slower than :data:`FAST`."""
-FAST = 1500.0
-MUCH_FASTER = 2.0
-"""A joint that is so many times as fast is a fault of the fit, not of its noise."""
-BACKWARD_ERROR = 12.0
-"""Mean marker error of somebody who seems to walk backward, above which the recording is taken to
-be mirrored [mm]: people who do walk backward are fitted as well as others, to 4 to 7 mm."""
-BACKWARD_PITCH = 20.0
-"""The same of the pitch of their feet in the middle of stance, where soles are flat [deg]."""
-LISTED = 3  # joints that a note names
+1700, hip 1300 [Nunome2006]_); the other joints are slower than :data:`FASTEST_OTHER`."""
+FASTEST_OTHER = 1500.0
+MAX_SPEED_RATIO = 2.0
+"""Speed of a joint over the fastest of people above which the fit is wrong, not merely noisy."""
+MAX_BACKWARD_ERROR = 12.0
+"""Largest mean marker error of a person who walks backward [mm]; above it the recording is taken to
+be mirrored. People who do walk backward are fitted as well as others, to 4 to 7 mm."""
+MAX_BACKWARD_PITCH = 20.0
+"""Largest pitch of their feet in mid stance, where soles are flat [deg]."""
 
 
 @dataclass(frozen=True)
@@ -61,21 +61,21 @@ class Doubts:
         residual: Force at the root that nothing explains, root mean square over the frames in
             which the forces on both feet are measured [BW]; None where there are none.
         fast: Joints that turn faster than people's → how many times as fast, worst first.
-        keen: Cut-off of motion and forces over the usual one: noise grows with it.
+        noise_factor: Cut-off of motion and forces over the usual one; noise is proportional.
         mirrored: Whether left and right seem to be exchanged.
     """
 
     residual: float | None
     fast: dict[str, float]
-    keen: float = 1.0
+    noise_factor: float = 1.0
     mirrored: bool = False
 
     @classmethod
     def of(cls, trial: Trial) -> "Doubts":
         """Return those of an analysed recording."""
-        keen = FASTER if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
+        noise_factor = FASTER if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
         fast = too_fast(trial.fit.human, trial.motion)
-        return cls(_residual(trial), fast, keen, seems_mirrored(trial))
+        return cls(_residual(trial), fast, noise_factor, seems_mirrored(trial))
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class Doubts:
     def notes(self) -> list[str]:
         """The warnings, which stand before all others."""
         notes = []
-        if self.residual is not None and self.residual > self.keen * DOUBTFUL_RESIDUAL:
+        if self.residual is not None and self.residual > self.noise_factor * WARNING_RESIDUAL:
             notes.append(
                 "the measured forces and the motion do not belong together: "
                 f"{100 * self.residual:.0f} % of body weight are left at the root where both feet "
@@ -98,12 +98,10 @@ class Doubts:
             )
         if self.fast:
             named = [
-                f"{name} at {times * fastest(name):.0f}°/s"
-                for name, times in list(self.fast.items())[:LISTED]
+                f"{name} at {times * fastest(name):.0f}°/s" for name, times in self.fast.items()
             ]
-            more = f" and {len(self.fast) - LISTED} more" if len(self.fast) > LISTED else ""
             notes.append(
-                f"joints turn faster than people's: {', '.join(named)}{more}. Angles of a shoulder "
+                f"joints turn faster than people's: {listed(named, 3)}. Angles of a shoulder "
                 "do where the arm passes the axis they count from; else labels or samples are "
                 "wrong. Moments are doubtful there."
             )
@@ -118,33 +116,36 @@ class Doubts:
                 "exchanged. --swap-sides exchanges the names of markers, --mirror-axis turns an "
                 "axis of the file"
             )
-        most = self.keen * MOST_RESIDUAL
+        most = self.noise_factor * MAX_RESIDUAL
         if self.residual is not None and self.residual > most:
             return (
                 f"forces and motion do not belong together: {100 * self.residual:.0f} % of body "
                 f"weight are left at the root where both feet are on plates, {100 * most:.0f} % "
                 "are allowed"
             )
-        if self.fast and (times := max(self.fast.values())) > MUCH_FASTER:
+        if self.fast and (times := max(self.fast.values())) > MAX_SPEED_RATIO:
             name = max(self.fast, key=lambda one: self.fast[one])
             return f"{name} turns {times:.1f} times as fast as the fastest people's"
         return ""
 
 
 def seems_mirrored(trial: Trial) -> bool:
-    """Return whether a person fitted to markers walks backward as nobody does who really does."""
+    """Return whether a person fitted to markers walks backward on feet that do not fit."""
     human, motion = trial.fit.human, trial.motion
     if trial.fit.source_kind != "markers" or not progress_in_stance(human, motion) < 0:
         return False
     error = trial.fit.metrics.get("marker_rms_mean_mm", 0.0)
-    return error > BACKWARD_ERROR or np.rad2deg(pitch_in_stance(human, motion)) > BACKWARD_PITCH
+    return (
+        error > MAX_BACKWARD_ERROR
+        or np.rad2deg(pitch_in_stance(human, motion)) > MAX_BACKWARD_PITCH
+    )
 
 
 def too_fast(human: Human, motion: Motion) -> dict[str, float]:
     """Return joints that turn faster than people's → how many times as fast, worst first.
 
-    Of a shoulder it is the arm's own swing and spin, under the names of flexion and rotation: its
-    angles may turn as fast as they like where the arm is horizontal.
+    For a shoulder, the speeds of the arm's swing and spin stand under the names of flexion and
+    rotation, because its angles have no bounded speed where the arm is horizontal.
     """
     speed = np.abs(motion.qvel[:, 6:])
     for side, hinges in zip(SIDES, arms_of(human), strict=False):
@@ -170,7 +171,9 @@ def fastest(coordinate: str) -> float:
         (9000.0, 2000.0, 1500.0)
     """
     name = without_side(coordinate)
-    return next((speed for start, speed in FASTEST.items() if name.startswith(start)), FAST)
+    return next(
+        (speed for start, speed in FASTEST.items() if name.startswith(start)), FASTEST_OTHER
+    )
 
 
 def _residual(trial: Trial) -> float | None:

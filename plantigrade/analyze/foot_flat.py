@@ -1,4 +1,4 @@
-"""How long after heel strike the whole foot is down: the heel rocker of a walk."""
+"""Duration of the heel rocker: from heel strike until the whole foot is down."""
 
 from collections.abc import Iterable
 
@@ -7,14 +7,14 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.motion.filters import crossing
 
-DOWN = 0.004
-"""A forefoot no higher than this above its level in mid stance is down [m]: 1.5° of a foot."""
-LEVEL = 0.15, 0.30
-"""When a walking foot is flat, after heel strike [s]: its forefoot tells its level."""
-LATEST = 0.25
-"""The forefoot comes down within this time [s]."""
-EARLIER = 0.02
-"""A motion may begin this long after a heel strike and still show it [s]."""
+DOWN_HEIGHT = 0.004
+"""Height of a forefoot above its level in mid stance below which it is down [m]; 1.5° of pitch."""
+MID_STANCE = 0.15, 0.30
+"""Interval after heel strike in which a walking foot is flat [s]; it gives the forefoot's level."""
+MAX_TIME = 0.25
+"""Longest time from heel strike until the forefoot is down [s]."""
+START_TOLERANCE = 0.02
+"""Longest time from a heel strike to the start of a motion that still shows it [s]."""
 
 
 def foot_flat_time(
@@ -34,11 +34,15 @@ def foot_flat_time(
     """
     found = []
     for strike in strikes:
-        flat = (time >= strike + LEVEL[0]) & (time <= strike + LEVEL[1])
-        if time[0] > strike + EARLIER or time[-1] < strike + LEVEL[1] or not flat.any():
+        flat = (time >= strike + MID_STANCE[0]) & (time <= strike + MID_STANCE[1])
+        if (
+            time[0] > strike + START_TOLERANCE
+            or time[-1] < strike + MID_STANCE[1]
+            or not flat.any()
+        ):
             continue
-        above = forefoot - float(np.median(forefoot[flat])) - DOWN
-        down = np.flatnonzero((time >= strike) & (time <= strike + LATEST) & (above <= 0.0))
+        above = forefoot - float(np.median(forefoot[flat])) - DOWN_HEIGHT
+        down = np.flatnonzero((time >= strike) & (time <= strike + MAX_TIME) & (above <= 0.0))
         if len(down):
             k = int(down[0])
             lands = k > 0 and above[k - 1] > 0.0

@@ -49,7 +49,7 @@ TOE = "metatarsal_2_head"
 AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
 RIGID = 1e-6  # places on one body move by less in it [m]
 FEWEST = 2  # markers of a thigh that tell how it lies, beside its hip centre
-FEWEST_OF_KNEE = 3  # markers of thigh and of shank that tell how the knee turns between them
+MIN_KNEE_MARKERS = 3  # markers of thigh and of shank that tell how the knee turns between them
 
 
 def shown_angles(record: Record) -> Table | None:
@@ -140,7 +140,7 @@ def _segments_of_markers(
     hip = origins[:, bodies[1], None]
     thigh = _turned(thigh, fitted[:, mine] - hip, off[:, mine])
     found = {("hip_adduction_thigh", "hip_rotation_thigh"): _frontal(pelvis, thigh, side)}
-    if min(mine.sum(), low.sum()) >= FEWEST_OF_KNEE:
+    if min(mine.sum(), low.sum()) >= MIN_KNEE_MARKERS:
         arms = fitted[:, low] - fitted[:, low].mean(axis=1, keepdims=True)
         shank = _turned(shank, arms, off[:, low] - off[:, low].mean(axis=1, keepdims=True))
         knee = ("knee_adduction_markers", "knee_rotation_markers")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.curves import PELVIS, side_of
-from plantigrade.analyze.foot_flat import LEVEL, foot_flat_time
+from plantigrade.analyze.foot_flat import MID_STANCE, foot_flat_time
 from plantigrade.analyze.statistics import correlation, rmse
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -195,7 +195,7 @@ def compare(record: Record) -> Comparison:
     flat = {}
     for side in SIDES:
         struck = [e.time for e in motion.events if e.kind == "heel_strike" and e.side == side]
-        struck = [t for t in struck if first - step < t < last - LEVEL[1]]
+        struck = [t for t in struck if first - step < t < last - MID_STANCE[1]]
         both = [foot_flat_time(time, _forefoot(paths, side), struck) for time, paths in pairs]
         flat[side] = both[0], both[1]
 

@@ -31,7 +31,7 @@ from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.loading import leaves_the_ground
-from plantigrade.dynamics.plate_clock import TRUSTED, clock_note, clock_offset, on_one_clock
+from plantigrade.dynamics.plate_clock import MIN_CORRECTION, clock_note, clock_offset, on_one_clock
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
@@ -300,7 +300,7 @@ def _on_feet(
     forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)
     assert body.force is not None
     offset = clock_offset(plates, time, body.force, np.asarray(forces.valid), cutoff)
-    if offset is None or abs(offset) <= TRUSTED:
+    if offset is None or abs(offset) <= MIN_CORRECTION:
         return forces, plates, offset
     plates = on_one_clock(plates, offset)
     forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)

@@ -1,7 +1,7 @@
 r"""Shoulders that come near the singularity of their angles, as rotations.
 
 Where an arm is abducted to the horizontal, its flexion and rotation turn by up to half a circle
-within a few frames though the arm hardly moves, and a filter of these angles makes it move. Such a
+within a few frames although the arm hardly moves, and filtering these angles would move it. Such a
 shoulder is filtered and differentiated as a quaternion, like the root, and its angles
 :math:`q` follow from rotation :math:`R(q)`, angular velocity and acceleration in the frame of the
 upper arm,
@@ -20,17 +20,17 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.shoulders import ARM, arms_of, other_triple
+from plantigrade.kinematics.shoulders import ARM, arms_of, equivalent_angles
 from plantigrade.models import Human
 from plantigrade.models.human import coordinate_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
-NEAR = np.sin(np.deg2rad(60.0))
-"""Sine of the abduction from which a shoulder is treated so."""
-SINGULAR = 1e-6
-"""Cosine of the abduction below which a rotation does not tell the angles."""
+MIN_SINE = np.sin(np.deg2rad(60.0))
+"""Sine of the abduction above which a shoulder is treated as one rotation."""
+SINGULAR_COSINE = 1e-6
+"""Cosine of the abduction below which a rotation does not determine the angles."""
 DAMPING = 0.01
-"""Of the inverse of the axes: nearer than 0.6° to the singularity rates stay finite."""
+"""Damping of the inverse of the axes: rates stay finite within 0.6° of the singularity."""
 
 
 class BallJoint:
@@ -54,17 +54,17 @@ class BallJoint:
         return quat
 
     def angles(self, quat: Float[Array, "n 4"], near: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
-        """Return the triples of these rotations that are nearest to others [rad]."""
+        """Return the triples of angles of rotations nearest to given angles [rad]."""
         with warnings.catch_warnings():  # of frames that are exactly singular; they keep theirs
             warnings.simplefilter("ignore", UserWarning)
             one = self._sign * Rotation.from_quat(wxyz_to_xyzw(quat)).as_euler("YXZ")
-        locked = np.abs(np.cos(one[:, 1])) < SINGULAR
+        locked = np.abs(np.cos(one[:, 1])) < SINGULAR_COSINE
         one[locked] = near[locked]
         result = []
-        for triple in (one, other_triple(one)):
+        for triple in (one, equivalent_angles(one)):
             result.append(triple - 2 * np.pi * np.round((triple - near) / (2 * np.pi)))
-        away = [np.linalg.norm(triple - near, axis=1) for triple in result]
-        return np.where((away[0] <= away[1])[:, None], *result)
+        distance = [np.linalg.norm(triple - near, axis=1) for triple in result]
+        return np.where((distance[0] <= distance[1])[:, None], *result)
 
     def axes(self, angles: Float[Array, "n 3"]) -> Float[Array, "n 3 3"]:
         """Return the axes of the three turns in the frame of the upper arm, as columns."""
@@ -104,5 +104,5 @@ def ball_joints(human: Human, qpos: Float[Array, "n_frames nq"]) -> list[BallJoi
     return [
         BallJoint(side, hinges)
         for side, hinges in zip(SIDES, arms_of(human), strict=False)
-        if np.abs(np.sin(qpos[:, 7 + hinges[1]])).max(initial=0.0) > NEAR
+        if np.abs(np.sin(qpos[:, 7 + hinges[1]])).max(initial=0.0) > MIN_SINE
     ]

@@ -38,7 +38,7 @@ FORCE, POINT, TORQUE, MOMENT = 1.3, 1.7, 1.6, 1.6
 TIMING = 0.010  # standard deviation of gait events found from the motion [s]
 # Standard deviation of the vertical force at an end of the recording, where the filter does not
 # know how the motion goes on [BW], and over how long: time constant of a low-pass at 6 Hz [s]
-AT_END, END_TIME = 0.25, 0.027
+END_SPREAD, END_TIME = 0.25, 0.027
 NEAR_EVENT = 0.15  # within this of landing and leaving the instant matters [s]
 
 
@@ -206,7 +206,7 @@ def half_widths(
                     near[np.abs(needs.time - edge) < NEAR_EVENT, k] = 1.0
     force = np.hypot(FORCE * spread.force[:, :2], near * timing)
     to_end = np.minimum(needs.time - needs.time[0], needs.time[-1] - needs.time)
-    blurred = AT_END * np.exp(-to_end / END_TIME)[:, None] * (wrench[:, :2, 2] > 0)
+    blurred = END_SPREAD * np.exp(-to_end / END_TIME)[:, None] * (wrench[:, :2, 2] > 0)
     force[..., 2] = np.hypot(force[..., 2], blurred)
     weight = NINETY * needs.weight
     bands = {

@@ -44,11 +44,13 @@ STRAY_FORWARD = (
 STRAY_OUTWARD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
 FLAT = (0.02, 0.009)  # outward of a foot that does not roll: share of its length, and astray [m]
 HAND_OVER, HAND_OVER_TIME = 5.0, 0.1  # forces bend so much more so near seat-off [s] and seat-on
-# … and so much more in a double support if that explains the motion better: by so many squared
-# standard deviations of its independent rows, from so long before to after it [s]. Hand-overs of
-# six recordings gain up to 6, with 1 mm and 0.3° of noise up to 10, abrupt ones 10 to 50.
-ABRUPT, CONTRADICTED, AROUND = 3.0, 12.0, 0.03
-TOLD = ("force", "moment", "noise", "path", "side", "free")  # rows of motion and feet
+# Factor by which forces may bend more in a double support whose load goes over abruptly
+ABRUPT_BENDING = 3.0
+# Fall of the misfit that this must bring [squared standard deviations of independent rows]: six
+# recordings gain up to 6, with 1 mm and 0.3° of noise up to 10; abrupt hand-overs gain 10 to 50
+MIN_MISFIT_GAIN = 12.0
+MISFIT_MARGIN = 0.03  # time before and after a double support that counts for its misfit [s]
+MOTION_BLOCKS = ("force", "moment", "noise", "path", "side", "free")  # rows of motion and feet
 SEATED = (0.04, 0.035)  # on a seat, from the ischia: standard deviation [m]
 
 
@@ -83,9 +85,9 @@ class ForceScales:
         squared activations is taken [Crowninshield1981]_.
 
         With flight (running, jumps) the motion keeps higher frequencies, ``pace`` times those of
-        walking. Rates are so many times higher and bends by its square; so are accelerations, and
-        with them what the net wrench owes to wrong masses and to soft tissue. A load grows by up
-        to 100 BW/s when a runner or a jumper lands.
+        walking. Rates are ``pace`` times and bends ``pace**2`` times as large, and so are
+        accelerations and the errors of the net wrench by masses and soft tissue. A load grows by
+        up to 100 BW/s when a runner or a jumper lands.
         """
         usual = cls(effort=np.inf if walks else 1.0)
         if pace == 1.0:
@@ -200,7 +202,7 @@ class ForceProgram:
         return w
 
     def _recorded(self, name: str) -> np.ndarray:
-        """Return which rows of a block are told by frames of the recording."""
+        """Return which rows of a block belong to frames of the recording."""
         frame = self.place[name][0]
         last = frame + 1 if name.startswith("rate") else frame
         return (frame >= self.inside.start) & (last < self.inside.stop)
@@ -250,10 +252,10 @@ class ForceProgram:
         return solution, w
 
     def _hands_over_abruptly(self, solution: Any) -> bool:
-        """Mark the double supports in which the motion contradicts a smooth hand-over of the load.
+        """Mark double supports whose motion contradicts a smooth hand-over; return if any do.
 
-        That is, where rows of the motion and of the feet are missed by less if forces and joint
-        moments may change faster. Return whether there are any; there are none beside plates.
+        In these, rows of the motion and of the feet have a smaller misfit if forces and joint
+        moments may change faster. Double supports on a force plate are not examined.
         """
         there = self.layout.start[:, :2] >= 0
         both = np.asarray(there.all(axis=1) & ~self.known[:, :2].any(axis=1))
@@ -266,23 +268,23 @@ class ForceProgram:
             return False
         usual, kept = self.bending, (self.scaled, self.missed)
         smooth = [self._misfit(run) for run in shared]
-        self.bending = np.where(both, np.maximum(ABRUPT, usual), usual)
+        self.bending = np.where(both, np.maximum(ABRUPT_BENDING, usual), usual)
         self._optimum(self.noise, solution)
         loose, self.bending = self.bending, usual.copy()
         for run, before in zip(shared, smooth, strict=True):
-            if before - self._misfit(run) > CONTRADICTED:
+            if before - self._misfit(run) > MIN_MISFIT_GAIN:
                 self.bending[run] = loose[run]
         self.scaled, self.missed = kept
         return bool(np.any(self.bending != usual))
 
     def _misfit(self, run: slice) -> float:
-        """Return by how much rows of motion and feet are missed around a double support.
+        """Return the misfit of rows of motion and feet around a double support.
 
-        Squared, in their scales, of rows so far apart that their errors are independent.
+        It is the sum of squares, in their scales, of rows whose errors are independent.
         """
-        around, total = round(AROUND / self.dt), 0.0
+        around, total = round(MISFIT_MARGIN / self.dt), 0.0
         for name in self.blocks:
-            if name.startswith(TOLD):
+            if name.startswith(MOTION_BLOCKS):
                 frame = self.place[name][0]
                 near = (frame >= run.start - around) & (frame < run.stop + around)
                 total += float(

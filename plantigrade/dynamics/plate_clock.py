@@ -1,9 +1,9 @@
-r"""The offset between the clocks of force plates and markers, by what moves the body.
+r"""The offset between the clocks of force plates and markers, estimated from dynamics.
 
 The net ground reaction on all feet is what the centre of mass needs, :math:`m (a - g)`. Where the
-plates carry the whole person the two are one signal, and the shift at which they fit best is the
-offset of the clocks. A body whose soft parts swing is late in the vertical alone, by up to 13 ms:
-only where the vertical and the horizontal component agree it is the clock.
+plates carry the whole person the two are one signal, and the shift at which they correlate best is
+the offset of the clocks. Soft tissue delays the vertical component alone, by up to 13 ms; an offset
+of the clocks shows in the vertical and the horizontal component alike.
 """
 
 from collections.abc import Sequence
@@ -16,18 +16,18 @@ from plantigrade.motion.filters import lowpass, runs
 from plantigrade.motion.recording import ForcePlate, rate_of
 from plantigrade.notes import Info
 
-LARGEST = 0.04
-"""Largest offset that is looked for [s]; larger ones are seen by the gait events."""
-STEP = 0.001
-"""Step of the search [s]; a parabola tells parts of it."""
-TRUSTED = 0.004
-"""A smaller offset is left alone [s]."""
-AGREE = 0.006
-"""Vertical and horizontal offsets are this near to each other where it is the clock [s]."""
-SHORTEST = 0.5
-"""Shortest time, all stretches together, in which plates carry the whole person [s]."""
-ALIKE = 0.9
-"""Force and motion correlate so well at the best shift, or nothing is said."""
+MAX_OFFSET = 0.04
+"""Largest offset of the search [s]; gait events reveal larger ones."""
+SEARCH_STEP = 0.001
+"""Step of the search [s]; a parabola interpolates the maximum."""
+MIN_CORRECTION = 0.004
+"""Smallest offset that is corrected [s]: twice the error of the estimate."""
+MAX_DISAGREEMENT = 0.006
+"""Largest difference between the offsets of the vertical and the horizontal force [s]."""
+MIN_CARRIED_TIME = 0.5
+"""Shortest total time in which plates carry the whole person [s]."""
+MIN_CORRELATION = 0.9
+"""Smallest correlation of force and motion at the best shift; below it there is no estimate."""
 
 
 def clock_offset(
@@ -37,7 +37,7 @@ def clock_offset(
     carried: Bool[Array, " n_frames"],
     cutoff: float | None,
 ) -> float | None:
-    """Return by how much the clock of plates is late against that of the motion [s].
+    """Return the delay of the clock of plates relative to that of the motion [s].
 
     Args:
         plates: The plates; all are taken to be on one clock.
@@ -48,7 +48,7 @@ def clock_offset(
 
     Returns:
         The offset, positive where the plates show a force later than the body needs it; None
-        where it cannot be told.
+        where it cannot be estimated.
     """
     if len(time) < 2 or not plates or min(len(plate.time) for plate in plates) < 12:
         return None
@@ -63,27 +63,27 @@ def clock_offset(
     if cutoff is not None and cutoff < 0.4 * rate_of(clock):
         net = lowpass(clock, net, cutoff=cutoff)
     inner = np.zeros(len(time), dtype=bool)
-    edge = int(np.ceil((LARGEST + 0.03) * rate_of(time)))
+    edge = int(np.ceil((MAX_OFFSET + 0.03) * rate_of(time)))
     for run in runs(carried & (time >= clock[0]) & (time <= clock[-1])):
         inner[run.start + edge : max(run.stop - edge, run.start + edge)] = True
-    if inner.sum() < SHORTEST * rate_of(time):
+    if inner.sum() < MIN_CARRIED_TIME * rate_of(time):
         return None
     level = needed[inner, :2] - needed[inner, :2].mean(axis=0)
     way = np.linalg.eigh(level.T @ level)[1][:, -1]  # along which the body brakes and pushes off
-    shifts = np.arange(-LARGEST, LARGEST + STEP / 2, STEP)
+    shifts = np.arange(-MAX_OFFSET, MAX_OFFSET + SEARCH_STEP / 2, SEARCH_STEP)
     found = []
     for axis in (np.array([0.0, 0.0, 1.0]), np.array([*way, 0.0])):
-        wanted = needed[inner] @ axis
+        required = needed[inner] @ axis
         force = [np.interp(time[inner] + s, clock, net @ axis) for s in shifts]
-        alike = np.array([np.corrcoef(wanted, f)[0, 1] for f in force])
-        k = int(np.nanargmax(alike)) if np.isfinite(alike).any() else 0
-        if not 0 < k < len(shifts) - 1 or alike[k] < ALIKE:
+        correlation = np.array([np.corrcoef(required, f)[0, 1] for f in force])
+        k = int(np.nanargmax(correlation)) if np.isfinite(correlation).any() else 0
+        if not 0 < k < len(shifts) - 1 or correlation[k] < MIN_CORRELATION:
             return None
-        before, best, after = alike[k - 1 : k + 2]
+        before, best, after = correlation[k - 1 : k + 2]
         part = 0.5 * (before - after) / (before - 2 * best + after)
-        found.append((shifts[k] + part * STEP, 2 * best - before - after))
+        found.append((shifts[k] + part * SEARCH_STEP, 2 * best - before - after))
     offsets, sharp = np.array(found).T
-    if abs(offsets[0] - offsets[1]) > AGREE:
+    if abs(offsets[0] - offsets[1]) > MAX_DISAGREEMENT:
         return None
     return float(sharp @ offsets / sharp.sum())
 
@@ -94,7 +94,7 @@ def on_one_clock(plates: Sequence[ForcePlate], offset: float) -> tuple[ForcePlat
 
 
 def clock_note(offset: float) -> str:
-    """Return the sentence that says that the plates' clock was corrected."""
+    """Return the note that the plates' clock was corrected."""
     return Info(
         f"the clock of the force plates is {abs(1e3 * offset):.0f} ms "
         f"{'late' if offset > 0 else 'early'} against that of the motion: measured forces and what "

@@ -1,4 +1,4 @@
-"""Figures of estimated ground reactions beside measured ones, and their goals."""
+"""Figures of estimated ground reactions against measured ones, and their goals."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ class Figure:
         short: Over its column.
         of: Reads it from a comparison; the computing time is measured.
         unit: Its unit.
-        goal: What the mean over recordings is held against; None for none.
-        least: Whether the goal is the least that is wanted, not the most.
-        most: The most that is wanted beside that least.
+        goal: Goal of the mean over recordings; None for none.
+        least: Whether the goal is a lower bound instead of an upper one.
+        most: Upper bound besides that lower one; None for none.
         opengrf: What [DiPietro2025]_ prints.
         digits: Behind the decimal point.
     """
@@ -43,7 +43,7 @@ def _moment(kind: str, joint: str) -> Callable[[ForceComparison], float]:
 
 
 def _nowhere(_: ForceComparison) -> float:
-    """Return that a figure is measured elsewhere."""
+    """Return NaN: the figure is measured elsewhere."""
     return float("nan")
 
 

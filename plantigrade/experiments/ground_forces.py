@@ -36,7 +36,7 @@ from plantigrade.experiments.force_figures import (
 )
 from plantigrade.experiments.gait_forces import STANCES
 from plantigrade.experiments.given_ground import GROUNDS, on_ground
-from plantigrade.experiments.recording_ends import END, phase_rows
+from plantigrade.experiments.recording_ends import END_DURATION, phase_rows
 from plantigrade.experiments.table import ResultTable, Row, over_trials, sheet
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.result import Fit
@@ -80,7 +80,7 @@ NOTES = (
     "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
     "the faults of a laboratory; without --quick.",
     f"By phase: recordings are cut in double support and after landings; of the cut ones the first "
-    f"or last {END:g} s count.",
+    f"or last {END_DURATION:g} s count.",
 )
 
 

@@ -1,7 +1,7 @@
 """Estimated vertical forces by phase: single support, double support, ends of a recording.
 
-Recordings have two ends each. Cutting them at other instants, in double support and just after a
-landing, gives many ends whose truth is known: the plates beyond the cut were there.
+Recordings are cut in double support and just after landings, which gives many ends with known
+forces: the plates measured beyond the cut as well.
 """
 
 from collections.abc import Iterator
@@ -17,11 +17,11 @@ from plantigrade.experiments.table import Row
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion.filters import runs
 
-END = 0.15  # frames this near an end of a recording are those at its ends [s]
-LANDED = 0.04  # cuts this long after a landing [s]
-SHORTEST = 0.8  # recordings are not cut shorter than this [s]
-MOST = 10  # cuts of one recording
-PHASES = ("single support", "double support", f"first and last {END:g} s")
+END_DURATION = 0.15  # length of the ends of a recording [s]
+AFTER_LANDING = 0.04  # time from a landing to a cut [s]
+MIN_DURATION = 0.8  # shortest part of a cut recording [s]
+MAX_CUTS = 10  # most cuts of one recording
+PHASES = ("single support", "double support", f"first and last {END_DURATION:g} s")
 ERROR = "vertical force, RMSE, "
 COVERED = "vertical force in the 90 % band, "
 
@@ -57,7 +57,7 @@ def phase_rows(name: str, trial: Trial, mass: float) -> list[Row]:
 
 
 def cuts(trial: Trial) -> list[Array]:
-    """Return the frames of parts of a walk that end or begin where plates tell the load."""
+    """Return the frames of parts of a walk that end or begin where plates measured the load."""
     assert trial.measured is not None
     time, load, known = trial.fit.time, *_measured(trial)
     at: list[int] = []
@@ -66,18 +66,18 @@ def cuts(trial: Trial) -> list[Array]:
         at.append((run.start + run.stop) // 2)
     for k in range(len(SIDES)):
         landed = [run.start for run in runs(np.asarray((load[:, k] > STANCE) & known[:, k]))]
-        at += [int(np.searchsorted(time, time[i] + LANDED)) for i in landed if i > 0]
+        at += [int(np.searchsorted(time, time[i] + AFTER_LANDING)) for i in landed if i > 0]
     found, frames = [], np.arange(len(time))
     for i in sorted(at):
-        if i < len(time) and time[i] - time[0] >= SHORTEST:
+        if i < len(time) and time[i] - time[0] >= MIN_DURATION:
             found.append(frames[: i + 1])
-        if i < len(time) and time[-1] - time[i] >= SHORTEST:
+        if i < len(time) and time[-1] - time[i] >= MIN_DURATION:
             found.append(frames[i:])
-    return found[:: max(1, -(-len(found) // MOST))]
+    return found[:: max(1, -(-len(found) // MAX_CUTS))]
 
 
 def part(fit: Fit, frames: Array) -> Fit:
-    """Return some frames of a fit as if no more had been recorded, without plates."""
+    """Return a fit of some frames only, without plates."""
     markers = fit.markers
     if markers is not None:
         markers = replace(markers, time=markers.time[frames], positions=markers.positions[frames])
@@ -93,7 +93,7 @@ def part(fit: Fit, frames: Array) -> Fit:
 
 
 def _measured(trial: Trial) -> tuple[Array, Array]:
-    """Return what plates carry under each foot [BW], and where they tell it, (n, 2)."""
+    """Return the load of each foot on plates [BW], and where it was measured, (n, 2)."""
     assert trial.measured is not None
     feet = [trial.measured.foot(side) for side in SIDES]
     load = np.stack([foot.force[:, 2] for foot in feet], axis=1) / trial.measured.weight
@@ -111,7 +111,7 @@ def _errors(
     pairs = np.stack([off, found.ground.force_band[..., 2] / weight], axis=-1)
     near = np.zeros(len(time), bool)
     for end, at in zip(ends, (time[0], time[-1]), strict=True):
-        near |= end & (np.abs(time - at) < END)
+        near |= end & (np.abs(time - at) < END_DURATION)
     both = (load > STANCE).all(axis=1)
     for phase, here in zip(PHASES, (~both & ~near, both & ~near, near), strict=True):
         yield phase, pairs[here[:, None] & known & (load > STANCE)]

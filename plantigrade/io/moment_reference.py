@@ -18,19 +18,19 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 
-NEAR = 0.02
+MAX_MISFIT = 0.02
 """Centres of pressure by force and torque, and by the file, are this near each other, root mean
 square [m]: filters at different frequencies leave up to 1 cm."""
-LEAST_ARM = 0.1
+MIN_LEVER_ARM = 0.1
 """A smaller lever arm of the torque is not judged, root mean square [m]: a torque about a point
 of the plate that is not the centre of pressure has such arms, too."""
-LEAST_WANDER = 0.03
+MIN_PRESSURE_TRAVEL = 0.03
 """The point of application moves by more, root mean square about its mean, where a fixed point
 other than the origin is looked for [m]; along a foot in walking it is 0.06 to 0.09."""
-LEAST_VERTICAL = 0.02
+MIN_VERTICAL_ARM = 0.02
 """A vertical torque is judged above this, by the vertical force, root mean square [m]: free
 moments of people who walk or run are below 0.01."""
-FREE = 0.35
+MAX_FREE_SHARE = 0.35
 """Part of a vertical torque about the origin that may be free moment, root mean square."""
 
 
@@ -92,19 +92,22 @@ def reference(
     arm = _rms(t[:, level]) / weight
     if not t[:, level].any():
         vertical = t[:, up]
-        if _rms(vertical) < LEAST_VERTICAL * weight:
+        if _rms(vertical) < MIN_VERTICAL_ARM * weight:
             return None
         for sign in (1.0, -1.0):
-            if _rms(vertical - sign * moment[:, up]) < FREE * _rms(vertical):
+            if _rms(vertical - sign * moment[:, up]) < MAX_FREE_SHARE * _rms(vertical):
                 return Reference(sign, np.zeros(3), np.eye(3)[up])
         return None
-    if arm < LEAST_ARM and not fixed:
+    if arm < MIN_LEVER_ARM and not fixed:
         return None
     for sign in (1.0, -1.0):
-        if arm >= LEAST_ARM and _rms(t[:, level] - sign * moment[:, level]) < NEAR * weight:
+        if (
+            arm >= MIN_LEVER_ARM
+            and _rms(t[:, level] - sign * moment[:, level]) < MAX_MISFIT * weight
+        ):
             return Reference(sign, np.zeros(3))
     wander = _rms((p - p.mean(axis=0))[:, level])
-    if not fixed or wander < LEAST_WANDER:
+    if not fixed or wander < MIN_PRESSURE_TRAVEL:
         return None
     # r x f is linear in r: cross(e_i, f) are the columns.
     columns = np.stack([np.cross(np.eye(3)[i], f)[:, level].ravel() for i in range(3)], axis=1)
@@ -112,7 +115,10 @@ def reference(
         wanted = moment[:, level] - sign * t[:, level]
         at = np.linalg.lstsq(columns, wanted.ravel(), rcond=None)[0]
         left = _rms(wanted - (columns @ at).reshape(wanted.shape))
-        if left < min(NEAR, 0.3 * wander) * weight and _rms(p[:, level] - at[level]) > NEAR:
+        if (
+            left < min(MAX_MISFIT, 0.3 * wander) * weight
+            and _rms(p[:, level] - at[level]) > MAX_MISFIT
+        ):
             return Reference(sign, at)
     return None
 

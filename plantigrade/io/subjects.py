@@ -13,16 +13,19 @@ import numpy as np
 from plantigrade.motion import Recording
 from plantigrade.motion.distances import distances
 
-KEPT, APART = 0.004, 0.08  # spread of a distance on one segment, and the shortest such [m]
-FEWEST = 6  # distances that tell whose they are
-SAME = 0.02
+MAX_SPREAD, MIN_DISTANCE = (
+    0.004,
+    0.08,
+)  # spread of a distance on one segment, and the shortest such [m]
+MIN_DISTANCES = 6  # fewest distances that identify a subject
+MAX_DIFFERENCE = 0.02
 """Median difference of such distances, as a share, up to which markers are on one person in one
 session. Trials of one session differ by 0.002 to 0.006, from a standing trial by up to 0.015; other
 people by 0.04 and more."""
 
 
 def subjects(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
-    """Return the recordings of each subject, as indices; whatever is in doubt stays alone.
+    """Return the recordings of each subject, as indices; a doubtful recording stays alone.
 
     The groups do not depend on the order of the recordings; each is sorted by file.
     """
@@ -46,7 +49,7 @@ def one_subject(a: Recording, b: Recording) -> bool:
         named = a.subject.name == b.subject.name
     else:
         named = before_number(a.source.stem) == before_number(b.source.stem) != ""
-    return named and same_size(a, b) and difference(a, b) < SAME
+    return named and same_size(a, b) and difference(a, b) < MAX_DIFFERENCE
 
 
 def same_size(a: Recording, b: Recording) -> bool:
@@ -68,9 +71,11 @@ def difference(a: Recording, b: Recording) -> float:
     names = [n for n in a.markers.names if n in b.markers.names]
     here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))
     with np.errstate(invalid="ignore"):
-        rigid = (here.spread < KEPT) & (there.spread < KEPT) & (here.usual > APART)
+        rigid = (
+            (here.spread < MAX_SPREAD) & (there.spread < MAX_SPREAD) & (here.usual > MIN_DISTANCE)
+        )
     kept = np.triu(rigid & np.isfinite(there.usual))
-    if kept.sum() < FEWEST:
+    if kept.sum() < MIN_DISTANCES:
         return float("inf")
     return float(np.median(np.abs(there.usual[kept] / here.usual[kept] - 1)))
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError, not_ordinary
+from plantigrade.printable import listed
 
 LIMIT_BYTES = 200e6
 """Largest text file read by default [bytes]: about an hour of 60 markers."""
@@ -274,9 +275,6 @@ def number(word: str, path: str | Path, *, where: str, what: str) -> float:
     return value
 
 
-_SHOWN_LABELS = 8  # number of labels that a message lists
-
-
 def unique_labels(labels: Sequence[str], warnings: list[str]) -> tuple[str, ...]:
     """Return the labels, each that occurs again with a number, and add a warning if there are any.
 
@@ -297,9 +295,7 @@ def unique_labels(labels: Sequence[str], warnings: list[str]) -> tuple[str, ...]
         used.add(new)
         names.append(new)
     if following:
-        shown = list(following)[:_SHOWN_LABELS]
-        more = f" and {len(following) - len(shown)} more" if len(following) > len(shown) else ""
-        warnings.append(f"repeated labels were numbered: {', '.join(shown)}{more}")
+        warnings.append(f"repeated labels were numbered: {listed(list(following))}")
     return tuple(names)
 
 

@@ -40,7 +40,6 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
-from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.kinematics.unknown_markers import segment_of
@@ -49,6 +48,7 @@ from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE, CENTRE, Attachment, attachments
 from plantigrade.models.markers import side_of
+from plantigrade.printable import listed
 
 NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
 # Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE

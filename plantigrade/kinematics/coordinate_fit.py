@@ -17,7 +17,7 @@ from plantigrade.io.opensim_coordinates import NO_ANGLE
 from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level, moving_ground
 from plantigrade.kinematics.rests import contact_metrics, find_rests
-from plantigrade.kinematics.result import Fit, filled, human_of, listed
+from plantigrade.kinematics.result import Fit, filled, human_of
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.kinematics.unknown_size import stature_notes
@@ -29,6 +29,7 @@ from plantigrade.motion.jumps import unwrapped
 from plantigrade.motion.recording import Table, rate_of
 from plantigrade.motion.spikes import spike_note, table_without_spikes
 from plantigrade.notes import Info
+from plantigrade.printable import listed
 from plantigrade.spatial.conventions import PELVIS
 
 USUAL_HEIGHT = 1.74  # [m], where the file gives no height
@@ -159,9 +160,9 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     if wrapped:
         notes.append(Info(f"angles that jump by a full turn were unwrapped: {listed(wrapped)}."))
         values[:, angles] = smooth
-    table, leaps = table_without_spikes(Table(names, time, values), angles)
-    if leaps:
-        notes.append(spike_note(leaps))
+    table, found_spikes = table_without_spikes(Table(names, time, values), angles)
+    if found_spikes:
+        notes.append(spike_note(found_spikes))
     return table
 
 

@@ -22,7 +22,7 @@ from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.plausible import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.prepare import columns, prepare
-from plantigrade.kinematics.result import Fit, Progress, counter, listed
+from plantigrade.kinematics.result import Fit, Progress, counter
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
@@ -31,6 +31,7 @@ from plantigrade.models import Human
 from plantigrade.models.markers import MarkerSet
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
+from plantigrade.printable import listed
 from plantigrade.spatial.conventions import rotation_matrix
 
 FLYING = 0.05  # a sample this far off its place [m] is looked at …

@@ -1,9 +1,9 @@
 """Ground that is given for a recording: a slope or steps, put below the feet that stand on it.
 
-What is given is its shape: how far a slope rises, how high the steps are. Where it lies the
-standing feet tell: a foot stands while heel and ball rest together. The height of a slope is that
-of the feet on it; the edge of a step lies beside the upper of two feet, which the lower one had to
-clear, or at the end of the lower foot where the upper one overhangs.
+The shape is given: the inclination of a slope, the height of steps. The standing feet determine its
+position: a foot stands while heel and ball rest together. The height of a slope is that of the feet
+on it; the edge of a step lies next to the upper of two feet, which the lower one had to clear, or
+at the end of the lower foot where the upper one overhangs.
 """
 
 from dataclasses import dataclass, replace
@@ -23,19 +23,19 @@ from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
-FEWEST = 2
-"""Standing feet that tell where a given ground lies."""
-STEEPEST_RAMP = np.deg2rad(18)
-"""Feet whose heights rise more over their distances stand on steps: ramps for people to walk on are
-built up to 15° in laboratories, stairs from 25° on."""
-IN_LINE = 0.03
-"""Feet on one slope stand within this of a straight line, root mean square [m]."""
-NO_SLOPE = np.deg2rad(2.0)
-"""A belt that seems to rise by less is level: soft tissue and shoes make it 0.8° on level ones."""
-NOSING = 0.03
-"""From the outermost contact sphere of a foot to the edge of its step [m]: flesh and shoe."""
-SAME_LEVEL = 0.06
-"""Feet that stand at heights closer than this stand on one level [m]."""
+MIN_STANDING = 2
+"""Fewest standing feet that determine the position of a given ground."""
+MAX_RAMP_SLOPE = np.deg2rad(18)
+"""Steepest slope [rad]; feet in a steeper line stand on steps. Laboratories build ramps up to 15°,
+stairs are steeper than 25°."""
+MAX_LINE_ERROR = 0.03
+"""Largest distance of feet on one slope from a straight line, root mean square [m]."""
+MIN_BELT_SLOPE = np.deg2rad(2.0)
+"""Smallest inclination of a belt [rad]; soft tissue and shoes show 0.8° on level belts."""
+SPHERE_TO_EDGE = 0.03
+"""Distance from the outermost contact sphere of a foot to the edge of its step [m]: flesh, shoe."""
+MIN_STEP_HEIGHT = 0.06
+"""Smallest difference of height between two levels [m]."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class GivenGround:
     """What is given of the ground of a recording.
 
     Attributes:
-        shape: A slope, or steps whose first tells the rise of all; its place is left aside.
+        shape: A slope, or steps of the height of the first one; its position is not used.
         heading: Where it rises, to the left from the axis of the laboratory that is nearest to
             where the person faces [rad].
     """
@@ -79,7 +79,7 @@ def standing_feet(
         human: The person.
         time: Time of each frame [s].
         qpos: The motion.
-        slope: Of the plane from which heights are told [rad].
+        slope: Inclination of the plane above which heights are measured [rad].
     """
     soles = sole_paths(human, qpos, Ground(slope=slope))
     time = even_clock(time)
@@ -118,7 +118,7 @@ def below_feet(
     """Return a ground of this shape where the feet of a motion stand on it.
 
     Args:
-        shape: A slope, or steps whose first tells the rise of all.
+        shape: A slope, or steps of the height of the first one.
         human: The person.
         time: Time of each frame [s].
         qpos: The motion, facing x.
@@ -127,10 +127,10 @@ def below_feet(
         FitError: If too few feet stand, or they do not stand on steps.
     """
     feet = standing_feet(human, time, qpos, shape.slope)
-    if len(feet.height) < FEWEST:
+    if len(feet.height) < MIN_STANDING:
         raise FitError(
-            f"the feet stand still {len(feet.height)} times, which does not tell where the given "
-            "ground lies: leave out --ground, or record two steps"
+            f"the feet stand still {len(feet.height)} times; {MIN_STANDING} are needed to place "
+            "the given ground: leave out --ground, or record two steps"
         )
     if not shape.steps:
         return replace(shape, height=float(np.median(feet.height)))
@@ -143,7 +143,11 @@ def below_feet(
         if level[i] == level[j]:
             continue
         rear, front = feet.x[i, 1], feet.x[j, 0]
-        edge = max(front - NOSING, rear) if level[j] > level[i] else min(rear + NOSING, front)
+        edge = (
+            max(front - SPHERE_TO_EDGE, rear)
+            if level[j] > level[i]
+            else min(rear + SPHERE_TO_EDGE, front)
+        )
         found.append(Step(float(edge), base + rise * float(level[j])))
     if any(b.x < a.x for a, b in pairwise(found)):
         raise FitError(
@@ -156,10 +160,10 @@ def below_feet(
 def suggested(
     human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
 ) -> str:
-    """Return what ground a motion seems to be on, as options; empty where it seems level.
+    """Return options for the ground that a motion suggests; empty for level ground.
 
-    Feet that stand in line on different heights tell a slope, others steps; so does a belt that
-    carries the feet down.
+    Feet in line at different heights, or a belt that carries the feet down, suggest a slope; other
+    feet suggest steps.
 
     Args:
         human: The person.
@@ -168,18 +172,18 @@ def suggested(
     """
     feet = standing_feet(human, time, qpos)
     if np.any(ground_velocity(time, *_ends(sole_paths(human, qpos)))):
-        return f"--ground slope:{_degrees(feet.slope)}" if abs(feet.slope) > NO_SLOPE else ""
-    if len(feet.height) < FEWEST or np.ptp(feet.height) < SAME_LEVEL:
+        return f"--ground slope:{_degrees(feet.slope)}" if abs(feet.slope) > MIN_BELT_SLOPE else ""
+    if len(feet.height) < MIN_STANDING or np.ptp(feet.height) < MIN_STEP_HEIGHT:
         return ""
     x = feet.x.mean(axis=1)
     line = np.polyfit(x, feet.height, 1) if np.ptp(x) > 0.3 else None
     words = []
-    if line is not None and abs(np.arctan(line[0])) < STEEPEST_RAMP:
+    if line is not None and abs(np.arctan(line[0])) < MAX_RAMP_SLOPE:
         off = feet.height - np.polyval(line, x)
-        if np.sqrt(np.mean(off**2)) < IN_LINE:
+        if np.sqrt(np.mean(off**2)) < MAX_LINE_ERROR:
             words.append(f"--ground slope:{_degrees(float(np.arctan(line[0])))}")
     levels = np.sort(feet.height)
-    jumps = np.diff(levels)[np.diff(levels) > SAME_LEVEL]
+    jumps = np.diff(levels)[np.diff(levels) > MIN_STEP_HEIGHT]
     if len(jumps):
         rise = float(np.median(jumps))
         words.append(f"--ground steps:{100 * rise:.0f}")

@@ -12,11 +12,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.result import listed
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
 from plantigrade.models.landmarks import BONE, SKIN, Attachment, attachments
+from plantigrade.printable import listed
 from plantigrade.spatial.conventions import PELVIS
 
 MOST_FRAMES = 200  # as many are looked at, evenly spread

@@ -31,8 +31,8 @@ from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
 USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
 STATIC_FRAMES = 6  # of a standing trial, evenly spread
-VISIBLE = 0.75  # share of the markers a frame must show to be fitted
-FEWEST_SHARED = 6  # known markers a standing trial must have in common with the recording
+MIN_VISIBLE_SHARE = 0.75  # share of the markers a frame must show to be fitted
+MIN_SHARED_MARKERS = 6  # known markers a standing trial must have in common with the recording
 
 
 @dataclass(frozen=True)
@@ -183,10 +183,10 @@ def _longest_visible(markers: Markers, names: Sequence[str]) -> tuple[int, int]:
     x = columns(markers, names)
     ever = np.isfinite(x[..., 0]).mean(axis=0) > 0.3
     share = np.isfinite(x[:, ever, 0]).mean(axis=1) if ever.any() else np.zeros(len(x))
-    good = share >= VISIBLE
+    good = share >= MIN_VISIBLE_SHARE
     if not good.any():
         raise FitError(
-            f"no frame shows {VISIBLE:.0%} of the markers (best {share.max():.0%}); "
+            f"no frame shows {MIN_VISIBLE_SHARE:.0%} of the markers (best {share.max():.0%}); "
             "fill the gaps first, or give a marker set for the visible markers"
         )
     inner = slice(good.argmax(), len(good) - good[::-1].argmax())
@@ -216,10 +216,10 @@ def static_frames(static, names, human, known, placed):
         return np.empty((0, len(names), 3))
     markers = static.markers
     common = [n for n in known if n in markers.names]
-    if len(common) < FEWEST_SHARED:
+    if len(common) < MIN_SHARED_MARKERS:
         raise FitError(
             f"the standing trial {static.source} shares {len(common)} known markers with the "
-            f"recording; {FEWEST_SHARED} are needed: name one with the same markers"
+            f"recording; {MIN_SHARED_MARKERS} are needed: name one with the same markers"
         )
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
     angle = quarter_turn_to_face_x(_facing(human, common, placed, markers, start, stop))

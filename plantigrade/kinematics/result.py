@@ -1,6 +1,6 @@
 """What fitting takes and returns, whatever kind of recording is fitted."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeVar
 
@@ -79,8 +79,3 @@ def human_of(
 def counter(progress: Progress | None, what: str, total: int) -> Callable[[int], None] | None:
     """Return what to call with the number of frames done, if anybody wants to know."""
     return (lambda k: progress(what, k, total)) if progress else None
-
-
-def listed(words: Sequence[str], most: int = 8, between: str = ", ") -> str:
-    """Return the first words for a message, and a sign where there are more."""
-    return between.join(words[:most]) + (" …" if len(words) > most else "")

@@ -30,7 +30,7 @@ from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import contact_metrics, find_rests
-from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of, listed
+from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
@@ -44,6 +44,7 @@ from plantigrade.motion.recording import SkeletonMotion, rate_of
 from plantigrade.motion.spikes import spike_note, without_spikes
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.notes import Info
+from plantigrade.printable import listed
 
 SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
 UNEVEN = 0.08  # feet that sink deeper than this before they are planted are worth a word [m]
@@ -89,10 +90,10 @@ def fit_skeleton(
         told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
         notes.append(f"the joint names are unknown; the joints were identified by shape: {told}.")
     bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
-    skeleton, leaps = without_spikes(skeleton, bodily)
-    if leaps:
+    skeleton, found_spikes = without_spikes(skeleton, bodily)
+    if found_spikes:
         recording = replace(recording, skeleton=skeleton)
-        notes.append(spike_note(leaps))
+        notes.append(spike_note(found_spikes))
     sudden = jumps(skeleton, sorted(bodily))
     if sudden:
         notes.append(
@@ -169,7 +170,7 @@ def fit_skeleton(
         **contact_metrics(after, rests, way),
         **bones,
         "joint_jumps": len(sudden),
-        "samples_bridged": len(leaps),
+        "samples_bridged": len(found_spikes),
         "joint_jump_max_deg": float(np.rad2deg(sudden[0].angle)) if sudden else 0.0,
         "skeleton_height_m": stature,
         "height_m": human.height,

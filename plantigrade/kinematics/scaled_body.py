@@ -32,8 +32,8 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.motion import Recording
 
-CALIBRATION_FRAMES = 24  # of all trials together; enough to see each joint through its range
-FEWEST_OF_TRIAL = 4  # of them of each trial
+CALIBRATION_FRAMES = 24  # frames of all trials together; they cover the range of each joint
+MIN_TRIAL_FRAMES = 4  # fewest of them from each trial
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def scale(
     calm = [static_frames(t.static, names, t.human, t.known, placed) for t in statics.values()]
     still = np.concatenate([np.empty((0, len(names), 3)), *calm])
     measured = [columns(trial.markers, names) for trial in trials]
-    each = max(CALIBRATION_FRAMES // len(trials), FEWEST_OF_TRIAL)
+    each = max(CALIBRATION_FRAMES // len(trials), MIN_TRIAL_FRAMES)
     chosen = [
         x[choose_frames(x, trial.window.start, trial.window.stop, each)]
         for trial, x in zip(trials, measured, strict=True)

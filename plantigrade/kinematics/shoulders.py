@@ -2,8 +2,8 @@ r"""The angles of a shoulder: two triples give one pose, and one of them is anat
 
 Three turns about :math:`y, x, z` give one pose of the upper arm by two triples,
 :math:`(a, b, c)` and :math:`(a + 180°, 180° - b, c + 180°)`; where the arm is abducted to the
-horizontal (:math:`b = -90°`) only a sum of :math:`a` and :math:`c` counts, so noise turns them as
-it likes.
+horizontal (:math:`b = -90°`) the pose depends on a sum of :math:`a` and :math:`c` alone, so noise
+determines the two.
 """
 
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ from plantigrade.constants import SIDES
 from plantigrade.models import Human
 
 ARM = ("arm_flex", "arm_add", "arm_rot")
-USUAL = np.deg2rad([(-70.0, 185.0), (-185.0, 60.0), (-110.0, 110.0)])
+USUAL_RANGE = np.deg2rad([(-70.0, 185.0), (-185.0, 60.0), (-110.0, 110.0)])
 """Flexion, adduction and rotation of the shoulder (with its girdle) that people reach [rad]."""
-STARTS = (
+START_ANGLES = (
     (0.0, 0.0, 0.0),
     (1.5, 0.0, 0.0),
     (0.0, -1.5, 0.0),
@@ -27,12 +27,12 @@ STARTS = (
     (1.2, -1.2, -1.2),
     (-0.8, -0.5, 0.0),
 )
-"""Ways to hold the arms that a solution may be begun from: flexion, adduction, rotation [rad]."""
-ELBOW = 0.6  # how far the elbows are bent there [rad]
-HOLD = 2e-3
-"""Pull on flexion and rotation towards the frame before where an arm is horizontal, in the unit of
-the pull towards rest, m²/rad². There an elbow 3° off the axis moves by 15 mm where they turn by
-1 rad, which is what this weighs; elsewhere the markers are a hundred times stronger."""
+"""Initial guesses of an arm: flexion, adduction, rotation [rad]."""
+START_ELBOW = 0.6  # elbow flexion of these initial guesses [rad]
+HOLD_WEIGHT = 2e-3
+"""Weight that holds flexion and rotation of a horizontal arm at their values of the frame before
+[m²/rad²]. There, 1 rad of both moves an elbow 3° off the axis by 15 mm, which this weight balances;
+elsewhere the markers weigh a hundred times more."""
 
 
 def arms_of(human: Human) -> list[list[int]]:
@@ -43,53 +43,53 @@ def arms_of(human: Human) -> list[list[int]]:
 
 
 def in_range(angles: Float[Array, " *n 3"]) -> Float[Array, " *n 3"]:
-    """Return angles [rad] by whole turns as near as can be to the middle of the usual range."""
-    return angles - 2 * np.pi * np.round((angles - USUAL.mean(axis=1)) / (2 * np.pi))
+    """Return angles shifted by whole turns to the middle of the usual range [rad]."""
+    return angles - 2 * np.pi * np.round((angles - USUAL_RANGE.mean(axis=1)) / (2 * np.pi))
 
 
-def other_triple(angles: Float[Array, " *n 3"]) -> Float[Array, " *n 3"]:
-    """Return the equivalent triple [rad], by whole turns as near as can be to the usual range."""
+def equivalent_angles(angles: Float[Array, " *n 3"]) -> Float[Array, " *n 3"]:
+    """Return the other triple of the same pose, near the usual range [rad]."""
     a, b, c = np.moveaxis(np.asarray(angles), -1, 0)
     return in_range(np.stack([a + np.pi, np.pi - b, c + np.pi], axis=-1))
 
 
-def astray(angles: Float[Array, " *n 3"]) -> Float[Array, " *n"]:
-    """Return how far a shoulder is out of its usual range [rad]."""
-    low, high = USUAL.T
+def range_excess(angles: Float[Array, " *n 3"]) -> Float[Array, " *n"]:
+    """Return the distance of shoulder angles from their usual range [rad]."""
+    low, high = USUAL_RANGE.T
     beyond = np.maximum(low - angles, 0) + np.maximum(angles - high, 0)
     return np.asarray(np.linalg.norm(beyond, axis=-1))
 
 
-def in_branch(human: Human, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
-    """Return a configuration with that triple of each shoulder which is less astray."""
+def in_usual_branch(human: Human, qpos: Float[Array, " nq"]) -> Float[Array, " nq"]:
+    """Return a configuration with the triple of each shoulder that is nearer its usual range."""
     q = np.array(qpos)
     low, high = human.limits
     for hinges in arms_of(human):
-        other = np.clip(other_triple(q[7:][hinges]), low[hinges], high[hinges])
-        if astray(other) < astray(q[7:][hinges]):
+        other = np.clip(equivalent_angles(q[7:][hinges]), low[hinges], high[hinges])
+        if range_excess(other) < range_excess(q[7:][hinges]):
             q[7:][hinges] = other
     return q
 
 
-def held_otherwise(
+def arm_starts(
     human: Human, qpos: Float[Array, " nq"], sides: str = "rl"
 ) -> Iterator[Float[Array, " nq"]]:
-    """Return configurations with the arms held otherwise: down, forward, sideways, up, behind."""
-    for angles in STARTS if arms_of(human) else ():
+    """Yield configurations with the arms down, forward, sideways, overhead and behind."""
+    for angles in START_ANGLES if arms_of(human) else ():
         q = np.array(qpos)
         for side, hinges in zip(SIDES, arms_of(human), strict=True):
             if side in sides:
                 q[7:][hinges] = angles
-                q[7 + human.hinge(f"elbow_flex_{side}")] = ELBOW
+                q[7 + human.hinge(f"elbow_flex_{side}")] = START_ELBOW
         yield q
 
 
 class Hold:
-    """The pull that keeps horizontal arms from turning as noise likes.
+    """Posture weights that keep horizontal arms from turning with the noise of their markers.
 
     Args:
         human: The person.
-        posture: The usual pull on each hinge towards rest [m²/rad²].
+        posture: Weight of each hinge's rest angle [m²/rad²].
         rest: The rest posture [rad].
     """
 
@@ -101,10 +101,10 @@ class Hold:
     def after(
         self, hinges: Float[Array, " n_hinges"]
     ) -> tuple[Float[Array, " n_hinges"], Float[Array, " n_hinges"]]:
-        """Return pull and rest posture for the frame after one with these angles [rad]."""
+        """Return weights [m²/rad²] and rest angles [rad] for the frame after these angles [rad]."""
         posture, rest = self._posture.copy(), self._rest.copy()
         for flex, add, turn in self._arms:
-            pull = HOLD * np.sin(hinges[add]) ** 8
+            pull = HOLD_WEIGHT * np.sin(hinges[add]) ** 8
             for k in (flex, turn):
                 posture[k] += pull
                 rest[k] += pull / posture[k] * (hinges[k] - rest[k])

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.inverse import InverseKinematics, Terms
-from plantigrade.kinematics.shoulders import held_otherwise
+from plantigrade.kinematics.shoulders import arm_starts
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.kinematics.unmeasured import seen_hinges
@@ -282,7 +282,7 @@ class SkeletonTargets:
 
     def _other_arms(self, q: np.ndarray) -> list[np.ndarray]:
         """Return configurations with the arms held otherwise: down, forward, sideways, up."""
-        return list(held_otherwise(self.human, q)) if self.source.arms else []
+        return list(arm_starts(self.human, q)) if self.source.arms else []
 
     def _start(self) -> np.ndarray:
         """Return a standing configuration at the first frame's hips, facing their way."""

@@ -8,23 +8,28 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
 from plantigrade.models.stature import stature_from_legs
-from plantigrade.models.usual_mass import GROWN, usual_mass
+from plantigrade.models.usual_mass import ADULT_STATURES, usual_mass
 from plantigrade.notes import Info
 
-OF_LEGS = ("thigh", "shank", "ankle_height", "foot_length", "foot_width", "pelvis_height",
+LEG_LENGTHS = ("thigh", "shank", "ankle_height", "foot_length", "foot_width", "pelvis_height",
            "pelvis_width", "pelvis_depth", "lumbar_depth")  # fmt: skip
-"""Lengths that markers on pelvis and legs tell."""
-BODY_ERROR = 0.03
+"""Lengths that markers on pelvis and legs determine."""
+BODY_STANDARD_ERROR = 0.03
 """Standard error of a stature that markers on legs and trunk give [m]; 1 to 38 mm off in five
 people whose stature is known."""
-LEGS = "the legs alone"
-UNUSUAL_ERROR, UNUSUAL_LEGS = 0.008, 2.0
-"""Root-mean-square marker error [m] of a scaled body, and standard errors between its stature and
-that of its legs, from which on its stature is estimated anew: good fits leave 3 to 7 mm."""
-DOUBTED, REFUSED = 3.0, 5.0
-"""Standard errors between a given stature and that of the markers: it is doubted from the first on
-and refused from the second, 0.15 m for a whole body and 0.21 m for legs alone. Of the 6,068 adults
-of ANSUR II, 2 in 1,000 are taller or smaller than the legs say by 10 %, or 0.17 m [Gordon2014]_."""
+FROM_LEGS = "the legs alone"
+MAX_USUAL_ERROR = 0.008
+"""Root-mean-square marker error of a scaled body above which its stature is estimated again [m];
+good fits leave 3 to 7 mm."""
+MAX_USUAL_DEVIATION = 2.0
+"""The same for the difference between its stature and that of its legs [standard errors]."""
+WARNING_DEVIATION = 3.0
+"""Difference between a given stature and that of the markers above which there is a warning
+[standard errors]."""
+MAX_DEVIATION = 5.0
+"""The same above which it is refused: 0.15 m for a whole body and 0.21 m for legs alone. Of the
+6,068 adults of ANSUR II, 0.2 % are taller or shorter by 10 %, or 0.17 m, than their legs suggest
+[Gordon2014]_."""
 
 
 def with_unknown_size(
@@ -56,16 +61,16 @@ def doubts_of_stature(
     free: Callable[[], Human],
     source: object,
 ) -> list[str]:
-    """Return a sentence where markers contradict the stature that was given.
+    """Return a warning where markers contradict the stature that was given.
 
-    A body of another stature follows them all the same, with a trunk too short or long and a pelvis
-    tilted by 20 degrees, so the error that is left does not tell.
+    A body of another stature still follows the markers, with a trunk too short or too long and a
+    pelvis tilted by 20 degrees, so the marker error alone does not show it.
 
     Args:
         person: What is known of the person.
         human: The body, scaled to the markers and to the stature that was given.
         places: Where these markers sit.
-        marker_error: Root-mean-square error that is left [m].
+        marker_error: Root-mean-square marker error [m].
         free: Scales a body to the markers alone; called only where that error, or the length of the
             legs for the stature, is unusual.
         source: The file, for the message.
@@ -77,24 +82,24 @@ def doubts_of_stature(
     if given is None:
         return []
     stature, error, what = _estimate(human, places, person.sex)
-    if what != LEGS:
+    if what != FROM_LEGS:
         expected, spread = stature_from_legs(_leg(human), person.sex)
-        if marker_error > UNUSUAL_ERROR or abs(given - expected) > UNUSUAL_LEGS * spread:
+        if marker_error > MAX_USUAL_ERROR or abs(given - expected) > MAX_USUAL_DEVIATION * spread:
             stature = free().height
     off = abs(given - stature) / error
-    if off <= DOUBTED:
+    if off <= WARNING_DEVIATION:
         return []
     contradiction = (
         f"the stature given is {given:.2f} m, but {what} suggest {stature:.2f} ± {error:.2f} m "
         "(standard error)"
     )
-    if off > REFUSED:
+    if off > MAX_DEVIATION:
         raise FitError(
             f"{source}: {contradiction}: give the right one with --height, or check the stature in "
             "the file and the unit of length of its markers"
         )
     return [
-        f"{contradiction}; where it is wrong, trunk, pelvis tilt and hip flexion are, too: check "
+        f"{contradiction}; if it is wrong, so are trunk, pelvis tilt and hip flexion: check "
         "--height or the stature in the file."
     ]
 
@@ -105,8 +110,8 @@ def _estimate(
     """Return the stature that a body scaled to markers has [m], its error [m], and from what."""
     trunk = bodies_of(human, ["lumbar_extension", "neck_extension"])
     if trunk & {place.body for place in places}:
-        return human.height, BODY_ERROR, "the markers"
-    return (*stature_from_legs(_leg(human), sex), LEGS)
+        return human.height, BODY_STANDARD_ERROR, "the markers"
+    return (*stature_from_legs(_leg(human), sex), FROM_LEGS)
 
 
 def _leg(human: Human) -> float:
@@ -125,7 +130,7 @@ def stature_notes(
             "it with --height)."
         )
     ]
-    if age is None and stature - 2 * (error or BODY_ERROR) < GROWN[0]:
+    if age is None and stature - 2 * (error or BODY_STANDARD_ERROR) < ADULT_STATURES[0]:
         notes.append(
             f"somebody of {stature:.2f} m may be a child, but an estimated stature chooses no "
             "norms: those shown are of adults. Give --height, and --age of a child."
@@ -136,7 +141,7 @@ def stature_notes(
 def _of_stature(human: Human, stature: float) -> Human:
     """Return a body with the same legs and pelvis and another stature [m]."""
     d = human.dimensions
-    lengths = {name: getattr(d, name) for name in OF_LEGS}
+    lengths = {name: getattr(d, name) for name in LEG_LENGTHS}
     return Human.create(
         stature, human.mass, human.sex, human.joints, human.feet, lengths, human.full_sole
     )

@@ -1,4 +1,4 @@
-"""The body mass to expect of somebody of whom only the stature is known.
+"""The expected body mass of a person of known stature.
 
 Children: median body mass index of the growth charts of the United States [Kuczmarski2002]_ at the
 age at which the median child has that stature, mean of girls and boys. Adults: 22 kg/m², between
@@ -8,13 +8,15 @@ the chart's medians at 20 years, 21.7 of women and 23.0 of men.
 import numpy as np
 
 ADULT_AGE = 18.0
-"""Age from which somebody is taken for an adult [years]."""
-ADULT_INDEX, ADULT_SPREAD = 22.0, 0.15
-"""Body mass index of adults [kg/m²], and its standard deviation as a share: 0.14 to 0.15 in 6,068
-soldiers [Gordon2014]_, 0.16 at 18 years in the chart."""
-GROWN = (1.45, 1.60)
-"""Statures between which somebody of unknown age passes from the index of children to that of
-adults [m]: one woman in a hundred is shorter than the first, and a third than the second."""
+"""Age from which a person is an adult [years]."""
+ADULT_BMI = 22.0
+"""Body mass index of adults [kg/m²]."""
+ADULT_BMI_SPREAD = 0.15
+"""Its standard deviation, as a share: 0.14 to 0.15 in 6,068 soldiers [Gordon2014]_, 0.16 at 18
+years in the chart."""
+ADULT_STATURES = (1.45, 1.60)
+"""Statures between which the index of a person of unknown age changes from that of children to that
+of adults [m]: 1 % of women are shorter than the first, a third are shorter than the second."""
 # Stature [m], median body mass index of children [kg/m²] and its standard deviation as a share.
 _CHILDREN = np.array(
     [
@@ -37,7 +39,7 @@ _CHILDREN = np.array(
 
 
 def usual_mass(height: float, age: float | None = None) -> tuple[float, float]:
-    """Return the body mass to expect at a stature, and its standard deviation [kg].
+    """Return the expected body mass at a stature, and its standard deviation [kg].
 
     Args:
         height: Stature [m].
@@ -54,7 +56,9 @@ def usual_mass(height: float, age: float | None = None) -> tuple[float, float]:
     """
     stature, index, spread = _CHILDREN.T
     child = np.array([np.interp(height, stature, index), np.interp(height, stature, spread)])
-    grown = np.interp(height, GROWN, (0.0, 1.0)) if age is None else float(age >= ADULT_AGE)
-    index, spread = child + grown * (np.array([ADULT_INDEX, ADULT_SPREAD]) - child)
+    grown = (
+        np.interp(height, ADULT_STATURES, (0.0, 1.0)) if age is None else float(age >= ADULT_AGE)
+    )
+    index, spread = child + grown * (np.array([ADULT_BMI, ADULT_BMI_SPREAD]) - child)
     mass = float(index) * height**2
     return mass, mass * float(spread)

@@ -1,8 +1,8 @@
-"""Samples that leap away from a smooth curve and back: found, and bridged.
+"""Spikes: single samples far off an otherwise smooth curve, detected and bridged.
 
-A joint that turns by a right angle for one frame, or a root that is elsewhere for one, is a fault
-of the file. It is told from fast motion by what is left when the samples in question are taken out:
-of a spike a smooth curve, of a kick or an impact the same bend as before.
+A joint that turns by a right angle for one frame, or a root that is displaced for one frame, is an
+error of the file. Without these samples the curve is smooth; without the samples of a kick or an
+impact it bends as before, which tells fast motion from a spike.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,54 +13,52 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.motion.recording import SkeletonMotion, Table
 from plantigrade.notes import Info
+from plantigrade.printable import listed
 
-LONGEST = 2
-"""Frames that a spike takes at most."""
+MAX_FRAMES = 2
+"""Longest spike [frames]."""
 
-LEAST_TURN = np.deg2rad(5.0)
-"""A smaller leap of an angle is left alone [rad]."""
+MIN_ROTATION = np.deg2rad(5.0)
+"""Smallest spike of an angle [rad]."""
 
-LEAST_WAY = 0.02
-"""A smaller leap of a position is left alone [m]."""
+MIN_DISPLACEMENT = 0.02
+"""Smallest spike of a position [m]."""
 
-SMOOTHER = 5.0
-"""Without the spike the curve bends by so many times less than the spike leaps."""
+MIN_SMOOTHING = 5.0
+"""Size of a spike over the largest second difference that remains without it."""
 
-AROUND = 4
-"""Frames before and after in which it must be smooth."""
-
-LISTED = 4
-"""Spikes that a note names one by one."""
+NEIGHBOURS = 4
+"""Frames before and after a spike in which the curve must be smooth."""
 
 
 @dataclass(frozen=True)
 class Spike:
-    """Samples of a channel that leap away and back.
+    """Consecutive samples of a channel far off its curve.
 
     Attributes:
         name: Joint or coordinate.
         time: Time of the first of them [s].
-        angle: How far it leaps [rad]; zero for a position.
-        way: The same of a position [m]; zero for an angle.
+        angle: Size of a spike of an angle [rad]; zero for a position.
+        distance: Size of a spike of a position [m]; zero for an angle.
     """
 
     name: str
     time: float
     angle: float = 0.0
-    way: float = 0.0
+    distance: float = 0.0
 
     def __str__(self) -> str:
         """Return it for a message."""
-        leap = f"{np.rad2deg(self.angle):.0f}°" if self.angle else f"{100 * self.way:.0f} cm"
-        return f"{self.name} by {leap} at {self.time:.2f} s"
+        size = f"{np.rad2deg(self.angle):.0f}°" if self.angle else f"{100 * self.distance:.0f} cm"
+        return f"{self.name} by {size} at {self.time:.2f} s"
 
 
 def spikes(values: Float[Array, " n_frames *channels"], least: float) -> list[tuple[slice, float]]:
-    """Return the frames of each spike and how far it leaps, in the order of the frames.
+    """Return the frames and the size of each spike, in the order of the frames.
 
     Args:
-        values: A signal of one or more channels that leap together, without gaps.
-        least: The smallest leap to look for, in its unit.
+        values: A signal of one or more channels that have their spikes together, without gaps.
+        least: The smallest spike to look for, in the unit of the signal.
     """
     x = np.asarray(values, dtype=float).reshape(len(values), -1)
     n = len(x)
@@ -69,21 +67,21 @@ def spikes(values: Float[Array, " n_frames *channels"], least: float) -> list[tu
     found: list[tuple[slice, float]] = []
     free = 1  # first frame that may begin a spike
     for f in np.flatnonzero(bends > 0.4 * least):
-        for width in range(1, LONGEST + 1):
+        for width in range(1, MAX_FRAMES + 1):
             if f < free or f + width >= n:
                 continue
             inside = slice(f, f + width)
             part = np.arange(1, width + 1)[:, None] / (width + 1)
             line = (1 - part) * x[f - 1] + part * x[f + width]
-            leap = float(np.linalg.norm(x[inside] - line, axis=1).min())
-            if not leap > least:
+            size = float(np.linalg.norm(x[inside] - line, axis=1).min())
+            if not size > least:
                 continue
-            start, stop = max(f - 1 - AROUND, 0), min(f + width + 1 + AROUND, n)
+            start, stop = max(f - 1 - NEIGHBOURS, 0), min(f + width + 1 + NEIGHBOURS, n)
             around = x[start:stop].copy()
             around[f - start : f - start + width] = line
             left = np.linalg.norm(around[1:-1] - (around[:-2] + around[2:]) / 2, axis=1)
-            if left.max() < leap / SMOOTHER:
-                found.append((inside, leap))
+            if left.max() < size / MIN_SMOOTHING:
+                found.append((inside, size))
                 free = inside.stop + 1
                 break
     return found
@@ -99,11 +97,10 @@ def bridged(
 
 
 def spike_note(found: Sequence[Spike]) -> str:
-    """Return the sentence that says what was bridged."""
-    more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
+    """Return the note that lists the spikes."""
     return Info(
-        "single samples leap away and back; they were taken for faults of the file and bridged: "
-        f"{', '.join(str(spike) for spike in found[:LISTED])}{more}."
+        "single samples lie far off the curve; they were taken for errors of the file and bridged: "
+        f"{listed([str(spike) for spike in found], 4)}."
     )
 
 
@@ -112,18 +109,18 @@ def without_spikes(
 ) -> tuple[SkeletonMotion, list[Spike]]:
     """Return a skeleton's motion with its spikes bridged, and what these were, the largest first.
 
-    Each joint is looked at by itself: how its bone is turned against the one above, and where it
-    lies in that bone's frame; the root in the world.
+    Each joint is examined by itself: its rotation relative to the bone above, and its position in
+    that bone's frame; the root in world axes.
 
     Args:
         skeleton: The motion, without gaps.
-        joints: Which of its joints to look at, with those above them.
+        joints: Joints to examine; those above them are examined too.
     """
     above, own = skeleton.parents, range(len(skeleton.names))
-    looked = set(joints)
+    examined = set(joints)
     for j in reversed(own):  # children come after parents
-        if j in looked and above[j] >= 0:
-            looked.add(above[j])
+        if j in examined and above[j] >= 0:
+            examined.add(above[j])
     turned, placed = skeleton.rotations.copy(), skeleton.positions.copy()
     tips = np.einsum("njba,njb->nja", skeleton.rotations, skeleton.ends - skeleton.positions)
     for j in own:
@@ -134,16 +131,16 @@ def without_spikes(
             placed[:, j] = np.einsum("nij,nj->ni", back, way)
     found = []
     frames = np.zeros(len(skeleton.time), dtype=bool)
-    for j in sorted(looked):
+    for j in sorted(examined):
         # Matrices that differ by a turn are 2 sqrt 2 sin(angle / 2) apart.
-        for at, leap in spikes(turned[:, j], 2 * np.sqrt(2) * np.sin(LEAST_TURN / 2)):
-            angle = 2 * np.arcsin(min(leap / (2 * np.sqrt(2)), 1.0))
+        for at, size in spikes(turned[:, j], 2 * np.sqrt(2) * np.sin(MIN_ROTATION / 2)):
+            angle = 2 * np.arcsin(min(size / (2 * np.sqrt(2)), 1.0))
             found.append(Spike(skeleton.names[j], float(skeleton.time[at.start]), angle=angle))
             u, _, v = np.linalg.svd(bridged(turned[:, j], at))
             turned[at, j] = u @ v
             frames[at] = True
-        for at, leap in spikes(placed[:, j], LEAST_WAY):
-            found.append(Spike(skeleton.names[j], float(skeleton.time[at.start]), way=leap))
+        for at, size in spikes(placed[:, j], MIN_DISPLACEMENT):
+            found.append(Spike(skeleton.names[j], float(skeleton.time[at.start]), distance=size))
             placed[at, j] = bridged(placed[:, j], at)
             frames[at] = True
     if not found:
@@ -159,7 +156,7 @@ def without_spikes(
             rotations[f, j] = over @ turned[f, j]
             positions[f, j] = positions[f, above[j]] + np.einsum("nij,nj->ni", over, placed[f, j])
         ends[f, j] = positions[f, j] + np.einsum("nij,nj->ni", rotations[f, j], tips[f, j])
-    found.sort(key=lambda spike: -max(spike.angle, spike.way))
+    found.sort(key=lambda spike: -max(spike.angle, spike.distance))
     return replace(skeleton, rotations=rotations, positions=positions, ends=ends), found
 
 
@@ -172,9 +169,10 @@ def table_without_spikes(table: Table, angles: Iterable[int]) -> tuple[Table, li
     """
     values, found, turns = table.values.copy(), [], set(angles)
     for k, name in enumerate(table.names):
-        for at, leap in spikes(table.values[:, k], LEAST_TURN if k in turns else LEAST_WAY):
+        smallest = MIN_ROTATION if k in turns else MIN_DISPLACEMENT
+        for at, size in spikes(table.values[:, k], smallest):
             values[at, k] = bridged(table.values[:, k], at)
-            size = {"angle": leap} if k in turns else {"way": leap}
-            found.append(Spike(name, float(table.time[at.start]), **size))
-    found.sort(key=lambda spike: -max(spike.angle, spike.way))
+            kind = {"angle": size} if k in turns else {"distance": size}
+            found.append(Spike(name, float(table.time[at.start]), **kind))
+    found.sort(key=lambda spike: -max(spike.angle, spike.distance))
     return replace(table, values=values), found

@@ -16,7 +16,7 @@ MOST = 160  # frames in a picture
 LONGEST = 10.0  # seconds of a motion that are shown where none are asked for
 ALIKE = 0.08  # bodies lie within this of where they were a stride ago [m]: the stride is a loop
 REST = 0.6  # how long the last frame stays before a motion that is no loop starts again [s]
-SHORTEST = 0.01  # part of a motion that can be asked for [s]: less is less than a frame
+MIN_PART = 0.01  # shortest part of a motion that is drawn [s]
 ROAMS = 0.9  # a body that goes further than this is followed [m]
 
 
@@ -98,10 +98,10 @@ def part_of(
             f"from {begin:g} s to {end:g} s is not within this motion, "
             f"which goes from {first:g} s to {last:g} s"
         )
-    if (start, stop) != (None, None) and end - begin < SHORTEST:
+    if (start, stop) != (None, None) and end - begin < MIN_PART:
         raise ParameterError(
             f"from {begin:g} s on, {end - begin:.2g} s are too short for a picture; at least "
-            f"{SHORTEST:g} s are needed"
+            f"{MIN_PART:g} s are needed"
         )
     return begin, end
 

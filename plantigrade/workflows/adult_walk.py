@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from plantigrade.analyze.trial import CUTOFF
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.centroid import centroid
@@ -20,7 +21,6 @@ from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, tex
 from plantigrade.models import Human
 
 HARMONICS = 6  # harmonics of the stride in the path of the pelvis
-CUTOFF = 6.0  # low-pass of the motion whose forces are computed [Hz]
 
 
 def adult_walk(human: Human, *, speed: float = 1.25) -> TextbookWalk:

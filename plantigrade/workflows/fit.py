@@ -43,8 +43,8 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
 from plantigrade.world.grounds import ground_named
 
-MOST_ASIDE = 45.0
-"""Farthest that a given slope rises beside the way of the person [deg]."""
+MAX_HEADING = 45.0
+"""Largest angle between the rise of a given slope and the walking direction [deg]."""
 
 if TYPE_CHECKING:
     from plantigrade.workflows.one_subject import Shared
@@ -158,13 +158,13 @@ def given_ground(settings: RecordingSettings) -> GivenGround | None:
     except ValueError:
         heading = np.nan
     allowed = ("slope",) if comma else ("slope", "steps")
-    if name.strip().partition(":")[0] in allowed and abs(heading) <= MOST_ASIDE:
+    if name.strip().partition(":")[0] in allowed and abs(heading) <= MAX_HEADING:
         shape = ground_named(name)
         if shape.slope or any(step.height for step in shape.steps):
             return GivenGround(shape, float(np.deg2rad(heading)))
     raise ParameterError(
         f"no ground {word!r} for a recording; give slope:DEG, slope:DEG,HEADING (from "
-        f"-{MOST_ASIDE:g} to {MOST_ASIDE:g} degrees, to the left positive) or steps:CM, none of "
+        f"-{MAX_HEADING:g} to {MAX_HEADING:g} degrees, to the left positive) or steps:CM, none of "
         "them zero; without --ground it is level"
     )
 

@@ -10,7 +10,7 @@ from plantigrade.analyze.body_mass import Weighing
 from plantigrade.analyze.trial import analyse
 from plantigrade.errors import FitError, PlantigradeError
 from plantigrade.io import read
-from plantigrade.io.subjects import SAME, difference, same_size, subjects
+from plantigrade.io.subjects import MAX_DIFFERENCE, difference, same_size, subjects
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.prepare import Prepared, prepare
 from plantigrade.kinematics.result import filled
@@ -22,9 +22,9 @@ from plantigrade.notes import Info
 from plantigrade.workflows.fit import given_ground, load
 from plantigrade.workflows.settings import FitSettings
 
-LOOSE = 0.015
-"""Marker error of a standing trial on the body of the moving ones above which they do not belong
-together [m]; it is 4 to 8 mm where they do."""
+MAX_STANDING_ERROR = 0.015
+"""Largest marker error of a standing trial on the body of the moving trials [m]; 4 to 8 mm where
+they are of one session."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
             recording = load(path, settings)
             prepare(recording, static=recording.static, marker_set=chosen)
         except PlantigradeError:
-            continue  # its own fit says what is wrong with it
+            continue  # the fit of this file reports the error
         recordings.append(recording)
     if len(recordings) < 2:
         return None
@@ -113,14 +113,14 @@ def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
             f"{', '.join(names[:4])}{' …' if len(names) > 4 else ''} (apart with --subject each)."
         )
     ]
-    if body.standing_rms > LOOSE:
+    if body.standing_rms > MAX_STANDING_ERROR:
         notes.append(
             f"the standing trial is {1e3 * body.standing_rms:.0f} mm off the body of these trials; "
-            f"{1e3 * LOOSE:.0f} mm is the limit: markers were moved between them. Fit the trials "
-            "with --subject each, or name their standing trial with --static."
+            f"{1e3 * MAX_STANDING_ERROR:.0f} mm is the limit: markers were moved between them. Fit "
+            "the trials with --subject each, or name their standing trial with --static."
         )
     for other in recordings[1:]:
-        if SAME < (off := difference(recordings[0], other)) < float("inf"):
+        if MAX_DIFFERENCE < (off := difference(recordings[0], other)) < float("inf"):
             notes.append(
                 f"marker distances of {other.source.name} differ by {100 * off:.0f} % from those "
                 f"of {names[0]}: another person, or markers put on anew. Fit them with --subject "
@@ -133,15 +133,15 @@ def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
 
 
 def _subject(recordings: Sequence[Recording], settings: FitSettings) -> Subject:
-    """Return what files say of one subject; of heights and masses the median."""
-    told = [r.subject for r in recordings] + [r.static.subject for r in recordings if r.static]
+    """Return the subject that the files describe; median of heights and masses."""
+    known = [r.subject for r in recordings] + [r.static.subject for r in recordings if r.static]
     subject = Subject(age=settings.age)
-    for each in told:
+    for each in known:
         subject = filled(subject, replace(each, date=None))
     middle = {
         name: float(np.median(values))
         for name in ("height", "mass")
-        if (values := [v for each in told if (v := getattr(each, name)) is not None])
+        if (values := [v for each in known if (v := getattr(each, name)) is not None])
     }
     return replace(subject, **middle)
 
@@ -164,7 +164,7 @@ def _weighed(
         weighed = analyse(fit, cutoff=settings.cutoff or "usual").weighed
         found += [] if weighed is None else [weighed]
     standing = [each for each in found if each.how == "standing"]
-    found = standing or found  # quiet standing tells best
+    found = standing or found  # quiet standing is the most accurate
     if not found:
         return shared
     seconds = sum(each.seconds for each in found)

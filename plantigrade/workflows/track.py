@@ -43,11 +43,12 @@ from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 from plantigrade.workflows.walks import RecordedWalk
 
 LIMITS = {"rmse_max_deg": 6.0, "rom_error_max_deg": 10.0}
-"""How far any rotation of hips, knees and ankles may be from the recorded one: root mean square,
-and range of motion. A motion further away is another one, however well forces explain it. At least
-twice what the ankles of the experiment synthesis-tracking are held to."""
-NOT_JUDGED = "subtalar"
-"""The sole of a planned stance lies flat, however the recorded foot rolls over its edge."""
+"""Largest error of any rotation of hips, knees and ankles against the recorded one: root mean
+square, and range of motion. Beyond them the motion is not the recorded one, however well forces
+explain it. They are at least twice the goals of ankles in the experiment synthesis-tracking."""
+EXCLUDED_JOINT = "subtalar"
+"""Joint without a limit: the sole of a planned stance is flat, whereas a recorded foot rolls over
+its edge."""
 COMPARED = ("hip_", "knee_", "ankle_", "subtalar_", "rom_", "rmse_", "foot_flat")
 """Beginnings of the names of figures that are compared with the recording."""
 
@@ -121,7 +122,7 @@ class Tracked:
         return float(np.sqrt((angles**2).mean())), float(np.sqrt((apart[:, 3:6] ** 2).mean()))
 
     @cached_property
-    def beside_recording(self) -> Record:
+    def with_recording(self) -> Record:
         """The motion without lead-in and lead-out, with the recorded one as a reference."""
         found = self.compared()
         motion = replace(found.motion, events=self.motion.events)
@@ -130,22 +131,22 @@ class Tracked:
     @cached_property
     def against_recording(self) -> Comparison:
         """Joint angles of the legs and feet beside the recorded ones, over the strides."""
-        return compare(self.beside_recording)
+        return compare(self.with_recording)
 
     @cached_property
-    def judged(self) -> Comparison:
-        """The same without the joint that is not judged."""
+    def assessed(self) -> Comparison:
+        """The same without the excluded joint."""
         held = self.against_recording
         rom, rmse = (
-            {name: x for name, x in of.items() if not name.startswith(NOT_JUDGED)}
+            {name: x for name, x in of.items() if not name.startswith(EXCLUDED_JOINT)}
             for of in (held.rom, held.rmse)
         )
         return replace(held, rom=rom, rmse=rmse)
 
     @property
-    def away(self) -> str:
+    def violations(self) -> str:
         """Joint angles too far from the recorded ones, where and when; empty where none is."""
-        return beyond(self.beside_recording, self.judged, LIMITS)
+        return beyond(self.with_recording, self.assessed, LIMITS)
 
     def against_plates(self) -> ForceComparison:
         """Compare the forces with the measured ones.
@@ -200,7 +201,7 @@ class Tracked:
             "tracking_pelvis_rms_mm": 1000.0 * place,
             "lift_mm": 1000.0 * self.lift,
         }
-        angles = self.against_recording.metrics() | self.judged.metrics()
+        angles = self.against_recording.metrics() | self.assessed.metrics()
         found |= {name: x for name, x in angles.items() if name.startswith(COMPARED)}
         found |= {limit_of(name): limit for name, limit in LIMITS.items()}
         if self.walk.measured is not None:
@@ -276,10 +277,10 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
         kind="track",
         seconds={"solve": solution.seconds, "prepare": tracked.seconds - solution.seconds},
     )
-    if not tracked.away:
+    if not tracked.violations:
         return run
-    away = f"far from the recording: {tracked.away}"
-    return replace(run, status=away if run.ok else f"{run.status}; {away}")
+    far = f"far from the recording: {tracked.violations}"
+    return replace(run, status=far if run.ok else f"{run.status}; {far}")
 
 
 def track_trial(

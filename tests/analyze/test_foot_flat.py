@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.analyze.foot_flat import DOWN, foot_flat_time
+from plantigrade.analyze.foot_flat import DOWN_HEIGHT, foot_flat_time
 
 TIME = np.arange(0.0, 1.0, 0.01)
 SPEED = 0.5  # of the falling forefoot [m/s]
@@ -18,12 +18,12 @@ def falling(lands: float, level: float = 0.0) -> np.ndarray:
 def test_it_is_when_the_forefoot_is_near_its_level(level):
     """Soles that sink or hover by some millimetres change nothing."""
     found = foot_flat_time(TIME, falling(0.3, level), [0.2])
-    assert found == pytest.approx(0.1 - DOWN / SPEED, abs=1e-9)
+    assert found == pytest.approx(0.1 - DOWN_HEIGHT / SPEED, abs=1e-9)
 
 
 def test_it_is_the_mean_over_strikes_and_zero_for_a_foot_put_down_flat():
     height = falling(0.3)
-    flat = 0.5 * (0.1 - DOWN / SPEED)
+    flat = 0.5 * (0.1 - DOWN_HEIGHT / SPEED)
     assert foot_flat_time(TIME, height, [0.2, 0.5]) == pytest.approx(flat, abs=1e-9)
 
 

@@ -7,7 +7,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.shoulders import ARM, arms_of, astray, other_triple
+from plantigrade.kinematics.shoulders import ARM, arms_of, equivalent_angles, range_excess
 from plantigrade.models import Human
 from plantigrade.motion import Markers
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker
@@ -60,7 +60,7 @@ def test_arms_keep_their_branch(arms, gap):
     assert fit.metrics["marker_rms_worst_frame_mm"] < 10
     for hinges in arms_of(fit.human):
         found, truth = (q[:, 7:][:, hinges] for q in (fit.qpos, qpos))
-        assert astray(found).max() < 0.5
+        assert range_excess(found).max() < 0.5
         assert np.rad2deg(np.abs(found[:, 1] - truth[:, 1])).max() < 15
         # the other triple is 180° away; noise turns an arm near the vertical by up to 27°
         assert np.rad2deg(np.abs(np.diff(found, axis=0))).max() < 45
@@ -70,7 +70,7 @@ def test_the_other_triple_is_the_same_pose():
     human, _, qpos = moved("up and down")
     markers = markers_of(human, None, qpos[:1], noise=0)
     for hinges in arms_of(human):
-        qpos[:1, 7:][:, hinges] = other_triple(qpos[:1, 7:][:, hinges])
+        qpos[:1, 7:][:, hinges] = equivalent_angles(qpos[:1, 7:][:, hinges])
     again = markers_of(human, None, qpos[:1], noise=0)
     np.testing.assert_allclose(again.positions, markers.positions, atol=1e-9)
 
@@ -82,9 +82,9 @@ def test_an_arm_that_changes_branch_pushes_nothing(cutoff):
     other = qpos.copy()
     half = slice(75, None)
     for hinges in arms_of(human):
-        other[half, 7:][:, hinges] = other_triple(other[half, 7:][:, hinges])
+        other[half, 7:][:, hinges] = equivalent_angles(other[half, 7:][:, hinges])
         columns = 7 + np.array(hinges)
-        other[half, columns] = other_triple(qpos[half, columns])
+        other[half, columns] = equivalent_angles(qpos[half, columns])
     left = []
     for q in (qpos, other):
         d = differentiate(human, time, q, cutoff)

@@ -1,11 +1,11 @@
-"""Single samples that leap away are faults of the file; kicks, bounces and steps are not."""
+"""Single samples far off their curve are errors of the file; kicks, bounces and steps are not."""
 
 import numpy as np
 import pytest
 
 from plantigrade.io import read
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
-from plantigrade.motion.spikes import LEAST_TURN, spikes, without_spikes
+from plantigrade.motion.spikes import MIN_ROTATION, spikes, without_spikes
 from plantigrade.workflows.fit import fit_trial
 
 TIME = np.arange(240) / 120
@@ -17,7 +17,7 @@ SWING = 0.6 * np.sin(2 * np.pi * TIME)
 def test_a_spike_is_found_where_it_is(width, leap):
     curve = SWING.copy()
     curve[77 : 77 + width] += leap
-    ((at, size),) = spikes(curve, LEAST_TURN)
+    ((at, size),) = spikes(curve, MIN_ROTATION)
     assert (at.start, at.stop) == (77, 77 + width)
     assert size == pytest.approx(abs(leap), abs=0.02)
 
@@ -34,7 +34,7 @@ def test_a_spike_is_found_where_it_is(width, leap):
     ],
 )
 def test_what_people_do_is_none(curve):
-    assert not spikes(curve, LEAST_TURN)
+    assert not spikes(curve, MIN_ROTATION)
 
 
 def amc(text: str, bone: str, more) -> str:
@@ -97,7 +97,7 @@ def test_a_glitch_in_a_skeleton_file_is_bridged(data, tmp_path, name, fault):
     mended, found = without_spikes(bad, range(len(bad.names)))
     assert len(without_spikes(good, range(len(good.names)))[1]) + 1 == len(found)
     leap = found[0]
-    assert np.rad2deg(leap.angle) == pytest.approx(90, abs=5) or leap.way == pytest.approx(
+    assert np.rad2deg(leap.angle) == pytest.approx(90, abs=5) or leap.distance == pytest.approx(
         0.3, rel=0.05
     )
     assert np.abs(mended.positions - good.positions).max() < 0.01
@@ -110,7 +110,7 @@ def test_a_glitch_in_a_skeleton_file_is_bridged(data, tmp_path, name, fault):
 @pytest.mark.parametrize("name", FILES)
 def test_a_glitch_in_a_skeleton_file_takes_no_forces(data, tmp_path, name, fault):
     (_, good), (_, bad) = (fit_trial(p) for p in faulty(data, tmp_path, name, fault))
-    said = [note for note in bad.notes if "leap away" in note]
+    said = [note for note in bad.notes if "far off the curve" in note]
     assert said and ("°" in said[0] if fault == "toe" else "30 cm" in said[0])
     assert (good.ground is None) == (bad.ground is None)
     if good.ground is not None:

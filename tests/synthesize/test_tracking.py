@@ -20,7 +20,7 @@ from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
 from plantigrade.motion.resample import interpolate
 from plantigrade.synthesize import ContactBody, synthesize
-from plantigrade.synthesize.tasks.recorded_stances import ROLLING
+from plantigrade.synthesize.tasks.recorded_stances import TOE_ROLL_TIME
 from plantigrade.synthesize.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
 from plantigrade.synthesize.terms.limits import Limits
 from plantigrade.workflows.textbook import textbook_walk
@@ -62,7 +62,7 @@ def test_stances_are_those_of_the_events(human, walk):
             s.heel_strike if struck else s.toe_off for s in stances if s.footprint.side == e.side
         ]
         if 0.1 < e.time < walk.time[-1] - 0.2:
-            wanted = e.time - EARLY if struck else e.time - ROLLING
+            wanted = e.time - EARLY if struck else e.time - TOE_ROLL_TIME
             assert np.abs(np.array(times) - wanted).min() <= 0.5 * GRID + 1e-9
     for s in stances:
         assert s.footprint.position[2] == 0.0
@@ -255,7 +255,7 @@ def test_a_recording_gives_ground_reactions(data):
             and abs(held.rom_error[f"ankle_angle_{side}"]) < 5
         )
     assert made.figures["rmse_max_deg"] <= made.figures["rmse_max_limit_deg"]
-    assert not found.away  # unrefined, the check may still find something
+    assert not found.violations  # unrefined, the check may still find something
     assert c.forward_r > 0.98 and c.backward_m < 0.02  # [m]
     assert min(c.moment_r.values()) > 0.8
     beside = found.estimate_against_plates()
@@ -281,14 +281,14 @@ def test_angles_far_from_the_recording_are_not_ok(human, walk, tracked):
 
     s, begin = tracked
     made = Tracked(None, human, walk, 0.0, None, s, begin, begin + 0.1, begin + 1.1, 0.0)
-    assert made.away == ""
+    assert made.violations == ""
     assert made.against_recording.foot_flat["r"][0] > 0.05  # [s]
     qpos = walk.qpos.copy()
     column = 7 + human.coordinates.index("ankle_angle_l")
     qpos[:, column] = qpos[:, column].mean()  # a stiff ankle
     far = replace(made, motion=replace(walk, qpos=qpos))
-    assert "ankle_angle_l" in far.away and "s into the recording" in far.away
-    assert f"at most {LIMITS['rom_error_max_deg']:g}° allowed" in far.away
+    assert "ankle_angle_l" in far.violations and "s into the recording" in far.violations
+    assert f"at most {LIMITS['rom_error_max_deg']:g}° allowed" in far.violations
 
 
 @pytest.mark.parametrize(

@@ -24,10 +24,10 @@ NODES_PER_SECOND = 50.0
 GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
-ROLLING = 0.010
+TOE_ROLL_TIME = 0.010
 """Toes already move this long before toe off [s], which is timed by the speed of the foot. Held
 until 15 ms after it, they turned the ankle 5 to 10° too far (settled half of the experiment)."""
-LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, -ROLLING])
+LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, -TOE_ROLL_TIME])
 """Shift of the times of a stance from its events [s]: load grows from zero before heel strike is
 noticed."""
 
