@@ -104,9 +104,13 @@ def _on(engine: Engine, work: Callable, items: list) -> Iterator[Done]:
             alone = bool(again) and engine.shares_fate
             while (again or fresh) and len(running) < (1 if alone else engine.workers):
                 index = (again or fresh).popleft()
-                future = engine.submit(_attempt, work, items[index], os.getcwd())
-                running[future] = index
-            for future in engine.ended(running):
+                try:
+                    future = engine.submit(_attempt, work, items[index], os.getcwd())
+                except Exception as error:  # a cluster that is gone takes no more items
+                    done[index] = Done(items[index], None, f"{type(error).__name__}: {error}")
+                else:
+                    running[future] = index
+            for future in engine.ended(running) if running else ():
                 index = running.pop(future)
                 try:
                     done[index] = engine.result(future)

@@ -109,8 +109,8 @@ def test_steps_are_recognised_and_found(climb):
     assert soles.min() > -0.02, "no foot swings through a step"
 
 
-def test_feet_that_stand_nowhere_tell_no_ground(walk):
-    with pytest.raises(FitError, match="does not tell where the given ground lies"):
+def test_feet_that_stand_nowhere_do_not_place_the_ground(walk):
+    with pytest.raises(FitError, match="stand still . times; 2 are needed to place"):
         below_feet(Ground(slope=0.1), walk.human, walk.time[:20], walk.qpos[40:60])
 
 

@@ -11,6 +11,8 @@ from threading import Event
 import pytest
 
 from plantigrade.errors import PlantigradeError
+from plantigrade.record import jobs
+from plantigrade.record.engines import Processes
 from plantigrade.record.jobs import run_jobs
 from tests.browser import wait_for
 
@@ -74,6 +76,23 @@ def test_what_cannot_be_sent_to_a_worker_is_a_row(tmp_path):
     with open(tmp_path / "file", "w") as file:
         first, other = run_jobs(str, [file, 2], jobs=2)
     assert "pickle" in first.problem and other.result == "2"
+
+
+def test_a_cluster_that_is_gone_leaves_rows_and_what_has_finished(monkeypatch):
+    """Three items are computed, then the engine takes no more of them."""
+    taken = []
+
+    class Leaving(Processes):
+        def submit(self, call, *arguments):
+            taken.append(arguments)
+            if len(taken) > 3:
+                raise ConnectionError("the scheduler closed the connection")
+            return super().submit(call, *arguments)
+
+    monkeypatch.setitem(jobs.ENGINES, "loky", lambda workers, address: Leaving(workers))
+    done = list(run_jobs(abs, [-1, -2, -3, -4, -5], jobs=2))
+    assert [one.result for one in done] == [1, 2, 3, None, None]
+    assert all("scheduler closed" in one.problem for one in done[3:])
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
