@@ -1,8 +1,8 @@
-"""Ground reactions where no plate measured them, or the reason why they cannot be told.
+"""Ground reactions where no plate measured them, or the reason why they cannot be estimated.
 
 The program (:mod:`plantigrade.dynamics.ground_forces`) gives every foot what the motion needs.
-It knows the ground that is level or given, two feet and a seat: where something else carries too (a
-hand on a rail), the motion asks for what they cannot give, and the estimate is refused.
+It knows level or given ground, two feet and a seat. Where something else carries load too (a hand
+on a rail), these cannot produce the motion, and the estimate is refused.
 """
 
 from typing import Any
@@ -58,7 +58,7 @@ def estimate(
         motion: The motion, filtered, with its gait events.
         measured: What plates tell.
         soles: Height of each sole in stance [m]; NaN in swing.
-        ground: What the feet stand on, from which those heights are told.
+        ground: Ground under the feet, above which those heights are measured.
     """
     if measured is not None and bool(np.all(measured.valid_side)):
         return None, None, ()
@@ -175,15 +175,18 @@ def _refusal(found: GroundForces, force: float, moment: float) -> str:
 def _other_ground(
     human: Human, motion: Motion, soles: Float[Array, "n_frames 2"], ground: Ground
 ) -> str:
-    """Return how the feet of a gait do not stand on its ground; empty where they do."""
+    """Return why the feet of a gait do not stand on its ground; empty where they do."""
     if not motion.events:
         return ""
     step, seems = _step_between(soles), suggested(human, motion.time, motion.qpos)
     if ground.slope or ground.steps:
         if step <= UNEVEN:
             return ""
-        given = "the feet do not stand on the given ground, but up to "
-        return f"{given}{100 * step:.0f} cm above or below each other; they suggest {seems}."
+        remedy = f"they suggest {seems}" if seems else "leave out --ground"
+        return (
+            f"the feet do not stand on the given ground, but up to {100 * step:.0f} cm above or "
+            f"below each other; {remedy}."
+        )
     if step > UNEVEN:
         how = f"the feet stand {100 * step:.0f} cm higher at one step than at another"
     elif "slope" in seems:

@@ -49,7 +49,7 @@ TOE = "metatarsal_2_head"
 AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
 RIGID = 1e-6  # places on one body move by less in it [m]
 FEWEST = 2  # markers of a thigh that tell how it lies, beside its hip centre
-MIN_KNEE_MARKERS = 3  # markers of thigh and of shank that tell how the knee turns between them
+MIN_KNEE_MARKERS = 3  # fewest markers of thigh and of shank that determine the knee's rotation
 
 
 def shown_angles(record: Record) -> Table | None:
@@ -120,7 +120,7 @@ def _segments_of_markers(
 
     The thigh is turned about its hip centre, the shank about the middle of its markers, from where
     the body has them to where their markers come closest to the recorded ones in the sense of least
-    squares. A joint is missing where too few markers tell it.
+    squares. A joint with too few markers is left out.
     """
     markers, fitted = record.recorded_markers, record.fitted_markers
     if markers is None or fitted is None:

@@ -17,14 +17,14 @@ LIMITS = {
     "contact_drift_max_mm": 20.0,
     "sole_lowest_mm": -10.0,
 }
-"""How far a reproduced gait may be off: its centre of mass, its ranges of motion (mean and worst
-single rotation of the legs), the soles along the ground and into it."""
+"""Largest errors of a reproduced gait: centre of mass, ranges of motion (mean and worst rotation of
+the legs), sliding of the soles and their depth in the ground."""
 FORCE_LIMITS = {"force_residual_rms_bw": 0.10, "equations_residual_max_bw": 1e-6}
-"""How far forces may be from the estimated ones, and from those that their motion needs."""
+"""Largest differences of forces from the estimated ones, and from those that the motion needs."""
 PELVIS_LIMIT = 0.30
-"""A pelvis further from the recorded one has wandered off [m]."""
+"""Largest distance of the pelvis from the recorded one [m]."""
 FALLEN = 0.15
-"""A body moved by forces whose centre of mass is further off has fallen [m]."""
+"""Error of the centre of mass of a body moved by forces above which it has fallen [m]."""
 
 LEGS = tuple(name for _, name in ROTATIONS)
 FOOT = {"r": "right", "l": "left"}
@@ -40,7 +40,9 @@ def run_status(motion: str, forces: str = "ok") -> str:
         forces: Status of the gait computed with forces.
     """
     parts = {"gait computed without forces": motion, "gait computed with forces": forces}
-    return "; ".join(f"{part}: {said}" for part, said in parts.items() if said != "ok") or "ok"
+    return (
+        "; ".join(f"{part}: {status}" for part, status in parts.items() if status != "ok") or "ok"
+    )
 
 
 def gait_status(record: Record, held: Comparison) -> str:
@@ -49,12 +51,12 @@ def gait_status(record: Record, held: Comparison) -> str:
     stopped = str(record.signals.get("stopped", ""))
     if stopped:
         return f"the motion ended early, {when(record, time[-1])}: {stopped}{LOOK}"
-    away, most = held.com_error, 1e-3 * LIMITS["com_error_max_mm"]
-    if away.max() > most:
-        first = time[np.argmax(away > most)]
+    com_error, most = held.com_error, 1e-3 * LIMITS["com_error_max_mm"]
+    if com_error.max() > most:
+        first = time[np.argmax(com_error > most)]
         return (
             f"the centre of mass left its path by more than {100 * most:.0f} cm, "
-            f"{when(record, first)} (at most {100 * away.max():.0f} cm off){LOOK}"
+            f"{when(record, first)} (at most {100 * com_error.max():.0f} cm off){LOOK}"
         )
     recorded = record.references["recorded"].at(time)
     off = np.linalg.norm(record.motion.qpos[:, :3] - recorded.qpos[:, :3], axis=1)
@@ -83,19 +85,19 @@ def forces_status(forced: Record, held: Comparison) -> str:
 
 
 def beyond(record: Record, held: Comparison, limits: dict[str, float]) -> str:
-    """Return what is beyond its limit, where and when, in words; empty where nothing is."""
+    """Return the figures beyond their limits, with place and time, in words; empty if none is."""
     figures = held.metrics()
     if record.qfrc_actuator is not None:
         figures |= force_residuals(record)
-    said = []
+    found = []
     for key, limit in limits.items():
         value = figures.get(key, 0.0)
         if not value * np.sign(limit) > abs(limit):
             continue
         allowed = f"{limit:g}{UNITS[key.rpartition('_')[2]]}"
         bound = "at least" if limit < 0 else "at most"
-        said.append(f"{_words(key, value, record, held)} ({bound} {allowed} allowed)")
-    return "; ".join(said)
+        found.append(f"{_words(key, value, record, held)} ({bound} {allowed} allowed)")
+    return "; ".join(found)
 
 
 def _words(key: str, value: float, record: Record, held: Comparison) -> str:
@@ -169,10 +171,10 @@ def _force_residual(forced: Record) -> Float[Array, "n 2"]:
 
     NaN where neither is loaded.
     """
-    wanted = forced.signals["estimated.force"]
+    estimated = forced.signals["estimated.force"]
     force = np.stack([forced.foot(side).force for side in SIDES], axis=1)
-    apart = np.linalg.norm(force - wanted, axis=2) / forced.weight
-    return np.where((force[..., 2] > 0) | (wanted[..., 2] > 0), apart, np.nan)
+    apart = np.linalg.norm(force - estimated, axis=2) / forced.weight
+    return np.where((force[..., 2] > 0) | (estimated[..., 2] > 0), apart, np.nan)
 
 
 def when(record: Record, time: float) -> str:

@@ -78,7 +78,9 @@ class Trial:
     cutoff: float | None = None  #: Low-pass of motion and forces [Hz]
     weighed: Weighing | None = None  #: The body mass that the plates carry
     events_from_plates: int = 0  #: How many gait events were timed by plates
-    plate_clock_offset: float | None = None  #: How late the plates' clock is, if it shows [s]
+    plate_clock_offset: float | None = (
+        None  #: Delay of the plates' clock, if it can be estimated [s]
+    )
     #: Ground reactions of every foot in every frame, estimated where they were not measured
     ground: GroundForces | None = None
     #: What plates measured that nothing here has seen: ground reactions, and joint moments by them
@@ -293,9 +295,9 @@ def _on_feet(
     mass: float | None,
     lift: Float[Array, " n_frames"],
 ) -> tuple[FootForces, tuple[ForcePlate, ...], float | None]:
-    """Return the forces on the feet, plates on the motion's clock, and how late theirs was [s].
+    """Return the forces on the feet, plates on the motion's clock, and the delay of theirs [s].
 
-    The plates come back as they were where their clock is right or cannot be told.
+    Plates whose delay is small or cannot be estimated are returned unchanged.
     """
     forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)
     assert body.force is not None
@@ -347,7 +349,7 @@ def _tell_mass(
 
 
 def _beside_plates(forces: FootForces | None, estimated: bool) -> list[str]:
-    """Say how long each foot stands on no plate, and what becomes of its moments there."""
+    """Return notes on the frames in which a foot stands on no plate."""
     notes = []
     names = {"r": "right", "l": "left"}
     for side, share in zip(forces.sides, forces.beside_plates, strict=True) if forces else ():

@@ -56,5 +56,5 @@ class Command(PrintOptions):
             f"  use it         plantigrade fit FILE --norms {self.out}"
         )
         text = "\n".join([*(f"left out {name}: {why}" for name, why in left_out.items()), text])
-        told = {"file": str(self.out), "people": found.people, "curves": curves}
-        return Outcome(text, {**told, "left_out": left_out})
+        metrics = {"file": str(self.out), "people": found.people, "curves": curves}
+        return Outcome(text, {**metrics, "left_out": left_out})

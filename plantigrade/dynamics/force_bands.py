@@ -36,8 +36,8 @@ ACTIVATION, ASIDE = 2.0, 0.5
 # What the spreads are multiplied by, so that the bands hold what plates measured
 FORCE, POINT, TORQUE, MOMENT = 1.3, 1.7, 1.6, 1.6
 TIMING = 0.010  # standard deviation of gait events found from the motion [s]
-# Standard deviation of the vertical force at an end of the recording, where the filter does not
-# know how the motion goes on [BW], and over how long: time constant of a low-pass at 6 Hz [s]
+# Standard deviation of the vertical force at an end of the recording, beyond which the filter does
+# not know the motion [BW], and its decay: time constant of a low-pass at 6 Hz [s]
 END_SPREAD, END_TIME = 0.25, 0.027
 NEAR_EVENT = 0.15  # within this of landing and leaving the instant matters [s]
 
@@ -137,7 +137,7 @@ def spread_of(
 ) -> Spread:
     """Return the spread of everything that follows from the wrenches.
 
-    Forces and centres of pressure are told in world axes.
+    Forces and centres of pressure are in world axes.
 
     Args:
         needs: The motion.

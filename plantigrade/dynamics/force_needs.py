@@ -58,7 +58,7 @@ class ForceNeeds:
     to_world: Float[Array, "3 3"]  #: Rotation from the axes of the ground to world
 
     def held(self, before: int, after: int) -> "ForceNeeds":
-        """Return the same with its first and last frame held for so many frames more."""
+        """Return the same with the first and last frame repeated before and after it."""
         n = len(self.time)
         frames = np.clip(np.arange(-before, n + after), 0, n - 1)
         per_frame = {name: getattr(self, name)[frames] for name in PER_FRAME}

@@ -92,8 +92,7 @@ def estimate_forces(
             (:func:`~plantigrade.dynamics.loading.find_loading`).
         supports: What may carry load besides the feet, where ``contacts`` say so.
         scales: What the program weighs by; what suits the activity if absent.
-        ground: What the feet stand on. On a slope the program is stated in the
-            axes of the slope.
+        ground: Ground under the feet. On a slope the program is stated in the axes of the slope.
 
     Raises:
         ParameterError: If the motion has no accelerations, is too short, nothing ever carries, or
@@ -177,7 +176,7 @@ def _step(motion: Motion) -> int:
 
 
 def _frames(forces: FootForces, step: int, to_world: np.ndarray) -> FootForces:
-    """Return every so manieth frame, in axes of the ground."""
+    """Return every ``step``-th frame, in axes of the ground."""
     return FootForces(
         forces.force[::step] @ to_world,
         forces.point[::step] @ to_world,

@@ -11,7 +11,7 @@ from plantigrade.motion.motion import Motion
 
 EARLY, LATE = 0.010, 0.015  # a load that begins and ends smoothly is not noticed at once [s]
 USUAL_STANCE = 0.65  # where none was seen whole [s]
-# Length of a double support, in stances: 11 % of a gait cycle beside 61 %, with EARLY and LATE
+# Length of a double support over that of a stance: 11 and 61 % of a gait cycle, with EARLY and LATE
 USUAL_HAND_OVER = 0.21
 
 
@@ -43,8 +43,8 @@ class LoadInterval:
         stop: When it ends [s].
         begins: Whether the load grows from zero at the start; not where the recording cuts it.
         ends: Whether it falls to zero at the end.
-        walking: Whether the foot rolls from heel to toes as in walking and running, so that the
-            centre of pressure takes the path that it takes there.
+        walking: Whether the foot rolls from heel to toes, as in walking and running, and with it
+            the centre of pressure.
     """
 
     side: str
@@ -116,9 +116,9 @@ def completed(
 ) -> tuple[LoadInterval, ...]:
     """Return the stances that a recording cuts in double support, with their likely other ends.
 
-    A foot that still stands when the other has landed leaves after a double support of the usual
-    length, in this recording or else of anybody; one that stood before the other left had landed as
-    long before. That instant lies outside the recording.
+    A foot that still stands when the other has landed leaves after a double support of the median
+    length of this recording, or of a usual length if none was seen; correspondingly at the start.
+    Those instants lie outside the recording.
 
     Args:
         intervals: Contacts.

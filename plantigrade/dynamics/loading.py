@@ -39,7 +39,7 @@ from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import crossing, runs
 
 FASTER = 2.5  # running and jumps keep frequencies so much higher: 15 Hz, not 6 (see analyse)
-RUNNING_STANCE = 0.30  # stance of a run of which that is true, at about 3 m/s [s]
+RUNNING_STANCE = 0.30  # stance of a run with these frequencies, at about 3 m/s [s]
 
 CLEAR = 0.010  # the lowest point of a foot in the air is higher than this [m] …
 HIGH = 0.030  # … and at some time than this

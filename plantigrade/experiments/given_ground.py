@@ -1,7 +1,7 @@
 """Ground reactions estimated on slopes and steps, against walks whose forces are known exactly.
 
 A walk is generated on the ground, recorded with the markers and the faults of a laboratory, and
-fitted with that ground as given. Nothing was settled on these walks.
+fitted with that ground as given. No constant was chosen on these walks.
 """
 
 from dataclasses import replace
@@ -35,7 +35,7 @@ GROUNDS: dict[str, tuple[Walk, str | None]] = {
     "steps 15 cm up": (Walk(steps=6, heights=UP, speed=0.9), "steps:15"),
     "steps 15 cm down": (Walk(steps=6, heights=DOWN, speed=0.9), "steps:15"),
 }
-"""What is walked, and the ground that the fit is given; level ground for comparison."""
+"""The walk to generate, and the ground given to the fit; level ground for comparison."""
 
 
 def on_ground(walk: Walk, ground: str | None) -> ForceComparison:
@@ -58,7 +58,7 @@ def on_ground(walk: Walk, ground: str | None) -> ForceComparison:
 
 
 def filtered(record: Record) -> Record:
-    """Return a record with forces and moments low-passed like those of plates beside a walk."""
+    """Return a record with forces and moments low-passed like the measured forces of a walk."""
     time, force, moments = record.motion.time, record.contact_force, record.qfrc_actuator
     assert force is not None and moments is not None
     return replace(

@@ -1,4 +1,4 @@
-r"""About which point the torques of a force file are, where it is not the one that the file gives.
+r"""The reference point of the torques of a force file, where it is not the one that the file gives.
 
 A file gives a force :math:`f`, its point of application :math:`p` and a torque :math:`t`, which
 should be about :math:`p`. Some programs write it about the origin of the laboratory, or about a
@@ -7,9 +7,9 @@ fixed point of the plate, :math:`r`; some write what acts on the plate, with the
 
 .. math:: t_h \approx s\,[(p - r) \times f]_h ,
 
-and the same holds of the vertical part but for the free moment, which is small. No torque about the
-centre of pressure does so, and none about a point that does not move. Read as if it were about
-:math:`p`, it would put the centre of pressure at twice its distance from :math:`r`.
+and so does the vertical part, apart from the free moment, which is small. Torques about the centre
+of pressure do not follow it, nor do torques about a point that does not move. Read as torques about
+:math:`p`, they would put the centre of pressure at twice its distance from :math:`r`.
 """
 
 from dataclasses import dataclass, field
@@ -19,19 +19,19 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 
 MAX_MISFIT = 0.02
-"""Centres of pressure by force and torque, and by the file, are this near each other, root mean
+"""Largest distance of the centres of pressure by force and torque from those of the file, root mean
 square [m]: filters at different frequencies leave up to 1 cm."""
 MIN_LEVER_ARM = 0.1
-"""A smaller lever arm of the torque is not judged, root mean square [m]: a torque about a point
-of the plate that is not the centre of pressure has such arms, too."""
+"""Smallest lever arm of a torque about the origin, root mean square [m]: torques about a point of
+the plate have smaller ones."""
 MIN_PRESSURE_TRAVEL = 0.03
-"""The point of application moves by more, root mean square about its mean, where a fixed point
-other than the origin is looked for [m]; along a foot in walking it is 0.06 to 0.09."""
+"""Smallest travel of the point of application, root mean square about its mean, for which a fixed
+point other than the origin is determined [m]; along a foot in walking it is 0.06 to 0.09."""
 MIN_VERTICAL_ARM = 0.02
-"""A vertical torque is judged above this, by the vertical force, root mean square [m]: free
+"""Smallest vertical torque about the origin over the vertical force, root mean square [m]: free
 moments of people who walk or run are below 0.01."""
 MAX_FREE_SHARE = 0.35
-"""Part of a vertical torque about the origin that may be free moment, root mean square."""
+"""Largest share of free moment in a vertical torque about the origin, root mean square."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def reference(
         t: Torques [N m].
         loaded: Samples in which somebody stands on the plate.
         up: Which of the axes is up.
-        fixed: Look for a fixed point besides the origin, too.
+        fixed: Whether fixed points other than the origin are considered.
     """
     loaded = loaded & np.isfinite(np.hstack([f, p, t])).all(axis=1)
     if loaded.sum() < 10:
@@ -106,17 +106,17 @@ def reference(
             and _rms(t[:, level] - sign * moment[:, level]) < MAX_MISFIT * weight
         ):
             return Reference(sign, np.zeros(3))
-    wander = _rms((p - p.mean(axis=0))[:, level])
-    if not fixed or wander < MIN_PRESSURE_TRAVEL:
+    travel = _rms((p - p.mean(axis=0))[:, level])
+    if not fixed or travel < MIN_PRESSURE_TRAVEL:
         return None
     # r x f is linear in r: cross(e_i, f) are the columns.
     columns = np.stack([np.cross(np.eye(3)[i], f)[:, level].ravel() for i in range(3)], axis=1)
     for sign in (1.0, -1.0):
-        wanted = moment[:, level] - sign * t[:, level]
-        at = np.linalg.lstsq(columns, wanted.ravel(), rcond=None)[0]
-        left = _rms(wanted - (columns @ at).reshape(wanted.shape))
+        required = moment[:, level] - sign * t[:, level]
+        at = np.linalg.lstsq(columns, required.ravel(), rcond=None)[0]
+        left = _rms(required - (columns @ at).reshape(required.shape))
         if (
-            left < min(MAX_MISFIT, 0.3 * wander) * weight
+            left < min(MAX_MISFIT, 0.3 * travel) * weight
             and _rms(p[:, level] - at[level]) > MAX_MISFIT
         ):
             return Reference(sign, at)

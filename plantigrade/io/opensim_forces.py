@@ -90,7 +90,7 @@ def plates_of(
     loaded = [
         (each[0][:, 1] >= MOST_BASELINE) & np.isfinite(each[1]).all(axis=1) for each in measured
     ]
-    common = None  # one program wrote the file: about the origin are the torques of all or of none
+    common = None  # one program wrote the file: all its torques are about the origin, or none is
     if measured:
         f, p, t = (np.concatenate(each) for each in zip(*measured, strict=True))
         common = reference(f, p, t, np.concatenate(loaded), 1, fixed=False)
@@ -100,14 +100,14 @@ def plates_of(
         if about is not None:
             t = about.about(f, p, t)
             if about is not common:
-                warnings.append(_told(about, f"{group.name}: "))
+                warnings.append(_note(about, f"{group.name}: "))
         result.append(_plate(table, group, f, p, t))
     if common is not None:
-        warnings.append(_told(common))
+        warnings.append(_note(common))
     return tuple(result)
 
 
-def _told(about: Reference, where: str = "") -> str:
+def _note(about: Reference, where: str = "") -> str:
     return Info(
         f"{where}the torques are about {about}, not about the points of application; they were "
         "converted"

@@ -85,7 +85,7 @@ STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
 # pulled back [rad], so strongly.
 STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
 BELT = {"front": {"asis"}, "back": {"psis", "sacrum"}}  # landmarks that a belt stands in for
-# With such a marker they are pulled back less: it says within a centimetre where the axis lies.
+# With such a marker they are pulled back less, because it locates the axis within a centimetre.
 KNOWN_SPREAD = 0.03  # [rad]
 UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
 _EPICONDYLES = ("knee_lateral", "knee_medial")

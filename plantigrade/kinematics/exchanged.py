@@ -17,9 +17,8 @@ tell, which are constant to the markers of one's own limb.
 A mirrored person has left and right exchanged and yet the toes in front, and no pose of a body does
 that. The same search is made on the mirror image of the markers. With the distance :math:`d` that
 inverse kinematics leaves and the share :math:`s` of labels to be exchanged, the recording is
-mirrored where its mirror image has much the smaller :math:`d\,(1 + s)`. Walking backwards does not
-matter here: each frame is looked at by itself, and heels, toes, knees and the front of the pelvis
-of such a person are where they belong.
+mirrored where its mirror image has a much smaller :math:`d\,(1 + s)`. People who walk backwards are
+not mirrored: each frame is examined by itself, and their heels, toes, knees and pelvis agree.
 """
 
 from collections.abc import Sequence
@@ -309,7 +308,8 @@ def _comparable(known: Landmarks) -> Bool[Array, "n_markers n_markers"]:
 def _scale(known: Landmarks, frames: Float[Array, "n_frames n 3"]) -> float:
     """Return the size of the recorded person over that of the standing one.
 
-    Distances on a segment or to the next one tell it, between points of bone where there are any.
+    It follows from distances on a segment or to the next one, between points of bone if there are
+    any.
     """
     rest = np.linalg.norm(known.standing[:, None] - known.standing, axis=-1)
     seen = distances(frames).usual

@@ -124,7 +124,7 @@ def below_feet(
         qpos: The motion, facing x.
 
     Raises:
-        FitError: If too few feet stand, or they do not stand on steps.
+        FitError: If too few feet stand, or they do not stand on this shape.
     """
     feet = standing_feet(human, time, qpos, shape.slope)
     if len(feet.height) < MIN_STANDING:
@@ -133,7 +133,17 @@ def below_feet(
             "the given ground: leave out --ground, or record two steps"
         )
     if not shape.steps:
-        return replace(shape, height=float(np.median(feet.height)))
+        height = float(np.median(feet.height))
+        off = float(np.sqrt(np.mean((feet.height - height) ** 2)))
+        if off > MAX_LINE_ERROR:
+            seems = suggested(human, time, qpos)
+            remedy = f"they suggest {seems}" if seems else "on level ground leave out --ground"
+            raise FitError(
+                f"the feet do not stand on a slope of {np.rad2deg(shape.slope):g}°: they are "
+                f"{100 * off:.0f} cm off it (root mean square), {100 * MAX_LINE_ERROR:.0f} cm are "
+                f"allowed; {remedy}"
+            )
+        return replace(shape, height=height)
     rise = abs(shape.steps[0].height)
     low = float(feet.height.min())
     level = np.round((feet.height - low) / rise)

@@ -21,8 +21,8 @@ SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
 PASSES = 4  # of planting and lifting, at most
 _PLANTED = 1.0  # weight of the foot's points
 _HELD = {"pelvis": 0.06, "knee": 0.01}  # weights of points that stay where they were
-_STEADY = 3.0  # weight of points on a pelvis that stays where it was
-_SPREAD = 0.006  # a joint led away by its spread weighs as much as a sole this far off [m]
+_STEADY = 3.0  # weight of points on a pelvis that keeps its position
+_SPREAD = 0.006  # error of a sole that weighs as much as a joint angle changed by its spread [m]
 _POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]
 _FOOT_POSTURE = 2e-3  # the same of joints within the foot
 
@@ -51,8 +51,8 @@ def plant_feet(
         rate: Frames per second [Hz].
         rests: What rests when; found from the motion where not given.
         way: Path of the ground itself (a treadmill's belt) [m].
-        spread: How far each joint angle, named without its side, may be led away [rad], where
-            angles matter more than the last millimetre; the pelvis then keeps its height.
+        spread: Standard deviation of the change of each joint angle, named without its side [rad];
+            with it the pelvis keeps its height and soles may be some millimetres off.
         progress: Called with the number of frames done, now and then.
     """
     n = len(qpos)
@@ -99,13 +99,13 @@ def lead_pelvis(
     shift: Float[Array, "n_frames 2"],
     spread: Mapping[str, float],
 ) -> Float[Array, "n_frames nq"]:
-    """Return the motion with the pelvis elsewhere over feet that stay where they are.
+    """Return the motion with the pelvis shifted over feet that keep their positions.
 
     Args:
         human: The person.
         qpos: The motion.
-        shift: How far the pelvis is led forward and to the left [m].
-        spread: How far each joint angle, named without its side, may be led away [rad].
+        shift: Shift of the pelvis forward and to the left [m].
+        spread: Standard deviation of the change of each joint angle, named without its side [rad].
     """
     contact = sole_paths(human, qpos)
     solver, held = _planting_solver(human, contact, spread)

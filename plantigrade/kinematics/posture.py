@@ -95,7 +95,7 @@ def _few(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_few nq"]:
 def pelvis_notes(
     human: Human, places: Sequence[Attachment], attached: Mapping[str, str]
 ) -> list[str]:
-    """Return a sentence where the markers do not show how the pelvis is tilted.
+    """Return a warning where the markers do not determine the tilt of the pelvis.
 
     Args:
         human: The person.
@@ -125,8 +125,8 @@ def pelvis_notes(
 
 
 _BELT = (
-    "the markers of the pelvis are on a belt, not on the iliac spines: they are taken to be at its "
-    "height, and where they are not, tilt and hip flexion are some degrees off all through."
+    "the markers of the pelvis are on a belt, not on the iliac spines: they are assumed to be at "
+    "the height of the spines; otherwise pelvis tilt and hip flexion are offset by some degrees."
 )
 
 

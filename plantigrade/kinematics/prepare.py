@@ -1,7 +1,7 @@
 """A marker recording made ready to be scaled and followed.
 
-Labels that were exchanged are put right, samples metres away are left out, and the recording is
-turned so that the person faces x. What cannot be a person is refused.
+Exchanged labels are corrected, samples metres away are left out, and the recording is turned so
+that the person faces x. A recording that cannot be of a person is refused.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,10 +29,10 @@ from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
-USUAL_HEIGHT = 1.72  # where none is given: the start of the calibration [m]
+USUAL_HEIGHT = 1.72  # initial stature of the calibration, where none is given [m]
 STATIC_FRAMES = 6  # of a standing trial, evenly spread
-MIN_VISIBLE_SHARE = 0.75  # share of the markers a frame must show to be fitted
-MIN_SHARED_MARKERS = 6  # known markers a standing trial must have in common with the recording
+MIN_VISIBLE_SHARE = 0.75  # smallest share of visible markers of a frame that is fitted
+MIN_SHARED_MARKERS = 6  # fewest known markers that a standing trial shares with the recording
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Prepared:
         person: What is known of the person.
         human: A person of about the size, to start from.
         names: The markers worth fitting, of the recording and of the standing trial.
-        placed: Where each of them sits; None where its name says nothing.
+        placed: Where each of them sits; None for an unknown name.
         ignored: Markers that are not worth fitting, and why.
         window: The frames that show enough of the markers.
         heading: Angle by which the recording was turned about the vertical [rad].
@@ -75,7 +75,7 @@ class Prepared:
 
     @property
     def known(self) -> list[str]:
-        """Markers of the recording whose name says where they sit."""
+        """Markers of the recording with a known place."""
         own = self.markers.names
         return [n for n in self.names if self.placed[n] is not None and n in own]
 
@@ -101,8 +101,8 @@ def prepare(
         FitError: If the recording has no markers, too few known ones, or no usable frame.
     """
     if static is not None:
-        beside = replace(static.subject, date=None)  # that of another recording
-        recording = replace(recording, subject=filled(recording.subject, beside))
+        known = replace(static.subject, date=None)  # the date is that of another recording
+        recording = replace(recording, subject=filled(recording.subject, known))
     person = filled(person or Person(), recording.subject)
     markers = recording.markers
     if markers is None or not markers.names:

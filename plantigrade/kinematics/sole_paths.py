@@ -80,12 +80,12 @@ class SolePaths:
 def sole_paths(
     human: Human, qpos: Float[Array, "n_frames nq"], ground: Ground = LEVEL_GROUND
 ) -> SolePaths:
-    """Return where the soles are in every frame.
+    """Return the positions of the soles in every frame.
 
     Args:
         human: The person.
         qpos: The motion.
-        ground: Ground from which they are told.
+        ground: Ground above which they are measured.
     """
     sites = contact_sites(human)
     centres = SitePoints(human, sites).path(qpos)

@@ -38,7 +38,7 @@ def heights_in_stance(
     """Return how high the lowest point of each sole is above the ground [m]; NaN off the ground.
 
     Args:
-        contact: The soles over a motion, told from the ground.
+        contact: The soles over a motion, above the ground.
         stance: Where each foot stands (right, left).
     """
     low = [contact.position[:, contact.of(side), 2].min(axis=1) for side in SIDES]

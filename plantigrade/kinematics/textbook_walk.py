@@ -17,8 +17,8 @@ from plantigrade.motion.filters import lowpass
 
 ADULT_SPREAD = {"hip_flexion": 7.0, "hip_adduction": 2.2, "hip_rotation": 5.0, "knee_angle": 3.0,
                 "ankle_angle": 1.5, "subtalar_angle": 8.0, "mtp_angle": 10.0}  # fmt: skip
-"""How far feet on the ground may lead a joint away from the mean of adults [deg]: about the least
-standard deviation between them in the cycle [Fukuchi2018]_, of feet a guess."""
+"""Standard deviation of the change of each joint angle that keeps the feet on the ground [deg]:
+about the smallest between adults in the cycle [Fukuchi2018]_; chosen by eye for joints of feet."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,8 @@ def textbook_walk(
 ) -> TextbookWalk:
     """Return so many strides of the published mean walk, on a person who stands on the ground.
 
-    The speed is in m/s, the frames per second in Hz; adults move otherwise than children.
+    The speed is in m/s, the frames per second in Hz; ``adult`` selects the mean of adults instead
+    of that of children.
     """
     d = human.dimensions
     leg = d.thigh + d.shank + d.ankle_height

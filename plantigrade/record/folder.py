@@ -35,7 +35,7 @@ DEEPEST = 32
 
 _CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
 _REMEDY = "choose another folder with --out, or free disk space"
-_OWNER = "-{host}-{pid}-"  # who writes a part: the machine and the process
+_OWNER = "-{host}-{pid}-"  # machine and process that write a part
 _PART = re.compile(r"-(?P<host>[0-9a-f]{8})-(?P<pid>\d+)-[^-]*\.part$")
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
 _METRICS_LIMIT = 20 * 2**20  # [bytes]
@@ -119,7 +119,7 @@ def write_folder(
 
 
 def remove_stale_parts(folder: Path) -> None:
-    """Remove what processes of this machine that are no more left of runs they were writing.
+    """Remove unfinished runs of processes of this machine that have ended.
 
     Args:
         folder: Where the runs lie.
@@ -380,7 +380,7 @@ def _encoded(text: str) -> bytes:
 
 
 def _host() -> str:
-    """Return what tells this machine from others that write to the same folder."""
+    """Return a short identifier of this machine, among others that write to the same folder."""
     return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 
 

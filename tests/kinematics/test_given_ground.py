@@ -109,6 +109,12 @@ def test_steps_are_recognised_and_found(climb):
     assert soles.min() > -0.02, "no foot swings through a step"
 
 
+def test_a_slope_on_which_the_feet_do_not_stand_is_refused(walk):
+    """A level walk said to be on a slope was fitted, and ok."""
+    with pytest.raises(FitError, match="not stand on a slope of 20°.*on level ground leave out"):
+        below_feet(Ground(slope=np.deg2rad(20)), walk.human, walk.time, walk.qpos)
+
+
 def test_feet_that_stand_nowhere_do_not_place_the_ground(walk):
     with pytest.raises(FitError, match="stand still . times; 2 are needed to place"):
         below_feet(Ground(slope=0.1), walk.human, walk.time[:20], walk.qpos[40:60])

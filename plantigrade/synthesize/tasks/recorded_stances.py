@@ -25,11 +25,11 @@ GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that n
 APART = 2 * GRID  # at least this lies between two changes of one foot [s]
 BEYOND = 10.0  # a change outside the motion is put this far from it [s]
 TOE_ROLL_TIME = 0.010
-"""Toes already move this long before toe off [s], which is timed by the speed of the foot. Held
-until 15 ms after it, they turned the ankle 5 to 10° too far (settled half of the experiment)."""
+"""Time before toe off at which toes begin to move [s]; toe off is timed by the speed of the foot.
+Toes held until 15 ms after it turned the ankle 5 to 10° too far (calibration half)."""
 LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, -TOE_ROLL_TIME])
 """Shift of the times of a stance from its events [s]: load grows from zero before heel strike is
-noticed."""
+detected."""
 
 DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
 
