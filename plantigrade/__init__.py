@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from plantigrade.analyze.check import check
     from plantigrade.contact.ground import Ground
     from plantigrade.contact.plan import ContactPlan
+    from plantigrade.datasets.get import get_data
     from plantigrade.errors import PlantigradeError
     from plantigrade.io import read
     from plantigrade.models.human import Human
@@ -55,6 +56,7 @@ __all__ = [
     "check",
     "compare",
     "fit",
+    "get_data",
     "load_run",
     "read",
     "report",
@@ -78,6 +80,7 @@ _HOMES = {
     "check": "analyze.check",
     "compare": "workflows.compare",
     "fit": "workflows.fit",
+    "get_data": "datasets.get",
     "load_run": "record.run",
     "read": "io",
     "report": "workflows.save",

@@ -95,6 +95,10 @@ class MissingExtra(PlantigradeError, ImportError):
     """An optional library is not installed; the message names the install line."""
 
 
+class DownloadError(PlantigradeError, ConnectionError):
+    """A public file could not be downloaded; the message says why and what to do."""
+
+
 class FitError(PlantigradeError, ValueError):
     """A recording cannot be fitted; the message says why and what helps."""
 

@@ -54,7 +54,7 @@ def test_the_face_is_what_the_design_says():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
         "fit", "reproduce", "simulate", "simulate_many", "synthesize", "vault", "check", "compare",
-        "report", "load_run", "PlantigradeError", "__version__",
+        "report", "load_run", "get_data", "PlantigradeError", "__version__",
     }  # fmt: skip
     assert set(pg.__all__) <= set(dir(pg))
 

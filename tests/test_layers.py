@@ -23,7 +23,7 @@ LAYERS = (
     ("models", "motion"),
     ("contact",),
     ("io",),
-    ("record",),
+    ("datasets", "record"),
     ("kinematics",),
     ("batched",),
     ("dynamics",),

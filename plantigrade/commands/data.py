@@ -1,12 +1,15 @@
-"""List the recordings in a folder and what each one contains."""
+"""List the recordings in a folder and what each one contains, or download public ones."""
 
 import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from plantigrade.commands import parsing
+from plantigrade.commands.data_get import Get
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
@@ -28,9 +31,10 @@ _COUNTED = {
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions):
-    """List the recordings in a folder and what each one contains.
+    """List the recordings in a folder and their contents, or download public ones.
 
-    Every file is read; one that cannot be read is listed with the reason.
+    Every file is read; one that cannot be read is listed with the reason. `plantigrade data get`
+    lists public recordings and downloads those that are named.
     """
 
     folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FOLDER")] = Path(".")
@@ -79,6 +83,22 @@ class Command(PrintOptions):
                 "unreadable": faulty,
             },
         )
+
+
+SUBCOMMANDS: dict[str, type] = {"list": Command, "get": Get}
+"""Name of what is done with data → its command; without one, a folder is listed."""
+
+
+def parse(words: Sequence[str]) -> Any:
+    """Return the command that words say; a folder called ``get`` is written ``./get``.
+
+    Raises:
+        SystemExit: If the parser has printed its help (code 0) or its complaint (code 2).
+    """
+    first = words[0] if words else ""
+    if first in SUBCOMMANDS:
+        return parsing.parse(SUBCOMMANDS[first], f"plantigrade data {first}", words[1:])
+    return parsing.parse(Command, "plantigrade data", words)
 
 
 def _read(path: Path) -> dict[str, Any] | None:

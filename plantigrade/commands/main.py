@@ -46,7 +46,7 @@ COMMANDS = {
     "norms": "Compute norms from your own runs: mean and standard deviation over people.",
     "picture": "Draw a run as an animated SVG, or as a strip of still frames.",
     "experiment": "Recompute a published table or figure, our numbers beside the published ones.",
-    "data": "List the recordings in a folder and what each one contains.",
+    "data": "List the recordings in a folder and their contents, or download public ones.",
 }
 """Every command in the order of the help page; each is a module of this package."""
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TypeVar
 
 from plantigrade.notes import Info
@@ -94,3 +94,46 @@ class Progress:
             transient=True,
             update_period=0.1,
         )
+
+    @contextlib.contextmanager
+    def transfer(self, name: str, n_bytes: int) -> Iterator[Callable[[int], None]]:
+        """Show how much of a file has arrived and how fast, then a line with both.
+
+        Yields:
+            Function to be told how many bytes are there, first those of an earlier transfer.
+
+        Example:
+            >>> with Progress(quiet=True).transfer("walk.c3d", 1000) as reached:
+            ...     reached(1000)
+        """
+        import time
+
+        from rich import progress as rich
+        from rich.filesize import decimal
+
+        if self.quiet:
+            yield lambda reached: None
+            return
+        name = printable(name, lines=False)
+        bar = rich.Progress(
+            rich.TextColumn("{task.description}", markup=False),
+            rich.BarColumn(),
+            rich.DownloadColumn(),
+            rich.TransferSpeedColumn(),
+            rich.TimeRemainingColumn(),
+            console=self._console,
+            transient=True,
+            disable=not self._console.is_terminal,
+        )
+        task, first, last = bar.add_task(name, total=n_bytes), None, 0
+        start = time.perf_counter()
+
+        def reach(there: int) -> None:
+            nonlocal first, last
+            first, last = there if first is None else first, there
+            bar.update(task, completed=there)
+
+        with bar:
+            yield reach
+        rate = max(last - (first or 0), 0) / max(time.perf_counter() - start, 1e-6)
+        self.say(f"{name}: {decimal(n_bytes)}, {decimal(int(rate))}/s")

@@ -1,0 +1,304 @@
+"""One public file over HTTPS: resumed, tried again, checked, and only then given its name.
+
+What has arrived is kept in ``NAME.part`` beside the file, whatever ends the transfer, and the next
+one asks the server for the rest (``Range``, RFC 9110). A server that sends the whole file again is
+read from the beginning. Contents of the wrong checksum are thrown away.
+
+The standard library suffices. Pooch, the usual choice for scientific data, checks hashes and
+retries, but does not resume a transfer, and brings three libraries with it.
+"""
+
+import contextlib
+import hashlib
+import os
+import ssl
+import time
+from collections.abc import Callable, Iterator
+from functools import cache
+from http.client import HTTPException, HTTPResponse
+from io import BufferedRandom
+from pathlib import Path
+from urllib.error import HTTPError, URLError
+from urllib.parse import urlsplit
+from urllib.request import (
+    HTTPDefaultErrorHandler,
+    HTTPErrorProcessor,
+    HTTPHandler,
+    HTTPRedirectHandler,
+    HTTPSHandler,
+    OpenerDirector,
+    ProxyHandler,
+    Request,
+    UnknownHandler,
+)
+
+from plantigrade import __version__
+from plantigrade.datasets.registry import PublicFile
+from plantigrade.errors import DownloadError, FileError, PlantigradeError
+from plantigrade.io.text import not_written
+
+try:
+    import fcntl
+except ImportError:  # Windows, where a file that is open cannot be renamed or deleted by others
+    fcntl = None
+
+ATTEMPTS = 5
+"""Most attempts at a file: short failures of a server end within a few of them."""
+PAUSE_S = 1.0
+"""Pause before the second attempt [s]; each further one is twice as long."""
+TIMEOUT_S = 30.0
+"""Longest silence of a server [s]."""
+CHUNK = 2**16
+"""Bytes read at once: small enough for a progress bar that moves on slow lines."""
+REDIRECTS = 5
+"""Most redirections of one address; a file store needs one or two."""
+PASSING = (408, 425, 429, 500, 502, 503, 504)
+"""HTTP status of a failure that may pass (RFC 9110, 6585): tried again."""
+LOOPBACK = ("localhost", "127.0.0.1", "::1")
+"""Hosts that may be asked without TLS: this machine."""
+
+
+class Unreachable(DownloadError):
+    """No connection to the server: no network, no such host, or a firewall."""
+
+
+class _Broken(Exception):
+    """An attempt failed in a way that another one may not.
+
+    Attributes:
+        restart: Whether what has arrived is of no use.
+    """
+
+    def __init__(self, why: str, *, restart: bool = False):
+        super().__init__(why)
+        self.restart = restart
+
+
+def may_be_asked(url: str) -> bool:
+    """Return whether an address is fetched from: HTTPS, or plain HTTP on this machine.
+
+    Example:
+        >>> may_be_asked("https://example.org/a"), may_be_asked("http://example.org/a")
+        (True, False)
+        >>> may_be_asked("http://localhost:8000/a"), may_be_asked("file:///etc/passwd")
+        (True, False)
+    """
+    parts = urlsplit(url)
+    return bool(parts.hostname) and (
+        parts.scheme == "https" or (parts.scheme == "http" and parts.hostname in LOOPBACK)
+    )
+
+
+def is_right(place: Path, file: PublicFile) -> bool:
+    """Return whether a file is there with the registered contents."""
+    if not place.is_file() or place.stat().st_size != file.n_bytes:
+        return False
+    with open(place, "rb") as held:
+        return hashlib.file_digest(held, "sha256").hexdigest() == file.sha256
+
+
+def download(
+    file: PublicFile, url: str, place: Path, reached: Callable[[int], None] = lambda n_bytes: None
+) -> None:
+    """Bring a file to its place, replacing what is there.
+
+    Args:
+        file: What is expected.
+        url: Its address.
+        place: Its path; folders above it are made.
+        reached: Told how many bytes are there.
+
+    Raises:
+        Unreachable: If there is no connection.
+        DownloadError: If the server refuses, or :data:`ATTEMPTS` attempts did not bring the
+            registered contents.
+        FileError: If the file cannot be written.
+    """
+    part = place.with_name(place.name + ".part")
+    why = ""
+    for attempt in range(ATTEMPTS):
+        if attempt:
+            time.sleep(PAUSE_S * 2 ** (attempt - 1))
+        try:
+            _attempt(file, url, part, reached)
+            _put_in_place(part, place, file)
+            return
+        except _Broken as broken:
+            why = str(broken)
+            if broken.restart:
+                _remove(part)
+        except PlantigradeError:
+            raise
+        except OSError as error:
+            raise not_written(place, error) from error
+        finally:
+            _remove(part, only_empty=True)
+    raise DownloadError(f"{place.name}: {why}, in {ATTEMPTS} attempts")
+
+
+def _attempt(file: PublicFile, url: str, part: Path, reached: Callable[[int], None]) -> None:
+    """Fetch what is missing of a file into ``part``, and check it."""
+    there = _length(part)
+    if there > file.n_bytes:
+        raise _Broken("what was there is too long", restart=True)
+    whole = there == file.n_bytes
+    with contextlib.nullcontext() if whole else _ask(url, there) as answer:
+        start = there if answer is None else _start(answer, there)
+        with _own(part, there) as kept:
+            kept.truncate(start)
+            kept.seek(start)
+            reached(start)
+            if answer is not None:
+                for chunk in _chunks(answer, file.n_bytes - start):
+                    kept.write(chunk)
+                    reached(kept.tell())
+            n_bytes = kept.tell()
+            if n_bytes < file.n_bytes:
+                raise _Broken(f"the transfer ended after {n_bytes} of {file.n_bytes} bytes")
+            kept.seek(0)
+            if hashlib.file_digest(kept, "sha256").hexdigest() != file.sha256:
+                problem = "the contents are not the registered ones (SHA-256 differs)"
+                raise _Broken(problem, restart=True)
+            kept.flush()
+            os.fsync(kept.fileno())
+
+
+def _ask(url: str, there: int) -> HTTPResponse:
+    """Return the answer of the server, asked for what lies behind the first ``there`` bytes."""
+    host = urlsplit(url).hostname
+    headers = {"User-Agent": f"plantigrade/{__version__}", "Accept-Encoding": "identity"}
+    if there:
+        headers["Range"] = f"bytes={there}-"
+    try:
+        opener = _opener(on_this_machine=host in LOOPBACK)
+        return opener.open(Request(url, headers=headers), timeout=TIMEOUT_S)
+    except HTTPError as error:
+        error.close()
+        if error.code == 416:  # range not satisfiable
+            raise _Broken("the server has no such range", restart=True) from error
+        if error.code in PASSING:
+            raise _Broken(f"the server answers {error.code} ({error.reason})") from error
+        if 300 <= error.code < 400:
+            problem = f"{host} redirects in a circle or to what is not HTTPS; neither is followed"
+            raise DownloadError(problem) from error
+        raise DownloadError(f"{host} answers {error.code} ({error.reason}) to {url}") from error
+    except URLError as error:
+        if isinstance(error.reason, ssl.SSLCertVerificationError):
+            problem = (
+                f"the certificate of {host} cannot be verified ({error.reason.verify_message})"
+            )
+            raise Unreachable(problem) from error
+        if isinstance(error.reason, ConnectionResetError | BrokenPipeError):
+            raise _Broken(f"the connection broke ({error.reason})") from error
+        why = getattr(error.reason, "strerror", None) or error.reason
+        raise Unreachable(f"{host} cannot be reached ({why})") from error
+    except (OSError, HTTPException) as error:
+        raise _Broken(f"the connection broke ({error or type(error).__name__})") from error
+
+
+def _start(answer: HTTPResponse, there: int) -> int:
+    """Return where in the file the answer begins: at ``there``, or at 0 if it is the whole file."""
+    if answer.status != 206:  # partial content
+        return 0
+    unit, _, rest = (answer.headers.get("Content-Range") or "").partition(" ")
+    if unit != "bytes" or rest.partition("-")[0] != str(there):
+        raise _Broken("the server sends another range than asked for", restart=True)
+    return there
+
+
+def _chunks(answer: HTTPResponse, most: int) -> Iterator[bytes]:
+    """Yield what the server sends, and no more than is expected."""
+    try:
+        while most and (chunk := answer.read(min(CHUNK, most))):
+            most -= len(chunk)
+            yield chunk
+    except (OSError, HTTPException) as error:
+        raise _Broken(f"the connection broke ({error or type(error).__name__})") from error
+
+
+@contextlib.contextmanager
+def _own(part: Path, expected: int) -> Iterator[BufferedRandom]:
+    """Open what has arrived for this process alone; what another one wrote meanwhile is not ours.
+
+    Raises:
+        FileError: If another process downloads the same file.
+    """
+    part.parent.mkdir(parents=True, exist_ok=True)
+    part.touch()
+    with open(part, "r+b") as kept:
+        if not _is_locked(kept) or os.fstat(kept.fileno()).st_size != expected:
+            problem = "another process is downloading this file"
+            raise FileError(part, problem, remedy="wait for it, then repeat the command")
+        yield kept
+
+
+def _is_locked(kept: BufferedRandom) -> bool:
+    """Keep other processes from a file that is open; return False if one of them has it."""
+    if fcntl is None:
+        return True
+    try:
+        fcntl.flock(kept, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True
+
+
+def _length(part: Path) -> int:
+    """Return how much has arrived [bytes].
+
+    Raises:
+        FileError: If something else has the name.
+    """
+    if part.is_symlink() or (part.exists() and not part.is_file()):
+        problem = "is no ordinary file, and its name is needed for the download"
+        raise FileError(part, problem, remedy="move it elsewhere")
+    return part.stat().st_size if part.exists() else 0
+
+
+def _put_in_place(part: Path, place: Path, file: PublicFile) -> None:
+    """Give a checked file its name."""
+    try:
+        part.replace(place)
+    except FileNotFoundError:  # another process, with the same contents, was faster
+        if not is_right(place, file):
+            raise _Broken("another process took the file away") from None
+
+
+def _remove(part: Path, *, only_empty: bool = False) -> None:
+    with contextlib.suppress(OSError):
+        if not only_empty or part.stat().st_size == 0:
+            part.unlink()
+
+
+class _HTTPSRedirects(HTTPRedirectHandler):
+    """Follows redirections to what may be asked, and no others."""
+
+    max_redirections = REDIRECTS
+
+    def redirect_request(self, req, fp, code, msg, headers, newurl):
+        """Return the request of the new address; refuse one without TLS."""
+        if not may_be_asked(newurl) or (req.type == "https" and urlsplit(newurl).scheme != "https"):
+            raise HTTPError(req.full_url, code, msg, headers, fp)
+        return super().redirect_request(req, fp, code, msg, headers, newurl)
+
+
+@cache
+def _opener(*, on_this_machine: bool) -> OpenerDirector:
+    """Return what opens addresses: HTTP and HTTPS with verified certificates, and nothing else.
+
+    The proxies of the environment are used, except for this machine.
+    """
+    opener = OpenerDirector()
+    for handler in (
+        ProxyHandler({} if on_this_machine else None),
+        UnknownHandler(),
+        HTTPHandler(),
+        HTTPSHandler(context=ssl.create_default_context()),
+        HTTPDefaultErrorHandler(),
+        _HTTPSRedirects(),
+        HTTPErrorProcessor(),
+    ):
+        opener.add_handler(handler)
+    return opener
