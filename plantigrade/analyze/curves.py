@@ -10,7 +10,7 @@ from plantigrade.analyze.laboratory_angles import shown_angles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion import Table
-from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise_cycles
+from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import PELVIS, quaternion_to_pelvis_angles, turned
 
@@ -67,17 +67,17 @@ def pelvis_cycles(
     leads more than :data:`ASIDE` away from its forward axis: in a turn, or behind one.
     """
     time, qpos = record.motion.time, record.motion.qpos
-    rows = np.zeros((len(cycles), len(PERCENT), 3))
     straight = coordinates_of(record).values[:, :3]
+    rows = np.rad2deg(normalise_cycles(time, straight, cycles))
     for k, cycle in enumerate(cycles):
         start, stop = (int(np.argmin(np.abs(time - t))) for t in (cycle.start, cycle.stop))
         x, y = qpos[stop, :2] - qpos[start, :2]
         heading = float(np.arctan2(y, x)) if np.hypot(x, y) > SHORTEST else 0.0
-        values = straight
         if abs(heading) > ASIDE:
-            values = quaternion_to_pelvis_angles(turned(qpos[:, 3:7], -heading))
-            values[:, 2] -= 2.0 * np.pi * np.round(values[start, 2] / (2.0 * np.pi))
-        rows[k] = np.rad2deg(normalise_cycles(time, values, [cycle])[0])
+            near = frames_near(time, cycle)
+            values = quaternion_to_pelvis_angles(turned(qpos[near, 3:7], -heading))
+            values[:, 2] -= 2.0 * np.pi * np.round(values[start - near.start, 2] / (2.0 * np.pi))
+            rows[k] = np.rad2deg(normalise_cycles(time[near], values, [cycle])[0])
     return {name: rows[:, :, i] for i, name in enumerate(PELVIS[:3])}
 
 

@@ -7,7 +7,7 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
-from plantigrade.motion.cycles import PERCENT, cut_cycles, normalise_cycles
+from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
 
 MARKS = ("heel", "metatarsal_1_head", "metatarsal_5_head")
@@ -94,7 +94,8 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
             )
             way = motion.qpos[stop, :2] - motion.qpos[start, :2]
             way = way if np.linalg.norm(way) > SHORTEST else np.array([1.0, 0.0])
-            angle = np.rad2deg(inward_angle(line, side, way))
-            rows += list(normalise_cycles(motion.time, angle, [cycle]))
+            near = frames_near(motion.time, cycle)
+            angle = np.rad2deg(inward_angle(line[near], side, way))
+            rows += list(normalise_cycles(motion.time[near], angle, [cycle]))
         found[f"foot_progression_{side}"] = np.array(rows).reshape(-1, len(PERCENT))
     return found

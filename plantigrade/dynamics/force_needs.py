@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.site import contact_sites
@@ -60,10 +60,14 @@ class ForceNeeds:
     def held(self, before: int, after: int) -> "ForceNeeds":
         """Return the same with the first and last frame repeated before and after it."""
         n = len(self.time)
-        frames = np.clip(np.arange(-before, n + after), 0, n - 1)
-        per_frame = {name: getattr(self, name)[frames] for name in PER_FRAME}
         time = self.time[0] + (self.time[1] - self.time[0]) * np.arange(-before, n + after)
-        return replace(self, time=time, **per_frame)
+        frames = np.clip(np.arange(-before, n + after), 0, n - 1)
+        return replace(self.frames(frames), time=time)
+
+    def frames(self, chosen: slice | Int[Array, " m"]) -> "ForceNeeds":
+        """Return the same at some of the frames."""
+        per_frame = {name: getattr(self, name)[chosen] for name in ("time", *PER_FRAME)}
+        return replace(self, **per_frame)
 
 
 def force_needs(

@@ -9,9 +9,9 @@ import scipy.sparse as sp
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.force_bands import (
     NOISE_TIME,
+    Spread,
     calm_errors,
     drawn_errors,
-    half_widths,
     spread_of,
 )
 from plantigrade.dynamics.force_needs import ForceNeeds
@@ -24,6 +24,7 @@ from plantigrade.motion.filters import runs
 
 LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
 NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+NOISE_ROWS = [0, 1, 3, 4]  # rows of the net wrench that tell the noise of the motion
 ROUNDS = 3  # times that the program is solved, as the noise turns out
 # Noise alike at all frequencies up to 5 Hz: RMS of its second derivative, over its own [1/s²]
 ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
@@ -300,15 +301,14 @@ class ForceProgram:
         That of each row, by half (in logarithms) that of all four that tell.
         """
         found = np.ones(6)
-        told = [0, 1, 3, 4]
-        for i in told:
+        for i in NOISE_ROWS:
             rows, own = self._recorded_rows(NET[i]), self.blocks[f"noise{i}"]
             bend = self.A[rows][:, self.sways[i]]
             total = missed[rows] - bend @ x[self.sways[i]]
             left = (self.scaled[rows] @ self.moved - self.errors[rows]) / w[rows, None]
             left -= bend @ (self.moved[self.sways[i]] - self.errors[own] / w[own, None])
             found[i] = noise[i] * np.sqrt(np.mean(total**2) / np.mean(left**2)) / USUAL[i]
-        k = float(np.sqrt(np.mean(found[told] ** 2)))
+        k = float(np.sqrt(np.mean(found[NOISE_ROWS] ** 2)))
         found = np.sqrt(found * k)
         found[2], found[5] = np.sqrt(k), k
         return np.maximum(1.0, found)
@@ -320,12 +320,16 @@ class ForceProgram:
         values[start < 0] = 0.0
         return values[self.inside]
 
-    def bands(self, human: Human, time: np.ndarray, known: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the half-widths of the 90 % bands at instants, by the name of their field."""
+    @property
+    def told_noise(self) -> float:
+        """How many times noisier the rows that tell it are than assumed, on the mean."""
+        return float(self.noise[NOISE_ROWS].mean())
+
+    def spread(self) -> Spread:
+        """Return the spread of everything that follows from the wrenches."""
         whole = np.zeros((self.layout.size, self.moved.shape[1]))
         whole[self.unknown] = self.moved
-        spread = spread_of(self.needs, self.wrench, self._by_foot(whole), LIGHT)
-        return half_widths(self.needs, self.wrench, spread, self.contacts, time, known, human)
+        return spread_of(self.needs, self.wrench, self._by_foot(whole), LIGHT)
 
 
 def _rms(parts: list[np.ndarray]) -> float:

@@ -1,4 +1,4 @@
-r"""Ground reactions from motion, with or without plates: one quadratic program per recording.
+r"""Ground reactions from motion, with or without plates: one quadratic program over time.
 
 Unknown are the wrench of each foot in every frame of its contacts, force :math:`F` and moment
 :math:`M` about a point of the floor below the ankle, the noise :math:`\eta` of the motion, and for
@@ -23,18 +23,21 @@ within the part of the sole that is on the floor. Wrenches that plates measured 
 leave of themselves (drawn as for the bands, :mod:`plantigrade.dynamics.force_bands`). Where it is
 missed by more, the motion is noisier: the scales of that row are taken :math:`k` times (vertical
 force :math:`\sqrt k`), and the program is solved again, twice at most.
+
+A long recording is solved in windows (:mod:`plantigrade.dynamics.force_windows`).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import check_motion
-from plantigrade.dynamics.force_bands import resampled
+from plantigrade.dynamics.force_bands import half_widths, resampled
 from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
-from plantigrade.dynamics.force_program import LIGHT, ForceProgram, ForceScales
+from plantigrade.dynamics.force_program import LIGHT, ForceScales
+from plantigrade.dynamics.force_windows import solve_in_windows
 from plantigrade.dynamics.load_intervals import LoadInterval, Support
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.plates import FootForces
@@ -116,13 +119,16 @@ def estimate_forces(
     step = _step(motion)
     coarse = motion.frames(slice(None, None, step))
     needs = force_needs(human, coarse, qacc[::step], contacts, supports, ground)
-    data = None if measured is None else _frames(measured, step, needs.to_world)
-    program = ForceProgram(human, needs, contacts, supports, data, scales)
-    program.solve()
+    data = None
+    if measured is not None:
+        told = measured.frames(slice(None, None, step))
+        turned = (each @ needs.to_world for each in (told.force, told.point, told.torque))
+        data = replace(told, **dict(zip(("force", "point", "torque"), turned, strict=True)))
+    found = solve_in_windows(human, needs, contacts, supports, data, scales)
     known = np.zeros((motion.n_frames, 2), bool)
     if measured is not None:
         known = np.array(measured.valid_side)
-    force, point, torque = _at_pressure(motion.time, needs, program.wrench)
+    force, point, torque = _at_pressure(motion.time, needs, found.wrench)
     if measured is not None:
         force[:, :2][known], point[:, :2][known] = measured.force[known], measured.point[known]
         torque[:, :2][known] = measured.torque[known]
@@ -139,11 +145,11 @@ def estimate_forces(
     return GroundForces(
         feet,
         known,
-        **program.bands(human, motion.time, known),
-        com_shift=needs.to_world @ program.shift,
-        noise=float(program.noise[[0, 1, 3, 4]].mean()),
-        residual_force=program.missed_force,
-        residual_moment=program.missed_moment,
+        **half_widths(needs, found.wrench, found.spread, contacts, motion.time, known, human),
+        com_shift=needs.to_world @ found.shift,
+        noise=found.noise,
+        residual_force=found.missed_force,
+        residual_moment=found.missed_moment,
         contacts=contacts,
         supports=supports,
         support_force=force[:, 2:],
@@ -173,17 +179,6 @@ def _step(motion: Motion) -> int:
     step = np.ceil(motion.rate / FASTEST)
     longer = min(np.ceil(motion.n_frames / MANY), motion.rate // SLOWEST)
     return max(1, int(max(step, longer)))
-
-
-def _frames(forces: FootForces, step: int, to_world: np.ndarray) -> FootForces:
-    """Return every ``step``-th frame, in axes of the ground."""
-    return FootForces(
-        forces.force[::step] @ to_world,
-        forces.point[::step] @ to_world,
-        forces.torque[::step] @ to_world,
-        forces.valid_side[::step],
-        forces.valid[::step],
-    )
 
 
 def _check(human: Human, motion: Motion, measured: FootForces | None) -> np.ndarray:

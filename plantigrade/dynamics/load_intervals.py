@@ -71,6 +71,16 @@ class LoadInterval:
         """Return the frames that belong to it."""
         return (time >= self.start) & (time <= self.stop)
 
+    def within(self, first: float, last: float) -> "LoadInterval":
+        """Return what a recording from ``first`` to ``last`` [s] would show of it."""
+        return replace(
+            self,
+            start=max(self.start, first),
+            stop=min(self.stop, last),
+            begins=self.begins and self.start >= first,
+            ends=self.ends and self.stop <= last,
+        )
+
 
 def walking_intervals(
     motion: Motion, *, early: float = EARLY, late: float = LATE

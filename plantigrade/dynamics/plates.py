@@ -21,7 +21,7 @@ pressure itself would drag it towards where the force is small and its place is 
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -86,6 +86,11 @@ class FootForces:
     sides: tuple[str, str] = SIDES  #: Names of the sides, in the order of the second axis
     #: Share of the frames in which that foot stands on no plate
     beside_plates: tuple[float, float] = (0.0, 0.0)
+
+    def frames(self, chosen: slice) -> "FootForces":
+        """Return the same at some of the frames, without the loadings of the plates."""
+        names = ("force", "point", "torque", "valid_side", "valid")
+        return replace(self, uses=(), **{name: getattr(self, name)[chosen] for name in names})
 
     def spoiled(self, time: Float[Array, " n_frames"]) -> tuple[tuple[str, float, float], ...]:
         """Return name of the plate, start and end [s] of each loading with a problem."""

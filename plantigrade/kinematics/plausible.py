@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
@@ -74,10 +75,10 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
     some = np.any(np.isfinite(markers.positions[..., 0]), axis=1)
     middle[some] = np.nanmedian(markers.positions[some], axis=1)
     around = middle.copy()
-    for f in range(markers.n_frames):
-        window = slice(max(0, f - HALF_WINDOW), f + HALF_WINDOW + 1)
-        if some[window].any():
-            around[f] = np.nanmedian(middle[window], axis=0)
+    padded = np.pad(middle, ((HALF_WINDOW, HALF_WINDOW), (0, 0)), constant_values=np.nan)
+    near = sliding_window_view(padded, 2 * HALF_WINDOW + 1, axis=0)  # (n_frames, 3, window)
+    told = np.isfinite(near[:, 0]).any(axis=1)
+    around[told] = np.nanmedian(near[told], axis=2)
     distance = np.linalg.norm(markers.positions - around[:, None], axis=2)
     far = distance > REACH
     if not far.any():

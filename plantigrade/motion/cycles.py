@@ -19,6 +19,10 @@ LONGEST_CYCLE = 3.0
 SHORTEST_CYCLE = 0.4
 """Shortest stride [s]; not even a sprinter's is shorter."""
 
+SPLINE_REACH = 50
+"""Distance at which a frame has no effect on a cubic spline [frames]: it decays by 2 - √3 a frame,
+to 1e-28 here."""
+
 
 @dataclass(frozen=True)
 class Cycle:
@@ -95,9 +99,7 @@ def normalise(
         stop: Instant of 100 % [s].
         percent: Where to sample the cycle [%].
     """
-    if not stop > start:
-        raise ParameterError(f"a cycle must end after it starts: {start=} s, {stop=} s")
-    return resample(time, values, start + (stop - start) * np.asarray(percent) / 100.0)
+    return resample(time, values, _instants(start, stop, percent))
 
 
 def normalise_cycles(
@@ -108,8 +110,26 @@ def normalise_cycles(
     percent: Float[Array, " n_percent"] = PERCENT,
 ) -> Float[Array, "n_cycles n_percent *channels"]:
     """Return a signal over each cycle as a function of percent; NaN where it is unknown."""
-    curves = [normalise(time, values, c.start, c.stop, percent=percent) for c in cycles]
-    return np.array(curves).reshape((len(curves), len(percent), *np.shape(values)[1:]))
+    # One spline serves all cycles: one each would take time with the square of the duration.
+    instants = [_instants(c.start, c.stop, percent) for c in cycles]
+    curves = resample(time, values, np.concatenate([*instants, np.empty(0)]))
+    return curves.reshape((len(instants), len(percent), *np.shape(values)[1:]))
+
+
+def frames_near(time: Float[Array, " n_frames"], cycle: Cycle) -> slice:
+    """Return the frames that the splines of a signal over a cycle depend on.
+
+    They reach :data:`SPLINE_REACH` frames beyond both ends.
+    """
+    first, last = np.searchsorted(time, (cycle.start, cycle.stop))
+    return slice(max(0, int(first) - SPLINE_REACH), int(last) + SPLINE_REACH)
+
+
+def _instants(start: float, stop: float, percent: Float[Array, " n_percent"]) -> Array:
+    """Return the instants of percentages of a cycle [s]."""
+    if not stop > start:
+        raise ParameterError(f"a cycle must end after it starts: {start=} s, {stop=} s")
+    return start + (stop - start) * np.asarray(percent) / 100.0
 
 
 def _only(times, start, stop):

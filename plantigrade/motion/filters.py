@@ -172,12 +172,18 @@ def resample(
     _check_time(time, values)
     flat, _ = _columns(values)
     result = np.full((len(new_time), flat.shape[1]), np.nan)
+    order = np.argsort(new_time, kind="stable")
+    rising = np.asarray(new_time)[order]
     for column in range(flat.shape[1]):
         for stretch in runs(np.isfinite(flat[:, column])):
             t, y = time[stretch], flat[stretch, column]
             slack = 1e-9 * max(1.0, abs(t[-1]))
-            inside = (new_time >= t[0] - slack) & (new_time <= t[-1] + slack)
-            wanted = np.clip(new_time[inside], t[0], t[-1])
+            first = np.searchsorted(rising, t[0] - slack, "left")
+            last = np.searchsorted(rising, t[-1] + slack, "right")
+            if first == last:
+                continue
+            inside = order[first:last]
+            wanted = np.clip(rising[first:last], t[0], t[-1])
             result[inside, column] = (
                 CubicSpline(t, y)(wanted) if len(t) >= 4 else np.interp(wanted, t, y)
             )

@@ -92,11 +92,12 @@ def _drift(time, heel, toe):
 
 def _densest(samples):
     """Return the densest spot of a cloud of velocities, or None for an empty cloud."""
+    from scipy.spatial.distance import cdist
+
     if len(samples) == 0:
         return None
     samples = samples[:: max(1, len(samples) // 800)]
-    apart = np.linalg.norm(samples[:, None] - samples[None], axis=-1)
-    spot = samples[np.argmax((apart < NEAR).sum(axis=1))]
+    spot = samples[np.argmax((cdist(samples, samples) < NEAR).sum(axis=1))]
     for _ in range(5):
         spot = samples[np.linalg.norm(samples - spot, axis=1) < NEAR].mean(axis=0)
     return spot

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+import scipy.interpolate
 
 from plantigrade.errors import ParameterError
 from plantigrade.motion import GaitEvent
-from plantigrade.motion.cycles import cut_cycles, normalise, normalise_cycles
+from plantigrade.motion.cycles import cut_cycles, frames_near, normalise, normalise_cycles
 
 
 def events(*rows):
@@ -34,3 +35,36 @@ def test_normalise():
     assert normalise_cycles(time, np.ones(200), ()).shape == (0, 101)
     with pytest.raises(ParameterError, match="end after"):
         normalise(time, time, 1.0, 1.0)
+
+
+def strides(count):
+    """Return a clock, a curve and the cycles of so many seconds, a stride each."""
+    time = np.arange(100 * count + 1) / 100
+    heels = [GaitEvent(float(k), "r", "heel_strike") for k in range(count + 1)]
+    return time, np.sin(2 * np.pi * time) + 0.1 * time, cut_cycles(heels)
+
+
+def test_the_work_grows_with_the_recording_not_with_its_square(monkeypatch):
+    fitted = []
+
+    class Counted(scipy.interpolate.CubicSpline):
+        def __init__(self, x, y, *rest, **options):
+            fitted.append(len(x))
+            super().__init__(x, y, *rest, **options)
+
+    monkeypatch.setattr(scipy.interpolate, "CubicSpline", Counted)
+    work = []
+    for count in (10, 20):
+        fitted.clear()
+        assert normalise_cycles(*strides(count)).shape == (count, 101)
+        work.append(sum(fitted))  # samples that splines are fitted to
+    assert work[1] < 2.2 * work[0]
+
+
+def test_a_curve_over_one_cycle_needs_the_frames_near_it():
+    time, values, cycles = strides(8)
+    for cycle, whole in zip(cycles, normalise_cycles(time, values, cycles), strict=True):
+        near = frames_near(time, cycle)
+        assert len(time[near]) <= 201
+        part = normalise_cycles(time[near], values[near], [cycle])[0]
+        np.testing.assert_allclose(part, whole, rtol=0, atol=1e-14)

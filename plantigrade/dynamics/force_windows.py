@@ -1,0 +1,99 @@
+"""The program of ground forces over a long recording: in windows that overlap.
+
+What one frame says of the forces reaches no further than about a stride, besides the shift of the
+centre of mass and the offsets of the feet's paths, which every window finds anew. Memory is that
+of one window, however long the recording.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from itertools import pairwise
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.force_bands import Spread
+from plantigrade.dynamics.force_needs import ForceNeeds
+from plantigrade.dynamics.force_program import ForceProgram, ForceScales
+from plantigrade.dynamics.load_intervals import LoadInterval, Support
+from plantigrade.dynamics.plates import FootForces
+from plantigrade.models import Human
+
+WINDOW = 2000
+"""Most frames that are solved at once [frames]: 40 s at 50 Hz, some 100 MB."""
+MARGIN = 1.5
+"""Time by which a window reaches into its neighbours [s]: more than a stride. The ends of a window,
+like those of a recording, are less sure."""
+
+
+@dataclass(frozen=True)
+class ForceSolution:
+    """Optimum of the program over a recording, in axes of the ground."""
+
+    wrench: Float[Array, "n k 6"]  #: The estimate [BW, BW m]
+    spread: Spread  #: Its standard deviations
+    shift: Float[Array, " 3"]  #: Shift of the centre of mass, mean over windows [m]
+    noise: float  #: How many times noisier the motion is than assumed, mean over windows
+    missed_force: float  #: Root mean square of the net force missed beside the noise [BW]
+    missed_moment: float  #: The same of the pitch and roll moment [BW m]
+
+
+def solve_in_windows(
+    human: Human,
+    needs: ForceNeeds,
+    contacts: tuple[LoadInterval, ...],
+    supports: tuple[Support, ...],
+    data: FootForces | None,
+    scales: ForceScales,
+) -> ForceSolution:
+    """Return the ground forces that a motion needs.
+
+    Args:
+        human: Whose motion.
+        needs: What it says.
+        contacts: When feet and supports may carry load.
+        supports: What may carry load besides the feet.
+        data: Wrenches that plates measured, on the frames of the program.
+        scales: What the program weighs by.
+
+    Raises:
+        SolverError: If the program of a window cannot be solved.
+    """
+    margin = int(np.ceil(MARGIN / (needs.time[1] - needs.time[0])))
+    parts = []
+    for window, kept in windows(len(needs.time), margin):
+        here = needs.frames(window)
+        first = here.time[0] if window.start else -np.inf
+        last = here.time[-1] if window.stop < len(needs.time) else np.inf
+        own = tuple(c.within(first, last) for c in contacts if c.stop > first and c.start < last)
+        told = None if data is None else data.frames(window)
+        program = ForceProgram(human, here, own, supports, told, scales)
+        program.solve()
+        spread = [getattr(program.spread(), f.name)[kept] for f in fields(Spread)]
+        told = [program.missed_force**2, program.missed_moment**2, program.told_noise]
+        parts.append((program.wrench[kept], program.shift, told, spread))
+    wrenches, shifts, told, spreads = zip(*parts, strict=True)
+    share = np.array([len(wrench) for wrench in wrenches]) / len(needs.time)
+    force, moment, noise = (float(each) for each in share @ np.array(told))
+    return ForceSolution(
+        np.concatenate(wrenches),
+        Spread(*(np.concatenate(each) for each in zip(*spreads, strict=True))),
+        share @ np.array(shifts),
+        noise,
+        force**0.5,
+        moment**0.5,
+    )
+
+
+def windows(n: int, margin: int) -> Iterator[tuple[slice, slice]]:
+    """Yield the frames of each window, and which of these are kept.
+
+    Args:
+        n: Number of frames.
+        margin: Frames by which a window reaches into its neighbours.
+    """
+    count = 1 if n <= WINDOW else int(np.ceil(n / (WINDOW - 2 * margin)))
+    edges = np.linspace(0, n, count + 1).round().astype(int).tolist()
+    for start, stop in pairwise(edges):
+        first = max(0, start - margin)
+        yield slice(first, min(n, stop + margin)), slice(start - first, stop - first)
