@@ -45,7 +45,8 @@ def data() -> Path:
     """Folder of public recordings; the test is skipped, visibly, where it is absent."""
     folder = find_data()
     if folder is None:
-        pytest.skip(f"no folder of recordings: set {DATA_VARIABLE} to one (see docs/usage.md)")
+        how = f"plantigrade data get --all, then set {DATA_VARIABLE} (see docs/usage.md)"
+        pytest.skip(f"no folder of recordings: {how}")
     return folder
 
 

@@ -210,6 +210,10 @@ WRONG = (
     ("pg.report(None)", "a run must be the path"),
     ("pg.load_run(3)", "a run must be the path"),
     ("pg.read(None)", "must be the path"),
+    ("pg.get_data('deepmimick')", "no data set 'deepmimick'; there are deepmimic"),
+    ("pg.get_data(None)", "no data set"),
+    ("pg.get_data('deepmimic', to=3)", "the folder must be the path"),
+    ("pg.get_data('deepmimic', mirror=3)", "mirror must be an address"),
     ("pg.Person(mass='70')", "mass must be a number"),
 )
 

@@ -70,8 +70,11 @@ class Command(PrintOptions):
             f"{self.folder}: {len(held)} recordings, {len(faulty)} that cannot be read, "
             f"{n_others} other files"
         )
+        lines = [*_lines(held, faulty), total]
+        if not held:
+            lines.append("  public recordings    plantigrade data get")
         return Outcome(
-            text="\n".join([*_lines(held, faulty), total]),
+            text="\n".join(lines),
             metrics={
                 "status": "ok",
                 "command": "data",

@@ -217,4 +217,7 @@ def data_folder(given: Path | None, *, needed: bool) -> Path | None:
         return folder
     if given is None and not needed:
         return None
-    raise ParameterError(f"no folder of recordings at {folder}; set --data or PLANTIGRADE_DATA")
+    raise ParameterError(
+        f"no folder of recordings at {folder}; set --data or PLANTIGRADE_DATA, or download one: "
+        f"plantigrade data get --all"
+    )

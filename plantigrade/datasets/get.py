@@ -82,16 +82,17 @@ def fetch(
     for file in wanted.files:
         if file not in there:
             _refuse_foreign(root / file.to, overwrite)
-    failed: list[DownloadError] = []
+    failed: list[str] = []
     for file in wanted.files:
         if file not in there:
             try:
                 with shown(file.to, file.n_bytes) as reached:
                     download(file, file.url(base), root / file.to, reached)
+            except Unreachable as error:  # nor will the others be reached
+                failed.append(str(error))
+                break
             except DownloadError as error:
-                failed.append(error)
-                if isinstance(error, Unreachable):
-                    break
+                failed.append(f"{file.to}: {error}")
                 continue
         yield file, file not in there
     if failed:
@@ -100,7 +101,7 @@ def fetch(
             f"{wanted.name}: {failed[0]}; {n_there} of {len(wanted.files)} files are in {root} — "
             f"check the network, or name a --mirror, and repeat the command, which continues; for "
             f"download by hand: plantigrade data get {wanted.name} --addresses"
-        ) from failed[0]
+        )
 
 
 def mirror_of(given: str | None) -> str:
@@ -110,6 +111,8 @@ def mirror_of(given: str | None) -> str:
         ParameterError: If it is neither HTTPS nor on this machine.
     """
     mirror = given or os.environ.get(MIRROR) or HOST
+    if not isinstance(mirror, str):
+        raise ParameterError(f"mirror must be an address, not {mirror!r}")
     try:
         parts = urlsplit(mirror)
         allowed = may_be_asked(mirror) and not (

@@ -70,7 +70,7 @@ def data_set(name: str) -> DataSet:
         ParameterError: If there is none of that name; the message lists the nearest first.
     """
     known = data_sets()
-    if name not in known:
+    if not isinstance(name, str) or name not in known:
         raise ParameterError(f"no data set {name!r}; {known_names(str(name), list(known))}")
     return known[name]
 

@@ -15,7 +15,7 @@ import ssl
 import time
 from collections.abc import Callable, Iterator
 from functools import cache
-from http.client import HTTPException, HTTPResponse
+from http.client import HTTPException, HTTPResponse, responses
 from io import BufferedRandom
 from pathlib import Path
 from urllib.error import HTTPError, URLError
@@ -133,7 +133,7 @@ def download(
             raise not_written(place, error) from error
         finally:
             _remove(part, only_empty=True)
-    raise DownloadError(f"{place.name}: {why}, in {ATTEMPTS} attempts")
+    raise DownloadError(f"{why}, in {ATTEMPTS} attempts")
 
 
 def _attempt(file: PublicFile, url: str, part: Path, reached: Callable[[int], None]) -> None:
@@ -176,12 +176,13 @@ def _ask(url: str, there: int) -> HTTPResponse:
         error.close()
         if error.code == 416:  # range not satisfiable
             raise _Broken("the server has no such range", restart=True) from error
+        said = f"{host} answers {error.code} ({responses.get(error.code, 'unknown status')})"
         if error.code in PASSING:
-            raise _Broken(f"the server answers {error.code} ({error.reason})") from error
+            raise _Broken(said) from error
         if 300 <= error.code < 400:
             problem = f"{host} redirects in a circle or to what is not HTTPS; neither is followed"
             raise DownloadError(problem) from error
-        raise DownloadError(f"{host} answers {error.code} ({error.reason}) to {url}") from error
+        raise DownloadError(said) from error
     except URLError as error:
         if isinstance(error.reason, ssl.SSLCertVerificationError):
             problem = (

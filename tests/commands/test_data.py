@@ -30,6 +30,11 @@ def test_listing(folder, capsys):
     assert last == f"{folder}: 1 recordings, 1 that cannot be read, 1 other files"
 
 
+def test_a_folder_without_recordings_says_where_there_are_some(tmp_path, capsys):
+    assert main(["data", "list", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.endswith("  public recordings    plantigrade data get\n")
+
+
 def test_json(folder, capsys):
     assert main(["data", str(folder), "--json"]) == 0
     metrics = json.loads(capsys.readouterr().out)

@@ -2,10 +2,12 @@
 
 import contextlib
 import hashlib
+import ssl
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from urllib.parse import unquote
 
 
@@ -33,8 +35,10 @@ class Server:
 
 
 @contextlib.contextmanager
-def serving(files: dict[str, bytes]) -> Iterator[Server]:
-    """Serve files by their path until the block ends."""
+def serving(
+    files: dict[str, bytes], certificate: tuple[Path, Path] | None = None
+) -> Iterator[Server]:
+    """Serve files by their path until the block ends; over TLS with a certificate and its key."""
     server = Server(files)
 
     class Handler(BaseHTTPRequestHandler):
@@ -49,6 +53,11 @@ def serving(files: dict[str, bytes]) -> Iterator[Server]:
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as http:
         server.base = f"http://127.0.0.1:{http.server_address[1]}"
+        if certificate is not None:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(*certificate)
+            http.socket = context.wrap_socket(http.socket, server_side=True)
+            server.base = server.base.replace("http:", "https:")
         thread = threading.Thread(target=http.serve_forever, args=(0.01,))
         thread.start()
         try:

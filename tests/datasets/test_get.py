@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -96,16 +97,18 @@ def test_a_cut_transfer_is_continued_and_not_repeated(server):
 def test_too_long_contents_are_not_read_to_the_end(server):
     server.faults[AT] = [Fault(body=WALK + bytes(10**6))]
     assert main(["data", "get", "walks", "--quiet"]) == 0
-    assert contents() == FILES
+    assert contents() == FILES and len(server.asked) == len(FILES)
 
 
 HOPELESS = {
     "wrong contents": (Fault(body=WALK[::-1]), "SHA-256 differs", 5),
     "wrong contents, too long": (Fault(body=WALK[::-1] + b"more"), "SHA-256 differs", 5),
     "always busy": (Fault(status=503), "503", 5),
+    "always cut off at once": (Fault(stop=0), "ended after 0 of 307200 bytes", 5),
     "not there": (Fault(status=404), "404", 1),
     "forbidden": (Fault(status=403), "403", 1),
     "to a file": (Fault(location="file:///etc/passwd"), "to what is not HTTPS", 1),
+    "to another protocol": (Fault(location="ftp://127.0.0.1/a"), "to what is not HTTPS", 1),
     "to plain http": (Fault(location="http://example.org/a"), "to what is not HTTPS", 1),
     "in a circle": (Fault(location=AT.replace(" ", "%20")), "redirects in a circle", 5),
 }
@@ -172,6 +175,19 @@ def test_no_network(server, monkeypatch, capsys):
     assert not Path("data").exists()
 
 
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")
+def test_a_certificate_that_nobody_vouches_for_is_refused(server, tmp_path, capsys):
+    files = tmp_path / "certificate.pem", tmp_path / "key.pem"
+    made = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+    made += ["-nodes", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"]
+    made += ["-out", str(files[0]), "-keyout", str(files[1])]
+    subprocess.run(made, check=True, capture_output=True)
+    with serving(server.files, files) as other:
+        assert main(["data", "get", "walks", "--mirror", other.base]) == 2
+        assert "the certificate of 127.0.0.1 cannot be verified" in capsys.readouterr().err
+        assert other.asked == [] and not Path("data").exists()
+
+
 def test_a_name_that_does_not_exist(server, capsys):
     assert main(["data", "get", "wlaks"]) == 2
     assert "no data set 'wlaks'; there are walks" in capsys.readouterr().err
@@ -228,9 +244,9 @@ def test_from_python(server):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize(("sign", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_keeps_what_has_arrived(tmp_path, sign, code):
+def test_a_signal_keeps_what_has_arrived(tmp_path, monkeypatch, sign, code):
     """The signal comes when more has been sent than the buffers between the processes hold."""
-    n_sent, files = 20 * 2**20, {"LICENSES/MIT.txt": b"MIT", "big/a.c3d": bytes(24 * 2**20)}
+    n_sent, files = 16 * 2**20, {"LICENSES/MIT.txt": b"MIT", "big/a.c3d": bytes(18 * 2**20)}
     (tmp_path / "registry.toml").write_text(registry_of({"big": files}))
     program = f"""
 import signal, sys
@@ -241,7 +257,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the shell h
 registry.REGISTRY = Path({str(tmp_path / "registry.toml")!r})
 sys.exit(main(["data", "get", "big", "--to", {str(tmp_path)!r}]))
 """
-    command, started, clients = [sys.executable, "-c", program], threading.Event(), []
+    clients, started = [], threading.Event()
 
     def end() -> None:
         started.wait()
@@ -249,19 +265,17 @@ sys.exit(main(["data", "get", "big", "--to", {str(tmp_path)!r}]))
 
     with serving({address("big", to): body for to, body in files.items()}) as server:
         server.faults[address("big", "big/a.c3d")] = [Fault(stop=n_sent, then=end)]
-        environment = os.environ | {"PLANTIGRADE_MIRROR": server.base}
-        for resumed in (False, True):
-            client = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
-            clients.append(client)
-            started.set()
-            _, said = client.communicate()
-            if resumed:
-                assert client.returncode == 0, said
-                continue
-            assert client.returncode == code, said
-            assert "what has arrived is kept; the same command continues" in said
-            kept = (tmp_path / "big/a.c3d.part").stat().st_size
-            assert 0 < kept <= n_sent and not (tmp_path / "big/a.c3d").exists()
+        monkeypatch.setenv("PLANTIGRADE_MIRROR", server.base)
+        command = [sys.executable, "-c", program]
+        clients.append(subprocess.Popen(command, stderr=subprocess.PIPE, text=True))
+        started.set()
+        _, said = clients[0].communicate()
+        assert clients[0].returncode == code, said
+        assert "what has arrived is kept; the same command continues" in said
+        kept = (tmp_path / "big/a.c3d.part").stat().st_size
+        assert 0 < kept <= n_sent and not (tmp_path / "big/a.c3d").exists()
+        monkeypatch.setattr(registry, "REGISTRY", tmp_path / "registry.toml")
+        pg.get_data("big", tmp_path)
     assert server.asked[-1] == (address("big", "big/a.c3d"), f"bytes={kept}-")
     assert contents(str(tmp_path / "big")) == {"a.c3d": files["big/a.c3d"]}
 
