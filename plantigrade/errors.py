@@ -8,6 +8,8 @@ import difflib
 from collections.abc import Sequence
 from pathlib import Path
 
+from plantigrade.printable import printable
+
 LONGEST_MESSAGE = 400
 """Length of a message [characters]: more is not read."""
 LONGEST_LIST = 240
@@ -37,8 +39,11 @@ class FileError(PlantigradeError, ValueError):
     """
 
     def __init__(self, path: str | Path, problem: str, *, where: str = "", remedy: str = ""):
-        """Build the message from its parts; what a file says at length is shortened."""
-        where, problem = _short(where, 80), _short(problem, 250)
+        """Build the message from its parts; what a file says is escaped, and shortened if long."""
+        where, problem = (
+            _short(printable(text, lines=False), most)
+            for text, most in ((where, 80), (problem, 250))
+        )
         self.path, self.where, self.problem, self.remedy = Path(path), where, problem, remedy
         place = f"{self.path}: {where}" if where else f"{self.path}"
         super().__init__(f"{place}: {problem}" + (f" — {remedy}" if remedy else ""))

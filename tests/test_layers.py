@@ -15,8 +15,9 @@ ROOT = Path(plantigrade.__file__).parent
 
 # Each line may import from the lines above it only.
 LAYERS = (
+    ("printable",),
     ("errors",),
-    ("arrays", "constants", "extras", "notes", "options", "printable", "threads", "toml"),
+    ("arrays", "constants", "extras", "notes", "options", "threads", "toml"),
     ("bounds",),
     ("spatial",),
     ("charts",),

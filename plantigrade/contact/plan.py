@@ -8,6 +8,7 @@ are nodes and knots of the spline: between two of them nothing switches.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Stance:
 
     def __post_init__(self):
         """Refuse times out of order."""
-        if not np.all(np.diff(self.times) >= 0) or self.toe_off <= self.heel_strike:
+        if not all(a <= b for a, b in pairwise(self.times)) or self.toe_off <= self.heel_strike:
             raise ParameterError(
                 "a stance goes from heel strike, foot flat, heel off and forefoot off to toe off; "
                 f"these times are out of order: {', '.join(f'{t:g}' for t in self.times)} s"

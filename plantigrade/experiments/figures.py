@@ -11,6 +11,7 @@ from typing import Any
 import plantigrade
 from plantigrade.errors import FileError
 from plantigrade.experiments.table import ResultTable, sheet
+from plantigrade.io.text import read_text
 from plantigrade.record.folder import metrics_json
 
 FILE = "figures.json"
@@ -102,13 +103,14 @@ def read_figures(path: Path) -> Figures:
         FileError: If the file cannot be read or holds something else.
     """
     remedy = "make one with `plantigrade experiment --all`"
+    text = read_text(path)
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        if not all({"status", "figures", "goals"} <= {*e} for e in found["experiments"].values()):
-            raise ValueError
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})", remedy=remedy) from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        found = json.loads(text, parse_int=float)
+        for each in found["experiments"].values():
+            if not (isinstance(each["figures"], dict) and isinstance(each["goals"], dict)):
+                raise TypeError("figures and goals have names")
+            str(each["status"])
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise FileError(path, "holds no figures of experiments", remedy=remedy) from error
     return found
 

@@ -204,7 +204,8 @@ def _rows(
         remedy = "check that the file is complete"
         raise FileError(path, "has no rows of numbers", where=f"line {line + 1}", remedy=remedy)
     delimiter = "\t" if "\t" in first.strip() else None
-    if len(lines) > 1 and len(lines[-1].strip().split(delimiter)) < len(names):
+    others = any(row.strip() for row in lines[:-1])
+    if others and len(lines[-1].strip().split(delimiter)) < len(names):
         warnings.append(f"the last row (line {line + len(lines)}) is truncated and was left out")
         lines.pop()
     if delimiter and all(line.count("\t") == len(names) - 1 for line in lines):

@@ -1,5 +1,6 @@
 """NumPy's npz files, read safely: whole, of limited size, without pickles."""
 
+import re
 import sys
 import zipfile
 from pathlib import Path
@@ -20,6 +21,7 @@ LARGEST = 1e12
 _REMEDY = "name a motion.npz that plantigrade wrote"
 _FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted
 _MAX_ARRAYS = 1000
+_ADDRESS = re.compile(" at 0x[0-9a-f]+")  # of an object in an error of another library
 
 
 class Arrays:
@@ -173,9 +175,12 @@ def read_npz(path: str | Path) -> Recording:
         arrays.refuse("is missing", "qpos")
     if qpos.shape[1] - 7 == len(names) > 0:  # the root has a position and a quaternion
         coordinates = Table(tuple(names), time, qpos[:, 7:])
+    markers = arrays.markers(time)
+    if markers is None and coordinates is None:
+        arrays.refuse("names no joints that fit qpos, and there are no markers", "joint_names")
     return Recording(
         source=Path(path),
-        markers=arrays.markers(time),
+        markers=markers,
         coordinates=coordinates,
         events=arrays.events(),
         warnings=(
@@ -207,7 +212,7 @@ def _load(path: Path, remedy: str) -> dict[str, np.ndarray]:
     except FileError:
         raise
     except Exception as error:  # damaged bytes make zipfile and NumPy raise almost anything
-        reason = str(error)[:100] or type(error).__name__
+        reason = _ADDRESS.sub("", str(error))[:100] or type(error).__name__
         problem = f"is not a whole npz file of plain arrays ({reason})"
         raise FileError(path, problem, remedy=remedy) from error
     for key, value in arrays.items():

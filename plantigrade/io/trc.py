@@ -167,9 +167,10 @@ def _time(table, fields, rows, first: int, path, warnings) -> np.ndarray:
     time = table[:, 1].copy()
     rate = fields.get("datarate", fields.get("camerarate", ""))
     if not np.isfinite(time).any() or (len(time) > 1 and not np.any(time)):
-        step = 1.0 / number(rate, path, where="header", what="DataRate")
-        if not 0 < step < 1e3:
+        per_second = number(rate, path, where="header", what="DataRate")
+        if not 1e-3 < per_second < np.inf:
             raise FileError(path, f"DataRate is {rate}", where="header", remedy="correct it")
+        step = 1.0 / per_second
         warnings.append("the column Time is empty; time was computed from DataRate")
         return np.arange(len(table)) * step
     check_time(time, rows, path, first_line=first + 1)

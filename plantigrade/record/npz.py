@@ -178,8 +178,10 @@ def _poses(arrays: Arrays, key: str, n: int, nq: int) -> np.ndarray:
 
 def _signal(arrays: Arrays, key: str) -> np.ndarray:
     value = arrays.any(key)
-    if value.dtype.kind == "f" and (np.abs(value[np.isfinite(value)]) > LARGEST).any():
-        arrays.refuse(f"holds numbers beyond {LARGEST:.0e}", key)
+    if value.dtype.kind == "f":
+        known = value[np.isfinite(value)].astype(float)  # half precision cannot hold the limit
+        if (np.abs(known) > LARGEST).any():
+            arrays.refuse(f"holds numbers beyond {LARGEST:.0e}", key)
     return value
 
 

@@ -1,0 +1,361 @@
+"""Valid files to damage: a small one of each kind, made here, and whole ones of other people.
+
+A seed is made in an empty folder, with the files that belong to it; what is returned is the path of
+the one that is damaged.
+"""
+
+import functools
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import plantigrade.learn
+from plantigrade.io import read
+from plantigrade.io.csv import write_csv
+from plantigrade.motion import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
+from plantigrade.record import Condition, Record, Run
+from tests.report.runs import from_tasks, solved
+from tests.report.walker import walk, walker
+
+Make = Callable[[Path], Path]
+"""Makes a seed in a folder, and returns the path of the file that is damaged."""
+Wholes = Callable[[Path | None], Iterator[tuple[str, Make]]]
+"""Lists whole files, some of them in the folder of recordings where there is one."""
+POLICIES = Path(plantigrade.learn.__file__).parent / "policies"
+LARGEST = 3e6
+"""Largest file of other people that is damaged [bytes]: a larger one takes seconds to read."""
+
+
+def recording() -> Recording:
+    """Six markers, a force plate and two events, 12 frames."""
+    rng = np.random.default_rng(0)
+    time = 0.5 + np.arange(12) / 100
+    heights = np.linspace(0.1, 1.7, 6)[:, None] * [0.1, 0.1, 1]
+    positions = rng.normal(size=(12, 6, 3)) * 0.01 + heights
+    plate = ForcePlate(
+        "1",
+        0.5 + np.arange(120) / 1000,
+        np.tile([1.0, 2.0, 700.0], (120, 1)),
+        np.tile([0.01, 0.02, 0.0], (120, 1)),
+        np.zeros(120),
+    )
+    return Recording(
+        Path("sample"),
+        Markers(tuple("ABCDEF"), time, positions),
+        coordinates=Table(("hip_flexion_r", "knee_angle_r"), time, rng.normal(size=(12, 2))),
+        plates=(plate,),
+        events=(GaitEvent(0.52, "l", "heel_strike"), GaitEvent(0.55, "r", "toe_off")),
+        subject=Subject(height=1.7, mass=70.0),
+    )
+
+
+def text(name: str, content: str) -> Make:
+    """Return what makes a text file."""
+
+    def make(folder: Path) -> Path:
+        (folder / name).write_text(content, encoding="utf-8")
+        return folder / name
+
+    return make
+
+
+def written(name: str, writer: Callable[[Recording, Path], object]) -> Make:
+    """Return what makes a recording with one of our writers."""
+
+    def make(folder: Path) -> Path:
+        writer(recording(), folder / name)
+        return folder / name
+
+    return make
+
+
+COORDINATES = (
+    "sample\nversion=1\nnRows=12\nnColumns=4\ninDegrees=yes\nendheader\n"
+    "time\thip_flexion_r\tknee_angle_r\tpelvis_ty\n"
+    + "".join(f"{0.01 * i:.3f}\t{i}\t{2 * i}\t0.9\n" for i in range(12))
+)
+FORCES_OF_FEET = (
+    "a\nnRows=2\nendheader\ntime ground_force_vx ground_force_vy ground_force_vz "
+    "ground_force_px ground_force_py ground_force_pz\n"
+    "0 1 500 2 0.1 0 0.2\n0.1 1 600 2 0.1 0 0.2\n"
+)
+BVH = (
+    "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition "
+    "Zrotation Xrotation Yrotation\n JOINT Chest\n {\n  OFFSET 0 50 0\n  CHANNELS 3 Zrotation "
+    "Xrotation Yrotation\n  End Site\n  {\n   OFFSET 0 50 0\n  }\n }\n}\nMOTION\nFrames: 4\n"
+    "Frame Time: 0.01\n" + "0 90 0 1 2 3 4 5 6\n" * 4
+)
+ASF = (
+    ":version 1.10\n:name sample\n:units\n  mass 1.0\n  length 0.45\n  angle deg\n"
+    ":documentation\n  a sample\n:root\n  order TX TY TZ RX RY RZ\n  axis XYZ\n"
+    "  position 0 0 0\n  orientation 0 0 0\n:bonedata\n  begin\n    id 1\n    name lowerback\n"
+    "    direction 0 1 0\n    length 20\n    axis 0 0 0 XYZ\n    dof rx ry rz\n"
+    "    limits (-20 45)\n (-30 30)\n (-30 30)\n  end\n:hierarchy\n  begin\n"
+    "    root lowerback\n  end\n"
+)
+AMC = "#!comment\n:FULLY-SPECIFIED\n:DEGREES\n" + "".join(
+    f"{i}\nroot 0 17 0 1 2 3\nlowerback 1 2 {i}\n" for i in range(1, 6)
+)
+_FRAME = [0.033, 0, 0.9, 0, *[1.0, 0, 0, 0] * 4, 0.1, *[1.0, 0, 0, 0] * 2, 0.1, *[1.0, 0, 0, 0]]
+_FRAME = [*_FRAME, 0.1, *[1.0, 0, 0, 0] * 2, 0.1]
+DEEPMIMIC = json.dumps({"Loop": "wrap", "Frames": [_FRAME, _FRAME]})
+ROW = "{}\t1.00\t2.00\t700.00\t10.0\t20.0\t0.0\t30.0\n"
+PLATES = (
+    "[Force Data]\nNumberOfForcePlates=1\nSampleRate=1000.000000\nNumberOfSamples=12\n"
+    "#Sample\tFX1\tFY1\tFZ1\tX1\tY1\tZ1\tMZ1\n" + "".join(map(ROW.format, range(1, 13)))
+)
+NORMS = "# 12 adults\nvariable, percent, mean, sd\n" + "".join(
+    f"{name}, {percent}, 5.{percent}, 4.1\n"
+    for name in ("knee_angle", "hip_flexion_moment")
+    for percent in (0, 25, 50, 100)
+)
+MARKER_SET = """
+name = "my lab"
+[markers]
+RKN1 = "knee_lateral_r"
+RTH7 = { body = "femur_r", position = [0.05, -0.09, -0.2] }
+"""
+SQUAT = """
+[task]
+name = "deep squat"
+base = "squat"
+without = ["acceleration"]
+nodes_per_second = 20
+basis = "polynomial"
+[parameters]
+depth = 0.4
+duration = 2.5
+[[term]]
+type = "within"
+coordinate = "knee_angle_r"
+low_deg = 0.0
+high_deg = 10.0
+[[term]]
+type = "reach"
+point = { body = "hand_r", position = [0.0, 0.0, -0.1], radius = 0.0 }
+target = [0.4, nan, 1.0]
+time = 1.0
+[[term]]
+type = "limits"
+ranges = { knee_angle = [0.0, 2.0] }
+[[stance]]
+side = "r"
+x = 0.0
+heel_strike = -1.0
+toe_off = 100.0
+heading_deg = 3
+[[stance]]
+side = "l"
+"""
+WALK = """
+[task]
+base = "walk"
+[parameters]
+speed = 1.0
+steps = 3
+heights = [0.0, 0.1, 0.0]
+turn_deg = 0
+"""
+FIGURES = json.dumps(
+    {
+        "version": "1",
+        "time_s": 1.5,
+        "experiments": {
+            "a": {
+                "status": "ok",
+                "figures": {"x": 1.0, "y": "z"},
+                "goals": {"g": True},
+                "time_s": 1,
+            }
+        },
+    }
+)
+
+LONG_PLATES = PLATES.replace("Samples=12", "Samples=9000") + "".join(
+    map(ROW.format, range(13, 9001))
+)
+
+
+def amc(folder: Path) -> Path:
+    """Make a motion of two bones, its skeleton beside it."""
+    (folder / "sample.asf").write_text(ASF)
+    return text("sample.amc", AMC)(folder)
+
+
+def asf(folder: Path) -> Path:
+    """Make the same, for the skeleton to be damaged."""
+    return amc(folder).with_suffix(".asf")
+
+
+def npz(folder: Path) -> Path:
+    """Make a motion of one hinge."""
+    path = folder / "sample.npz"
+    np.savez(
+        path,
+        time=np.arange(3) / 100,
+        qpos=np.tile([0, 0, 0.9, 1, 0, 0, 0, 0.1], (3, 1)),
+        qvel=np.zeros((3, 7)),
+        joint_names=np.array(["root", "hip"]),
+    )
+    return path
+
+
+def signals(record: Record) -> dict[str, np.ndarray]:
+    """Return one of every signal the package knows."""
+    n, nv = record.motion.qvel.shape
+    tasks = dict(from_tasks(walk(walker(), duration=0.1)).record.signals)
+    on = np.ones((n, 5), bool)
+    return {
+        **solved(record, bad=True).record.signals,
+        **tasks,
+        "tasks.active": on,
+        "tasks.residual": np.outer(np.ones(n), [0.0, 1e-12, 1e-3, 1.0, 100.0]),
+        "solver.time": np.full(n, 1e-3),
+        "foot.percent": np.linspace(0, 100, 101),
+        "foot.names": np.array(["hindfoot_dorsiflexion_r"]),
+        "foot.hindfoot_dorsiflexion_r": np.zeros((2, 101)),
+        "norms.people": np.array(["our people"]),
+        "norms.names": np.array(["knee_angle", "hip_flexion"]),
+        "norms.mean": np.zeros((2, 101)),
+        "norms.sd": np.ones((2, 101)),
+        "forces.measured": np.arange(2 * n).reshape(n, 2) % 3 > 0,
+        "forces.band": np.ones((n, 2, 3)),
+        "forces.point_band": np.full((n, 2, 2), 0.01),
+        "forces.torque_band": np.ones((n, 2)),
+        "forces.moment_band": np.ones((n, nv)),
+        "estimated.force": np.ones((n, 2, 3)),
+        "measured.force": np.zeros((n, 2, 3)),
+        "measured.moment": np.zeros((n, 1)),
+        "measured.moment_names": np.array(["knee_angle_r"]),
+        "ground.place": np.full((n, 4), 0.01),
+        "barrier.clearance": np.full(n, 0.05),
+        "things.name": np.array(["barrier"]),
+        "things.kind": np.array(["capsule"]),
+        "things.size": np.array([[0.02, 1.5, 0.0]]),
+        "things.place": np.tile([3.0, 0.0, 1.6, 1.0, 0.0, 0.0, 0.0], (n, 1, 1)),
+        "vault.joints": np.array(["shoulder", "hip"]),
+        "vault.activation": np.zeros((n, 2)),
+        "vault.changed": np.array(["speed", "speed"]),
+        "vault.change": np.array([[-0.05, 2.0, np.nan], [0.05, 2.1, 2.2]]),
+    }
+
+
+@functools.cache
+def whole_run() -> Run:
+    """Return a run that has everything a run may have, its ground and a second record among it."""
+    record = walk(walker(), duration=2.4, rate=25.0)
+    run = solved(record, bad=True)
+    knee = Condition("knee", "coordinate", (0.0, 0.5), (0.0, 0.0), (0.2, 0.3), "knee_angle_r")
+    everything = replace(
+        run.record, conditions=(knee,), signals=signals(record), references=record.references
+    )
+    return replace(run, record=everything, others={"forces": record})
+
+
+def run_file(name: str) -> Make:
+    """Return what makes that run, for one of its files to be damaged."""
+
+    def make(folder: Path) -> Path:
+        whole_run().save(folder / "run")
+        return folder / "run" / name
+
+    return make
+
+
+def copy_of(path: Path) -> Make:
+    """Return what copies a file."""
+    return lambda folder: Path(shutil.copyfile(path, folder / path.name))
+
+
+def policies(_: Path | None) -> Iterator[tuple[str, Make]]:
+    """List the policies that come with the package."""
+    yield from ((path.stem, copy_of(path)) for path in sorted(POLICIES.glob("*.npz")))
+
+
+def policy(folder: Path) -> Path:
+    """Copy the smallest of them: what is learned has no smaller size."""
+    return copy_of(min(POLICIES.glob("*.npz"), key=lambda path: path.stat().st_size))(folder)
+
+
+def stored_runs(name: str) -> Wholes:
+    """Return what lists solved motions that lie beside the tests, and a fitted recording."""
+
+    def copied(source: Path) -> Make:
+        def make(folder: Path) -> Path:
+            shutil.copytree(source, folder / "run")
+            return folder / "run" / name
+
+        return make
+
+    def fitted(source: Path) -> Make:
+        def make(folder: Path) -> Path:
+            import plantigrade as pg
+
+            pg.fit(source).save(folder / "run")
+            return folder / "run" / name
+
+        return make
+
+    def listed(data: Path | None) -> Iterator[tuple[str, Make]]:
+        stored = Path(__file__).parents[1] / "stored"
+        yield from ((each, copied(stored / each)) for each in ("side-step", "sit-to-stand"))
+        if data is not None:
+            walk = data / "opensim" / "rajagopal_walk" / "markers_walk.trc"
+            yield from ((path.stem, fitted(path)) for path in (walk,) if path.exists())
+
+    return listed
+
+
+def no_others(_: Path | None) -> Iterator[tuple[str, Make]]:
+    """List nothing: of this kind there are no files of other people."""
+    yield from ()
+
+
+def long_text(name: str, content: str) -> Wholes:
+    """Return what lists one long file, made here."""
+    return lambda _: iter([("long", text(name, content))])
+
+
+def as_table(pattern: str) -> Wholes:
+    """Return what lists recordings of the data folder, written as CSV."""
+
+    def converted(path: Path) -> Make:
+        def make(folder: Path) -> Path:
+            write_csv(read(path), folder / "long.csv")
+            return folder / "long.csv"
+
+        return make
+
+    return lambda data: (
+        (name, converted(data / name)) for name, _ in recordings(pattern)(data) if data
+    )
+
+
+def recordings(pattern: str, *beside: str) -> Wholes:
+    """Return what lists recordings of the data folder, and copies them with what lies beside them.
+
+    Args:
+        pattern: Their names, within the data folder.
+        beside: Names of what belongs to them: ``{start}`` is what comes before an underscore.
+    """
+
+    def copied(path: Path) -> Make:
+        def make(folder: Path) -> Path:
+            start = path.stem.partition("_")[0]
+            along = [sorted(path.parent.glob(name.format(start=start)))[:1] for name in beside]
+            for each in [path, *(found for some in along for found in some)]:
+                shutil.copyfile(each, folder / each.name)
+            return folder / path.name
+
+        return make
+
+    def listed(data: Path | None) -> Iterator[tuple[str, Make]]:
+        for path in sorted(data.glob(pattern)) if data is not None else []:
+            if path.is_file() and path.stat().st_size <= LARGEST:
+                yield path.relative_to(data).as_posix(), copied(path)
+
+    return listed
