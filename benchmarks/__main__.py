@@ -21,6 +21,7 @@ from benchmarks import (  # noqa: E402
     fits,
     kinematics,
     live,
+    long,
     pendulum,
     processes,
     reading,
@@ -37,7 +38,7 @@ PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
     *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
     *("environment", "controllers", "pendulum"),
-    *("kinematics", "opensim", "reading", "fits"),
+    *("kinematics", "opensim", "reading", "fits", "long"),
 )
 
 
@@ -62,8 +63,9 @@ def main() -> int:
         "opensim": lambda: kinematics.opensim_rows(data, arguments.opensim_python),
         "reading": lambda: reading.rows(data),
         "fits": lambda: fits.rows(data),
+        "long": lambda: long.rows(data, arguments.minutes),
     }
-    needing_data = {"kinematics", "opensim", "reading", "fits"}
+    needing_data = {"kinematics", "opensim", "reading", "fits", "long"}
     rows: list[Row] = []
     for name in arguments.parts or parts:
         if name in needing_data and data is None:
@@ -104,6 +106,14 @@ def parse() -> argparse.Namespace:
         default=os.environ.get(PEERS_VARIABLE, sys.executable),
         metavar="PYTHON",
         help=f"a Python that has Pink or mink; else ${PEERS_VARIABLE} or this one",
+    )
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        nargs="+",
+        default=long.MINUTES,
+        metavar="MIN",
+        help="durations of the recordings of long [min] (write PART before it); else 0.2 and 1",
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a goal is missed")

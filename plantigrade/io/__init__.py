@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
+from plantigrade.io.length import check_length
 from plantigrade.io.npz import LARGEST
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
@@ -110,6 +111,9 @@ def read(path: str | Path, **options) -> Recording:
     except RecursionError as error:
         remedy = "check that this is a motion file"
         raise FileError(path, "is nested too deeply", remedy=remedy) from error
+    for part in (recording.markers, recording.skeleton, recording.coordinates):
+        if part is not None:
+            check_length(path, len(part.time))
     _check_sizes(recording, path)
     return recording
 

@@ -18,11 +18,16 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
+from plantigrade.io.length import check_length
 from plantigrade.io.text import reading
 
 BLOCK = 512  # [bytes]
 LIMIT_BYTES = 2e9
 """Largest C3D file read [bytes]."""
+
+BYTES_OF_A_POINT = 100
+"""Memory that a point of a frame takes while it is read [bytes], measured; of an analog sample it
+is four numbers."""
 
 _INTEL, _DEC, _MIPS = 84, 85, 86
 _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
@@ -266,6 +271,8 @@ def _read_data(path, file, size, header: _Header, bare: Parameters, processor) -
             f"{n_channels} analog channels, the file has room for {room}",
             where="header, words 2 to 5",
         )
+    check_length(path, n_frames, n_frames * (BYTES_OF_A_POINT * header.n_points + 8 * 4 * total))
+    check_length(path, n_frames, n_frames * (BYTES_OF_A_POINT * header.n_points + 8 * 4 * total))
     file.seek(start)
     count = n_frames * frame_words
     raw = file.read(count * word)

@@ -21,6 +21,9 @@ from plantigrade.printable import listed
 LIMIT_BYTES = 200e6
 """Largest text file read by default [bytes]: about an hour of 60 markers."""
 
+ROWS_AT_ONCE = 2000
+"""Rows of a table that are parsed in one pass [rows]: their copies are small beside the table."""
+
 # Words that stand for "not measured" in tables people export, beside an empty field.
 MISSING_WORDS = frozenset(
     {"", "nan", "+nan", "-nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing"}
@@ -169,8 +172,8 @@ def numbers(
 ) -> Float[Array, "n_rows n_columns"]:
     r"""Return a table of numbers; NaN where a field is empty or marked as missing.
 
-    Regular rows are parsed all at once; only a row with an empty field, a word or a wrong number of
-    fields is parsed on its own.
+    Regular rows are parsed many at once; only a row with an empty field, a word or a wrong number
+    of fields is parsed on its own.
 
     Args:
         lines: Rows, without line ends. Blank rows are skipped.
@@ -189,25 +192,32 @@ def numbers(
     kept = [(n, line) for n, line in enumerate(lines, start=first_line) if not _blank(line)]
     if not kept:
         return np.empty((0, count or 0))
-    rows = [line for _, line in kept]
-    if decimal == ",":
-        rows = [row.replace(",", ".") for row in rows]
     if count is None:
-        count = len(_fields(rows[0], delimiter))
-    plain = _token_counts(rows, delimiter) == count
-    values = np.full((len(rows), count), np.nan)
-    text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
-    if delimiter is not None and not delimiter.isspace():
-        text = text.replace(delimiter, " ")
-    flat = parse_numbers(text)
-    if flat is None or flat.size != count * int(plain.sum()):
-        plain[:] = False
-    else:
-        values[plain] = flat.reshape(-1, count)
-    for i in np.flatnonzero(~plain):
-        values[i] = _parse_row(rows[i], path, kept[i][0], count, delimiter, short, names)
-    values[~np.isfinite(values)] = np.nan
+        count = len(_fields(_with_point(kept[0][1], decimal), delimiter))
+    values = np.full((len(kept), count), np.nan)
+    for start in range(0, len(kept), ROWS_AT_ONCE):
+        part = kept[start : start + ROWS_AT_ONCE]
+        rows, out = (
+            [_with_point(row, decimal) for _, row in part],
+            values[start : start + len(part)],
+        )
+        plain = _token_counts(rows, delimiter) == count
+        text = "\n".join(row for row, good in zip(rows, plain, strict=True) if good)
+        if delimiter is not None and not delimiter.isspace():
+            text = text.replace(delimiter, " ")
+        flat = parse_numbers(text)
+        if flat is None or flat.size != count * int(plain.sum()):
+            plain[:] = False
+        else:
+            out[plain] = flat.reshape(-1, count)
+        for i in np.flatnonzero(~plain):
+            out[i] = _parse_row(rows[i], path, part[i][0], count, delimiter, short, names)
+        out[~np.isfinite(out)] = np.nan
     return values
+
+
+def _with_point(row: str, decimal: str) -> str:
+    return row.replace(",", ".") if decimal == "," else row
 
 
 def check_time(

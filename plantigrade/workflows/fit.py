@@ -40,6 +40,7 @@ from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.threads import on_one_thread
+from plantigrade.workflows.memory import require_memory
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
 from plantigrade.world.grounds import ground_named
 
@@ -195,6 +196,7 @@ def fit_trial(
     with step(f"reading {path.name}"):
         recording = load(path, settings)
         recording = recording if shared is None else shared.into(recording)
+        require_memory(recording)
     with step("fitting"):
         fitted = fit_recording(recording, settings, shared)
     with step("analysing"):

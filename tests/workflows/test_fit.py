@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.record import Run
 from plantigrade.report.pages import pages
 from plantigrade.workflows import fit as fitting
+from plantigrade.workflows import memory
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import FitSettings
 from tests.analyze.plated_walk import analyse, plated_walk
@@ -186,6 +188,14 @@ def test_the_standing_trial_says_who_it_is():
     assert trial.fit.human.mass == pytest.approx(62.0)
     assert trial.fit.human.height == pytest.approx(1.68)
     assert not [w for w in trial.record().notes if "mass" in w or "stature" in w]
+
+
+def test_a_fit_that_would_swap_is_refused(tmp_path):
+    path = tmp_path / "walk.trc"
+    walking(path)
+    with patch.object(memory, "free_memory", lambda: 1e8):
+        with pytest.raises(FitError, match="walk.trc has .* frames; their fit needs .* in parts"):
+            fitting.fit(path)
 
 
 def test_a_recording_without_names_is_no_marker_recording(tmp_path):

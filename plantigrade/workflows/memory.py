@@ -1,0 +1,35 @@
+"""Memory that the fit of a recording takes, asked for before it is taken."""
+
+from dataclasses import fields
+
+import numpy as np
+
+from plantigrade.errors import FitError
+from plantigrade.io.length import IN_PARTS, free_memory
+from plantigrade.motion import Recording
+
+BYTES = 150e6
+"""Memory of a fit besides its frames [bytes], measured."""
+BYTES_OF_A_FRAME = 12e3
+"""Memory of a fit for each frame [bytes], measured on 10 minutes at 100 Hz."""
+COPIES = 2
+"""Copies of the recording that a fit makes: turned to face forward, and cut."""
+
+
+def require_memory(recording: Recording) -> None:
+    """Refuse a recording whose fit would not fit into free memory; the machine would swap.
+
+    Raises:
+        FitError: If it does not.
+    """
+    motion = (recording.markers, recording.skeleton, recording.coordinates)
+    parts = [part for part in (*motion, *recording.plates) if part is not None]
+    arrays = [getattr(part, f.name) for part in parts for f in fields(part)]
+    held = sum(each.nbytes for each in arrays if isinstance(each, np.ndarray))
+    n_frames = max((len(part.time) for part in motion if part is not None), default=0)
+    needed, free = BYTES + BYTES_OF_A_FRAME * n_frames + COPIES * held, free_memory()
+    if needed > free:
+        raise FitError(
+            f"{recording.source.name} has {n_frames} frames; their fit needs {needed / 1e9:.1f} GB "
+            f"of memory, {free / 1e9:.1f} GB are free: close other programs, or {IN_PARTS}"
+        )
