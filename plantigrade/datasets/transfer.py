@@ -195,6 +195,8 @@ def _ask(url: str, there: int) -> HTTPResponse:
         raise Unreachable(f"{host} cannot be reached ({why})") from error
     except (OSError, HTTPException) as error:
         raise _Broken(f"the connection broke ({error or type(error).__name__})") from error
+    except ValueError as error:  # such as a redirection to http://[
+        raise DownloadError(f"{host}: the address cannot be used ({error})") from error
 
 
 def _start(answer: HTTPResponse, there: int) -> int:

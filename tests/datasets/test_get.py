@@ -110,6 +110,7 @@ HOPELESS = {
     "to a file": (Fault(location="file:///etc/passwd"), "to what is not HTTPS", 1),
     "to another protocol": (Fault(location="ftp://127.0.0.1/a"), "to what is not HTTPS", 1),
     "to plain http": (Fault(location="http://example.org/a"), "to what is not HTTPS", 1),
+    "to no address": (Fault(location="http://["), "the address cannot be used", 1),
     "in a circle": (Fault(location=AT.replace(" ", "%20")), "redirects in a circle", 5),
 }
 
