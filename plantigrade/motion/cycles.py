@@ -20,7 +20,7 @@ SHORTEST_CYCLE = 0.4
 """Shortest stride [s]; not even a sprinter's is shorter."""
 
 SPLINE_REACH = 50
-"""Distance at which a frame has no effect on a cubic spline [frames]: it decays by 2 - √3 a frame,
+"""Distance at which a frame has no effect on a cubic spline [frames]; it decays by 2 - √3 a frame,
 to 1e-28 here."""
 
 
