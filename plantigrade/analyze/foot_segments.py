@@ -17,8 +17,9 @@ from plantigrade.analyze.foot_angles import (
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.result import Fit
-from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import MarkerSet, landmarks_of, read_marker_set
 from plantigrade.motion import Markers, Recording, Table
@@ -140,8 +141,8 @@ def _tibia(fitted: Fit, side: str, seen: Paths) -> np.ndarray:
     """Return the axes of the tibia: by its markers, or those of the fitted body."""
     human = fitted.human
     femur, tibia = human.body(f"femur_{side}"), human.body(f"tibia_{side}")
-    states = [(s.origins[femur], s.rotations[tibia]) for s in sweep(human, fitted.qpos)]
-    hip, own = (np.array(column) for column in zip(*states, strict=True))
+    origins, rotations = body_paths(human, fitted.qpos, (femur, tibia))
+    hip, own = origins[:, 0], rotations[:, 1]
     table = attachments(human)
     knee, ankle = (
         abs(float(table[f"{mark}_{side}"].position[1]))

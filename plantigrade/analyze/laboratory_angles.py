@@ -37,7 +37,8 @@ import numpy as np
 from plantigrade.analyze.foot_progression import foot_line, inward_angle, marker_path
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.state import PointSet, sweep
+from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Table
@@ -128,16 +129,15 @@ def _segments_of_markers(
     bodies = [record.human.body(n) for n in ("pelvis", f"femur_{side}", f"tibia_{side}")]
     parents = record.human.model.body_parentid
     bodies += np.flatnonzero(parents == bodies[2]).tolist()
-    states = [(s.origins, s.rotations) for s in sweep(record.human, record.motion)]
-    origins, axes = (np.array(each) for each in zip(*states, strict=True))
-    on = np.array([_fixed_on(fitted, origins[:, b], axes[:, b]) for b in bodies])
+    origins, axes = body_paths(record.human, record.motion.qpos, bodies)
+    on = np.array([_fixed_on(fitted, origins[:, k], axes[:, k]) for k in range(len(bodies))])
     alone = on & (on.sum(axis=0) == 1)  # not those of a joint that never moves
     mine, low = alone[1], alone[2]
     if mine.sum() < FEWEST:
         return {}
     off = np.nan_to_num(markers.positions - fitted)
-    pelvis, thigh, shank = (axes[:, b] for b in bodies[:3])
-    hip = origins[:, bodies[1], None]
+    pelvis, thigh, shank = (axes[:, k] for k in range(3))
+    hip = origins[:, 1, None]
     thigh = _turned(thigh, fitted[:, mine] - hip, off[:, mine])
     found = {("hip_adduction_thigh", "hip_rotation_thigh"): _frontal(pelvis, thigh, side)}
     if min(mine.sum(), low.sum()) >= MIN_KNEE_MARKERS:
@@ -189,10 +189,8 @@ def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
         np.array([origin, origin, toe.position]),
     )
     knee, joint, tip = np.swapaxes(points.path(qpos), 0, 1)
-    turned = np.array([state.rotations for state in sweep(human, qpos)])
-    thigh, shank, foot = (
-        turned[:, human.body(f"{name}_{side}")] for name in ("femur", "tibia", "foot")
-    )
+    bodies = [human.body(f"{name}_{side}") for name in ("femur", "tibia", "foot")]
+    thigh, shank, foot = np.moveaxis(body_paths(human, qpos, bodies)[1], 1, 0)
     knee, _ = _carried(record, knee, thigh[..., 1], "knee", side)
     ankle, ankle_place = _carried(record, joint, shank[..., 1], "ankle", side)
     tip, tip_place = marker_path(record, f"{TOE}_{side}") or (tip, tip)

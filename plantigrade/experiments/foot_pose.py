@@ -32,12 +32,12 @@ from plantigrade.constants import SIDES
 from plantigrade.experiments.foot_segments import STORED
 from plantigrade.experiments.stored_angles import on_clock
 from plantigrade.experiments.table import ResultTable, Row, at_least, over_trials, sheet
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_bones import NONE, foot_path, pressing, standing_height
 from plantigrade.kinematics.foot_pose import FootPoser
 from plantigrade.kinematics.normal_seen import hinge_turn
 from plantigrade.kinematics.rests import Rest, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import runs
@@ -162,8 +162,8 @@ def of_controller(boxed: Trial, side: str, rests: Sequence[Rest]) -> list[np.nda
     person = Human.from_dict({**human.to_dict(), "feet": "multi-segment", "soles": {}})
     poser = FootPoser(person, side)
     foot, shank = human.body(f"foot_{side}"), human.body(f"tibia_{side}")
-    states = [(s.origins[foot], s.rotations[shank]) for s in sweep(human, qpos)]
-    ankle, tibia = (np.array(column) for column in zip(*states, strict=True))
+    origins, rotations = body_paths(human, qpos, (foot, shank))
+    ankle, tibia = origins[:, 0], rotations[:, 1]
     height = ankle[:, 2].copy()
     standing = standing_height(rests, side, height, poser.standing)
     ankle[:, 2] += poser.standing - standing
@@ -185,7 +185,7 @@ def of_fit(fitted: Trial, side: str) -> list[np.ndarray]:
     """Return rotations of tibia, heel, forefoot and toes of a fit on multi-segment feet."""
     human = fitted.fit.human
     bodies = [human.body(f"{n}_{side}") for n in ("tibia", "heel", "foot", "medial_phalanges")]
-    rotations = np.array([s.rotations[bodies] for s in sweep(human, fitted.fit.qpos)])
+    _, rotations = body_paths(human, fitted.fit.qpos, bodies)
     return list(np.moveaxis(rotations, 1, 0))
 
 

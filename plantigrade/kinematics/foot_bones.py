@@ -30,12 +30,12 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_pose import BEND, SEGMENTS, FootPoser, marks
 from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import Rest, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion.recording import rate_of
 
@@ -239,10 +239,8 @@ def with_bones(
     for side in SIDES:
         poser = FootPoser(human, side)
         own, shank = human.body(f"foot_{side}"), human.body(f"tibia_{side}")
-        frames = [(s.origins[own], s.rotations[[own, shank]]) for s in sweep(human, qpos)]
-        ankle = np.array([origin for origin, _ in frames])
-        turned = np.array([rotations for _, rotations in frames])
-        facing, tibia = turned[:, 0], turned[:, 1]
+        origins, turned = body_paths(human, qpos, (own, shank))
+        ankle, facing, tibia = origins[:, 0], turned[:, 0], turned[:, 1]
         height = ankle[:, 2].copy()
         standing = standing_height(rests, side, height, poser.standing)
         ankle[:, 2] += poser.standing - standing  # as if its foot stood on the ground

@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.state import sweep
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
 from plantigrade.models.landmarks import BONE, SKIN, Attachment, attachments
@@ -138,7 +138,7 @@ def leans(
     Forward is where the pelvis faces.
     """
     body, pelvis = (human.body(attachments(human)[name].body) for name in (landmark, "asis_r"))
-    axes = np.array([state.rotations[[body, pelvis]] for state in sweep(human, qpos)])
+    _, axes = body_paths(human, qpos, (body, pelvis))
     up, ahead = axes[:, 0, :, 2], axes[:, 1, :2, 0]
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)

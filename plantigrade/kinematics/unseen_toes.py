@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
-from plantigrade.kinematics.state import sweep
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 
@@ -74,8 +74,7 @@ def _bent(human: Human, qpos: np.ndarray, part: str, joint: str, ground: Ground)
     radius = np.array([c.radius for c in body.contacts])
     places = body.position + np.einsum("aij,kj->aki", turned, spheres)  # in the parent
     parent = human.body(body.parent)
-    frames = [(s.origins[parent], s.rotations[parent]) for s in sweep(human, qpos)]
-    origin, rotation = (np.array(column) for column in zip(*frames, strict=True))
+    origin, rotation = (path[:, 0] for path in body_paths(human, qpos, [parent]))
     if ground.steps:
         centres = origin[:, None, None] + np.einsum("fij,akj->faki", rotation, places)
         above = ground.above(centres)[..., 2]

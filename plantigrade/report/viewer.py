@@ -96,8 +96,16 @@ def viewer_html(
         colours=COLOURS,
         has=has,
         weight=round(scene.weight),
+        thinned=_thinned(record, scene, rate),
         reference_label=scene.reference_name.capitalize(),
     )
+
+
+def _thinned(record: Record, scene: Scene, rate: float) -> str:
+    """Return how many frames per second are drawn of a motion too long to be drawn at ``rate``."""
+    if len(scene.time) < 2 or scene.stride <= max(1.0, round(record.motion.rate / rate)):
+        return ""
+    return f"{record.motion.rate / scene.stride:.3g}"
 
 
 def force_panels(record: Record) -> tuple[Panel, ...]:

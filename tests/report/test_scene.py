@@ -22,6 +22,7 @@ from plantigrade.report.scene import (
 )
 from plantigrade.report.shapes import foot_bodies, mesh_of, shapes_of
 from plantigrade.report.strip import strip_svg
+from plantigrade.report.viewer import viewer_html
 
 KINDS = """<mujoco><worldbody><geom type="plane" size="5 5 .1"/><body><freejoint name="root"/>
   <geom type="sphere" size=".1"/><geom type="capsule" size=".05" fromto="0 0 0 0 .1 .3"/>
@@ -120,7 +121,7 @@ def test_who_walks_backwards_is_seen_from_the_side_asked_for(record):
     assert heading_of(scene) == pytest.approx(0.0, abs=0.05)
 
 
-def test_long_motions_are_thinned(record):
+def test_long_motions_are_thinned_and_the_page_says_so(record):
     n = 3 * MAX_FRAMES
     motion = replace(
         record.motion,
@@ -128,7 +129,10 @@ def test_long_motions_are_thinned(record):
         qpos=np.tile(record.motion.qpos[:1], (n, 1)),
         qvel=np.zeros((n, record.human.model.nv)),
     )
-    assert len(build_scene(Record(record.human, motion)).time) <= MAX_FRAMES
+    long = Record(record.human, motion)
+    assert len(build_scene(long).time) <= MAX_FRAMES
+    assert "Long motion: 16.7 frames per second are drawn" in viewer_html(long, title="long")
+    assert "Long motion" not in viewer_html(record, title="short")
 
 
 def test_gaps_in_the_motion_are_refused(record):
