@@ -61,7 +61,7 @@ def prolonged(recording: Recording, duration: float, seed: int = 0) -> Recording
     """Return the recording repeated for a duration [s], with noise on the markers.
 
     A pass goes from the first heel strike of a side to its last one, and goes over into the next
-    within :data:`BLEND`; events are left out, as a C3D file has room for 255 of them.
+    within :data:`BLEND`.
     """
     markers = recording.markers
     assert markers is not None
@@ -74,11 +74,14 @@ def prolonged(recording: Recording, duration: float, seed: int = 0) -> Recording
     positions = _repeated(markers.time, markers.positions, clock, first, last)
     noise = np.random.default_rng(seed).normal(0.0, NOISE, positions.shape)
     plates = tuple(_repeated_plate(plate, duration, first, last) for plate in recording.plates)
+    passed = [replace(e, time=e.time - first) for e in recording.events if first <= e.time < last]
+    starts = np.arange(0.0, duration, last - first)
+    events = [replace(e, time=start + e.time) for start in starts for e in passed]
     return replace(
         recording,
         markers=Markers(markers.names, clock, positions + noise),
         plates=plates,
-        events=(),
+        events=tuple(event for event in events if event.time < clock[-1]),
         outputs={},
     )
 

@@ -154,7 +154,7 @@ def _up_of_plates(file: C3dFile, points: np.ndarray) -> str | None:
 
 
 def _events(file: C3dFile, start: float, end: float, warnings: list) -> tuple[GaitEvent, ...]:
-    times = file.values("EVENT", "TIMES")
+    times = file.continued("EVENT", "TIMES")
     labels, contexts = file.strings("EVENT", "LABELS"), file.strings("EVENT", "CONTEXTS")
     rows: list[tuple[float, str, str]] = []
     if times.ndim == 2 and times.shape[0] == 2 and times.shape[1]:

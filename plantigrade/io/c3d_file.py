@@ -29,6 +29,7 @@ BYTES_OF_A_POINT = 100
 """Memory that a point of a frame takes while it is read [bytes], measured; of an analog sample it
 is four numbers."""
 
+_SUFFIXES = ("", *map(str, range(2, 256)))  # of a list and what continues it
 _INTEL, _DEC, _MIPS = 84, 85, 86
 _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
 
@@ -48,7 +49,7 @@ class Parameters:
         """Return a list of strings with its continuations (``LABELS``, ``LABELS2`` …)."""
         found: list[str] = []
         entries = self.groups.get(group, {})
-        for suffix in ("", *map(str, range(2, 256))):
+        for suffix in _SUFFIXES:
             value = entries.get(name + suffix)
             if value is None:
                 break
@@ -59,6 +60,12 @@ class Parameters:
         """Return numbers, one axis per dimension; empty if there are none."""
         value = self.groups.get(group, {}).get(name)
         return value if isinstance(value, np.ndarray) else np.empty(0)
+
+    def continued(self, group: str, name: str) -> np.ndarray:
+        """Return numbers with their continuations, the last axis going on in ``TIMES2`` …."""
+        parts = [self.values(group, name + suffix) for suffix in _SUFFIXES]
+        alike = [part for part in parts if part.size and part.shape[:-1] == parts[0].shape[:-1]]
+        return np.concatenate(alike, axis=-1) if len(alike) > 1 else parts[0]
 
     def integers(self, group: str, name: str) -> np.ndarray:
         """Return integers; 0 replaces what is not an integer or exceeds 32 bits."""

@@ -5,6 +5,7 @@ y, z and a residual (-1 where it is not seen), then the analog samples of that f
 """
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,9 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subje
 
 BLOCK = 512
 """Bytes of a block."""
+
+LONGEST = 255
+"""Longest list of a parameter, whose dimensions are bytes; ``LABELS2`` … continue ``LABELS``."""
 
 Parameters = dict[str, dict[str, Any]]
 """By group and name: words, or numbers whose first dimension varies fastest."""
@@ -55,9 +59,8 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
     )
     point = {"USED": len(markers.names), "SCALE": -1.0, "RATE": rate, "DATA_START": 0}
     point |= {"FRAMES": markers.n_frames, "X_SCREEN": ["+X"], "Y_SCREEN": ["+Z"], "UNITS": ["mm"]}
-    for k in range(0, len(markers.names), 255):  # a dimension is one byte
-        names = list(markers.names[k : k + 255])
-        more = str(k // 255 + 1) if k else ""
+    for k, more in _portions(len(markers.names)):
+        names = list(markers.names[k : k + LONGEST])
         point |= {f"LABELS{more}": names, f"DESCRIPTIONS{more}": [""] * len(names)}
     parameters = {"POINT": point} | parameters | _events(recording.events, shift)
     parameters |= _subject(recording.subject)
@@ -184,8 +187,18 @@ def _events(events: tuple[GaitEvent, ...], shift: float) -> Parameters:
     times = np.array([[(e.time + shift) // 60, (e.time + shift) % 60] for e in events]).T
     contexts = [{"l": "Left", "r": "Right"}[e.side] for e in events]
     labels = [names[e.kind] for e in events]
-    told = {"USED": len(events), "CONTEXTS": contexts, "LABELS": labels, "TIMES": times}
+    told: dict[str, Any] = {"USED": len(events)}
+    for k, more in _portions(len(events)):
+        part = slice(k, k + LONGEST)
+        told |= {f"CONTEXTS{more}": contexts[part], f"LABELS{more}": labels[part]}
+        told[f"TIMES{more}"] = times[:, part]
     return {"EVENT": told}
+
+
+def _portions(count: int) -> Iterator[tuple[int, str]]:
+    """Yield the first of each portion of a list that is as long as a parameter, and its number."""
+    for k in range(0, count, LONGEST):
+        yield k, str(k // LONGEST + 1) if k else ""
 
 
 def _subject(subject: Subject) -> Parameters:

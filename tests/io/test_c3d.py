@@ -11,7 +11,7 @@ from plantigrade.io.c3d import event_kind, event_side, read_c3d
 from plantigrade.io.c3d_file import read_c3d_file
 from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.force_plates import COP_THRESHOLD, plate_axes
-from plantigrade.motion import Markers, Recording
+from plantigrade.motion import GaitEvent, Markers, Recording
 from tests.io.c3d_bytes import DEC, INTEL, MIPS, build
 
 FILES = (
@@ -216,6 +216,19 @@ def test_more_than_the_format_holds_is_said(tmp_path, n, letters):
 
 
 # ------------------------------------------------------------------------- byte by byte
+
+
+@pytest.mark.parametrize("n", [1, 255, 256, 2000])
+def test_more_events_than_a_byte_counts(tmp_path, n):
+    events = tuple(GaitEvent(0.1 * k, "rl"[k % 2], "heel_strike") for k in range(n))
+    time = np.arange(10 * n + 1) / 100
+    positions = np.tile(body(1)[0] / 1000, (len(time), 1, 1))
+    markers = Markers(("C7", "RASI", "LASI", "LKNE", "RKNE", "SACR"), time, positions)
+    path = tmp_path / "long.c3d"
+    write_c3d(Recording(Path("long"), markers=markers, events=events), path)
+    found = read_c3d(path).events
+    assert [e.side for e in found] == [e.side for e in events]
+    np.testing.assert_allclose([e.time for e in found], [e.time for e in events], atol=1e-3)
 
 
 def body(n_frames: int = 5, n_points: int = 6) -> np.ndarray:
