@@ -9,6 +9,7 @@ import argparse
 import contextlib
 import fnmatch
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -29,6 +30,8 @@ SMALL = 200
 """Mutants of a small seed in a round, for a target of cost 1."""
 WHOLE_BYTES = 200e3
 """About so many bytes of a whole file are read in a round, for a target of cost 1."""
+TOLD_S = 60.0
+"""So often it is told how many there were [s]."""
 FOUND, INTERRUPTED = 1, 130
 
 
@@ -48,24 +51,29 @@ class Table:
     counts: dict[str, Counter] = field(default_factory=dict)
     findings: dict[tuple[str, str], tuple[Outcome, str, str, Path]] = field(default_factory=dict)
 
+    @property
+    def total(self) -> int:
+        """How many mutants were read."""
+        return sum(count.total() for count in self.counts.values())
+
     def add(self, report: Report) -> None:
         """Add what a worker reports; keep the mutant of each finding that is new."""
         self.counts.setdefault(report.job.target, Counter()).update(report.counts)
         self.seconds[report.job.target] += report.seconds
-        for found, what, name in report.findings:
+        for found, name in report.findings:
             if (found.kind, found.where) not in self.findings:
-                kept = self._kept(report.job, name)
+                what, kept = self._kept(report.job, name)
                 self.findings[found.kind, found.where] = (found, what, report.job.target, kept)
                 print(f"{found.kind}: {found.where}\n  {kept}", flush=True)
 
-    def _kept(self, job: Job, name: str) -> Path:
-        """Write a mutant again, beside the files that belong to it, and return its path."""
+    def _kept(self, job: Job, name: str) -> tuple[str, Path]:
+        """Write a mutant again, beside what belongs to it; return what was done, and its path."""
         folder = self.keep / "".join(c if c.isalnum() else "-" for c in name)
         shutil.copytree(job.folder, folder, dirs_exist_ok=True)
         path = folder / job.file
-        seed = path.read_bytes()
-        path.write_bytes(nasty.mutant(name, seed, TARGETS[job.target].ways)[1])
-        return path
+        what, content = nasty.mutant(name, path.read_bytes(), TARGETS[job.target].ways)
+        path.write_bytes(content)
+        return what, path
 
     def text(self, seconds: float) -> str:
         """Return the table, and each finding."""
@@ -81,8 +89,7 @@ class Table:
             ]
             for name, count in counts.items()
         ]
-        total = counts["together"].total()
-        title = f"{total:,} mutants in {seconds:.0f} s"
+        title = f"{self.total:,} mutants in {seconds:.0f} s"
         told = [
             f"{found.kind}: {found.where}\n  said: {found.said[:300]!r}\n  mutant: {what[:300]}\n"
             f"  again: python -m tests.nasty --again {str(path)!r} --targets {target!r}"
@@ -126,7 +133,7 @@ def fuzz(table: Table, queue: Iterator[Job], most: float, until: float, how: arg
     """Have jobs done until there are so many mutants, or until that time on the clock."""
     workers = [Worker(how.seed) for _ in range(how.jobs)]
     again: list[Job] = []
-    given = 0
+    given, told = 0, time.monotonic() + TOLD_S
     try:
         while True:
             for worker in workers:
@@ -139,6 +146,9 @@ def fuzz(table: Table, queue: Iterator[Job], most: float, until: float, how: arg
                     job = replace(job, count=int(min(job.count, most - given)))
                     given += job.count
                     worker.give(job)
+            if time.monotonic() > told:
+                told = time.monotonic() + TOLD_S
+                print(f"{table.total:,} mutants", file=sys.stderr, flush=True)
             busy = [worker for worker in workers if worker.job is not None]
             if not busy:
                 return
@@ -190,6 +200,8 @@ def main() -> int:
         return FOUND if found.is_finding else 0
     hours = how.hours if how.hours is not None else 0.1 if how.mutants is None else float("inf")
     table, stopped = Table(how.keep), False
+    for each in (signal.SIGINT, signal.SIGTERM):  # a shell ignores the first in the background
+        signal.signal(each, signal.default_int_handler)
     with seeds_of(names, how.data) as seeds:
         begin = time.monotonic()
         try:

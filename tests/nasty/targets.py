@@ -32,7 +32,7 @@ from plantigrade.record import Run
 from plantigrade.report.pages import pages
 from plantigrade.synthesize import read_task_file
 from tests import nasty
-from tests.nasty import seeds
+from tests.nasty import npz, runs, seeds
 
 MOST = 1e12
 """Largest number of a recording that was read [SI]."""
@@ -211,23 +211,23 @@ TARGETS = {
                seeds.recordings("deepmimic/*.txt")),
         Target("forces", motion_file, seeds.text("a.forces", seeds.PLATES),
                wholes=seeds.long_text("a.forces", seeds.LONG_PLATES)),
-        Target("npz", motion_file, seeds.npz, nasty.NPZ, seeds.stored_runs("motion.npz")),
+        Target("npz", motion_file, seeds.npz, npz.NPZ, runs.stored_runs("motion.npz")),
         Target("norms", norms_file, seeds.text("a.csv", seeds.NORMS)),
         Target("marker set", marker_set, seeds.text("a.toml", seeds.MARKER_SET)),
         Target("task: squat", task_file, seeds.text("a.toml", seeds.SQUAT)),
-        Target("task: walk", task_file, seeds.text("a.toml", seeds.WALK)),
+        Target("task: walk", task_file, seeds.text("a.toml", seeds.WALK), cost=3.0),
         Target("figures", figures_file, seeds.text("a.json", seeds.FIGURES), nasty.JSON),
-        Target("policy", policy_file, seeds.policy, nasty.NPZ, seeds.policies, cost=5.0),
-        Target("run: motion.npz", run_folder, seeds.run_file("motion.npz"), nasty.NPZ,
-               seeds.stored_runs("motion.npz"), cost=20.0),
-        Target("run: metrics.json", run_folder, seeds.run_file("metrics.json"), nasty.JSON,
-               seeds.stored_runs("metrics.json"), cost=10.0),
-        Target("run: forces.npz", run_folder, seeds.run_file("forces.npz"), nasty.NPZ,
+        Target("policy", policy_file, seeds.policy, npz.NPZ, seeds.policies, cost=5.0),
+        Target("run: motion.npz", run_folder, runs.run_file("motion.npz"), npz.NPZ,
+               runs.stored_runs("motion.npz"), cost=20.0),
+        Target("run: metrics.json", run_folder, runs.run_file("metrics.json"), nasty.JSON,
+               runs.stored_runs("metrics.json"), cost=10.0),
+        Target("run: forces.npz", run_folder, runs.run_file("forces.npz"), npz.NPZ,
                cost=10.0),
-        Target("run used: motion.npz", used_run, seeds.run_file("motion.npz"), nasty.NPZ_VALUES,
-               seeds.stored_runs("motion.npz"), cost=200.0),
-        Target("run used: metrics.json", used_run, seeds.run_file("metrics.json"),
-               nasty.JSON_VALUES, seeds.stored_runs("metrics.json"), cost=200.0),
+        Target("run used: motion.npz", used_run, runs.run_file("motion.npz"), npz.VALUES,
+               runs.stored_runs("motion.npz"), cost=200.0),
+        Target("run used: metrics.json", used_run, runs.run_file("metrics.json"),
+               nasty.JSON_VALUES, runs.stored_runs("metrics.json"), cost=200.0),
     )
 }  # fmt: skip
 """Every kind of file that is read, by name."""

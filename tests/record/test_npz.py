@@ -17,6 +17,7 @@ from plantigrade.motion import GaitEvent, Markers, Motion
 from plantigrade.notes import Info
 from plantigrade.record import Condition, Limits, Record, Run
 from plantigrade.record.npz import npz_bytes, read_npz, write_npz
+from tests.nasty.npz import HEADERS, npy
 
 HUMAN = Human.create(height=1.68, mass=61.0, sex="female", feet="two-segment")
 HUMAN = HUMAN.with_soles({HUMAN.contact_points[0][0]: -0.01})
@@ -201,61 +202,20 @@ def test_broken_files(tmp_path):
         path.write_bytes(broken)
         with pytest.raises(FileError):
             read_npz(path)
-    rng = np.random.default_rng(1)
-    for _ in range(40):  # single bits changed: our error or a whole record, nothing else
-        changed = bytearray(raw)
-        changed[rng.integers(len(raw))] ^= 1 << int(rng.integers(8))
-        path.write_bytes(bytes(changed))
-        try:
-            read_npz(path)
-        except FileError:
-            pass
     with pytest.raises(FileError, match="no such file"):
         read_npz(tmp_path / "gone.npz")
     with pytest.raises(FileError, match="is a folder"):
         read_npz(tmp_path)
 
 
-def npy(header: bytes, data: bytes = b"\0" * 64) -> bytes:
-    """Return an array file with a header of one's own."""
-    header = header.ljust(117) + b"\n"
-    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data
-
-
-@pytest.mark.parametrize(
-    "header",
-    [
-        b"{'descr': '<f8', 'fortran_order': False, 'shape': (8,), }(",  # tokenize.TokenError
-        b"{'descr': '<f8', 'fortran_order': False, 'shape': (\\",
-        b"{'descr': '<f8', 'fortran_order': False, 'shape': (-8,), }",
-        b"{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999999,), }",
-        b"{'descr': '<f8', 'fortran_order': False, 'shape': (8,8,8,8" + b",8" * 20 + b"), }",
-        b"{'descr': '|O', 'fortran_order': False, 'shape': (8,), }",
-        b"{'descr': [('a', '<f8', (-1,))], 'fortran_order': False, 'shape': (8,), }",
-    ],
-)
+@pytest.mark.parametrize("header", HEADERS.values(), ids=HEADERS)
 @pytest.mark.parametrize("version", [1, 3])
 def test_headers_that_numpy_stumbles_over(tmp_path, header, version):
     path = tmp_path / "motion.npz"
-    content = bytearray(npy(header))
-    content[6] = version
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("time.npy", bytes(content))
-    with pytest.raises(FileError, match="plain arrays|cannot be read"):
+        archive.writestr("time.npy", npy(header, version))
+    with pytest.raises(FileError, match="plain arrays|cannot be read|is missing"):
         read_npz(path)
-
-
-def test_damaged_compression(tmp_path):
-    path = tmp_path / "motion.npz"
-    for method in (zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2, zipfile.ZIP_DEFLATED):
-        with zipfile.ZipFile(path, "w", method) as archive:
-            archive.writestr("time.npy", npy(b"{}", bytes(range(256)) * 20))
-        raw = bytearray(path.read_bytes())
-        for place in range(40, 60):
-            raw[place] ^= 0xFF
-        path.write_bytes(bytes(raw))
-        with pytest.raises(FileError):
-            read_npz(path)
 
 
 def bomb(path, keys, rows):

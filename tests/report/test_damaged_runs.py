@@ -12,7 +12,7 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.record.signals import SIGNALS, check_signals
-from tests.nasty import seeds
+from tests.nasty import runs
 from tests.nasty.judge import findings
 from tests.nasty.targets import run_folder
 from tests.report.walker import walk, walker
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.wrong_types
 
 
 def test_every_known_signal_is_in_the_run(tmp_path):
-    assert set(SIGNALS) <= set(run_folder(seeds.run_file("metrics.json")(tmp_path)).record.signals)
+    assert set(SIGNALS) <= set(run_folder(runs.run_file("metrics.json")(tmp_path)).record.signals)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_what_is_loaded_is_drawn(tmp_path, name):
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_of_another_shape_makes_no_record(name):
     """The shapes a reader relies on are refused as soon as a Record is made."""
-    record = seeds.whole_run().record
+    record = runs.whole_run().record
     for value in (np.zeros((7, 7, 7, 7)), np.zeros(()), record.signals[name][:-1]):
         broken = {**record.signals, name: value}
         alone = len(record.signals[name]) == 1 or (name == "posture.end" and value.ndim == 1)
@@ -83,7 +83,7 @@ def test_parts_of_another_motion_make_no_record(changes, match):
 
 def test_a_signal_of_half_precision_is_loaded_without_a_warning(tmp_path):
     """Its numbers were compared with a limit that half precision cannot hold."""
-    path = seeds.run_file("motion.npz")(tmp_path)
+    path = runs.run_file("motion.npz")(tmp_path)
     with np.load(path) as archive:
         arrays = dict(archive)
     half = arrays["signal/tasks.residual"].astype(np.float16)
