@@ -48,7 +48,7 @@ class KeptResults:
             try:
                 held = json.loads(path.read_text(encoding="utf-8"))
                 self.results = {str(k): dict(v) for k, v in held.items()}
-            except (OSError, ValueError, AttributeError, TypeError) as error:
+            except (OSError, ValueError, AttributeError, TypeError, RecursionError) as error:
                 raise FileError(
                     path, f"holds no results ({error})", remedy="delete it to start again"
                 ) from error

@@ -47,7 +47,7 @@ def read_csv(path: str | Path) -> Recording:
         lines.pop()
     says, at = _comments(lines, path)
     in_header = partial(FileError, path, where=f"line {at + 1}")
-    delimiter = max("\t;,", key=lambda d: lines[at].count(d))
+    delimiter = max("\t;,", key=re.sub('"[^"]*"', "", lines[at]).count)
     if not lines[at].count(delimiter):
         raise in_header(
             "the header must contain several names separated by commas, semicolons or tabs",

@@ -125,13 +125,13 @@ def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    r"""Write ``text`` as UTF-8 with ``\n`` line ends.
+    r"""Write ``text`` as UTF-8 with ``\n`` line ends; what UTF-8 lacks is escaped, as ``\udcff``.
 
     Raises:
         FileError: If the file cannot be written.
     """
     try:
-        Path(path).write_text(text, encoding="utf-8", newline="\n")
+        Path(path).write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
     except OSError as error:
         raise not_written(path, error) from error
 

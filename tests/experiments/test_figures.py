@@ -8,6 +8,7 @@ import pytest
 from plantigrade.errors import FileError
 from plantigrade.experiments import figures
 from plantigrade.experiments.figures import compare, figures_of, is_time, measure, read_figures
+from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 TABLE = ResultTable(
@@ -146,3 +147,11 @@ def test_computing_times_are_told_from_times_of_a_motion():
         "stride_time_l_s", "duration_s", "flight_time_s", "walking_speed_m_s",
         "x_heel_strike_against_plates_mean_error_5_ms",
     )))  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["[1]", "[" * 100_000])
+def test_results_that_are_none_are_refused(tmp_path, text):
+    path = tmp_path / "results.json"
+    path.write_text(text)
+    with pytest.raises(FileError, match="holds no results.*delete it"):
+        KeptResults(path)

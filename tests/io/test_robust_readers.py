@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError
-from plantigrade.io import FORMATS, read
+from plantigrade.io import FORMATS, read, write
 from plantigrade.io.text import unique_labels
+from plantigrade.motion import Recording, Table
 from tests.nasty import TEXT
 from tests.nasty.judge import Damaged, findings
 from tests.nasty.targets import TARGETS
@@ -179,6 +180,15 @@ def test_what_a_message_quotes_is_printable(tmp_path, name):
     with pytest.raises(FileError, match=r"\\u202e\\x1b") as caught:
         read(path)
     assert "\u202e" not in str(caught.value) + caught.value.problem
+
+
+@pytest.mark.parametrize("name", ["a;;b;c", "\udcff"])
+def test_any_name_is_written_and_read_back(tmp_path, name):
+    """Other separators in a name; a byte that is no UTF-8, which is escaped."""
+    table = Table((name,), np.arange(3) / 100, np.zeros((3, 1)))
+    write(Recording(tmp_path, coordinates=table), tmp_path / "a.csv")
+    found = read(tmp_path / "a.csv").coordinates
+    assert found is not None and found.names == (name.encode("utf-8", "backslashreplace").decode(),)
 
 
 def test_equal_labels_take_time_in_proportion_to_their_number():

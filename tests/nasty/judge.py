@@ -53,7 +53,8 @@ class Damaged:
         writes: "Writes | None" = None,
     ):
         """Make the small seed of the target, or another one; listen to what is written."""
-        self.target, self.folder, self.writes = target, folder, writes
+        self.target, self.folder = target, folder
+        self.writes = None if target.writes else writes
         folder.mkdir(parents=True, exist_ok=True)
         self.path = (make or target.make)(folder)
         self.content = self.path.read_bytes()

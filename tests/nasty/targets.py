@@ -20,7 +20,8 @@ from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.figures import compare, read_figures
-from plantigrade.io import read
+from plantigrade.experiments.kept_results import KeptResults
+from plantigrade.io import read, write
 from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.csv import write_csv
 from plantigrade.io.trc import write_trc
@@ -96,6 +97,19 @@ def motion_file(path: Path) -> None:
     sane(read(path))
 
 
+def converted(path: Path) -> None:
+    """Read a recording, and write it in each format that can hold it."""
+    recording = read(path)
+    for ending in ("c3d", "trc", "csv", "mot", "bvh"):
+        target = path.with_name(f"converted.{ending}")
+        try:
+            write(recording, target)
+        except PlantigradeError:  # not every format can hold it
+            continue
+        finally:
+            target.unlink(missing_ok=True)
+
+
 def skeleton_file(path: Path) -> None:
     """Read the motion beside a skeleton."""
     sane(read(next(path.parent.glob("*.amc"))))
@@ -150,6 +164,11 @@ def norms_file(path: Path) -> None:
         require(bool(np.isfinite([mean, sd]).all() and (sd >= 0).all()), f"{name} is not finite")
 
 
+def kept_results(path: Path) -> None:
+    """Take up results of an experiment."""
+    KeptResults(path)
+
+
 def policy_file(path: Path) -> None:
     """Load a policy, and ask it once."""
     policy = Policy.load(path)
@@ -183,6 +202,11 @@ class Target:
     cost: float = 1.0
 
     @property
+    def writes(self) -> bool:
+        """Whether it writes files, which it removes."""
+        return self.read is converted
+
+    @property
     def has_remedies(self) -> bool:
         """Whether each refusal says what to do: of TOML, what is wrong is enough."""
         return self.read not in (task_file, marker_set)
@@ -212,11 +236,22 @@ TARGETS = {
         Target("forces", motion_file, seeds.text("a.forces", seeds.PLATES),
                wholes=seeds.long_text("a.forces", seeds.LONG_PLATES)),
         Target("npz", motion_file, seeds.npz, npz.NPZ, runs.stored_runs("motion.npz")),
+        *(
+            Target(f"converted: {name}", converted, make, ways, cost=3.0)
+            for name, make, ways in (
+                ("C3D", seeds.written("a.c3d", write_c3d), nasty.C3D),
+                ("TRC", seeds.written("a.trc", write_trc), nasty.TEXT),
+                ("CSV", seeds.written("a.csv", write_csv), nasty.TEXT),
+                ("BVH", seeds.text("a.bvh", seeds.BVH), nasty.TEXT),
+                ("npz", seeds.npz, npz.NPZ),
+            )
+        ),
         Target("norms", norms_file, seeds.text("a.csv", seeds.NORMS)),
         Target("marker set", marker_set, seeds.text("a.toml", seeds.MARKER_SET)),
         Target("task: squat", task_file, seeds.text("a.toml", seeds.SQUAT)),
         Target("task: walk", task_file, seeds.text("a.toml", seeds.WALK), cost=3.0),
         Target("figures", figures_file, seeds.text("a.json", seeds.FIGURES), nasty.JSON),
+        Target("kept results", kept_results, seeds.text("a.json", '{"a": {"x": 1.0}}'), nasty.JSON),
         Target("policy", policy_file, seeds.policy, npz.NPZ, seeds.policies, cost=5.0),
         Target("run: motion.npz", run_folder, runs.run_file("motion.npz"), npz.NPZ,
                runs.stored_runs("motion.npz"), cost=20.0),

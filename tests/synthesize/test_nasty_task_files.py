@@ -18,7 +18,9 @@ pytestmark = pytest.mark.wrong_types
 HUMAN = person()
 
 
-@pytest.mark.parametrize("name", ["task: squat", "task: walk", "marker set", "norms"])
+@pytest.mark.parametrize(
+    "name", ["task: squat", "task: walk", "marker set", "norms", "figures", "kept results"]
+)
 def test_mutants(tmp_path, name):
     """Numbers, words and lines in turn are others, missing or twice."""
     assert findings(name, tmp_path, 300) == []
