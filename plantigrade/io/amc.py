@@ -15,6 +15,8 @@ the skeleton shows otherwise.
 """
 
 import re
+from array import array
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +31,7 @@ from plantigrade.motion.recording import Recording, SkeletonMotion
 CMU_RATE = 120.0  # [Hz], of the CMU database: an AMC file does not say
 PLAUSIBLE_HEIGHT = (0.9, 2.3)  # [m], of a skeleton in its rest pose, ankle or toe to head
 UNITS = {"m": 1.0, "cm": 0.01, "in": 0.0254, "mm": 0.001}  # [m]
-MAX_BYTES = 30e6  # of an AMC file [bytes]: about 5 minutes at 120 Hz
+MAX_BYTES = 70e6  # of an AMC file [bytes]: about 12 minutes at 120 Hz
 
 
 def read_amc(
@@ -106,11 +108,12 @@ def _frames(
     path: Path, text: str, first_line: int, widths: dict[str, int], asf: AsfSkeleton, warnings: list
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return frame numbers and values; frames with gaps and a truncated last one are left out."""
-    frames: list[tuple[float, dict[str, list[float]]]] = []
+    frames: list[tuple[float, dict[str, array[float]]]] = []
     broken: tuple[int, str] | None = None  # a bad line, tolerated in the last frame only
     remedy = "correct or delete this frame in the motion file"
-    for n, line in enumerate(text.splitlines(), start=first_line + 1):
-        words = line.split("#", 1)[0].split()
+    lines = re.finditer(r"^.*$", text, re.MULTILINE)  # a list of them is larger than the file
+    for n, line in enumerate(lines, start=first_line + 1):
+        words = line[0].split("#", 1)[0].split()
         if not words or words[0].startswith(":"):
             continue
         if len(words) == 1 and words[0].isdigit() and words[0].isascii():
@@ -134,7 +137,7 @@ def _frames(
             broken = broken or (n, problem)
             continue
         try:
-            values = [float(word) for word in words[1:]]
+            values = array("d", map(float, words[1:]))
         except ValueError:
             broken = broken or (n, f"the values of {name!r} are not all numbers")
             continue
@@ -146,7 +149,7 @@ def _frames(
             )
         elif name in frames[-1][1]:
             broken = broken or (n, f"{name!r} occurs twice in frame {frames[-1][0]:.0f}")
-        elif not np.all(np.isfinite(values)):
+        elif not all(map(isfinite, values)):
             continue  # as if it were missing
         else:
             frames[-1][1][name] = values

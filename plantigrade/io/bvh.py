@@ -46,7 +46,7 @@ from plantigrade.motion.recording import Recording, SkeletonMotion
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "cmu": 0.0254 / 0.45}  # [m]
 PLAUSIBLE_HEIGHT = (1.0, 2.2)  # [m], along the bones from ankle to head
 ASSUMED_HEIGHT = 1.60  # [m], ankle to head, where no unit fits
-MAX_BYTES = 50e6  # of a file [bytes]: about 6 minutes of 43 joints at 120 Hz
+MAX_BYTES = 100e6  # of a file [bytes]: about 13 minutes of 43 joints at 120 Hz
 
 _AT_REST = 2.0  # [deg]
 _JUMP = 2.0  # times the usual change between frames
@@ -82,6 +82,7 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
         )
     joints, n_channels = read_hierarchy(path, text[: found.start()], warnings)
     values, frame_time = read_motion(path, text, found.end(), n_channels, warnings)
+    del text  # a long motion needs the memory
     n_skipped, values = _without_rest_pose(joints, values, warnings)
     time = (np.arange(len(values)) + max(n_skipped - 1, 0)) * frame_time
     return Recording(
