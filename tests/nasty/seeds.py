@@ -7,6 +7,7 @@ the one that is damaged.
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import MISSING, fields
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ import plantigrade.learn
 from plantigrade.io import read
 from plantigrade.io.csv import write_csv
 from plantigrade.motion import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
+from plantigrade.synthesize.tasks.settings import TASKS
+from plantigrade.synthesize.tasks.task_file import TaskFile
 
 Make = Callable[[Path], Path]
 """Makes a seed in a folder, and returns the path of the file that is damaged."""
@@ -155,6 +158,31 @@ steps = 3
 heights = [0.0, 0.1, 0.0]
 turn_deg = 0
 """
+TERMS = """
+[[term]]
+type = "contact"
+friction = 0.8
+used = 1.5
+[[term]]
+type = "above"
+site = "heel_l"
+height = 0.1
+[[term]]
+type = "torque"
+joints = { knee_angle = 2.0 }
+[[term]]
+type = "pose"
+time = 0.5
+coordinates = { knee_angle_r = 0.3 }
+[[term]]
+type = "posture"
+weights = { knee_angle = 1.0 }
+targets = { knee_angle = 0.1 }
+[[term]]
+type = "centre-of-mass"
+time = 0.3
+position = [0.0, nan, 1.0]
+"""
 FIGURES = json.dumps(
     {
         "version": "1",
@@ -217,6 +245,14 @@ def policy(folder: Path) -> Path:
 def no_others(_: Path | None) -> Iterator[tuple[str, Make]]:
     """List nothing: of this kind there are no files of other people."""
     yield from ()
+
+
+def tasks(_: Path | None) -> Iterator[tuple[str, Make]]:
+    """List the file of every task, with the parameters that it has and some terms more."""
+    for name, kind in TASKS.items():
+        known = {each.name: each.default for each in fields(kind)}
+        told = {key: value for key, value in known.items() if value not in (None, MISSING)}
+        yield name, text("a.toml", TaskFile(name, name, told).toml() + TERMS)
 
 
 def long_text(name: str, content: str) -> Wholes:
