@@ -122,7 +122,7 @@ class Condition:
                 d[key] = tuple(missing if x is None else float(x) for x in d[key])
             d["position"] = tuple(float(x) for x in d["position"])
             return cls(**d)
-        except (TypeError, ValueError, KeyError) as error:
+        except (TypeError, ValueError, KeyError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise
             raise ParameterError(f"this describes no condition: {error}") from error

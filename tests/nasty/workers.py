@@ -23,7 +23,7 @@ from tests.nasty.targets import BROKEN, TARGETS
 
 CPU_LIMIT_S = 10
 """Longest time of the processor for one mutant [s]: whole recordings take one or two."""
-STALL_LIMIT_S = 120.0
+STALL_LIMIT_S = 600.0
 """Longest time on the clock for one mutant [s]: for what waits without working."""
 MEMORY_LIMIT = 600e6
 """Most memory that reading a mutant may add to the process [bytes]: files are of up to 3 MB."""

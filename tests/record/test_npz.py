@@ -152,6 +152,9 @@ def rewritten(tmp_path, **changes):
     return path
 
 
+HUGE_CONDITION = json.dumps(
+    [Condition("knee", "coordinate", (0.0, 0.5), (0.0, 0.0), (0.2, 0.3), "knee_angle_r").to_dict()]
+).replace("0.5", "1" + "0" * 400)
 NQ, NV = HUMAN.model.nq, HUMAN.model.nv
 
 
@@ -174,6 +177,7 @@ NQ, NV = HUMAN.model.nq, HUMAN.model.nv
         ("human", np.array('{"height": 17.4}'), "human: is damaged"),
         ("human", np.array("[" * 100_000), "human: is damaged"),
         ("ground", np.array('{"slope": "steep"}'), "ground: is damaged"),
+        ("conditions", np.array(HUGE_CONDITION), "conditions: is damaged"),
         ("ground", np.array("7"), "ground: is no JSON object"),
         ("contact_side", np.array(["l"]), "contact_side: has 1 words, not 4"),
         ("contact_side", np.array(["up"] * 4), "contact_name: does not describe"),
