@@ -127,7 +127,7 @@ class Worker:
         text = log.read_text(errors="replace") if log.exists() else ""
         inside = re.findall(r"/plantigrade/(\S+?\.py)\", line (\d+) in (\S+)", text)
         where = "{}:{} {}".format(*inside[0]) if inside else "outside of the package"
-        if code == -signal.SIGXCPU:
+        if code == -signal.SIGPROF:
             return Outcome("hang", where, f"more than {CPU_LIMIT_S} s of the processor")
         if code == -signal.SIGTERM:
             return Outcome("hang", where, f"more than {STALL_LIMIT_S:g} s on the clock")
@@ -150,7 +150,7 @@ def _work(connection: Connection, number: Any, folder: Path, start: int) -> None
     warnings.simplefilter("ignore")  # of mutants; what is read makes errors of them
     log = open(folder / "fault.log", "w")  # noqa: SIM115
     faulthandler.enable(log)
-    faulthandler.register(signal.SIGXCPU, log, chain=True)
+    faulthandler.register(signal.SIGPROF, log, chain=True)
     faulthandler.register(signal.SIGTERM, log, chain=True)
     resource.setrlimit(resource.RLIMIT_AS, (int(ADDRESS_LIMIT), resource.RLIM_INFINITY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -185,12 +185,12 @@ def _done(
     for k in range(job.first, job.first + job.count):
         name = job.name(k, start)
         _, content = nasty.mutant(name, seed.content, target.ways)
-        before = resource.getrusage(resource.RUSAGE_SELF)
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         number.value = k
-        spent = int(before.ru_utime + before.ru_stime)
-        resource.setrlimit(resource.RLIMIT_CPU, (spent + CPU_LIMIT_S, resource.RLIM_INFINITY))
+        signal.setitimer(signal.ITIMER_PROF, CPU_LIMIT_S)
         found = seed.outcome(content)
-        grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before.ru_maxrss)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
         if grown > MEMORY_LIMIT and not found.is_finding:
             found = Outcome("memory", f"{job.target} {found.kind}", f"{grown / 1e6:.0f} MB")
         if listing(folder / "here") and not found.is_finding:
