@@ -1,6 +1,5 @@
 """How long a recording may be: frames that are read, and memory that the machine can give."""
 
-import os
 from pathlib import Path
 
 from plantigrade.errors import FileError
@@ -49,12 +48,11 @@ def free_memory() -> float:
 
 
 def _available() -> float | None:
+    """Return the memory that Linux calls available; None on other systems."""
     try:
-        for line in _MEMINFO.read_text().splitlines():
-            if line.startswith("MemAvailable:"):
-                return 1024.0 * int(line.split()[1])  # told in KiB
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (OSError, ValueError, AttributeError, IndexError):
+        told = dict(line.split(":") for line in _MEMINFO.read_text().splitlines())
+        return 1024.0 * int(told["MemAvailable"].split()[0])  # told in KiB
+    except (OSError, ValueError, KeyError, IndexError):
         return None
 
 
