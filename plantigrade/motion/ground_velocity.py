@@ -51,7 +51,7 @@ def ground_velocity(
         return still
     velocity = derivative(time, smooth_feet(time, np.stack([heel, toe], axis=2), cutoff))
     samples = velocity.reshape(len(time), -1, 3)
-    seen = np.isfinite(samples).all(axis=2)
+    seen = np.asarray(np.isfinite(samples).all(axis=2))
     common = _densest(samples[seen])
     if common is None or np.linalg.norm(common) < SLOWEST_BELT:
         return still
@@ -61,8 +61,10 @@ def ground_velocity(
     centres = np.arange(time[0], time[-1] + 0.5, 0.5)
     followed = []
     for centre in centres:
-        near = (np.abs(time - centre) <= 2.0)[:, None] & seen
-        spot = _densest(samples[near]) if near.sum() > 50 else None
+        first, last = np.searchsorted(time, (centre - 2.1, centre + 2.1)).tolist()
+        around = slice(first, last)
+        near = (np.abs(time[around, None] - centre) <= 2.0) & seen[around]
+        spot = _densest(samples[around][near]) if near.sum() > 50 else None
         lost = spot is None or np.linalg.norm(spot - common) > 0.5 * np.linalg.norm(common)
         followed.append(common if lost else spot)
     followed = np.array(followed)
