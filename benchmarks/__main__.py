@@ -14,6 +14,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 from benchmarks import (  # noqa: E402
+    batch,
     compiled,
     controllers,
     environment,
@@ -38,7 +39,7 @@ PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
     *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
     *("environment", "controllers", "pendulum"),
-    *("kinematics", "opensim", "reading", "fits", "long"),
+    *("kinematics", "opensim", "reading", "fits", "long", "batch"),
 )
 
 
@@ -64,8 +65,9 @@ def main() -> int:
         "reading": lambda: reading.rows(data),
         "fits": lambda: fits.rows(data),
         "long": lambda: long.rows(data, arguments.minutes),
+        "batch": lambda: batch.rows(data, arguments.items),
     }
-    needing_data = {"kinematics", "opensim", "reading", "fits", "long"}
+    needing_data = {"kinematics", "opensim", "reading", "fits", "long", "batch"}
     rows: list[Row] = []
     for name in arguments.parts or parts:
         if name in needing_data and data is None:
@@ -114,6 +116,9 @@ def parse() -> argparse.Namespace:
         default=long.MINUTES,
         metavar="MIN",
         help="durations of the recordings of long [min] (write PART before it); else 0.2 and 1",
+    )
+    parser.add_argument(
+        "--items", type=int, default=40, help="recordings of the batch; 40 if absent"
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a goal is missed")

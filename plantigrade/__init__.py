@@ -31,13 +31,16 @@ if TYPE_CHECKING:
     from plantigrade.motion.recording import Recording
     from plantigrade.record.record import Record
     from plantigrade.record.run import Run, load_run
-    from plantigrade.workflows.batch import simulate_many
     from plantigrade.workflows.compare import compare
     from plantigrade.workflows.fit import fit
+    from plantigrade.workflows.fit_many import fit_many
     from plantigrade.workflows.motions import synthesize
     from plantigrade.workflows.reproduce import reproduce
+    from plantigrade.workflows.reproduce_many import reproduce_many
     from plantigrade.workflows.save import report
     from plantigrade.workflows.simulate import simulate
+    from plantigrade.workflows.simulate_many import simulate_many
+    from plantigrade.workflows.synthesize_many import synthesize_many
     from plantigrade.workflows.vault import vault
 
 __version__ = "0.1.0"
@@ -56,14 +59,17 @@ __all__ = [
     "check",
     "compare",
     "fit",
+    "fit_many",
     "get_data",
     "load_run",
     "read",
     "report",
     "reproduce",
+    "reproduce_many",
     "simulate",
     "simulate_many",
     "synthesize",
+    "synthesize_many",
     "vault",
 ]
 
@@ -80,14 +86,17 @@ _HOMES = {
     "check": "analyze.check",
     "compare": "workflows.compare",
     "fit": "workflows.fit",
+    "fit_many": "workflows.fit_many",
     "get_data": "datasets.get",
     "load_run": "record.run",
     "read": "io",
     "report": "workflows.save",
     "reproduce": "workflows.reproduce",
+    "reproduce_many": "workflows.reproduce_many",
     "simulate": "workflows.simulate",
-    "simulate_many": "workflows.batch",
+    "simulate_many": "workflows.simulate_many",
     "synthesize": "workflows.motions",
+    "synthesize_many": "workflows.synthesize_many",
     "vault": "workflows.vault",
 }
 """Public name → the module of this package it lives in."""

@@ -108,6 +108,10 @@ class FitError(PlantigradeError, ValueError):
     """A recording cannot be fitted; the message says why and what helps."""
 
 
+class NothingToFit(FitError):
+    """A recording holds no motion: ground reactions alone, say."""
+
+
 class RunExists(PlantigradeError, FileExistsError):
     """The run folder exists and may not be replaced."""
 

@@ -53,8 +53,9 @@ def here(tmp_path, monkeypatch):
 def test_the_face_is_what_the_design_says():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
-        "fit", "reproduce", "simulate", "simulate_many", "synthesize", "vault", "check", "compare",
-        "report", "load_run", "get_data", "PlantigradeError", "__version__",
+        "fit", "reproduce", "simulate", "synthesize", "vault", "check", "compare", "fit_many",
+        "reproduce_many", "simulate_many", "synthesize_many", "report", "load_run", "get_data",
+        "PlantigradeError", "__version__",
     }  # fmt: skip
     assert set(pg.__all__) <= set(dir(pg))
 

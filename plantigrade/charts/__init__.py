@@ -6,6 +6,7 @@ and no plotting library is loaded: a report of forty plots takes milliseconds.
 
 from plantigrade.charts.bars import bar_plot, timeline_plot
 from plantigrade.charts.figure import Figure, grid
+from plantigrade.charts.histogram import histogram_plot
 from plantigrade.charts.lines import line_plot
 from plantigrade.charts.marks import Bar, Outline, Ribbon, Series
 from plantigrade.charts.panels import Panel, panel_plot, panels_of
@@ -26,6 +27,7 @@ __all__ = [
     "Series",
     "bar_plot",
     "grid",
+    "histogram_plot",
     "line_plot",
     "panel_plot",
     "panels_of",

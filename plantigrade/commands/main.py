@@ -28,6 +28,7 @@ from plantigrade.commands.outcome import Outcome  # noqa: E402
 from plantigrade.errors import PlantigradeError  # noqa: E402
 from plantigrade.printable import printable  # noqa: E402
 
+_KEPT = "no incomplete run folder is kept; a batch continues with the same command"
 DONE, BAD_INPUT, NO_RESULT, INTERRUPTED, TERMINATED = 0, 2, 3, 130, 143
 
 COMMANDS = {
@@ -76,9 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:  # no permission, no space, a folder where a file was named
         return _complain(f"error: {_refusal(error)}", BAD_INPUT)
     except _Terminated:
-        return _complain("terminated: no incomplete run folder is kept", TERMINATED)
+        return _complain(f"terminated: {_KEPT}", TERMINATED)
     except KeyboardInterrupt:
-        return _complain("interrupted: no incomplete run folder is kept", INTERRUPTED)
+        return _complain(f"interrupted: {_KEPT}", INTERRUPTED)
 
 
 class _Terminated(KeyboardInterrupt):

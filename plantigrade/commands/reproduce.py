@@ -1,27 +1,23 @@
 """Reproduce recorded gaits from prioritised tasks; several recordings make a study."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from plantigrade.commands.fit import run_names, study_name
-from plantigrade.commands.options import JobOptions, RunOptions, command_line
+from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
+from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.settings import ReproduceSettings
 
 if TYPE_CHECKING:
-    from plantigrade.analyze.reproduction import Comparison
     from plantigrade.commands.progress import Progress
-    from plantigrade.record import Run
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(ReproduceSettings, RunOptions, JobOptions):
+class Command(ReproduceSettings, RunOptions, BatchOptions):
     """Reproduce a recorded gait from three prioritised tasks; several make a study.
 
     The tasks take only foot contacts, heel and centre-of-mass paths, and the posture (by default
@@ -30,127 +26,56 @@ class Command(ReproduceSettings, RunOptions, JobOptions):
 
     files: Annotated[
         tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="FILE [FILE ...]", help_behavior_hint=""),
+        tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint=""),
     ]
-    """Recordings of walking (.c3d, .trc, .amc, .bvh, .mot, ...), or folders of them."""
+    """Recordings of walking (.c3d, .trc, .amc, .bvh, .mot, ...), or folders or patterns of them."""
 
     def run(self) -> Outcome:
         """Reproduce one recording, or several as a study."""
         from plantigrade.commands.progress import Progress
+        from plantigrade.workflows.fit_many import recordings
+        from plantigrade.workflows.reproduce_many import reproduce_many
 
-        if not self.files:
+        if not self.files and self.listed is None:
             raise ParameterError("no recording given: plantigrade reproduce FILE")
-        progress, files = Progress(quiet=self.quiet), list(self.files)
-        if len(files) > 1 or files[0].is_dir():
-            return self._study(progress)
-        self.refuse_existing(f"reproduce-{files[0].stem}")
-        run = reproduce_one(self, (files[0], self.out), progress)
+        given = recordings(self.files, self.listed)
+        progress = Progress(quiet=self.quiet)
+        if not given.several:
+            self.refuse_batch_options("name several recordings, a folder, or a --list")
+            return self._one(given.files[0], progress)
+        return batch_outcome(
+            batch_folder(
+                self,
+                f"reproduce-study-{given.title}",
+                lambda out: reproduce_many(
+                    given,
+                    ReproduceSettings.of(self),
+                    out=out,
+                    overwrite=self.overwrite,
+                    keep=self.keep,
+                    collect=self.collect,
+                    jobs=self.jobs,
+                    backend=self.backend,
+                    address=self.address,
+                    say=progress.say,
+                    command=command_line(),
+                ),
+            ),
+            progress,
+        )
+
+    def _one(self, path: Path, progress: "Progress") -> Outcome:
+        from plantigrade.workflows.reproduce import reproduce
+        from plantigrade.workflows.save import save
+
+        self.refuse_existing(f"reproduce-{path.stem}")
+        settings = ReproduceSettings.of(self)
+        run = reproduce(path, settings, step=progress.step, command=command_line())
+        with progress.step("writing the report and the viewer"):
+            run = save(run, self.out, overwrite=self.overwrite)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
             progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
-
-    def _study(self, progress: "Progress") -> Outcome:
-        from plantigrade.record.folder import refuse_existing
-        from plantigrade.record.run import RUNS
-        from plantigrade.workflows import study as gait_study
-
-        files, named = recordings(self.files)
-        default = f"reproduce-study-{study_name(self.files)}"
-        names = run_names(files)
-        self.refuse_existing(default)
-        out = self.out or RUNS / default
-        folders = [out.parent / f"reproduce-{name}" for name in names]
-        if self.overwrite:
-            for folder in folders:
-                refuse_existing(folder, overwrite=True)
-        items = zip(files, folders, strict=True)
-        done = self.side_by_side(partial(_reproduce_member, self), items)
-        members, left_out, of = [], {}, len(files)
-        for k, (name, each) in enumerate(zip(names, done, strict=True), start=1):
-            path, _ = each.item
-            if each.result is None:
-                left_out[str(path)] = each.problem
-                say = progress.warn if path in named else progress.say
-                say(f"{k}/{of} {path}: {each.problem}")
-                continue
-            members.append(gait_study.Member(name, path, *each.result))
-            progress.say(f"{k}/{of} {path}: {members[-1].words}")
-        if not members:
-            raise ParameterError(
-                f"none of the {of} recordings could be reproduced; first: {files[0]}: "
-                f"{left_out[str(files[0])]}"
-            )
-        with progress.step("writing the study"):
-            found = gait_study.GaitStudy(tuple(members), left_out)
-            metrics = found.metrics(failed=[p for p in left_out if Path(p) in named])
-            folder = gait_study.write(
-                found,
-                metrics,
-                out,
-                command=command_line(),
-                settings=ReproduceSettings.of(self),
-                overwrite=self.overwrite,
-                numbered=self.out is None and not self.overwrite,
-            )
-        return Outcome(study_summary(folder, found), metrics)
-
-
-def reproduce_one(
-    options: Command, item: tuple[Path, Path | None], progress: "Progress", numbered: bool = False
-) -> "Run":
-    """Reproduce one recording, write its run folder and return the run."""
-    from plantigrade.workflows.reproduce import reproduce
-    from plantigrade.workflows.save import save
-
-    path, folder = item
-    settings = ReproduceSettings.of(options)
-    run = reproduce(path, settings, step=progress.step, command=command_line())
-    with progress.step("writing the report and the viewer"):
-        numbered = numbered and not options.overwrite
-        return save(run, folder, overwrite=options.overwrite, numbered=numbered)
-
-
-def _reproduce_member(
-    options: Command, item: tuple[Path, Path]
-) -> "tuple[Path, Comparison, dict[str, Any]]":
-    """Reproduce one recording of a study: its folder, comparison and metrics."""
-    from plantigrade.analyze.reproduction import compare
-    from plantigrade.commands.progress import Progress
-
-    run = reproduce_one(options, item, Progress(quiet=True), numbered=True)
-    return run.folder or item[1], compare(run.record), run.metrics
-
-
-def recordings(given: Sequence[Path]) -> tuple[list[Path], set[Path]]:
-    """Return the recordings that were named or lie in named folders, and which were named.
-
-    Run folders, and files of no format of motion, are passed over.
-
-    Raises:
-        ParameterError: If a folder holds none.
-    """
-    from plantigrade.errors import FileError
-    from plantigrade.io import format_of
-    from plantigrade.record.folder import METRICS
-
-    files: list[Path] = []
-    for path in given:
-        if not path.is_dir():
-            files.append(path)
-            continue
-        inside = []
-        for each in sorted(p for p in path.rglob("*") if p.is_file()):
-            if (each.parent / METRICS).exists():
-                continue
-            try:
-                if format_of(each).name != "npz":
-                    inside.append(each)
-            except FileError:
-                continue
-        if not inside:
-            raise ParameterError(f"{path} holds no recording of a known format")
-        files += [each for each in inside if each not in files]
-    return files, {path for path in given if not path.is_dir()}
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
@@ -191,13 +116,3 @@ def figures(metrics: dict[str, Any]) -> list[str]:
     if "cycle" in metrics["seconds"]:
         lines.append(f"  time             {metrics['seconds']['cycle']:.2f} s per gait cycle")
     return lines
-
-
-def study_summary(folder: Path, found) -> str:
-    """Return Table I as text, what was left out, and where to look."""
-    from plantigrade.workflows.study import PAGE
-
-    n = len(found.members)
-    lines = [f"{folder}: {n} gait{'' if n == 1 else 's'} reproduced", *found.table_text()]
-    lines += [f"  left out         {path}: {why}" for path, why in found.left_out.items()]
-    return "\n".join([*lines, f"  study            {folder / PAGE}"])

@@ -6,7 +6,8 @@ from typing import Annotated, Any
 
 import tyro
 
-from plantigrade.commands.options import JobOptions, RunOptions, command_line
+from plantigrade.commands.batch_options import BatchOptions
+from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several
 from plantigrade.errors import ParameterError
@@ -15,21 +16,23 @@ from plantigrade.workflows.simulate_settings import SimulateSettings
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(SimulateSettings, RunOptions, JobOptions):
+class Command(SimulateSettings, RunOptions, BatchOptions):
     """Simulate a person, standing or moving, under a controller.
 
     A recording is fitted first, a run is used as it is; without either the person stands. The exit
     code is 0 if the person is on their feet at the end, 3 after a fall or a diverged simulation.
 
-    With --seeds or --vary a batch is run and tabulated; a fall is then a valid result, and the exit
-    code is 3 only if a member failed or diverged. An interrupted batch continues where it stopped.
+    With several recordings, a folder of them, --seeds or --vary a batch is run and tabulated; a
+    fall is then a valid result, and the exit code is 3 only if a member failed or diverged. An
+    interrupted batch continues where it stopped.
     """
 
-    source: Annotated[
-        tyro.conf.Positional[Path | None],
-        tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
-    ] = None
-    """Recording or run folder whose motion is simulated."""
+    sources: Annotated[
+        tyro.conf.Positional[tuple[Path, ...]],
+        tyro.conf.arg(metavar="[FILE|RUN|FOLDER ...]", help_behavior_hint=""),
+    ] = ()
+    """Recording or run folder whose motion is simulated, or several, or folders or patterns of
+    recordings."""
     seeds: int = 1
     """Number of simulations, with consecutive seeds from --seed on."""
     vary: Annotated[
@@ -50,10 +53,8 @@ class Command(SimulateSettings, RunOptions, JobOptions):
         super().__post_init__()
         if not self.live and (self.port != 8080 or self.no_open):
             raise ParameterError("--port and --no-open need --live")
-        if self.live and (self.seeds > 1 or self.vary):
-            raise ParameterError("--seeds and --vary run a batch, which cannot be --live")
-        if not (self.seeds > 1 or self.vary) and (self.jobs != 1 or self.backend != "loky"):
-            raise ParameterError("--jobs and --backend need a batch: add --seeds or --vary")
+        if self.live and (self.seeds > 1 or self.vary or self.listed or len(self.sources) > 1):
+            raise ParameterError("several simulations are a batch, which cannot be --live")
 
     def run(self) -> Outcome:
         """Simulate and write the run folder."""
@@ -63,18 +64,33 @@ class Command(SimulateSettings, RunOptions, JobOptions):
 
         if self.live:
             return self.show()
-        if self.seeds > 1 or self.vary:
-            return several(self)
+        sources, folders = self._sources()
+        if folders or len(sources) > 1 or self.seeds > 1 or self.vary:
+            return several(self, sources)
+        self.refuse_batch_options("name several recordings, or add --seeds or --vary")
         progress = Progress(quiet=self.quiet)
-        what = self.source or Path(self.motion or "standing")
+        source = sources[0] if sources else None
+        what = source or Path(self.motion or "standing")
         self.refuse_existing(f"simulate-{what.stem}")
         settings = SimulateSettings.of(self)
-        run = simulate(self.source, settings, step=progress.step, command=command_line())
+        run = simulate(source, settings, step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:  # how it ended is among them
             progress.note(sentence)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+    def _sources(self) -> tuple[list[Path], bool]:
+        """Return the recordings and runs that are simulated, and whether they make a batch."""
+        from plantigrade.record.folder import METRICS
+        from plantigrade.workflows.fit_many import recordings
+
+        runs = [path for path in self.sources if (path / METRICS).is_file()]
+        others = [path for path in self.sources if path not in runs]
+        if not others and self.listed is None:
+            return runs, False
+        given = recordings(others, self.listed)
+        return [*runs, *given.files], given.several
 
     def show(self) -> Outcome:
         """Simulate in the browser, and write the run folder if one is named."""
@@ -94,7 +110,7 @@ class Command(SimulateSettings, RunOptions, JobOptions):
             return save(run, self.out, overwrite=self.overwrite or len(written) > 1)
 
         run = live(
-            self.source,
+            self.sources[0] if self.sources else None,
             SimulateSettings.of(self),
             port=self.port,
             open=not self.no_open,

@@ -1,53 +1,55 @@
 """Many simulations by one command: what ``simulate --seeds`` and ``--vary`` do."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from plantigrade.commands.batch_options import batch_folder, batch_outcome
 from plantigrade.commands.options import command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.simulate_settings import SimulateSettings
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
     from plantigrade.commands.simulate import Command
 
 
-def several(options: "Command") -> Outcome:
+def several(options: "Command", sources: "Sequence[Path]") -> Outcome:
     """Simulate all combinations, and write their table."""
     from plantigrade.commands.progress import Progress
-    from plantigrade.record.folder import read_metrics
-    from plantigrade.record.run import RUNS
-    from plantigrade.report.batch_table import PAGE
-    from plantigrade.workflows.batch import simulate_many
+    from plantigrade.workflows.simulate_many import simulate_many
 
     progress = Progress(quiet=options.quiet)
-    name = options.source.stem if options.source else "standing"
-    folder = options.out or RUNS / f"simulations-{name}"
-    batch = simulate_many(
-        options.source,
-        SimulateSettings.of(options),
-        vary=varied(options.vary),
-        seeds=options.seeds,
-        out=folder,
-        overwrite=options.overwrite,
-        jobs=options.jobs,
-        backend=options.backend,
-        address=options.address,
-        say=progress.say,
-        step=progress.step,
-        command=command_line(),
+    name = f"{sources[0].stem}" if sources else "standing"
+    if len(sources) > 1:
+        name += f"-and-{len(sources) - 1}-more"
+    batch = batch_folder(
+        options,
+        f"simulations-{name}",
+        lambda out: simulate_many(
+            list(sources) or None,
+            SimulateSettings.of(options),
+            vary=varied(options.vary),
+            seeds=options.seeds,
+            out=out,
+            overwrite=options.overwrite,
+            keep=options.keep,
+            collect=options.collect,
+            jobs=options.jobs,
+            backend=options.backend,
+            address=options.address,
+            say=progress.say,
+            command=command_line(),
+        ),
     )
-    for one in batch.members:
-        if one.problem:
-            progress.warn(f"{one.name}: {one.problem}")
-    if batch.seeds_alike:
+    outcome = batch_outcome(batch, progress)
+    if options.seeds > 1 and batch.seeds_alike:
         progress.warn(
             "all seeds gave the same result: nothing in this simulation is random (--start-noise, "
             "--sensor-noise-deg and uneven ground such as bumps:2 are)"
         )
-    lines = [f"{folder}: {batch.on_feet} of {len(batch.members)} on their feet at the end"]
-    lines.append(f"  table            {folder / PAGE}")
-    return Outcome("\n".join(lines), read_metrics(Path(folder)))
+    return outcome
 
 
 def varied(given: tuple[tuple[str, ...], ...]) -> dict[str, list[str]]:

@@ -1,20 +1,25 @@
 """Generate a motion from a task, or a dynamically consistent one from a recording."""
 
+import glob
 import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from itertools import takewhile
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import tyro
 
 from plantigrade.commands import parsing
+from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError
+from plantigrade.options import optional, refuse_unknown
 from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
 from plantigrade.workflows.settings import (
     PAPER,
@@ -24,23 +29,96 @@ from plantigrade.workflows.settings import (
     TrackSettings,
 )
 
+if TYPE_CHECKING:
+    from plantigrade.record.inputs import Inputs
+
 SAID = 8  # findings that are printed
 EVERY = 0.5  # between two lines of progress [s]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(RunOptions):
+class Command(RunOptions, BatchOptions):
     """Generate a motion from a task description by trajectory optimisation.
 
     The motion satisfies the equations of motion with unilateral contact forces; an independent
-    check decides whether it is valid. Ctrl-C stops with the best solution so far.
+    check decides whether it is valid. Ctrl-C stops with the best solution so far. Several task
+    files, a folder of them, or --vary make a batch with one table; one that was interrupted
+    continues where it stopped.
     """
 
     word: ClassVar[str] = ""
     told: ClassVar[tuple[type, ...]] = ()
 
+    vary: Annotated[
+        tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, optional("OPTION VALUE [VALUE ...]")
+    ] = ()
+    """Option to vary and its values, such as speed 0.8 1.2; repeatable, all combined."""
+
+    @property
+    def tasks(self) -> Sequence[str | Path]:
+        """What is to be made, one or several."""
+        return [self.task]
+
+    def varied(self) -> dict[str, list[Any]]:
+        """Return what varies, and its values as the options take them.
+
+        Raises:
+            ParameterError: If there is no such option, or a combination is not allowed.
+        """
+        from plantigrade.commands.simulate_batch import varied
+
+        names = {f.name for kind in self.told for f in fields(kind)}
+        found: dict[str, list[Any]] = {}
+        for name, words in varied(self.vary).items():
+            refuse_unknown(self.word or "a task", [name], names)
+            found[name] = [self._typed(name, word) for word in words]
+            for value in found[name]:
+                replace(self, **{name: value})  # refuses what is not allowed
+        return found
+
+    def _typed(self, name: str, word: str) -> Any:
+        """Return a value of an option as a word of the command line gives it."""
+        words = [f"--{name.replace('_', '-')}", *([] if word == "true" else [word])]
+        return getattr(parse([self.word, *self.required, *words]), name)
+
+    required: ClassVar[tuple[str, ...]] = ()
+
     def run(self) -> Outcome:
-        """Make the motion and write its run folder."""
+        """Make the motion, or many, and write the run folder or the batch."""
+        if self.vary or self.listed is not None or len(self.tasks) != 1:
+            return self._several()
+        self.refuse_batch_options("name several task files, a folder of them, or add --vary")
+        return self._one()
+
+    def _several(self) -> Outcome:
+        from plantigrade.workflows.synthesize_many import synthesize_many
+
+        progress = Progress(quiet=self.quiet)
+        tasks, vary = self.tasks, self.varied()
+        common = {k: v for k, v in self.chosen().items() if k not in vary}
+        return batch_outcome(
+            batch_folder(
+                self,
+                f"synthesize-batch-{self.name}",
+                lambda out: synthesize_many(
+                    tasks,
+                    vary=vary,
+                    out=out,
+                    overwrite=self.overwrite,
+                    keep=self.keep,
+                    collect=self.collect,
+                    jobs=self.jobs,
+                    backend=self.backend,
+                    address=self.address,
+                    say=progress.say,
+                    command=command_line(),
+                    **common,
+                ),
+            ),
+            progress,
+        )
+
+    def _one(self) -> Outcome:
         from plantigrade.workflows.motions import synthesize
         from plantigrade.workflows.save import save
 
@@ -113,20 +191,79 @@ class Paper(PaperSettings, Command):
 
 @dataclass(frozen=True, kw_only=True)
 class Track(TrackSettings, Command):
-    """Track a recorded motion with a dynamically consistent one."""
+    """Track a recorded motion with a dynamically consistent one, or many."""
 
-    word, told = TRACK, (TrackSettings,)
-    recording: Annotated[Path, tyro.conf.arg(metavar="FILE", help_behavior_hint="(required)")]
-    """Recording to track (.c3d, .trc, .bvh, .amc, .mot)."""
+    word, told, required = TRACK, (TrackSettings,), ("--recording", "-")
+    recording: Annotated[
+        tuple[Path, ...],
+        tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint="(required)"),
+    ] = ()
+    """Recording to track (.c3d, .trc, .bvh, .amc, .mot); several, or folders or patterns of them,
+    make a batch."""
+
+    @cached_property
+    def recordings(self) -> "Inputs":
+        """What is to be tracked."""
+        from plantigrade.workflows.fit_many import recordings
+
+        if not self.recording and self.listed is None:
+            raise ParameterError(
+                "no recording given: plantigrade synthesize track --recording FILE"
+            )
+        return recordings(self.recording, self.listed)
 
     @property
     def name(self) -> str:
         """The recording."""
-        return f"{TRACK}-{self.recording.stem}"
+        return f"{TRACK}-{self.recordings.title}"
+
+    def varied(self) -> dict[str, list[Any]]:
+        """Return what varies: the recording where there are several, and options."""
+        return {"recording": list(self.recordings.files), **super().varied()}
 
     def chosen(self) -> dict[str, Any]:
         """The recording, and how it is tracked."""
-        return {"recording": self.recording, **super().chosen()}
+        return {"recording": self.recordings.files[0], **super().chosen()}
+
+    def run(self) -> Outcome:
+        """Track one recording, or many."""
+        if self.recordings.several:
+            return self._several()
+        return super().run()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Files(SolveSettings, Command):
+    """Generate the motions of several task files, or of folders or patterns of them."""
+
+    told = (SolveSettings,)
+    files: Annotated[
+        tyro.conf.Positional[tuple[Path, ...]],
+        tyro.conf.arg(metavar="FILE.toml|FOLDER ...", help_behavior_hint=""),
+    ] = ()
+    """Task files."""
+
+    @cached_property
+    def found(self) -> "Inputs":
+        """The task files."""
+        from plantigrade.record.inputs import inputs
+
+        fits = lambda path: path.suffix.lower() == ".toml"  # noqa: E731
+        return inputs(self.files, fits=fits, what="task file", listed=self.listed)
+
+    @property
+    def tasks(self) -> Sequence[str | Path]:
+        """The task files."""
+        return self.found.files
+
+    @property
+    def name(self) -> str:
+        """What they are called together."""
+        return self.found.title
+
+    def run(self) -> Outcome:
+        """Make them."""
+        return self._several()
 
 
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:
@@ -153,6 +290,11 @@ def parse(words: Sequence[str]) -> Any:
         FileError: If a task file cannot be read.
     """
     first, options = words[0] if words else "--help", {}
+    leading = list(takewhile(lambda word: not word.startswith("-"), words))
+    if first == "--list" or len(leading) > 1 or (leading and not first.endswith(".toml") and (
+        Path(first).is_dir() or glob.has_magic(first)
+    )):  # fmt: skip
+        return parsing.parse(Files, "plantigrade synthesize", words)
     if first.startswith("-"):
         print(usage())
         if first in ("-h", "--help"):

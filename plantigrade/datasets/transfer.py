@@ -36,11 +36,7 @@ from plantigrade import __version__
 from plantigrade.datasets.registry import PublicFile
 from plantigrade.errors import DownloadError, FileError, PlantigradeError
 from plantigrade.io.text import not_written
-
-try:
-    import fcntl
-except ImportError:  # Windows, where a file that is open cannot be renamed or deleted by others
-    fcntl = None
+from plantigrade.locks import lock
 
 ATTEMPTS = 5
 """Most attempts at a file: short failures of a server end within a few of them."""
@@ -229,23 +225,10 @@ def _own(part: Path, expected: int) -> Iterator[BufferedRandom]:
     part.parent.mkdir(parents=True, exist_ok=True)
     part.touch()
     with open(part, "r+b") as kept:
-        if not _is_locked(kept) or os.fstat(kept.fileno()).st_size != expected:
+        if not lock(kept) or os.fstat(kept.fileno()).st_size != expected:
             problem = "another process is downloading this file"
             raise FileError(part, problem, remedy="wait for it, then repeat the command")
         yield kept
-
-
-def _is_locked(kept: BufferedRandom) -> bool:
-    """Keep other processes from a file that is open; return False if one of them has it."""
-    if fcntl is None:
-        return True
-    try:
-        fcntl.flock(kept, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True
 
 
 def _length(part: Path) -> int:

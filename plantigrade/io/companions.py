@@ -60,19 +60,8 @@ def find_static(recording: Recording, read) -> Recording | None:
     markers = recording.markers
     if markers is None or is_still(recording):
         return None
-    path = recording.source
-    own = _words(path.stem)
-    ranked = []
-    for other in _siblings(path, [path.suffix]):
-        words = _words(before_number(other.stem))
-        named = bool(words & _STATIC_WORDS)
-        numbered = before_number(other.stem) == before_number(path.stem)
-        related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
-        if (named and related) or numbered:
-            # Standing trials are short: of many trials with numbers the small files come first.
-            ranked.append((not named, other.stat().st_size, other))
     best: tuple[int, Recording] | None = None
-    for *_, other in sorted(ranked)[:_MOST_READ]:
+    for other in _static_candidates(recording.source):
         try:
             candidate = read(other)
         except PlantigradeError:
@@ -89,24 +78,11 @@ def find_static(recording: Recording, read) -> Recording | None:
 
 def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Path | None]:
     """Return the measured forces that belong to a recording without plates of its own."""
-    path = recording.source
     time = _time_of(recording)
     if time is None or len(time) < 2:
         return (), None
-    own = _words(path.stem) - _KIND_WORDS
-    named = []
-    for other in _siblings(path, [".forces", ".mot", ".sto"])[:50]:
-        words = _words(other.stem)
-        if not (words & _FORCE_WORDS) and other.suffix.lower() != ".forces":
-            continue
-        rest = words - _FORCE_WORDS - _KIND_WORDS
-        if rest == own or not own:
-            named.append((rest != own, other))
-        elif rest and _numbered(rest) == _numbered(own) and (rest <= own or own <= rest):
-            named.append((True, other))
-    exact = [other for less, other in named if not less]
     found = []
-    for other in exact or [other for _, other in named]:
+    for other in _force_candidates(recording.source):
         try:
             candidate = read(other)
         except PlantigradeError:
@@ -120,6 +96,43 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
     converted = [each for each in found if each[1].suffix.lower() != ".forces"]
     found = converted or found  # one force file may be there twice, as recorded and for OpenSim
     return found[0] if len(found) == 1 else ((), None)
+
+
+def candidates(path: Path) -> list[Path]:
+    """Return the files that may be companions of a recording, by their names alone."""
+    return [*_static_candidates(path), *_force_candidates(path)]
+
+
+def _static_candidates(path: Path) -> list[Path]:
+    """Return the files that may be the standing trial of a recording, likely ones first."""
+    own = _words(path.stem)
+    ranked = []
+    for other in _siblings(path, [path.suffix]):
+        words = _words(before_number(other.stem))
+        named = bool(words & _STATIC_WORDS)
+        numbered = before_number(other.stem) == before_number(path.stem)
+        related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
+        if (named and related) or numbered:
+            # Standing trials are short: of many trials with numbers the small files come first.
+            ranked.append((not named, other.stat().st_size, other))
+    return [other for *_, other in sorted(ranked)[:_MOST_READ]]
+
+
+def _force_candidates(path: Path) -> list[Path]:
+    """Return the files that may hold the ground reactions of a recording."""
+    own = _words(path.stem) - _KIND_WORDS
+    named = []
+    for other in _siblings(path, [".forces", ".mot", ".sto"])[:50]:
+        words = _words(other.stem)
+        if not (words & _FORCE_WORDS) and other.suffix.lower() != ".forces":
+            continue
+        rest = words - _FORCE_WORDS - _KIND_WORDS
+        if rest == own or not own:
+            named.append((rest != own, other))
+        elif rest and _numbered(rest) == _numbered(own) and (rest <= own or own <= rest):
+            named.append((True, other))
+    exact = [other for less, other in named if not less]
+    return exact or [other for _, other in named]
 
 
 def is_still(recording: Recording) -> bool:

@@ -25,6 +25,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
+from plantigrade.models.spellings import is_regressed, landmark_of
 from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
@@ -153,7 +154,11 @@ def prepare(
 
 
 def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
-    """Return the markers worth fitting and the reason for each that is not."""
+    """Return the markers worth fitting and the reason for each that is not.
+
+    Of two centres of one joint, that of a regression is left out: a functional one is nearer the
+    joint where the range of motion is sufficient ([Kainz2015]_).
+    """
     names, ignored = [], {}
     for i, name in enumerate(markers.names):
         x = markers.positions[:, i]
@@ -166,6 +171,12 @@ def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
             ignored[name] = "the same trajectory as another marker"
         else:
             names.append(name)
+    measured = {landmark_of(name): name for name in names if not is_regressed(name)}
+    for name in [n for n in names if is_regressed(n) and landmark_of(n) in measured]:
+        names.remove(name)
+        ignored[name] = (
+            f"a regression's estimate of what {measured[landmark_of(name)]} gives without one"
+        )
     return names, ignored
 
 

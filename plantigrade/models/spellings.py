@@ -112,9 +112,9 @@ MIDLINE: dict[str, str] = {
     "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD REARHEAD BACKOFHEAD",
 }
 # How names of joint centres end: in how they were computed, or in longer words.
+_REGRESSED = r"REG|REGRESSION|HARRINGTON|BELL|DAVIS|EST"
 _ESTIMATE = re.compile(
-    r"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))(REG|REGRESSION|FUN|FUNC|FUNCTIONAL|SCORE|SARA|"
-    r"HARRINGTON|BELL|DAVIS|EST)?$"
+    rf"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))({_REGRESSED}|FUN|FUNC|FUNCTIONAL|SCORE|SARA)?$"
 )
 _BY_SPELLING = {s: mark for mark, words in SPELLINGS.items() for s in words.split()}
 _BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in SPELLINGS}
@@ -138,8 +138,7 @@ def landmark_of(name: str) -> str | None:
     if xsens:
         joint = xsens[1] == "j" and xsens[2].startswith(("Right", "Left"))
         name = xsens[2] + ("Joint" if joint else "")
-    plain = re.sub(r"[^A-Z0-9]", "", name.upper()).removesuffix("STUDY")  # OpenCap's ending
-    plain = _ESTIMATE.sub("JC", plain)
+    plain = _ESTIMATE.sub("JC", _plain(name))
     if plain in _WHOLE:
         return _WHOLE[plain]
     if plain in _BY_MIDLINE:
@@ -149,3 +148,19 @@ def landmark_of(name: str) -> str | None:
             if rest != plain and rest in _BY_SPELLING:
                 return f"{_BY_SPELLING[rest]}_{side}"
     return None
+
+
+def is_regressed(name: str) -> bool:
+    """Return whether a marker name says that it is a joint centre computed by a regression.
+
+    Example:
+        >>> is_regressed("R_HJC_reg"), is_regressed("R_HJC")
+        (True, False)
+    """
+    found = _ESTIMATE.search(_plain(name))
+    return found is not None and re.fullmatch(_REGRESSED, found[4] or "") is not None
+
+
+def _plain(name: str) -> str:
+    """Return a name in capitals, without signs and without the ending that OpenCap adds."""
+    return re.sub(r"[^A-Z0-9]", "", name.upper()).removesuffix("STUDY")

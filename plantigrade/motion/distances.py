@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, Int
 
 FEWEST = 5  # frames that show both markers
 MOST = 60  # frames looked at
@@ -26,7 +26,7 @@ class Distances:
 
 def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
     """Return the distances between all markers, from frames spread over the recording."""
-    x = positions[np.unique(np.linspace(0, len(positions) - 1, MOST).astype(int))]
+    x = positions[frames_looked_at(len(positions))]
     i, j = np.triu_indices(x.shape[1], 1)
     apart = np.sort(np.linalg.norm(x[:, i] - x[:, j], axis=-1), axis=0)  # NaN come last
     count = np.isfinite(apart).sum(axis=0)
@@ -41,3 +41,8 @@ def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
     for matrix, values in ((found.usual, usual), (found.spread, (high - low) / 2)):
         matrix[i, j] = matrix[j, i] = np.where(few, np.nan, values)
     return found
+
+
+def frames_looked_at(count: int) -> Int[Array, " n"]:
+    """Return the frames of a recording of so many frames from which distances are taken."""
+    return np.unique(np.linspace(0, count - 1, MOST).astype(int))

@@ -181,7 +181,7 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
           "speed_m_s": null
         }
     """
-    text = json.dumps(_plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
     return UNSAFE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)  # JSON has them in words only
 
 
@@ -352,14 +352,14 @@ def _put_in_next_place(temporary: Path, out: Path, beside: str) -> Path:
     raise AssertionError("numbers do not end")
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return ``value`` for JSON: arrays as lists, NaN and infinity as null."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | tuple | set | frozenset):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if isinstance(value, str | int | float | bool | None) else str(value)

@@ -9,7 +9,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.record.engines import ENGINES, Engine, WorkerDied
@@ -18,6 +18,8 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 BACKENDS = tuple(ENGINES)
+ALONE = (1, "loky")
+"""Number of jobs and backend that need no other process."""
 RETRIES = 2
 """Number of times an item is tried again after its worker died: once may be chance or another
 item's fault, three times in a row is its own."""
@@ -32,17 +34,138 @@ class Done(Generic[Item, Result]):
         result: What the work returned; None where it failed.
         problem: Why it failed, in words; empty where it did not.
         seconds: How long it took [s].
+        error: Class of the error; empty where there is none.
     """
 
     item: Item
     result: Result | None
     problem: str = ""
     seconds: float = 0.0
+    error: str = ""
 
     @property
     def ok(self) -> bool:
         """Whether there is a result."""
         return not self.problem
+
+
+class Workers:
+    """Workers that stay for several calls, until the block ends.
+
+    Args:
+        jobs: How many items are computed at once; -1 for one per core.
+        backend: ``loky`` (processes of this machine), ``ray`` or ``dask``.
+        address: Of a running cluster (ray, dask); one on this machine is started if None.
+
+    Raises:
+        ParameterError: If the backend is unknown, ``jobs`` is zero, an address is given to a
+            backend without one, or (where work begins) no cluster answers there.
+        MissingExtra: If the library of the backend is not installed.
+
+    Example:
+        >>> with Workers() as workers:
+        ...     [done.result for done in workers.run(abs, [-1, 2])]
+        [1, 2]
+    """
+
+    def __init__(self, jobs: int = 1, backend: str = "loky", address: str | None = None):
+        if backend not in BACKENDS:
+            raise ParameterError(f"no backend {backend!r}; there are {', '.join(BACKENDS)}")
+        if jobs == 0:
+            raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
+        if address is not None and backend not in ("ray", "dask"):
+            raise ParameterError(
+                f"an address needs backend ray or dask; {backend} runs on this machine"
+            )
+        self._make = (lambda: ENGINES[backend](jobs, address)) if (jobs, backend) != ALONE else None
+        self._engine: Engine | None = None
+
+    def __enter__(self) -> Self:
+        """Start with the first items."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Release the workers."""
+        self._close(finished=True)
+
+    @property
+    def count(self) -> int:
+        """Number of items that are computed at once."""
+        engine = self._opened()
+        return 1 if engine is None else engine.workers
+
+    def run(
+        self, work: Callable[[Item], Result], items: Iterable[Item], *, ordered: bool = True
+    ) -> Iterator[Done[Item, Result]]:
+        """Do the same work for every item and yield what came of each.
+
+        An item whose worker dies is tried again, twice; what has finished is kept.
+
+        Args:
+            work: What is done; with more than one job it must be importable or picklable.
+            items: What it is done for, taken as workers become free.
+            ordered: Whether results come in the order of the items, or as they arrive.
+        """
+        engine = self._opened()
+        if engine is None:  # no other process is needed
+            return (_attempt(work, item) for item in items)
+        return self._on(engine, work, iter(items), ordered)
+
+    def _opened(self) -> Engine | None:
+        if self._engine is None and self._make is not None:
+            self._engine = self._make()
+        return self._engine
+
+    def _close(self, *, finished: bool) -> None:
+        engine, self._engine = self._engine, None
+        if engine is not None:
+            engine.close(finished=finished)
+
+    def _on(self, engine: Engine, work: Callable, items: Iterator, ordered: bool) -> Iterator[Done]:
+        """Compute all items on an engine and yield what came of them.
+
+        No more items are handed over than are computed at once, so that the items that were being
+        computed when a worker died are known. Where that death ended several, each is tried again
+        alone: the one that kills its worker then harms no other.
+        """
+        fresh, again = enumerate(items), deque[tuple[int, Any]]()
+        deaths: Counter[int] = Counter()
+        running: dict[Any, tuple[int, Any]] = {}
+        done: dict[int, Done] = {}
+        following, more = 0, True
+        try:
+            while more or again or running or done:
+                alone = bool(again) and engine.shares_fate
+                while (again or more) and len(running) < (1 if alone else engine.workers):
+                    index, item = again.popleft() if again else next(fresh, (None, None))
+                    if index is None:
+                        more = False
+                        break
+                    try:
+                        future = engine.submit(_attempt, work, item, os.getcwd())
+                    except Exception as error:  # a cluster that is gone takes no more items
+                        done[index] = Done(item, None, f"{type(error).__name__}: {error}")
+                    else:
+                        running[future] = index, item
+                for future in engine.ended(running) if running else ():
+                    index, item = running.pop(future)
+                    try:
+                        done[index] = engine.result(future)
+                    except WorkerDied as error:
+                        deaths[index] += 1
+                        if deaths[index] <= RETRIES:
+                            again.append((index, item))
+                            continue
+                        problem = f"its worker process died {deaths[index]} times ({error})"
+                        done[index] = Done(item, None, problem)
+                    except Exception as error:  # what cannot be sent to a worker
+                        done[index] = Done(item, None, f"{type(error).__name__}: {error}")
+                while done and (following in done or not ordered):
+                    yield done.pop(following if ordered else next(iter(done)))
+                    following += 1
+        finally:
+            if running:
+                self._close(finished=False)
 
 
 def run_jobs(
@@ -55,14 +178,7 @@ def run_jobs(
 ) -> Iterator[Done[Item, Result]]:
     """Do the same work for every item and yield the results in order.
 
-    An item whose worker dies is tried again, twice; what has finished is kept.
-
-    Args:
-        work: What is done; with more than one job it must be importable or picklable.
-        items: What it is done for.
-        jobs: How many at once; -1 for one per core.
-        backend: ``loky`` (processes of this machine), ``ray`` or ``dask``.
-        address: Of a running cluster (ray, dask); one on this machine is started if None.
+    The arguments are those of :class:`Workers` and :meth:`Workers.run`.
 
     Raises:
         ParameterError: If the backend is unknown, ``jobs`` is zero, an address is given to a
@@ -73,63 +189,13 @@ def run_jobs(
         >>> [done.result for done in run_jobs(abs, [-1, 2])]
         [1, 2]
     """
-    items = list(items)
-    if backend not in BACKENDS:
-        raise ParameterError(f"no backend {backend!r}; there are {', '.join(BACKENDS)}")
-    if jobs == 0:
-        raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
-    if address is not None and backend not in ("ray", "dask"):
-        raise ParameterError(
-            f"an address needs backend ray or dask; {backend} runs on this machine"
-        )
-    if jobs == 1 and backend == "loky":  # no other process is needed
-        return (_attempt(work, item) for item in items)
-    return _on(ENGINES[backend](jobs, address), work, items)
+    workers = Workers(jobs, backend, address)  # what is wrong is said here, not at the first item
 
+    def results() -> Iterator[Done[Item, Result]]:
+        with workers:
+            yield from workers.run(work, items)
 
-def _on(engine: Engine, work: Callable, items: list) -> Iterator[Done]:
-    """Compute all items on an engine and yield what came of them in order.
-
-    No more items are handed over than are computed at once, so that the items that were being
-    computed when a worker died are known. Where that death ended several, each is tried again
-    alone: the one that kills its worker then harms no other.
-    """
-    fresh, again = deque(range(len(items))), deque[int]()
-    deaths: Counter[int] = Counter()
-    running: dict[Any, int] = {}
-    done: dict[int, Done] = {}
-    following = 0
-    try:
-        while following < len(items):
-            alone = bool(again) and engine.shares_fate
-            while (again or fresh) and len(running) < (1 if alone else engine.workers):
-                index = (again or fresh).popleft()
-                try:
-                    future = engine.submit(_attempt, work, items[index], os.getcwd())
-                except Exception as error:  # a cluster that is gone takes no more items
-                    done[index] = Done(items[index], None, f"{type(error).__name__}: {error}")
-                else:
-                    running[future] = index
-            for future in engine.ended(running) if running else ():
-                index = running.pop(future)
-                try:
-                    done[index] = engine.result(future)
-                except WorkerDied as error:
-                    deaths[index] += 1
-                    if deaths[index] <= RETRIES:
-                        again.append(index)
-                        continue
-                    problem = f"its worker process died {deaths[index]} times ({error})"
-                    done[index] = Done(items[index], None, problem)
-                except (
-                    Exception
-                ) as error:  # what cannot be sent to a worker, a cluster that is gone
-                    done[index] = Done(items[index], None, f"{type(error).__name__}: {error}")
-            while following in done:
-                yield done.pop(following)
-                following += 1
-    finally:
-        engine.close(finished=not running)
+    return results()
 
 
 def _attempt(
@@ -142,7 +208,8 @@ def _attempt(
             os.chdir(folder)
         return Done(item, work(item), "", time.perf_counter() - began)
     except (PlantigradeError, OSError) as error:
-        problem = str(error) or type(error).__name__
+        problem, kind = str(error) or type(error).__name__, type(error).__name__
     except Exception as error:  # a fault of a library in one item must not end the others
-        problem = f"{type(error).__name__}: {error} (a fault of the program: please report it)"
-    return Done(item, None, problem, time.perf_counter() - began)
+        kind = type(error).__name__
+        problem = f"{kind}: {error} (a fault of the program: please report it)"
+    return Done(item, None, problem, time.perf_counter() - began, kind)

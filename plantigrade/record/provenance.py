@@ -39,9 +39,18 @@ def source_files(paths: Iterable[str | Path]) -> dict[str, str]:
         while length < len(path.parts) and sum(_tail(p, length) == name for p in files) > 1:
             length += 1
             name = _tail(path, length)
-        with reading(path), path.open("rb") as stream:
-            sums[name] = hashlib.file_digest(stream, "sha256").hexdigest()
+        sums[name] = sha256_of(path)
     return sums
+
+
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file.
+
+    Raises:
+        FileError: If it cannot be read.
+    """
+    with reading(path), path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _tail(path: Path, length: int) -> str:

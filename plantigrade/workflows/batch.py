@@ -1,329 +1,597 @@
-"""Many simulations: seeds, pushes, grounds, controllers in all combinations, and one table of them.
+"""Many items, one table: what ``fit_many``, ``synthesize_many``, ``simulate_many`` have in common.
 
-A batch in a folder can be stopped and taken up again: what is there is not simulated anew.
+A batch is computed while it is iterated over; results come as they arrive. In a folder it can be
+stopped and taken up again: an item that was done with the same content, settings and version is not
+done again (:mod:`plantigrade.record.batch`).
 """
 
+import contextlib
+import hashlib
+import io
 import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+import tempfile
+import time
+import warnings
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
-from plantigrade import __version__
-from plantigrade.control.balance import script_named
-from plantigrade.errors import FileError, ParameterError, RunExists
+import numpy as np
+
+from plantigrade.analyze.norms import unit_of
+from plantigrade.analyze.run_comparison import gait_of
+from plantigrade.charts.labels import without_side
+from plantigrade.errors import NothingToFit, ParameterError
 from plantigrade.extras import require
 from plantigrade.options import as_path
 from plantigrade.record import Run
-from plantigrade.record.folder import (
-    FORMAT,
-    METRICS,
-    metrics_json,
-    read_metrics,
-    refuse_existing,
-    replace_file,
-    replace_files,
-)
-from plantigrade.record.jobs import run_jobs
-from plantigrade.record.provenance import source_files
-from plantigrade.report.batch_table import PAGE, TABLE, Simulated, table_csv, table_html
-from plantigrade.workflows.beginning import around
-from plantigrade.workflows.fit import Step, fit, silent
-from plantigrade.workflows.settings import RecordingSettings
-from plantigrade.workflows.simulate import simulate
-from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
-from plantigrade.world import Controller, Disturbance
+from plantigrade.record.batch import BatchFolder, Curve, Row
+from plantigrade.record.folder import METRICS, metrics_json, read_metrics
+from plantigrade.record.jobs import Done, Workers
+from plantigrade.record.provenance import sha256_of
+from plantigrade.report.batch import PAGE, BatchKind, page_html_of
+from plantigrade.workflows.save import save
 
-KIND = "simulations"
-"""Kind of a folder that holds a batch."""
-FITTED = "fit"
-"""Its folder of the recording that was fitted."""
+Keep = Literal["pages", "runs", "figures"]
+"""What is kept of each item in the folder of a batch: its run with report and viewer, its run, or
+its line of the table alone."""
+
+ITEMS_AHEAD = 32
+"""Items for each worker in one round: workers wait at its end, about half an item each, for what
+the next one starts from (the body of a subject, a fit); 32 keep this below 2 %."""
+MAX_RETURNED_BYTES = 64 * 2**20
+"""Largest result that a worker sends back; Ray and Dask copy it in memory several times."""
+MAX_LINES = 200
+"""Items up to which each is a line of progress."""
+SECONDS_BETWEEN = 5.0
+"""Time between two lines of progress of a larger batch [s]."""
+MIN_PACE_SECONDS = 10.0
+"""Time after which the rest can be estimated [s]."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One item of a batch.
+
+    Attributes:
+        name: Its name, and that of its folder in that of the batch.
+        number: Its place in the table.
+        key: Content hash of all that decides its result.
+        what: What the work is done for.
+        source: The file it comes from.
+        varied: What it has of its own, by option.
+        named: Whether it was asked for; an item that was only found is left out if it holds
+            nothing to work on.
+    """
+
+    name: str
+    number: int
+    key: str
+    what: Any
+    source: Path | None = None
+    varied: Mapping[str, Any] = field(default_factory=dict)
+    named: bool = True
+
+
+@dataclass(frozen=True)
+class Group:
+    """Items that start from the same: trials of one subject, simulations of one recording.
+
+    Attributes:
+        items: The items.
+        begin: What they start from is made from this; None where nothing is to be made.
+        start: What they start from, where it was made before.
+    """
+
+    items: tuple[Item, ...]
+    begin: Any = None
+    start: Any = None
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
-    """What came of many simulations.
+class Result:
+    """What came of one item.
 
     Attributes:
-        members: Every one of them, in order.
-        folder: Where they lie, with ``table.html`` and ``table.csv``; None where nothing is kept.
+        name: Its name, and that of its folder.
+        source: The file it comes from; None where there is none.
+        varied: What it has of its own, by option.
+        figures: Every figure, flat.
+        status: ``"ok"``, what is wrong with the result, or why there is none.
+        problem: Why there is no result; empty where there is one.
+        folder: Its run folder; None where none is kept.
+        run: The run; None where it lies in a folder, or there is none.
+        left_out: Whether it was found in a folder and holds nothing to work on.
     """
 
-    members: tuple[Simulated, ...]
+    name: str
+    source: Path | None
+    varied: Mapping[str, Any]
+    figures: Mapping[str, Any]
+    status: str
+    problem: str = ""
     folder: Path | None = None
+    run: Run | None = field(default=None, repr=False)
+    left_out: bool = False
+
+    @property
+    def ok(self) -> bool:
+        """Whether everything that was asked for was reached."""
+        return self.status == "ok"
+
+    @property
+    def metrics(self) -> Mapping[str, Any]:
+        """Everything that ``metrics.json`` of its run holds; its figures where no run is kept."""
+        if self.run is not None:
+            return self.run.metrics
+        return self.figures if self.folder is None else read_metrics(self.folder)
+
+    def load(self) -> Run:
+        """Return the run, from its folder if it lies in one.
+
+        Raises:
+            ParameterError: If no run was kept.
+            FileError: If the folder cannot be read.
+        """
+        if self.run is not None:
+            return self.run
+        if self.folder is None:
+            raise ParameterError(f"no run of {self.name} was kept: {self.problem or 'keep runs'}")
+        return Run.load(self.folder)
+
+    def row(self) -> dict[str, Any]:
+        """Return its line of a table."""
+        first = {"name": self.name, "file": None if self.source is None else str(self.source)}
+        return {**first, "status": self.status, **self.varied, **self.figures}
+
+
+class Kept(NamedTuple):
+    """How results are kept; it travels to where they are computed."""
+
+    folder: Path | None
+    what: Keep
+    collect: bool
+
+
+class Made(NamedTuple):
+    """What a worker returns of one item."""
+
+    figures: dict[str, Any]
+    status: str
+    curves: dict[str, Curve]
+    run: Run | None = None
+    archive: bytes = b""
+
+
+Work = Callable[[Any, Any], Run]
+"""Makes the run of an item: from what it is, and from what its group starts with."""
+Begin = Callable[[Any], Any]
+"""Makes what a group starts with."""
+
+
+class Concluded(NamedTuple):
+    """What a kind of batch has to say of all its items together."""
+
+    pages: Mapping[str, str]
+    figures: Mapping[str, Any]
+    lines: Sequence[str]
+
+
+Conclude = Callable[[BatchFolder, Mapping[str, Any]], Concluded]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a batch consists of.
+
+    Attributes:
+        kind: Of what: words and columns of its page.
+        work: Makes the run of an item.
+        begin: Makes what a group starts from.
+        groups: Returns the groups; it may use the workers to find them.
+        names: Names of the items.
+        spec: What two batches have in common if they are the same, ``settings`` among them.
+        default: What is kept if nothing is said.
+        folders: Names of further folders that are made in that of the batch.
+        passes_over: Classes of errors of files that were found and not named; such files are left
+            out, not failed.
+        conclude: Makes further pages, and figures, of a folder in which all items have ended.
+    """
+
+    kind: BatchKind
+    work: Work
+    groups: Callable[[Workers], Iterable[Group]]
+    names: Sequence[str]
+    spec: Mapping[str, Any]
+    begin: Begin | None = None
+    default: Keep = "pages"
+    folders: Sequence[str] = ()
+    passes_over: tuple[str, ...] = (NothingToFit.__name__,)
+    conclude: Conclude | None = None
+
+
+class Batch(Iterable[Result]):
+    """Results of many items, computed while it is iterated over, as they arrive.
+
+    Every other use (``members``, ``status``, ``to_dataframe()``) computes what is left first.
+
+    Args:
+        plan: What is computed.
+        out: Folder of the batch; without it results stay in memory.
+        overwrite: Replace a folder of results that is there.
+        keep: What is kept of each item in the folder.
+        collect: Have workers send their runs back instead of writing them themselves.
+        workers: Where it is computed.
+        say: Called with a line about items that have ended.
+        command: The command line, for the provenance.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        *,
+        out: str | Path | None,
+        overwrite: bool,
+        keep: Keep | None,
+        collect: bool,
+        workers: Workers,
+        say: Callable[[str], None],
+        command: str,
+    ):
+        if out is None and (keep is not None or collect):
+            raise ParameterError("keep and collect say what is written: name a folder with out")
+        self.folder = None
+        self._plan, self._workers, self._say = plan, workers, say
+        self._kept = Kept(None, keep or plan.default, collect)
+        self._store: BatchFolder | None = None
+        if out is not None:
+            self.folder = as_path(out, "the folder of a batch").expanduser().absolute()
+            self._store = BatchFolder(self.folder, plan.spec, command, overwrite)
+            self._store.announce([*plan.names, *plan.folders])
+            self._kept = self._kept._replace(folder=self.folder)
+        self.lines: tuple[str, ...] = ()
+        """What is to be printed of all items together, once they have ended."""
+        self._held: dict[str, Result] = {}
+        self._metrics: dict[str, Any] = {}
+        self._arriving: Iterator[Result] | None = None
+        self._ended = False
+
+    def __iter__(self) -> Iterator[Result]:
+        """Yield results as they arrive; all of them in order once they have been computed."""
+        if self._ended:
+            yield from self.members
+            return
+        if self._arriving is None:
+            self._arriving = self._computed()
+        try:
+            for result in self._arriving:  # noqa: UP028 (it goes on where a loop was left)
+                yield result
+        except GeneratorExit:
+            raise
+        except BaseException:
+            self._arriving = None  # what was done is kept; the next loop begins anew
+            raise
+
+    def __del__(self) -> None:
+        """Warn of a batch that nobody asked for its results: it was not computed."""
+        if getattr(self, "_arriving", self) is None:
+            warnings.warn(
+                "a batch was made but not computed: iterate over it, or call finish()",
+                stacklevel=2,
+            )
+
+    @property
+    def members(self) -> tuple[Result, ...]:
+        """Every result, in the order of the items."""
+        self.finish()
+        if self._store is None:
+            return tuple(self._held[name] for name in self._plan.names)
+        return tuple(self._from_row(row) for row in self._store.rows())
+
+    @property
+    def metrics(self) -> dict[str, Any]:
+        """Status and counts; all of ``metrics.json`` where there is a folder."""
+        self.finish()
+        return self._metrics
 
     @property
     def status(self) -> str:
-        """``"ok"``, or how many could not be simulated; a fall is a result."""
-        bad = sum(bool(one.problem) or "diverged_at_s" in one.metrics for one in self.members)
-        return f"{bad} of {len(self.members)} simulations failed or diverged" if bad else "ok"
+        """``"ok"``, or how many items failed."""
+        return str(self.metrics["status"])
 
     @property
-    def on_feet(self) -> int:
-        """How many were on the feet at the end."""
-        return sum(bool(one.metrics.get("on_feet")) for one in self.members)
+    def sentence(self) -> str:
+        """What was done, in one sentence."""
+        return self._plan.kind.sentence(self.metrics)
 
-    @property
-    def seeds_alike(self) -> bool:
-        """Whether simulations that differ by their seed alone all came out the same."""
-        found: dict[str, list[dict[str, Any]]] = {}
-        for one in self.members:
-            others = {name: value for name, value in one.varied.items() if name != "seed"}
-            own = {n: v for n, v in one.row().items() if n not in ("name", "seed")}
-            found.setdefault(str(others), []).append(own)
-        groups = [rows for rows in found.values() if len(rows) > 1]
-        return bool(groups) and all(row == rows[0] for rows in groups for row in rows)
+    def finish(self) -> None:
+        """Compute what is left, and write the tables and the page."""
+        for _ in () if self._ended else self:
+            pass
 
     def to_dataframe(self) -> Any:
-        """Return the table as a pandas DataFrame, one row a simulation.
+        """Return the table as a pandas DataFrame, one row an item.
 
         Raises:
             MissingExtra: If pandas is not installed.
         """
-        rows = [one.row() for one in self.members]
-        return require("pandas", "tables").DataFrame(rows).set_index("name")
+        pandas = require("pandas", "tables")
+        return pandas.DataFrame([one.row() for one in self.members]).set_index("name")
+
+    def _computed(self) -> Iterator[Result]:
+        pace = _Pace(len(self._plan.names), self._say)
+        with self._workers as workers:
+            for groups in _rounds(self._left(pace), ITEMS_AHEAD * workers.count):
+                yield from self._round(groups, workers, pace)
+        self._end(pace)
+
+    def _left(self, pace: "_Pace") -> Iterator[Group]:
+        """Yield what is left to do of each group; what is there is counted."""
+        before = {} if self._store is None else self._store.before
+        of_file = {file: name for name, (file, _) in before.items() if file}
+        there = {key: name for name, (_, key) in before.items() if key}
+        for group in self._plan.groups(self._workers):
+            left = []
+            for item in group.items:
+                name = there.pop(item.key, "")
+                if name and self._store is not None and self._is_kept(name):
+                    self._store.place(name, item.number)
+                    pace.found += 1
+                    continue
+                name = of_file.get(str(item.source), "") if not item.varied else ""
+                left.append(replace(item, name=name or _free_name(item, before)))
+            if left:
+                yield replace(group, items=tuple(left))
+
+    def _is_kept(self, name: str) -> bool:
+        """Return whether of an item that was done all is there that is to be kept."""
+        if self._kept.what == "figures" or self.folder is None:
+            return True
+        wanted = METRICS if self._kept.what == "runs" else "report.html"
+        return (self.folder / name / METRICS).is_file() and (self.folder / name / wanted).is_file()
+
+    def _round(self, groups: Sequence[Group], workers: Workers, pace: "_Pace") -> Iterator[Result]:
+        begun: dict[int, Done] = {}
+        if self._plan.begin is not None:
+            first = [(k, group.begin) for k, group in enumerate(groups) if group.begin is not None]
+            for done in workers.run(partial(_second, self._plan.begin), first):
+                begun[done.item[0]] = done
+        work = partial(_made, self._plan.work, self._kept)
+        tasks = []
+        for k, group in enumerate(groups):
+            start = begun.get(k)
+            if start is not None and start.problem:
+                for item in group.items:
+                    yield self._arrived(Done((item, None), None, start.problem), pace)
+                continue
+            tasks += [(item, start.result if start else group.start) for item in group.items]
+        for done in workers.run(work, tasks, ordered=False):
+            yield self._arrived(done, pace)
+
+    def _arrived(self, done: Done, pace: "_Pace") -> Result:
+        """Keep what came of one item and return it."""
+        item: Item = done.item[0]
+        made: Made | None = done.result
+        file = "" if item.source is None else str(item.source)
+        sha256 = ""
+        if item.source is not None and item.source.is_file():
+            with contextlib.suppress(OSError):
+                sha256 = sha256_of(item.source)
+        row = Row(
+            item.name,
+            item.number,
+            file,
+            item.key,
+            status=done.problem,
+            failed=True,
+            seconds=done.seconds,
+            sha256=sha256,
+            varied=item.varied,
+        )
+        curves, run = {}, None
+        if not item.named and done.error in self._plan.passes_over:
+            row = replace(row, left_out=True)
+        if made is not None:
+            curves, run = made.curves, made.run
+            row = replace(row, status=made.status, failed=False, figures=made.figures)
+            if made.archive and self.folder is not None:
+                _unpack(made.archive, self.folder / item.name)
+        result = replace(self._from_row(row), run=run)
+        if self._store is None:
+            self._held[item.name] = result
+        else:
+            self._store.add(row, curves)
+        pace.ended(result, self._plan.kind)
+        return result
+
+    def _from_row(self, row: Row) -> Result:
+        folder = None if self.folder is None else self.folder / row.name
+        if folder is not None and not (folder / METRICS).is_file():
+            folder = None
+        problem = row.status if row.failed else ""
+        source = Path(row.file) if row.file else None
+        return Result(row.name, source, row.varied, row.figures, row.status, problem, folder,
+                      left_out=row.left_out)  # fmt: skip
+
+    def _end(self, pace: "_Pace") -> None:
+        pace.close()
+        kind = self._plan.kind
+        rows = self._held.values() if self._store is None else map(
+            self._from_row, self._store.rows())  # fmt: skip
+        counts = kind.counts(rows)
+        self._metrics = counts
+        if self._store is not None:
+            more = Concluded({}, {}, ())
+            if self._plan.conclude is not None:
+                more = self._plan.conclude(self._store, counts)
+            self.lines = tuple(more.lines)
+            pages = {**more.pages, PAGE: page_html_of(kind, self._store, counts)}
+            found = {**counts, **more.figures}
+            self._metrics = self._store.finish(found, pages, self._plan.folders)
+        self._ended = True
 
 
-@dataclass(frozen=True, eq=False)
-class Task:
-    """One simulation of a batch; it travels to where it is computed."""
+class _Pace:
+    """Says what has ended, how fast, and how long the rest will take."""
 
-    name: str
-    varied: Mapping[str, Any]
-    settings: SimulateSettings
-    source: Path | Run | None
-    controller: Controller | None
-    disturbances: tuple[Disturbance, ...]
-    folder: Path | None
-    command: str
+    def __init__(self, count: int, say: Callable[[str], None]):
+        self.count, self.say = count, say
+        self.done = self.found = self._told = 0
+        self._began = self._said = time.perf_counter()
+
+    def ended(self, result: Result, kind: BatchKind) -> None:
+        """Count an item that has ended, and say so unless too much is said."""
+        self.close()
+        self.done += 1
+        now, of = time.perf_counter(), self.done + self.found
+        if self.count > MAX_LINES and not result.problem and of < self.count:
+            if now - self._said < SECONDS_BETWEEN:
+                return
+        self._said = now
+        line = f"{of} of {self.count}: {result.name}: {kind.words(result)}"
+        left, passed = self.count - of, now - self._began
+        if left and passed > MIN_PACE_SECONDS:
+            rate = self.done / passed
+            line += f" ({rate:.2g}/s, {_duration(left / rate)} left)"
+        self.say(line)
+
+    def close(self) -> None:
+        """Say how many items were done before, if that was not said yet."""
+        if self.found > self._told:
+            self.say(f"{self.found} of {self.count} were there")
+            self._told = self.found
 
 
-def simulate_many(
-    source: str | Path | Run | None = None,
-    settings: SimulateSettings | None = None,
-    *,
-    vary: Mapping[str, Sequence[Any]] | None = None,
-    seeds: int = 1,
-    disturbances: Sequence[Disturbance] = (),
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    jobs: int = 1,
-    backend: str = "loky",
-    address: str | None = None,
-    say: Callable[[str], None] = lambda _: None,
-    step: Step = silent,
-    command: str = "",
-    **options: Any,
-) -> Batch:
-    """Simulate a person many times, in all combinations of what varies, side by side.
-
-    Args:
-        source: As for :func:`~plantigrade.workflows.simulate.simulate`; a recording is fitted once.
-        settings: What all have in common.
-        vary: Option of ``settings`` → its values; a ``controller`` may be your own. Values of
-            ``push``, ``rope`` and ``box`` come beside those of ``settings``; None is nothing.
-        seeds: Each combination with so many seeds, from that of ``settings`` on.
-        disturbances: What acts on all of them beside.
-        out: Folder for the runs and the table. What it holds of the same batch is not simulated
-            anew. Without it the runs come back in memory.
-        overwrite: Replace a batch that is there.
-        jobs: How many at once; -1 for one per core.
-        backend: as for :func:`~plantigrade.record.jobs.run_jobs`.
-        address: Of a running cluster (ray, dask).
-        say: Called with one line for every simulation that has ended.
-        step: Shows progress of the fit.
-        command: The command line, for the provenance.
-        options: Fields of ``settings`` by name; they replace those of ``settings``.
-
-    Raises:
-        ParameterError: If an option does not exist, or a value is not allowed.
-        RunExists: If the folder holds anything else.
-        FileError: If a file or run cannot be read.
-        FitError: If a recording cannot be fitted.
-        MissingExtra: If the library of the backend is not installed.
+def _duration(seconds: float) -> str:
+    """Return a time in the units in which people wait.
 
     Example:
-        >>> import plantigrade as pg
-        >>> batch = pg.simulate_many(  # doctest: +SKIP
-        ...     vary={"push": ["40,0.2,0,1", "80,0.2,0,1"]}, seeds=5, jobs=-1
-        ... )
+        >>> _duration(42.3), _duration(400), _duration(90_000)
+        ('42 s', '7 min', '25 h')
     """
-    how = SimulateSettings.given("simulate_many", settings, options)
-    every = variants(how, vary or {}, seeds, standing=source is None)
-    made = [settings_of(how, each) for each in every]
-    for each, _ in made:
-        around(each)  # refuses what is no ground, push or motion, before any work
-        if each.motion is not None:
-            script_named(each.motion)
-    shown = [plain(each) for each in every]
-    folder = None if out is None else as_path(out, "the folder of a batch").expanduser()
-    names = [name_of(i, len(made), each) for i, each in enumerate(shown)]
-    if folder is not None:
-        _claim(folder, _spec(source, how, shown), names, command, overwrite)
-    begin = _begin(source, how, folder, step, command)
-    tasks = []
-    for i, (each, controller) in enumerate(made):
-        name = names[i]
-        if source is not None:  # the person is fitted, or that of the run
-            each = SimulateSettings(**{own: getattr(each, own) for own in OWN})
-        place = None if folder is None else folder / name
-        task = Task(name, shown[i], each, begin, controller, tuple(disturbances), place, command)
-        tasks.append(task)
-    run = partial(run_jobs, jobs=jobs, backend=backend, address=address)
-    batch = Batch(_simulated(tasks, run, say), folder)
-    if folder is not None:
-        _write(batch, _spec(source, how, shown), command)
-    return batch
+    for most, unit, size in ((100, "s", 1), (6000, "min", 60)):
+        if seconds < most:
+            return f"{max(round(seconds / size), 1)} {unit}"
+    return f"{seconds / 3600:.0f} h"
 
 
-def _simulated(
-    tasks: Sequence[Task], run: Callable[..., Any], say: Callable[[str], None]
-) -> tuple[Simulated, ...]:
-    """Return what came of every task; what lies in its folder is read."""
-    found: dict[str, Simulated] = {}
-    for task in tasks:
-        if task.folder is not None and (task.folder / METRICS).is_file():
-            metrics = read_metrics(task.folder)
-            if not _is_result_of(task, metrics):
-                raise RunExists(
-                    f"{task.folder} holds a simulation with other settings: choose another folder "
-                    "with --out, or add --overwrite"
-                )
-            found[task.name] = Simulated(task.name, task.varied, metrics)
-    if found:
-        say(f"{len(found)} of {len(tasks)} were there")
-    left = [task for task in tasks if task.name not in found]
-    for done in run(_simulate, left):
-        task = done.item
-        if done.result is None:
-            one = Simulated(task.name, task.varied, problem=done.problem)
-        else:
-            metrics, result = done.result
-            one = Simulated(task.name, task.varied, metrics, run=result)
-        found[task.name] = one
-        ended = "on the feet" if one.status == "ok" else one.status
-        say(f"{len(found)} of {len(tasks)}: {task.name}: {ended}")
-    return tuple(found[task.name] for task in tasks)
+def _rounds(groups: Iterable[Group], count: int) -> Iterator[list[Group]]:
+    """Yield groups together until they have so many items."""
+    held: list[Group] = []
+    for group in groups:
+        held.append(group)
+        if sum(len(each.items) for each in held) >= count:
+            yield held
+            held = []
+    if held:
+        yield held
 
 
-def _is_result_of(task: Task, metrics: Mapping[str, Any]) -> bool:
-    """Return whether figures that were found are of this task and of this version."""
-    settings = json.loads(metrics_json(task.settings.plain()))
-    return metrics.get("settings") == settings and metrics.get("version") == __version__
+def _free_name(item: Item, before: Mapping[str, tuple[str, str]]) -> str:
+    """Return the name of an item; with a number where an item of another file has it.
+
+    A file that is gone makes room for the one that came in its place.
+    """
+    file, name, n = "" if item.source is None else str(item.source), item.name, 1
+    while name in before and (held := before[name][0]) != file and Path(held).exists():
+        n += 1
+        name = f"{item.name}-{n}"
+    return name
 
 
-def _simulate(task: Task) -> tuple[dict[str, Any], Run | None]:
-    """Return the figures of one simulation, and the run unless it is kept in a folder."""
-    run = simulate(
-        task.source,
-        task.settings,
-        controller=task.controller,
-        disturbances=task.disturbances,
-        command=task.command,
-    )
-    if task.folder is None:
-        return run.metrics, run
-    return replace(run, name=task.name).save(task.folder).metrics, None
+def _second(begin: Begin, numbered: tuple[int, Any]) -> Any:
+    return begin(numbered[1])
 
 
-def _begin(
-    source: Any, how: SimulateSettings, folder: Path | None, step: Step, command: str
-) -> Path | Run | None:
-    """Return what every simulation starts from; a recording is fitted, once."""
-    if source is None or isinstance(source, Run):
-        return source
-    path = as_path(source, "what is simulated")
-    if path.is_dir():
-        if how.known:
-            raise ParameterError(
-                f"a run defines its own person: leave out {', '.join(how.known)}, or name the "
-                "recording"
-            )
-        return path.absolute()
-    if folder is not None and (folder / FITTED / METRICS).is_file():
-        return (folder / FITTED).absolute()
-    fitted = fit(path, step=step, command=command, **vars(RecordingSettings.of(how)))
-    if folder is None:
-        return fitted
-    fitted.save(folder / FITTED)
-    return (folder / FITTED).absolute()
+def _made(work: Work, kept: Kept, task: tuple[Item, Any]) -> Made:
+    """Make the run of an item and keep of it what is to be kept."""
+    item, start = task
+    run = replace(work(item.what, start), name=item.name)
+    found = Made(figures_of(run.metrics), run.status, curves_of(run))
+    if kept.folder is None:
+        return found._replace(run=run)
+    if kept.what == "figures":
+        return found
+    write = save if kept.what == "pages" else Run.save
+    if not kept.collect:
+        write(run, kept.folder / item.name, overwrite=True)
+        return found
+    with tempfile.TemporaryDirectory() as place:
+        return found._replace(archive=_packed(write(run, Path(place) / item.name)))
 
 
-def _spec(source: Any, how: SimulateSettings, shown: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return what two batches have in common if they are the same."""
-    files: dict[str, str] = {}
-    if isinstance(source, str | Path) and str(source):
-        path = Path(source).expanduser()
-        files = source_files([path / METRICS if path.is_dir() else path])
-    settings = {k: list(v) if isinstance(v, tuple) else v for k, v in how.plain().items()}
-    return {
-        "version": __version__,
-        "settings": settings,
-        "source_files": files,
-        "simulations": [dict(each) for each in shown],
-    }
-
-
-def _claim(
-    folder: Path, spec: Mapping[str, Any], names: Sequence[str], command: str, overwrite: bool
-) -> None:
-    """Make the folder of a batch, or take up the same batch where it was left.
-
-    Where its ``metrics.json`` was cut off, the batch is known by the names of its members.
+def _packed(run: Run) -> bytes:
+    """Return a run folder as one archive.
 
     Raises:
-        RunExists: If it holds anything else.
+        ParameterError: If it is too large to be sent.
     """
-    if (folder / METRICS).is_file() and not overwrite:
-        try:
-            held = read_metrics(folder)
-        except FileError:
-            within = {item.name for item in folder.iterdir() if item.is_dir()}
-            held = {"kind": KIND, **spec} if within and within <= {FITTED, *names} else {}
-        if held.get("kind") == KIND:
-            if {key: held.get(key) for key in spec} == spec:
-                return
-            raise RunExists(
-                f"{folder} holds another batch: choose another folder with --out, or add "
-                "--overwrite"
-            )
-    if folder.exists():
-        refuse_existing(folder, overwrite)
-        shutil.rmtree(folder)
+    assert run.folder is not None
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(run.folder.iterdir()):
+            archive.write(path, path.name)
+    size = stream.tell()
+    if size > MAX_RETURNED_BYTES:
+        raise ParameterError(
+            f"the run has {size / 2**20:.0f} MB, and at most {MAX_RETURNED_BYTES / 2**20:.0f} MB "
+            "can be sent back: use --keep figures, or a folder that all workers share"
+        )
+    return stream.getvalue()
+
+
+def _unpack(archive: bytes, folder: Path) -> None:
+    """Write a run folder that was sent back, whole or not at all."""
+    part = Path(tempfile.mkdtemp(prefix=f".{folder.name[:20]}-", suffix=".part", dir=folder.parent))
     try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise FileError(folder, f"cannot be written ({error.strerror or error})") from error
-    begun = {"status": "not finished; run the same command to continue", "command": command}
-    replace_file(folder / METRICS, _metrics_of(begun | dict(spec), (), names))
+        with zipfile.ZipFile(io.BytesIO(archive)) as stream:
+            stream.extractall(part)
+        shutil.rmtree(folder, ignore_errors=True)
+        part.chmod(0o755)
+        part.rename(folder)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
 
 
-def _metrics_of(found: Mapping[str, Any], files: Sequence[str], names: Sequence[str]) -> str:
-    """Return ``metrics.json`` of a batch with these files and members."""
-    marked = {"format": FORMAT, "kind": KIND, **found, "files": list(files)}
-    return metrics_json({**marked, "folders": [FITTED, *names]}) + "\n"
+_NOT_FIGURES = ("status", "format", "version", "kind", "title", "command", "files")
 
 
-def _write(batch: Batch, spec: Mapping[str, Any], command: str) -> None:
-    """Write the table of a batch into its folder."""
-    assert batch.folder is not None
-    members = batch.members
-    provenance = {key: spec[key] for key in ("version", "settings", "source_files")}
-    provenance["command"] = command
-    page = table_html(
-        members, status=batch.status, provenance=provenance, title="Batch of simulations"
-    )
-    figures = {
-        "simulations_count": len(members),
-        "on_feet_count": batch.on_feet,
-        "failed_count": sum(bool(one.problem) for one in members),
-        "diverged_count": sum("diverged_at_s" in one.metrics for one in members),
-        "members": {one.name: one.row() for one in members},
-    }
-    found = {"status": batch.status, "command": command, **spec, **figures}
-    marked = _metrics_of(found, (PAGE, TABLE), [one.name for one in members])
-    replace_file(batch.folder / METRICS, marked)
-    replace_files(batch.folder, {PAGE: page, TABLE: table_csv(members)})
+def figures_of(metrics: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the figures of a run, flat: numbers, words and booleans; how many warnings it has.
+
+    Example:
+        >>> figures_of({"status": "ok", "mass_kg": 70.0, "warnings": ["one"], "gaits": {}})
+        {'mass_kg': 70.0, 'warnings_count': 1}
+    """
+    found: dict[str, Any] = {}
+    for name, value in json.loads(metrics_json(metrics)).items():
+        if name in _NOT_FIGURES:
+            continue
+        if name == "warnings":
+            found["warnings_count"] = len(value)
+        elif isinstance(value, str | int | float | bool):
+            found[name] = value
+    return found
+
+
+def curves_of(run: Run) -> dict[str, Curve]:
+    """Return the mean curves over the gait cycles of a run; none where it has no whole cycle."""
+    try:
+        gait = gait_of(run, run.name or run.kind)
+    except ParameterError:
+        return {}
+    found = {}
+    for name, rows in gait.curves.items():
+        sd = rows.std(axis=0, ddof=1) if len(rows) > 1 else np.full(rows.shape[1], np.nan)
+        unit = unit_of(without_side(name))
+        found[name] = Curve(unit, len(rows), np.nanmean(rows, axis=0), sd)
+    return found
+
+
+def content_key(*parts: Any) -> str:
+    """Return a hash of settings, words and sums of files that together decide a result."""
+    return hashlib.sha256(metrics_json({"parts": parts}).encode()).hexdigest()

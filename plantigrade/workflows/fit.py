@@ -19,7 +19,7 @@ from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
 from plantigrade.analyze.trial import CUTOFF, Trial, analyse
 from plantigrade.arrays import Array
-from plantigrade.errors import FitError, ParameterError
+from plantigrade.errors import FitError, NothingToFit, ParameterError
 from plantigrade.io import read
 from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import Companions, find_companions
@@ -140,7 +140,7 @@ def fit_recording(
     if recording.coordinates is not None:
         return fit_coordinates(recording, person)
     held = "ground reactions alone" if recording.plates else "neither markers nor joint angles"
-    raise FitError(f"{recording.source} holds {held}: there is no motion to fit")
+    raise NothingToFit(f"{recording.source} holds {held}: there is no motion to fit")
 
 
 def given_ground(settings: RecordingSettings) -> GivenGround | None:

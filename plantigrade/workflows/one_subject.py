@@ -18,7 +18,9 @@ from plantigrade.kinematics.scaled_body import ScaledBody, scale
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording, Subject
+from plantigrade.motion.distances import frames_looked_at
 from plantigrade.notes import Info
+from plantigrade.record.jobs import Workers
 from plantigrade.workflows.fit import given_ground, load
 from plantigrade.workflows.settings import FitSettings
 
@@ -55,19 +57,35 @@ class Shared:
         )
 
 
-def by_subject(paths: Sequence[Path]) -> list[tuple[int, ...]]:
-    """Return which recordings are of one subject, as indices; files that cannot be read are not."""
-    found: dict[int, Recording] = {}
-    for i, path in enumerate(paths):
-        try:
-            recording = read(path)
-        except PlantigradeError:
-            continue
-        if recording.markers is not None and recording.markers.names:
-            found[i] = recording
+def by_subject(paths: Sequence[Path], workers: Workers | None = None) -> list[tuple[int, ...]]:
+    """Return which recordings are of one subject, as indices; files that cannot be read are not.
+
+    Args:
+        paths: The recordings.
+        workers: Where they are read; here if absent.
+    """
+    found = {
+        i: done.result
+        for i, done in enumerate((workers or Workers()).run(_looked_at, paths))
+        if done.result is not None
+    }
     at = list(found)
     groups = [tuple(at[k] for k in group) for group in subjects(list(found.values()))]
     return [group for group in groups if len(group) > 1]
+
+
+def _looked_at(path: Path) -> Recording | None:
+    """Return of a marker recording what tells whose it is: some frames, and its subject."""
+    try:
+        recording = read(path)
+    except PlantigradeError:
+        return None
+    markers = recording.markers
+    if markers is None or not markers.names:
+        return None
+    frames = frames_looked_at(markers.n_frames)
+    few = replace(markers, time=markers.time[frames], positions=markers.positions[frames])
+    return Recording(recording.source, few, subject=recording.subject)
 
 
 def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:

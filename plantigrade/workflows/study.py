@@ -2,8 +2,6 @@
 
 import csv
 import io
-import os
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,28 +11,19 @@ from plantigrade import __version__
 from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison
 from plantigrade.printable import cell
-from plantigrade.record.folder import write_folder
 from plantigrade.record.provenance import source_files
 from plantigrade.report.study import Gait, study_html
 from plantigrade.workflows.settings import ReproduceSettings
 
-PAGE, TABLE = "study.html", "table.csv"
-KEPT = (  # of each gait, in the study's metrics
-    "status", "tasks", "height_m", "mass_kg", "walking_speed_m_s", "cycles_count", "duration_s",
-    "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "com_error_rms_mm",
-    "contact_drift_max_mm", "sole_lowest_mm", "toe_clearance_r_mm", "toe_clearance_reference_r_mm",
-    "toe_clearance_l_mm", "toe_clearance_reference_l_mm", "vertical_force_rmse_bw",
-    "vertical_force_correlation",
-)  # fmt: skip
+PAGE, TABLE = "study.html", "study.csv"
 
 
 @dataclass(frozen=True)
 class Member:
     """One reproduced gait of a study."""
 
-    name: str  #: What it is called
+    name: str  #: What it is called, and its folder in that of the study
     path: Path  #: The recording
-    folder: Path  #: Its run folder
     comparison: Comparison = field(repr=False)  #: The reproduced gait against the recorded one
     metrics: dict[str, Any] = field(repr=False)  #: Those of its run
 
@@ -44,17 +33,6 @@ class Member:
         if self.metrics["motion_status"] != "ok":
             return str(self.metrics["motion_status"])
         return "" if self.comparison.cycles else "it holds no whole gait cycle"
-
-    @property
-    def words(self) -> str:
-        """What came of it, in a few words."""
-        if self.metrics["status"] != "ok":
-            return str(self.metrics["status"])
-        return (
-            f"{self.metrics['cycles_count']} strides, ranges of motion "
-            f"{self.metrics['rom_error_mean_deg']:.1f}° off on average, centre of mass "
-            f"{self.metrics['com_error_max_mm']:.1f} mm"
-        )
 
 
 @dataclass(frozen=True)
@@ -77,18 +55,9 @@ class GaitStudy:
             return None
         return study([m.name for m in counted], [m.comparison for m in counted])
 
-    def metrics(self, failed: Iterable[str] = ()) -> dict[str, Any]:
-        """Return the figures of the study.
-
-        Args:
-            failed: Recordings left out that count as failures, because they were named.
-        """
-        bad = [str(m.path) for m in self.members if m.metrics["status"] != "ok"]
-        bad += [path for path in failed if path not in bad]
-        of = len(self.members) + len(self.left_out)
+    def metrics(self) -> dict[str, Any]:
+        """Return the figures of the study."""
         found: dict[str, Any] = {
-            "status": "ok" if not bad else f"{len(bad)} of {of} recordings failed",
-            "recordings_count": of,
             "reproduced_count": len(self.members),
             "counted_count": len(self.counted),
         }
@@ -100,12 +69,6 @@ class GaitStudy:
             for key in ("cycle", "tick_solver", "tick_kinematics")
             if (values := [time[key] for time in times if key in time])
         }
-        found["gaits"] = {
-            m.name: {"file": m.path, "folder": m.folder}
-            | {key: m.metrics[key] for key in KEPT if key in m.metrics}
-            for m in self.members
-        }
-        found["left_out"] = self.left_out
         return found
 
     def table_rows(self) -> tuple[list[str], list[list[Any]]]:
@@ -160,25 +123,10 @@ class GaitStudy:
         return lines
 
 
-def write(
-    found: GaitStudy,
-    metrics: dict[str, Any],
-    out: Path,
-    *,
-    command: str,
-    settings: ReproduceSettings,
-    overwrite: bool = False,
-    numbered: bool = False,
-) -> Path:
-    """Write the folder of a study: page, table and figures; ``settings`` are those of all gaits.
-
-    Where ``out`` is taken it is numbered, if that is asked for.
-    """
-    base = out.expanduser().absolute()
-
-    def path_to(member: Member) -> str:
-        return os.path.relpath(member.folder.expanduser().absolute(), base)
-
+def study_files(
+    found: GaitStudy, status: str, settings: ReproduceSettings, command: str
+) -> dict[str, str]:
+    """Return page and table of a study by name; ``settings`` are those of all gaits."""
     provenance = {
         "version": __version__,
         "command": command,
@@ -187,16 +135,10 @@ def write(
     }
     page = study_html(
         found.study,
-        [Gait(m.name, m.problem, m.metrics, m.comparison, path_to(m)) for m in found.members],
+        [Gait(m.name, m.problem, m.metrics, m.comparison, m.name) for m in found.members],
         found.left_out,
         tasks=settings.tasks,
-        status=metrics["status"],
+        status=status,
         provenance=provenance,
     )
-    return write_folder(
-        out,
-        metrics={**provenance, **metrics},
-        files={PAGE: page, TABLE: found.table_csv()},
-        overwrite=overwrite,
-        numbered=numbered,
-    )
+    return {PAGE: page, TABLE: found.table_csv()}

@@ -107,7 +107,7 @@ def settings_of(
     return replace(how, **changed), controller
 
 
-def plain(variant: Variant) -> dict[str, Any]:
+def plain(variant: Mapping[str, Any]) -> dict[str, Any]:
     """Return a variant as a table shows it and JSON holds it."""
     return {name: _plain(value) for name, value in variant.items()}
 

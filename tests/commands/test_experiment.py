@@ -150,7 +150,7 @@ def test_two_results_are_compared(fakes, tmp_path, monkeypatch, capsys):
         (["--all", "--part", "walk"], "--part has no effect with --all"),
         (["--compare", "a", "b", "--out", "there"], "--out has no effect with --compare"),
         (["--compare", "a", "b", "--quick"], "--quick has no effect with --compare"),
-        (["--compare", "a", "b"], "a: cannot be read"),
+        (["--compare", "a", "b"], "a: there is no such file"),
         (["gait-table", "--data", "nowhere"], "no folder of recordings at nowhere"),
     ],
 )

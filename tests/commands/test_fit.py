@@ -1,5 +1,6 @@
 """``plantigrade fit`` as a user calls it, and what it leaves checked without our code."""
 
+import csv
 import hashlib
 import json
 import os
@@ -13,8 +14,8 @@ import numpy as np
 import pytest
 
 from plantigrade.commands import main as cli
-from plantigrade.commands.fit import run_names
 from plantigrade.errors import ParameterError
+from plantigrade.record.inputs import inputs, names_of
 from tests.browser import wait_for
 
 KINDS = {
@@ -37,6 +38,12 @@ def plantigrade(*words, cwd: Path, **options) -> subprocess.CompletedProcess:
     )  # fmt: skip
 
 
+def batch_of(study) -> Path:
+    """Return the folder of the batch."""
+    (folder,) = (study[1] / "runs").iterdir()
+    return folder
+
+
 @pytest.fixture(scope="module")
 def study(data, tmp_path_factory):
     """One call over a recording of each kind and a broken one: its process and its folder."""
@@ -51,30 +58,27 @@ def study(data, tmp_path_factory):
 def test_one_bad_file_among_good_ones(study):
     done, folder = study
     assert done.returncode == 3, done.stderr
-    made = {p.name for p in (folder / "runs").iterdir()}
-    (table,) = made - {f"fit-{name}" for name in KINDS}
-    assert made - {table} == {f"fit-{name}" for name in KINDS}
-    assert table.startswith("fit-table-") and table.endswith("-and-6-more")
-    lines = (folder / "runs" / table / "table.csv").read_text("utf-8").splitlines()
-    assert len(lines) == 8 and sum("broken" in line for line in lines) == 1
-    assert "broken.trc" in done.stderr and "1 of 7 recordings failed" in done.stdout
-
-
-def test_only_json_on_standard_output(study):
-    done, folder = study
+    (batch,) = (folder / "runs").iterdir()
+    assert batch.name.startswith("fit-batch-") and batch.name.endswith("-and-6-more")
+    assert {p.name for p in batch.iterdir() if p.is_dir()} == set(KINDS)
+    with (batch / "batch.csv").open(encoding="utf-8") as stream:
+        rows = {row["name"]: row for row in csv.DictReader(stream)}
+    assert list(rows) == [*list(KINDS)[:2], "broken", *list(KINDS)[2:]]
+    assert "broken.trc" in rows["broken"]["status"] and "broken.trc" in done.stderr
+    assert (batch / "failed.txt").read_text("utf-8") == f"{folder / 'broken.trc'}\n"
     metrics = json.loads(done.stdout)
     assert metrics["status"] == "1 of 7 recordings failed"
-    by_name = {Path(k).stem: v for k, v in metrics.items() if k != "status"}
-    assert set(by_name) == {*KINDS, "broken"}
+    assert metrics == json.loads((batch / "metrics.json").read_text("utf-8"))
     for name in KINDS:
-        written = json.loads((folder / "runs" / f"fit-{name}" / "metrics.json").read_text())
-        assert by_name[name] == written
-    assert "broken.trc" in by_name["broken"]["status"]
+        own = json.loads((batch / name / "metrics.json").read_text("utf-8"))
+        assert rows[name]["status"] == own["status"]
+        assert float(rows[name]["height_m"]) == pytest.approx(own["height_m"], rel=1e-5)
+        assert rows[name]["sha256"] == own["source_files"][Path(rows[name]["file"]).name]
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_run_folder_is_whole(study, data, name):
-    folder = study[1] / "runs" / f"fit-{name}"
+    folder = batch_of(study) / name
     assert {p.name for p in folder.iterdir()} == FILES
     metrics = json.loads((folder / "metrics.json").read_text())
     assert metrics["status"] == "ok" and metrics["seed"] is None
@@ -89,7 +93,7 @@ def test_the_run_folder_is_whole(study, data, name):
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_model_loads_and_moves_in_plain_mujoco(study, name):
-    folder = study[1] / "runs" / f"fit-{name}"
+    folder = batch_of(study) / name
     model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
     run = np.load(folder / "motion.npz")
     metrics = json.loads((folder / "metrics.json").read_text())
@@ -113,7 +117,7 @@ def test_the_model_loads_and_moves_in_plain_mujoco(study, name):
 @pytest.mark.parametrize("name", MEASURED)
 def test_moments_can_be_checked_without_our_code(study, name):
     """Inverse dynamics less the wrenches on the segments named is what the run says."""
-    folder = study[1] / "runs" / f"fit-{name}"
+    folder = batch_of(study) / name
     model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
@@ -146,7 +150,7 @@ def read_mot(path: Path) -> tuple[list[str], np.ndarray]:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_mot_file_is_the_same_motion(study, name):
-    folder = study[1] / "runs" / f"fit-{name}"
+    folder = batch_of(study) / name
     names, rows = read_mot(folder / "motion.mot")
     run = np.load(folder / "motion.npz")
     np.testing.assert_allclose(rows[:, 0], run["time"], atol=1e-6)
@@ -161,7 +165,7 @@ def test_the_mot_file_is_the_same_motion(study, name):
 @pytest.mark.parametrize("name", ["HC038A11", "markers_walk"])
 def test_markers_lie_where_the_body_has_them(study, name):
     """The mean error the run states, computed anew from its own recorded and fitted markers."""
-    folder = study[1] / "runs" / f"fit-{name}"
+    folder = batch_of(study) / name
     metrics = json.loads((folder / "metrics.json").read_text())
     run = np.load(folder / "motion.npz")
     off = np.linalg.norm(run["recorded_markers"] - run["fitted_markers"], axis=2)
@@ -172,7 +176,7 @@ def test_markers_lie_where_the_body_has_them(study, name):
 
 @pytest.mark.parametrize("name", MEASURED)
 def test_plantigrade_report_writes_the_same_pages(study, name):
-    folder = study[1] / "runs" / f"fit-{name}"
+    folder = batch_of(study) / name
     before = {p: (folder / p).read_text(encoding="utf-8") for p in ("report.html", "viewer.html")}
     done = plantigrade("report", folder, cwd=study[1])
     assert done.returncode == 0, done.stderr
@@ -190,7 +194,9 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
     (tmp_path / "runs" / "fit-walk" / "metrics.json").write_text("{}")
     assert cli.main(["fit", "walk.c3d", "--out", "runs/fit-walk"]) == 2
     assert "--overwrite" in capsys.readouterr().err
-    # without --out it would be numbered, but not where it is to be replaced
+    # without --out a batch would be numbered, but not where it is to be replaced
+    (tmp_path / "runs" / "fit-batch-other-and-1-more").mkdir()
+    (tmp_path / "runs" / "fit-batch-other-and-1-more" / "metrics.json").write_text("{}")
     assert cli.main(["fit", "other.c3d", "walk.c3d", "--overwrite"]) == 2
     assert "does not mark a run" in capsys.readouterr().err
     # what is no run folder is never replaced
@@ -202,14 +208,14 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 
 
 def test_files_of_one_name_go_to_folders_of_their_own():
-    names = run_names([Path("a/07_01.amc"), Path("b/07_01.bvh"), Path("16_15.amc")])
+    names = names_of([Path("a/07_01.amc"), Path("b/07_01.bvh"), Path("16_15.amc")])
     assert names == ["07_01-amc", "07_01-bvh", "16_15"]
-    names = run_names([Path("day1/walk.c3d"), Path("day2/walk.c3d"), Path("day2/walk.trc")])
+    names = names_of([Path("day1/walk.c3d"), Path("day2/walk.c3d"), Path("day2/walk.trc")])
     assert names == ["day1-walk-c3d", "day2-walk-c3d", "walk-trc"]
-    names = run_names([Path("p1/day1/walk.c3d"), Path("p2/day1/walk.c3d")])
+    names = names_of([Path("p1/day1/walk.c3d"), Path("p2/day1/walk.c3d")])
     assert len(set(names)) == 2
     with pytest.raises(ParameterError, match="twice"):
-        run_names([Path("walk.c3d"), Path("./walk.c3d")])
+        inputs([Path("walk.c3d"), Path("./walk.c3d")], fits=Path.is_file)
 
 
 @pytest.mark.parametrize(
@@ -285,8 +291,13 @@ def test_control_c_on_several_files(data, tmp_path, sent, code):
     _, err = process.communicate()
     assert process.returncode == code, err
     left = list((tmp_path / "runs").iterdir()) if (tmp_path / "runs").exists() else []
-    assert all({p.name for p in folder.iterdir()} >= FILES for folder in left)
-    assert not [folder for folder in left if folder.name.startswith(".")]
+    (batch,) = left
+    made = [folder for folder in batch.iterdir() if folder.is_dir()]
+    assert all({p.name for p in folder.iterdir()} >= FILES for folder in made)
+    assert not [path for path in (*left, *made) if path.name.startswith(".")]
+    again = plantigrade("fit", *files, "--jobs", "2", cwd=tmp_path)
+    assert again.returncode == 0 and " of 4 were there" in again.stderr
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == [batch.name]
     said = "interrupted" if sent == signal.SIGINT else "terminated"
     assert said in err.splitlines()[-1]
     wait_for(lambda: not in_group(process.pid))  # no worker is left
@@ -329,9 +340,9 @@ def test_run_folders_are_numbered(recording, tmp_path, monkeypatch, capsys):
     other = tmp_path / "walk.trc"
     assert cli.main(["convert", str(recording), str(other)]) == 0
     capsys.readouterr()
-    (tmp_path / "runs" / "fit-walk-c3d").mkdir()
-    assert cli.main(["fit", str(recording), str(other), "--quiet", "--json"]) == 0
+    (tmp_path / "runs" / "fit-batch-walk-and-1-more").mkdir()
+    (tmp_path / "runs" / "fit-batch-walk-and-1-more" / "mine").write_text("x")
+    assert cli.main(["fit", str(recording), str(other), "--quiet", "--keep", "figures"]) == 0
     assert {path.name for path in (tmp_path / "runs").iterdir()} == {
-        "fit-walk", "fit-walk-2", "fit-walk-c3d", "fit-walk-c3d-2", "fit-walk-trc",
-        "fit-table-walk-and-1-more",
+        "fit-walk", "fit-walk-2", "fit-batch-walk-and-1-more", "fit-batch-walk-and-1-more-2",
     }  # fmt: skip

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from plantigrade.commands import main as cli
-from plantigrade.commands.reproduce import recordings, study_name
 from plantigrade.errors import ParameterError
+from plantigrade.workflows.fit_many import recordings
 from tests.browser import moved
 
 FILES = {
@@ -90,29 +90,24 @@ def test_its_pages_in_a_browser(browser, one):
 def test_several_make_a_study_and_one_that_jumps_does_not_stop_them(study):
     done, folder = study
     assert done.returncode == 3, done.stderr
-    made = {p.name for p in (folder / "runs").iterdir()}
-    runs = {f"reproduce-{name}" for name in ("16_21", "07_12")}
-    assert made == {*runs, "reproduce-study-16_21-and-2-more"}
-    for name in runs:
-        assert {p.name for p in (folder / "runs" / name).iterdir()} == FILES
-    found = folder / "runs" / "reproduce-study-16_21-and-2-more"
-    assert {p.name for p in found.iterdir()} == {"study.html", "table.csv", "metrics.json"}
+    (found,) = (folder / "runs").iterdir()
+    assert found.name == "reproduce-study-16_21-and-2-more"
+    gaits = [path for path in found.iterdir() if path.is_dir()]
+    assert {path.name for path in gaits} == {"16_21", "07_12"}
+    for path in gaits:
+        assert {p.name for p in path.iterdir()} == FILES
+    assert {"study.html", "study.csv", "batch.csv"} <= {p.name for p in found.iterdir()}
     metrics = json.loads(done.stdout)
     assert metrics["status"] == "1 of 3 recordings failed"
     assert metrics["counted_count"] == metrics["gaits_count"] == 2
-    (left,) = metrics["left_out"].items()
-    assert "02_04.amc" in left[0] and "it shows no walking" in left[1]
-    assert "02_04.amc" in done.stderr
+    assert "02_04.amc: it shows no walking" in done.stderr
 
 
 @pytest.mark.slow
 def test_the_table_of_a_study_is_the_mean_of_its_gaits(study):
-    folder = study[1] / "runs"
-    each = [
-        json.loads((folder / f"reproduce-{name}" / "metrics.json").read_text())
-        for name in ("16_21", "07_12")
-    ]
-    with (folder / "reproduce-study-16_21-and-2-more" / "table.csv").open() as stream:
+    folder = study[1] / "runs" / "reproduce-study-16_21-and-2-more"
+    each = [json.loads((folder / name / "metrics.json").read_text()) for name in ("16_21", "07_12")]
+    with (folder / "study.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 12
     for row in rows:
@@ -140,9 +135,9 @@ def test_a_folder_is_searched_and_what_nobody_named_is_no_failure(data, tmp_path
     assert cli.main(words) == 0
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["status"] == "ok" and metrics["gaits_count"] == 1
-    assert [Path(p).name for p in metrics["left_out"]] == ["broken.trc"]
-    assert (tmp_path / "all" / "reproduce-16_21" / "report.html").exists()
-    assert "../reproduce-16_21/report.html" in (out / "study.html").read_text("utf-8")
+    assert metrics["left_out_count"] == 1 and "broken.trc" in (out / "batch.csv").read_text("utf-8")
+    assert (out / "16_21" / "report.html").exists()
+    assert "16_21/report.html" in (out / "study.html").read_text("utf-8")
 
 
 def test_which_files_of_a_folder_are_recordings(data, tmp_path):
@@ -152,15 +147,14 @@ def test_which_files_of_a_folder_are_recordings(data, tmp_path):
     (run / "motion.mot").write_text("x\nendheader\n")
     walk = tmp_path / "walk.mot"
     walk.write_bytes((data / "opensim/gait2392_subject01/normal_gait.mot").read_bytes())
-    files, named = recordings([tmp_path, Path("other.c3d")])
-    assert files == [walk, Path("other.c3d")] and named == {Path("other.c3d")}
+    (tmp_path / "list.txt").write_text(f"# two\n{tmp_path}\n\nother.c3d\n")
+    listed = recordings([], tmp_path / "list.txt")
+    for given in (recordings([tmp_path, Path("other.c3d")]), listed):
+        assert given.files == (walk, Path("other.c3d")) and given.named == {Path("other.c3d")}
+    assert listed.title == "list" and recordings([tmp_path]).title == tmp_path.name
+    assert recordings([f"{tmp_path}/w*.mot", "a.c3d", "b.c3d"]).title == "walk-and-2-more"
     with pytest.raises(ParameterError, match="holds no recording"):
         recordings([run])
-
-
-def test_names_of_studies():
-    assert study_name([Path("a/walk.c3d"), Path("b.trc")]) == "walk-and-1-more"
-    assert study_name([Path(".")]) == Path(".").resolve().name
 
 
 @pytest.mark.parametrize(
@@ -189,7 +183,8 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 
     monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
     monkeypatch.chdir(tmp_path)
-    for name in ("reproduce-walk", "reproduce-study-a-and-1-more"):
+    for name in ("reproduce-walk", "reproduce-study-a-and-1-more",
+                 "reproduce-study-other-and-1-more"):  # fmt: skip
         (tmp_path / "runs" / name).mkdir(parents=True)
         (tmp_path / "runs" / name / "metrics.json").write_text("{}")
     place = "runs/reproduce-walk"
@@ -219,7 +214,7 @@ def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, senten
 
 
 @pytest.mark.slow
-def test_studies_and_their_gaits_are_numbered(tmp_path, monkeypatch, capsys):
+def test_a_study_is_numbered_where_its_name_is_taken(tmp_path, monkeypatch, capsys):
     from plantigrade.io import write
     from plantigrade.models import Human
     from plantigrade.workflows.textbook import recorded, textbook_walk
@@ -229,14 +224,13 @@ def test_studies_and_their_gaits_are_numbered(tmp_path, monkeypatch, capsys):
     for seed, name in enumerate(("anna", "beth")):
         walk = textbook_walk(human, cycles=2)
         write(recorded(walk, Path(f"{name}.c3d"), seed=seed), f"{name}.c3d")
-    for name in ("reproduce-anna", "reproduce-study-anna-and-1-more"):  # of somebody
-        (tmp_path / "runs" / name).mkdir(parents=True)
+    (tmp_path / "runs" / "reproduce-study-anna-and-1-more").mkdir(parents=True)
+    (tmp_path / "runs" / "reproduce-study-anna-and-1-more" / "notes").write_text("mine")
     words = ["reproduce", "anna.c3d", "beth.c3d", "--no-dynamics", "--quiet"]
     assert cli.main(words) == 0
     folder = Path("runs/reproduce-study-anna-and-1-more-2")
-    assert f"{folder}: 2 gaits" in capsys.readouterr().out
+    assert f"{folder}: 2 of 2 recordings reproduced" in capsys.readouterr().out
     page = (folder / "study.html").read_text("utf-8")
-    assert "../reproduce-anna-2/report.html" in page and "../reproduce-beth/report.html" in page
+    assert "anna/report.html" in page and "beth/report.html" in page
     metrics = json.loads((folder / "metrics.json").read_text())
-    assert metrics["gaits"]["anna"]["folder"] == "runs/reproduce-anna-2"
-    assert metrics["seconds"]["cycle"] > 0 and "time_per_cycle_s" not in metrics
+    assert metrics["seconds"]["cycle"] > 0 and metrics["folders"] == ["anna", "beth"]

@@ -149,6 +149,23 @@ def test_joint_centres_of_the_file_are_those_of_the_body(ending):
     assert (off < 8).all(), off
 
 
+def test_of_two_hip_centres_of_a_file_the_regressed_one_is_left_out():
+    """OpenCap's files hold both, nearly 2 cm apart; together they would pull the hips between."""
+    human, time, qpos = walker()
+    markers = markers_of(human, time, qpos)
+    hips = [human.body(f"femur_{side}") for side in "rl"]
+    centres = np.array([state.origins[hips] for state in sweep(human, qpos)])
+    names = (*markers.names, "R_HJC", "L_HJC", "R_HJC_reg", "L_HJC_reg")
+    x = np.concatenate([markers.positions, centres, centres + [0.0, 0.0, 0.017]], axis=1)
+    left_out = "R_HJC_reg (a regression's estimate of what R_HJC gives without one)"
+    fit = fit_markers(recording(Markers(names, time, x)))
+    assert any(left_out in note for note in fit.warnings)
+    alone = fit_markers(
+        recording(Markers(names[:-4] + names[-2:], time, np.delete(x, [-4, -3], 1)))
+    )
+    assert not any("R_HJC_reg" in note for note in alone.warnings), "without another one it is used"
+
+
 def test_marker_places_off_their_landmarks_are_found():
     human, time, qpos = walker()
     fit = fit_markers(recording(markers_of(human, time, qpos, shift=0.012)))

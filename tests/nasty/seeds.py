@@ -4,6 +4,7 @@ A seed is made in an empty folder, with the files that belong to it; what is ret
 the one that is damaged.
 """
 
+import base64
 import json
 import shutil
 from collections.abc import Callable, Iterator
@@ -299,3 +300,17 @@ def recordings(pattern: str, *beside: str) -> Wholes:
                 yield path.relative_to(data).as_posix(), copied(path)
 
     return listed
+
+
+_WAVE = base64.b64encode(np.ones((2, 101), "<f4").tobytes()).decode()
+BATCH_CURVES = json.dumps({"name": "a", "curves": {"knee_angle_r": ["deg", 2, _WAVE]}}) + "\n"
+BATCH_ITEMS = "".join(
+    json.dumps(line) + "\n"
+    for line in (
+        {"name": "", "method": "fit", "settings": {}},
+        {"name": "a", "number": 0, "file": "/x/a.c3d", "key": "k", "status": "ok", "failed": False,
+         "seconds": 1.5, "varied": {"push": "none"}, "figures": {"gps_deg": 7.3, "sex": "male"}},
+        {"name": "b", "number": 1, "status": "is damaged", "failed": True, "figures": {}},
+    )
+)  # fmt: skip
+"""The journals of a batch."""

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade import __version__
 from plantigrade.analyze.norms_of_runs import read_norms
 from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.control.replay.reference import reference_of
@@ -30,6 +31,10 @@ from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
 from plantigrade.motion import Recording
 from plantigrade.record import Run
+from plantigrade.record.batch import BatchFolder
+from plantigrade.record.folder import FORMAT, METRICS
+from plantigrade.record.inputs import inputs
+from plantigrade.report.batch import FITS, page_html_of
 from plantigrade.report.pages import pages
 from plantigrade.synthesize import read_task_file
 from tests import nasty
@@ -181,6 +186,28 @@ def figures_file(path: Path) -> None:
     compare(json.loads(seeds.FIGURES), found).text()
 
 
+def batch_journal(path: Path) -> None:
+    """Take up the batch that a journal is of, and write its tables and its page."""
+    spec = {"method": "fit", "settings": {}}
+    marked = {"format": FORMAT, "kind": "batch", "version": __version__, **spec, "files": []}
+    path.with_name(METRICS).write_text(json.dumps(marked))
+    (path.parent / "curves.jsonl").write_text(seeds.BATCH_CURVES)
+    try:
+        store = BatchFolder(path.parent, spec, "", overwrite=False)
+        with np.errstate(all="ignore"):
+            page = page_html_of(FITS, store, FITS.counts(()))
+        store.finish({"status": "ok"}, {"batch.html": page})
+    finally:
+        for each in path.parent.iterdir():
+            if each != path:
+                each.unlink()
+
+
+def input_list(path: Path) -> None:
+    """Read a list of files."""
+    inputs([], fits=Path.is_file, listed=path)
+
+
 @dataclass(frozen=True)
 class Target:
     """A kind of file.
@@ -253,6 +280,9 @@ TARGETS = {
         Target("task: walk", task_file, seeds.text("a.toml", seeds.WALK), cost=3.0),
         Target("figures", figures_file, seeds.text("a.json", seeds.FIGURES), nasty.JSON),
         Target("kept results", kept_results, seeds.text("a.json", '{"a": {"x": 1.0}}'), nasty.JSON),
+        Target("batch", batch_journal, seeds.text("items.jsonl", seeds.BATCH_ITEMS), nasty.TEXT,
+               cost=20.0),
+        Target("list", input_list, seeds.text("a.txt", "walk.c3d\nruns/*.trc\n# mine\n.\n")),
         Target("policy", policy_file, seeds.policy, npz.NPZ, seeds.policies, cost=5.0),
         Target("run: motion.npz", run_folder, runs.run_file("motion.npz"), npz.NPZ,
                runs.stored_runs("motion.npz"), cost=20.0),

@@ -19,15 +19,17 @@ from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.contact.ground import Bump, Ground, Seat, Step
 from plantigrade.models import Human
 from plantigrade.record import Provenance
+from plantigrade.record.batch import Row
 from plantigrade.report.compare import compare_html
-from plantigrade.report.fit_table import Fitted, table_html
 from plantigrade.report.pages import report_html
 from plantigrade.report.scene import scene_model
 from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.strip import strip_svg
 from plantigrade.report.study import TABLE, Gait, study_html
+from plantigrade.workflows.batch import figures_of
 from tests.report.runs import estimated, fitted, from_tasks, solved
+from tests.report.test_batch_page import batch_page
 from tests.report.test_study import comparison
 from tests.report.walker import walk
 
@@ -46,7 +48,7 @@ def study_page(n: int) -> str:
 
 
 @pytest.fixture(scope="module")
-def every_page(record) -> dict[str, str]:
+def every_page(record, tmp_path_factory) -> dict[str, str]:
     """One page of every kind; names, hashes and words as long as they come."""
     made = {
         "fit": fitted(record, height_m=1.75, residual_force_rms_n=20.1, length_thigh_m=0.42),
@@ -58,15 +60,14 @@ def every_page(record) -> dict[str, str]:
     pages = {name: report_html(replace(run, provenance=LONG)) for name, run in made.items()}
     runs = [replace(made["fit"], name=name) for name in ("before-the-operation", "after-it")]
     compared = compare_runs(runs, [run.name for run in runs])
-    fits = [Fitted(name, made["fit"].figures | {"status": "ok"}, name) for name in ("a" * 40, "b")]
+    figures = figures_of(made["fit"].metrics)
+    fits = [Row(name, status="ok", figures=figures) for name in ("a" * 40, "b")]
     return pages | {
         "study": study_page(4),
         "small study": study_page(2),
         "compare": compare_html(compared, {"runs": ["x" * 64]}),
         "sides": compare_html(compare_runs(runs[:1], ["one"]), {"version": "1"}),
-        "table": table_html(
-            fits, {"bad.c3d": "damaged"}, status="1 failed", provenance={"version": "1"}
-        ),
+        "batch": batch_page(tmp_path_factory.mktemp("batch") / "many", fits),
     }
 
 

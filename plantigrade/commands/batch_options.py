@@ -1,0 +1,108 @@
+"""Options of commands that work on many items, and what they print of them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+
+import tyro
+
+from plantigrade.commands.options import JobOptions, RunOptions
+from plantigrade.commands.outcome import Outcome
+from plantigrade.errors import ParameterError
+from plantigrade.options import Flag, optional
+
+Made = TypeVar("Made", bound="Batch")
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from plantigrade.commands.progress import Progress
+    from plantigrade.workflows.batch import Batch
+
+PRINTED_FAILURES = 20
+"""Failures of a batch that are printed; all are in its folder."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchOptions(JobOptions):
+    """Many items at once: where they are listed, and what is kept of each."""
+
+    listed: Annotated[
+        Path | None, tyro.conf.arg(name="list", metavar="FILE", help_behavior_hint="")
+    ] = None
+    """Text file that names files, folders or patterns, one a line."""
+    keep: Annotated[
+        Literal["pages", "runs", "figures"] | None, optional("{pages,runs,figures}")
+    ] = None
+    """What a batch keeps of each item: its run with report and viewer (pages), its run without
+    them (runs), or its line of the table and its mean curves (figures)."""
+    collect: Flag = False
+    """Have workers send runs back instead of writing them, for clusters without a shared disk."""
+
+    def refuse_batch_options(self, needs: str) -> None:
+        """Refuse options of a batch where there is a single item.
+
+        Raises:
+            ParameterError: If one is given; ``needs`` says what makes a batch.
+        """
+        given = {"--keep": self.keep is not None, "--collect": self.collect}
+        given |= {"--jobs": self.jobs != 1, "--backend": self.backend != "loky"}
+        for name, there in given.items():
+            if there:
+                raise ParameterError(f"{name} is for a batch: {needs}")
+
+
+def batch_folder(options: RunOptions, name: str, open_: "Callable[[Path], Made]") -> "Made":
+    """Return a batch in the folder of ``--out``, or else in ``runs/NAME``.
+
+    Where that holds the same batch, it is taken up; where it holds something else, it is numbered.
+
+    Raises:
+        RunExists: If the folder that is named holds something else.
+    """
+    from itertools import count
+
+    from plantigrade.errors import RunExists
+    from plantigrade.record.run import RUNS
+
+    if options.out is not None or options.overwrite:
+        return open_(options.out or RUNS / name)
+    for n in count(1):
+        try:
+            return open_(RUNS / (name if n == 1 else f"{name}-{n}"))
+        except RunExists:
+            continue
+    raise AssertionError("numbers do not end")
+
+
+def batch_outcome(batch: "Batch", progress: "Progress") -> Outcome:
+    """Compute a batch and return what is printed of it."""
+    from plantigrade.record.batch import FAILED
+    from plantigrade.report.batch import PAGE
+
+    printed = 0
+    for result in batch:
+        if result.problem and not result.left_out:
+            printed += 1
+            if printed <= PRINTED_FAILURES:
+                progress.warn(f"{result.name}: {result.problem}")
+    if printed > PRINTED_FAILURES:
+        progress.warn(f"{printed - PRINTED_FAILURES} more failures are on the page")
+    folder = batch.folder or Path()
+    shown = _shown(folder)
+    lines = [f"{shown}: {batch.sentence}"]
+    lines.append(f"  page             {shown / PAGE}")
+    tables = [name for name in batch.metrics["files"] if name.endswith((".csv", ".parquet"))]
+    lines.append(f"  tables           {', '.join(tables)}")
+    lines += batch.lines
+    if (folder / FAILED).is_file():
+        lines.append(f"  failed           {shown / FAILED}: run the command again to try them")
+    return Outcome("\n".join(lines), batch.metrics)
+
+
+def _shown(folder: Path) -> Path:
+    """Return a folder as it is written from here."""
+    try:
+        return folder.relative_to(Path.cwd())
+    except ValueError:
+        return folder

@@ -1,0 +1,250 @@
+"""Many recordings fitted: one table, one body for the trials of a subject."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from itertools import groupby
+from pathlib import Path
+from typing import Any, Literal
+
+from plantigrade.analyze.norms_of_runs import norm_files
+from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.io import format_of
+from plantigrade.io.companions import candidates
+from plantigrade.record import Run
+from plantigrade.record.inputs import Inputs, inputs, names_of
+from plantigrade.record.jobs import Workers
+from plantigrade.record.provenance import sha256_of
+from plantigrade.report.batch import FITS
+from plantigrade.workflows.batch import Batch, Group, Item, Keep, Plan, content_key
+from plantigrade.workflows.fit import fit
+from plantigrade.workflows.one_subject import Shared, by_subject, share
+from plantigrade.workflows.settings import FitSettings, Settings
+
+Subjects = Literal["auto", "one", "each"]
+"""Whose recordings are: found by name and marker distances, all one subject's, or each its own."""
+FILES_AHEAD = 512
+"""Files that are looked at together to find those of one subject: enough for all workers."""
+
+
+def fit_many(
+    paths: str | Path | Inputs | Iterable[str | Path],
+    settings: FitSettings | None = None,
+    *,
+    subject: Subjects = "auto",
+    out: str | Path | None = None,
+    overwrite: bool = False,
+    keep: Keep | None = None,
+    collect: bool = False,
+    jobs: int = 1,
+    backend: str = "loky",
+    address: str | None = None,
+    say: Callable[[str], None] = lambda _: None,
+    command: str = "",
+    **options: Any,
+) -> Batch:
+    """Fit many recordings; iterate over the batch for results as they arrive.
+
+    Args:
+        paths: Files, folders or patterns (``"data/**/*.c3d"``).
+        settings: What decides the result of each.
+        subject: Whose the recordings are: trials of one subject share lengths, marker places and
+            body mass. ``"auto"`` finds them, ``"one"`` takes all as one subject's, ``"each"`` fits
+            every recording on its own.
+        out: Folder of the batch. What it holds of the same content, settings and version is not
+            done again. Without it the runs come back in memory.
+        overwrite: Replace a batch that is there.
+        keep: What is kept of each in ``out``: ``"pages"`` (the run with report and viewer, the
+            default), ``"runs"``, or ``"figures"`` (its line of the table and its curves).
+        collect: Have workers send their runs back: for clusters without a shared disk.
+        jobs: How many at once; -1 for one per core.
+        backend: ``"loky"``, ``"ray"`` or ``"dask"``.
+        address: Of a running cluster (ray, dask).
+        say: Called with lines of progress.
+        command: The command line, for the provenance.
+        options: Fields of ``settings`` by name; they replace those of ``settings``.
+
+    Raises:
+        ParameterError: If an option does not exist, a value is not allowed, there is no recording,
+            or all are said to be of one subject and cannot be.
+        RunExists: If the folder holds anything else.
+        MissingExtra: If the library of the backend is not installed.
+
+    Example:
+        >>> import plantigrade as pg
+        >>> batch = pg.fit_many("data/", jobs=-1, out="runs/all")  # doctest: +SKIP
+        >>> for result in batch:  # doctest: +SKIP
+        ...     print(result.name, result.status, result.figures.get("walking_speed_m_s"))
+        >>> batch.to_dataframe()["knee_angle_r_rom_deg"].describe()  # doctest: +SKIP
+    """
+    how = FitSettings.given("fit_many", settings, options)
+    given = recordings(paths)
+    workers = Workers(jobs, backend, address)
+    if subject == "each":
+        groups = partial(_groups, given, how, None)
+    elif subject == "auto":
+        groups = partial(_groups, given, how, partial(_by_subject, given.files))
+    else:
+        groups = partial(_one_group, given, how, _of_one_subject(given.files, how))
+    plan = Plan(
+        FITS,
+        work=partial(_fitted, how, command),
+        begin=partial(_begun, how),
+        groups=groups,
+        names=names_of(given.files),
+        spec={"method": "fit", "settings": {**how.plain(), "subject": subject}},
+    )
+    return Batch(plan, out=out, overwrite=overwrite, keep=keep, collect=collect, workers=workers,
+                 say=say, command=command)  # fmt: skip
+
+
+def recordings(
+    words: str | Path | Inputs | Iterable[str | Path], listed: str | Path | None = None
+) -> Inputs:
+    """Return the recordings that files, folders, patterns and a list of them stand for.
+
+    Raises:
+        ParameterError: If there is none, or one is named twice.
+        FileError: If the list cannot be read.
+    """
+    if isinstance(words, Inputs):
+        return words
+    words = [words] if isinstance(words, str | Path) else words
+    return inputs(words, fits=lambda path: format_of(path).name != "npz", listed=listed)
+
+
+def _fitted(settings: FitSettings, command: str, path: Path, start: Any) -> Run:
+    shared, problem = (None, "") if start is None else start
+    run = fit(path, settings, command=command, shared=shared)
+    if not problem:
+        return run
+    notes = (f"fitted on its own: {problem}", *run.record.notes)
+    return replace(run, record=replace(run.record, notes=notes))
+
+
+def _begun(settings: FitSettings, paths: Sequence[Path]) -> tuple[Shared | None, str]:
+    """Return what trials of one subject share, or why they are fitted each on its own."""
+    try:
+        return share(paths, settings), ""
+    except PlantigradeError as error:
+        return None, str(error)
+
+
+def _of_one_subject(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
+    """Return what recordings share that are said to be of one subject.
+
+    Raises:
+        ParameterError: If they cannot be.
+    """
+    shared, problem = _begun(settings, [path.absolute() for path in paths])
+    if problem:
+        raise ParameterError(problem)
+    return shared
+
+
+def _one_group(
+    given: Inputs, settings: FitSettings, shared: Shared | None, _: Workers
+) -> Iterator[Group]:
+    items = _items(given, settings, range(len(given.files)))
+    yield Group(items, start=(shared, ""))
+
+
+def _groups(
+    given: Inputs,
+    settings: FitSettings,
+    grouped: Callable[[Workers], Iterable[tuple[int, ...]]] | None,
+    workers: Workers,
+) -> Iterator[Group]:
+    """Yield the recordings of each subject together."""
+    every = ((i,) for i in range(len(given.files))) if grouped is None else grouped(workers)
+    for indices in every:
+        items = _items(given, settings, indices)
+        yield Group(items, [item.what for item in items] if len(items) > 1 else None)
+
+
+def _items(given: Inputs, settings: FitSettings, indices: Sequence[int]) -> tuple[Item, ...]:
+    """Return recordings of one subject as items."""
+    names = names_of(given.files)
+    files = [given.files[i].absolute() for i in indices]
+    return tuple(
+        Item(
+            name=names[i],
+            number=i,
+            key=_fit_key(settings, path, files),
+            what=path,
+            source=path,
+            named=given.files[i] in given.named,
+        )
+        for i, path in zip(indices, files, strict=True)
+    )
+
+
+def _by_subject(files: Sequence[Path], workers: Workers) -> Iterator[tuple[int, ...]]:
+    """Yield which recordings are of one subject, folder by folder."""
+    order = sorted(range(len(files)), key=lambda i: str(files[i].resolve().parent))
+    held: list[int] = []
+    for _, inside in groupby(order, key=lambda i: files[i].resolve().parent):
+        held += inside
+        if len(held) >= FILES_AHEAD:
+            yield from _grouped(held, files, workers)
+            held = []
+    yield from _grouped(held, files, workers)
+
+
+def _grouped(
+    indices: Sequence[int], files: Sequence[Path], workers: Workers
+) -> Iterator[tuple[int, ...]]:
+    indices = sorted(indices)
+    groups = by_subject([files[i] for i in indices], workers)
+    together = {indices[k]: tuple(sorted(indices[i] for i in group))
+                for group in groups for k in group}  # fmt: skip
+    for i in indices:
+        group = together.get(i, (i,))
+        if group[0] == i:
+            yield group
+
+
+def _fit_key(settings: FitSettings, path: Path, group: Sequence[Path]) -> str:
+    """Return the content hash of a fit.
+
+    It is that of the recording, of all that may be its companions, of the subject's other
+    recordings, of the files that settings name, and of the settings.
+    """
+    return content_key("fit", settings_key(settings), contents(path, settings), contents_of(group))
+
+
+def contents(path: Path, settings: Settings) -> dict[str, str]:
+    """Return name and SHA-256 of a recording and of all that may be its companions."""
+    found = [path, *(candidates(path) if getattr(settings, "companions", False) else ())]
+    return {each.name: _sum(each) for each in found}
+
+
+def contents_of(paths: Iterable[Path]) -> list[str]:
+    """Return the SHA-256 of files, in any order."""
+    return sorted(_sum(path) for path in paths)
+
+
+def settings_key(settings: Settings) -> Mapping[str, Any]:
+    """Return settings with the content of the files that they name in place of their paths."""
+    plain = settings.plain()
+    for name in plain:
+        value = getattr(settings, name)
+        if isinstance(value, Path):
+            files = norm_files(value) if name == "norms" else [value]
+            plain[name] = [_sum(Path(file)) for file in files]
+    return plain
+
+
+def _sum(path: Path) -> str:
+    """Return the SHA-256 of a file; its path where it cannot be read, which its item will say."""
+    try:
+        stat = path.stat()
+        return _cached_sum(path, stat.st_size, stat.st_mtime_ns)
+    except (PlantigradeError, OSError):
+        return str(path)
+
+
+@cache
+def _cached_sum(path: Path, size: int, changed: int) -> str:
+    del size, changed  # they tell whether the sum still holds
+    return sha256_of(path)

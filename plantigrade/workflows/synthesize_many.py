@@ -1,0 +1,154 @@
+"""Many motions synthesised: tasks, task files, recordings to track, options in all combinations."""
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from plantigrade.errors import ParameterError
+from plantigrade.options import as_path
+from plantigrade.record import Run
+from plantigrade.record.inputs import names_of
+from plantigrade.record.jobs import Workers
+from plantigrade.report.batch import MOTIONS
+from plantigrade.workflows.batch import Batch, Group, Item, Keep, Plan, content_key
+from plantigrade.workflows.fit_many import contents_of
+from plantigrade.workflows.motions import synthesize
+from plantigrade.workflows.settings import TRACK
+from plantigrade.workflows.variants import MOST, name_of, plain
+
+RECORDING = "recording"
+"""Option of ``track`` that names what is tracked."""
+
+
+def synthesize_many(
+    tasks: str | Path | Sequence[str | Path],
+    *,
+    vary: Mapping[str, Sequence[Any]] | None = None,
+    out: str | Path | None = None,
+    overwrite: bool = False,
+    keep: Keep | None = None,
+    collect: bool = False,
+    jobs: int = 1,
+    backend: str = "loky",
+    address: str | None = None,
+    say: Callable[[str], None] = lambda _: None,
+    command: str = "",
+    **options: Any,
+) -> Batch:
+    """Synthesise many motions; iterate over the batch for results as they arrive.
+
+    Args:
+        tasks: Tasks or task files, as for :func:`~plantigrade.workflows.motions.synthesize`.
+        vary: Option → its values; every combination is made, of every task. ``recording`` may
+            vary for ``"track"``.
+        out: Folder of the batch. What it holds of the same task, options and version is not made
+            anew. Without it the runs come back in memory.
+        overwrite: Replace a batch that is there.
+        keep: What is kept of each in ``out``: ``"pages"`` (the run with report and viewer, the
+            default), ``"runs"``, or ``"figures"`` (its line of the table and its curves).
+        collect: Have workers send their runs back: for clusters without a shared disk.
+        jobs: How many at once; -1 for one per core.
+        backend: ``"loky"``, ``"ray"`` or ``"dask"``.
+        address: Of a running cluster (ray, dask).
+        say: Called with lines of progress.
+        command: The command line, for the provenance.
+        options: Options that all have in common.
+
+    Raises:
+        ParameterError: If there is no task, or an option has no values or a value twice.
+        RunExists: If the folder holds anything else.
+        MissingExtra: If the library of the backend is not installed.
+
+    Example:
+        >>> import plantigrade as pg
+        >>> batch = pg.synthesize_many(  # doctest: +SKIP
+        ...     "walk", vary={"speed": [0.8, 1.2, 1.6]}, periodic=True, jobs=-1
+        ... )
+        >>> batch.to_dataframe()["cost_of_transport"]  # doctest: +SKIP
+    """
+    given = [tasks] if isinstance(tasks, str | Path) else list(tasks)
+    if not given:
+        raise ParameterError("no task is given to be synthesised")
+    words = [str(as_path(task, "a task")) for task in given]
+    every = _combinations(vary or {})
+    names = _names(words, every)
+    plan = Plan(
+        MOTIONS,
+        work=partial(_made, options, command),
+        groups=partial(_groups, words, every, names, options),
+        names=names,
+        spec={"method": "synthesize", "settings": plain(options)},
+    )
+    return Batch(
+        plan,
+        out=out,
+        overwrite=overwrite,
+        keep=keep,
+        collect=collect,
+        workers=Workers(jobs, backend, address),
+        say=say,
+        command=command,
+    )
+
+
+def _combinations(vary: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
+    """Return every combination of values."""
+    count = 1
+    for name, values in vary.items():
+        if isinstance(values, str) or not len(values):
+            raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
+        if any(value in list(values)[:i] for i, value in enumerate(values)):
+            raise ParameterError(f"{name}: a value is given twice")
+        count *= len(values)
+    if count > MOST:
+        raise ParameterError(f"{count} motions are too many; at most {MOST} in one batch")
+    return [dict(zip(vary, each, strict=True)) for each in itertools.product(*vary.values())]
+
+
+def _names(words: Sequence[str], every: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a name for every motion: its task or file, and what it has of its own."""
+    of_tasks = names_of([Path(word) for word in dict.fromkeys(words)])
+    named = dict(zip(dict.fromkeys(words), of_tasks, strict=True))
+    if len(named) < len(words):
+        raise ParameterError("a task is given twice; give each once")
+    found = []
+    for word in words:
+        for k, each in enumerate(every):
+            shown = {n: Path(v).stem if isinstance(v, Path) else v for n, v in plain(each).items()}
+            own = name_of(k, len(every), shown) if len(every) > 1 else ""
+            found.append("-".join(filter(None, (named[word], own))))
+    return found
+
+
+def _groups(
+    words: Sequence[str],
+    every: Sequence[Mapping[str, Any]],
+    names: Sequence[str],
+    options: Mapping[str, Any],
+    _: Workers,
+) -> Iterator[Group]:
+    common = _key(options)
+    for i, (word, each) in enumerate(itertools.product(words, every)):
+        file = Path(word).absolute() if word.lower().endswith(".toml") else None
+        recording = each.get(RECORDING, options.get(RECORDING)) if word == TRACK else None
+        source = file if recording is None else Path(recording).absolute()
+        content = contents_of([source]) if source is not None else word
+        key = content_key("synthesize", word if file is None else "", content, common, _key(each))
+        task = word if file is None else str(file)
+        shown = {name: value for name, value in plain(each).items() if name != RECORDING}
+        yield Group((Item(names[i], i, key, (task, dict(each)), source, shown),))
+
+
+def _key(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options with the content of the files that they name in place of their paths."""
+    paths = {name: [value] for name, value in options.items() if isinstance(value, Path)}
+    return {**plain(options), **{name: contents_of(files) for name, files in paths.items()}}
+
+
+def _made(
+    options: Mapping[str, Any], command: str, what: tuple[str, Mapping[str, Any]], _: None
+) -> Run:
+    task, own = what
+    return synthesize(task, command=command, **{**options, **own})
