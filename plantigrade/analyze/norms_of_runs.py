@@ -41,11 +41,8 @@ def norm_files(path: str | Path | None) -> list[Path]:
 
 
 def run_folders(folder: Path) -> list[Path]:
-    """Return the run folders in a folder; the folder itself where it is one.
-
-    The folder of a study or a table holds no motion and does not count.
-    """
-    inside = [folder] if (folder / METRICS).exists() else sorted(folder.iterdir())
+    """Return the run folders in a folder, also in that of a batch; itself where it is one."""
+    inside = [folder] if (folder / MOTION).exists() else sorted(folder.iterdir())
     return [place for place in inside if all((place / n).is_file() for n in (METRICS, MOTION))]
 
 

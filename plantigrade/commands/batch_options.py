@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import tyro
 
-from plantigrade.commands.options import JobOptions, RunOptions
+from plantigrade.commands.options import JobOptions, RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, optional
@@ -38,6 +38,16 @@ class BatchOptions(JobOptions):
     them (runs), or its line of the table and its mean curves (figures)."""
     collect: Flag = False
     """Have workers send runs back instead of writing them, for clusters without a shared disk."""
+
+    def batch_words(self, progress: "Progress") -> dict[str, Any]:
+        """Return where a batch is computed and what is kept, as functions for many items take it.
+
+        Args:
+            progress: Says what has ended.
+        """
+        names = ("keep", "collect", "jobs", "backend", "address")
+        how = {name: getattr(self, name) for name in names}
+        return {**how, "say": progress.say, "command": command_line()}
 
     def refuse_batch_options(self, needs: str) -> None:
         """Refuse options of a batch where there is a single item.

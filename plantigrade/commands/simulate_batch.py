@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from plantigrade.commands.batch_options import batch_folder, batch_outcome
-from plantigrade.commands.options import command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.simulate_settings import SimulateSettings
@@ -34,13 +33,7 @@ def several(options: "Command", sources: "Sequence[Path]") -> Outcome:
             seeds=options.seeds,
             out=out,
             overwrite=options.overwrite,
-            keep=options.keep,
-            collect=options.collect,
-            jobs=options.jobs,
-            backend=options.backend,
-            address=options.address,
-            say=progress.say,
-            command=command_line(),
+            **options.batch_words(progress),
         ),
     )
     outcome = batch_outcome(batch, progress)

@@ -77,8 +77,8 @@ class LoadInterval:
             self,
             start=max(self.start, first),
             stop=min(self.stop, last),
-            begins=self.begins and self.start >= first,
-            ends=self.ends and self.stop <= last,
+            begins=self.begins and bool(self.start >= first),
+            ends=self.ends and bool(self.stop <= last),
         )
 
 

@@ -9,7 +9,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, Generic, Self, TypeVar
+from typing import Any, Generic, TypeVar
 
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.record.engines import ENGINES, Engine, WorkerDied
@@ -80,7 +80,7 @@ class Workers:
         self._make = (lambda: ENGINES[backend](jobs, address)) if (jobs, backend) != ALONE else None
         self._engine: Engine | None = None
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Workers":
         """Start with the first items."""
         return self
 

@@ -179,9 +179,9 @@ class Run:
         if metrics.get("format") != FORMAT:
             problem = f"is of format {metrics.get('format', 1)}; this version reads format {FORMAT}"
             raise FileError(folder / METRICS, problem, remedy="run the command again")
-        if not isinstance(metrics.get("kind"), str):
-            remedy = "name the folder of a single run"
-            raise FileError(folder / METRICS, "names no kind of run", remedy=remedy)
+        if not isinstance(metrics.get("kind"), str) or metrics["kind"] == "batch":
+            what = "is of a batch" if metrics.get("kind") == "batch" else "names no kind of run"
+            raise FileError(folder / METRICS, what, remedy="name the folder of a single run")
         missing = ", ".join(name for name in (MODEL, MOTION) if not (folder / name).is_file())
         if missing:
             remedy = "name a folder a plantigrade command wrote"

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from textwrap import shorten
+from typing import Any, Protocol, runtime_checkable
 from urllib.parse import quote
 
 import numpy as np
@@ -24,6 +25,8 @@ MAX_TABLE_ROWS = 1_000
 the table as a file has them all."""
 MAX_LISTED = 100
 """Outliers, and failures, that are listed."""
+MAX_STATUS_LETTERS = 60
+"""Longest status in a line of the table; reasons of failures are listed whole."""
 MIN_DISTRIBUTION = 5
 """Fewest values whose distribution is drawn."""
 OUTLIER_ROBUST_SD = 3.5
@@ -36,6 +39,7 @@ Column = tuple[str, tuple[str, ...], int]
 """Heading, figures (one, or right and left) and decimals of a column of numbers."""
 
 
+@runtime_checkable
 class Ended(Protocol):
     """What came of an item, as far as it is counted."""
 
@@ -361,7 +365,8 @@ def _table(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> Section:
     for row in rows[:MAX_TABLE_ROWS]:
         cells = [_cell(row.figures, keys, digits) for _, keys, digits in columns]
         varied = [str(row.varied.get(name, "")) for name in own]
-        lines.append([_link(row.name, linked), *varied, row.status, *cells])
+        status = shorten(row.status, MAX_STATUS_LETTERS, placeholder=" …")
+        lines.append([_link(row.name, linked), *varied, status, *cells])
     if len(rows) > 1:
         spread = [_spread(rows, keys, digits) for _, keys, digits in columns]
         lines.append(["mean ± SD", *[""] * len(own), "", *spread])

@@ -6,169 +6,28 @@ done again (:mod:`plantigrade.record.batch`).
 """
 
 import contextlib
-import hashlib
-import io
-import json
-import shutil
-import tempfile
-import time
 import warnings
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from plantigrade.analyze.norms import unit_of
-from plantigrade.analyze.run_comparison import gait_of
-from plantigrade.charts.labels import without_side
 from plantigrade.errors import NothingToFit, ParameterError
 from plantigrade.extras import require
 from plantigrade.options import as_path
-from plantigrade.record import Run
-from plantigrade.record.batch import BatchFolder, Curve, Row
-from plantigrade.record.folder import METRICS, metrics_json, read_metrics
+from plantigrade.record.batch import BatchFolder, Row
+from plantigrade.record.folder import METRICS
 from plantigrade.record.jobs import Done, Workers
 from plantigrade.record.provenance import sha256_of
 from plantigrade.report.batch import PAGE, BatchKind, page_html_of
-from plantigrade.workflows.save import save
-
-Keep = Literal["pages", "runs", "figures"]
-"""What is kept of each item in the folder of a batch: its run with report and viewer, its run, or
-its line of the table alone."""
+from plantigrade.workflows.batch_items import Group, Item, Result
+from plantigrade.workflows.batch_pace import Pace
+from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpack
 
 ITEMS_AHEAD = 32
 """Items for each worker in one round: workers wait at its end, about half an item each, for what
 the next one starts from (the body of a subject, a fit); 32 keep this below 2 %."""
-MAX_RETURNED_BYTES = 64 * 2**20
-"""Largest result that a worker sends back; Ray and Dask copy it in memory several times."""
-MAX_LINES = 200
-"""Items up to which each is a line of progress."""
-SECONDS_BETWEEN = 5.0
-"""Time between two lines of progress of a larger batch [s]."""
-MIN_PACE_SECONDS = 10.0
-"""Time after which the rest can be estimated [s]."""
-
-
-@dataclass(frozen=True)
-class Item:
-    """One item of a batch.
-
-    Attributes:
-        name: Its name, and that of its folder in that of the batch.
-        number: Its place in the table.
-        key: Content hash of all that decides its result.
-        what: What the work is done for.
-        source: The file it comes from.
-        varied: What it has of its own, by option.
-        named: Whether it was asked for; an item that was only found is left out if it holds
-            nothing to work on.
-    """
-
-    name: str
-    number: int
-    key: str
-    what: Any
-    source: Path | None = None
-    varied: Mapping[str, Any] = field(default_factory=dict)
-    named: bool = True
-
-
-@dataclass(frozen=True)
-class Group:
-    """Items that start from the same: trials of one subject, simulations of one recording.
-
-    Attributes:
-        items: The items.
-        begin: What they start from is made from this; None where nothing is to be made.
-        start: What they start from, where it was made before.
-    """
-
-    items: tuple[Item, ...]
-    begin: Any = None
-    start: Any = None
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """What came of one item.
-
-    Attributes:
-        name: Its name, and that of its folder.
-        source: The file it comes from; None where there is none.
-        varied: What it has of its own, by option.
-        figures: Every figure, flat.
-        status: ``"ok"``, what is wrong with the result, or why there is none.
-        problem: Why there is no result; empty where there is one.
-        folder: Its run folder; None where none is kept.
-        run: The run; None where it lies in a folder, or there is none.
-        left_out: Whether it was found in a folder and holds nothing to work on.
-    """
-
-    name: str
-    source: Path | None
-    varied: Mapping[str, Any]
-    figures: Mapping[str, Any]
-    status: str
-    problem: str = ""
-    folder: Path | None = None
-    run: Run | None = field(default=None, repr=False)
-    left_out: bool = False
-
-    @property
-    def ok(self) -> bool:
-        """Whether everything that was asked for was reached."""
-        return self.status == "ok"
-
-    @property
-    def metrics(self) -> Mapping[str, Any]:
-        """Everything that ``metrics.json`` of its run holds; its figures where no run is kept."""
-        if self.run is not None:
-            return self.run.metrics
-        return self.figures if self.folder is None else read_metrics(self.folder)
-
-    def load(self) -> Run:
-        """Return the run, from its folder if it lies in one.
-
-        Raises:
-            ParameterError: If no run was kept.
-            FileError: If the folder cannot be read.
-        """
-        if self.run is not None:
-            return self.run
-        if self.folder is None:
-            raise ParameterError(f"no run of {self.name} was kept: {self.problem or 'keep runs'}")
-        return Run.load(self.folder)
-
-    def row(self) -> dict[str, Any]:
-        """Return its line of a table."""
-        first = {"name": self.name, "file": None if self.source is None else str(self.source)}
-        return {**first, "status": self.status, **self.varied, **self.figures}
-
-
-class Kept(NamedTuple):
-    """How results are kept; it travels to where they are computed."""
-
-    folder: Path | None
-    what: Keep
-    collect: bool
-
-
-class Made(NamedTuple):
-    """What a worker returns of one item."""
-
-    figures: dict[str, Any]
-    status: str
-    curves: dict[str, Curve]
-    run: Run | None = None
-    archive: bytes = b""
-
-
-Work = Callable[[Any, Any], Run]
-"""Makes the run of an item: from what it is, and from what its group starts with."""
 Begin = Callable[[Any], Any]
 """Makes what a group starts with."""
 
@@ -323,13 +182,13 @@ class Batch(Iterable[Result]):
         return pandas.DataFrame([one.row() for one in self.members]).set_index("name")
 
     def _computed(self) -> Iterator[Result]:
-        pace = _Pace(len(self._plan.names), self._say)
+        pace = Pace(len(self._plan.names), self._say)
         with self._workers as workers:
             for groups in _rounds(self._left(pace), ITEMS_AHEAD * workers.count):
                 yield from self._round(groups, workers, pace)
         self._end(pace)
 
-    def _left(self, pace: "_Pace") -> Iterator[Group]:
+    def _left(self, pace: "Pace") -> Iterator[Group]:
         """Yield what is left to do of each group; what is there is counted."""
         before = {} if self._store is None else self._store.before
         of_file = {file: name for name, (file, _) in before.items() if file}
@@ -354,13 +213,13 @@ class Batch(Iterable[Result]):
         wanted = METRICS if self._kept.what == "runs" else "report.html"
         return (self.folder / name / METRICS).is_file() and (self.folder / name / wanted).is_file()
 
-    def _round(self, groups: Sequence[Group], workers: Workers, pace: "_Pace") -> Iterator[Result]:
+    def _round(self, groups: Sequence[Group], workers: Workers, pace: "Pace") -> Iterator[Result]:
         begun: dict[int, Done] = {}
         if self._plan.begin is not None:
             first = [(k, group.begin) for k, group in enumerate(groups) if group.begin is not None]
             for done in workers.run(partial(_second, self._plan.begin), first):
                 begun[done.item[0]] = done
-        work = partial(_made, self._plan.work, self._kept)
+        work = partial(made, self._plan.work, self._kept)
         tasks = []
         for k, group in enumerate(groups):
             start = begun.get(k)
@@ -372,7 +231,7 @@ class Batch(Iterable[Result]):
         for done in workers.run(work, tasks, ordered=False):
             yield self._arrived(done, pace)
 
-    def _arrived(self, done: Done, pace: "_Pace") -> Result:
+    def _arrived(self, done: Done, pace: "Pace") -> Result:
         """Keep what came of one item and return it."""
         item: Item = done.item[0]
         made: Made | None = done.result
@@ -399,7 +258,7 @@ class Batch(Iterable[Result]):
             curves, run = made.curves, made.run
             row = replace(row, status=made.status, failed=False, figures=made.figures)
             if made.archive and self.folder is not None:
-                _unpack(made.archive, self.folder / item.name)
+                unpack(made.archive, self.folder / item.name)
         result = replace(self._from_row(row), run=run)
         if self._store is None:
             self._held[item.name] = result
@@ -417,7 +276,7 @@ class Batch(Iterable[Result]):
         return Result(row.name, source, row.varied, row.figures, row.status, problem, folder,
                       left_out=row.left_out)  # fmt: skip
 
-    def _end(self, pace: "_Pace") -> None:
+    def _end(self, pace: "Pace") -> None:
         pace.close()
         kind = self._plan.kind
         rows = self._held.values() if self._store is None else map(
@@ -433,50 +292,6 @@ class Batch(Iterable[Result]):
             found = {**counts, **more.figures}
             self._metrics = self._store.finish(found, pages, self._plan.folders)
         self._ended = True
-
-
-class _Pace:
-    """Says what has ended, how fast, and how long the rest will take."""
-
-    def __init__(self, count: int, say: Callable[[str], None]):
-        self.count, self.say = count, say
-        self.done = self.found = self._told = 0
-        self._began = self._said = time.perf_counter()
-
-    def ended(self, result: Result, kind: BatchKind) -> None:
-        """Count an item that has ended, and say so unless too much is said."""
-        self.close()
-        self.done += 1
-        now, of = time.perf_counter(), self.done + self.found
-        if self.count > MAX_LINES and not result.problem and of < self.count:
-            if now - self._said < SECONDS_BETWEEN:
-                return
-        self._said = now
-        line = f"{of} of {self.count}: {result.name}: {kind.words(result)}"
-        left, passed = self.count - of, now - self._began
-        if left and passed > MIN_PACE_SECONDS:
-            rate = self.done / passed
-            line += f" ({rate:.2g}/s, {_duration(left / rate)} left)"
-        self.say(line)
-
-    def close(self) -> None:
-        """Say how many items were done before, if that was not said yet."""
-        if self.found > self._told:
-            self.say(f"{self.found} of {self.count} were there")
-            self._told = self.found
-
-
-def _duration(seconds: float) -> str:
-    """Return a time in the units in which people wait.
-
-    Example:
-        >>> _duration(42.3), _duration(400), _duration(90_000)
-        ('42 s', '7 min', '25 h')
-    """
-    for most, unit, size in ((100, "s", 1), (6000, "min", 60)):
-        if seconds < most:
-            return f"{max(round(seconds / size), 1)} {unit}"
-    return f"{seconds / 3600:.0f} h"
 
 
 def _rounds(groups: Iterable[Group], count: int) -> Iterator[list[Group]]:
@@ -505,93 +320,3 @@ def _free_name(item: Item, before: Mapping[str, tuple[str, str]]) -> str:
 
 def _second(begin: Begin, numbered: tuple[int, Any]) -> Any:
     return begin(numbered[1])
-
-
-def _made(work: Work, kept: Kept, task: tuple[Item, Any]) -> Made:
-    """Make the run of an item and keep of it what is to be kept."""
-    item, start = task
-    run = replace(work(item.what, start), name=item.name)
-    found = Made(figures_of(run.metrics), run.status, curves_of(run))
-    if kept.folder is None:
-        return found._replace(run=run)
-    if kept.what == "figures":
-        return found
-    write = save if kept.what == "pages" else Run.save
-    if not kept.collect:
-        write(run, kept.folder / item.name, overwrite=True)
-        return found
-    with tempfile.TemporaryDirectory() as place:
-        return found._replace(archive=_packed(write(run, Path(place) / item.name)))
-
-
-def _packed(run: Run) -> bytes:
-    """Return a run folder as one archive.
-
-    Raises:
-        ParameterError: If it is too large to be sent.
-    """
-    assert run.folder is not None
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(run.folder.iterdir()):
-            archive.write(path, path.name)
-    size = stream.tell()
-    if size > MAX_RETURNED_BYTES:
-        raise ParameterError(
-            f"the run has {size / 2**20:.0f} MB, and at most {MAX_RETURNED_BYTES / 2**20:.0f} MB "
-            "can be sent back: use --keep figures, or a folder that all workers share"
-        )
-    return stream.getvalue()
-
-
-def _unpack(archive: bytes, folder: Path) -> None:
-    """Write a run folder that was sent back, whole or not at all."""
-    part = Path(tempfile.mkdtemp(prefix=f".{folder.name[:20]}-", suffix=".part", dir=folder.parent))
-    try:
-        with zipfile.ZipFile(io.BytesIO(archive)) as stream:
-            stream.extractall(part)
-        shutil.rmtree(folder, ignore_errors=True)
-        part.chmod(0o755)
-        part.rename(folder)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-
-
-_NOT_FIGURES = ("status", "format", "version", "kind", "title", "command", "files")
-
-
-def figures_of(metrics: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the figures of a run, flat: numbers, words and booleans; how many warnings it has.
-
-    Example:
-        >>> figures_of({"status": "ok", "mass_kg": 70.0, "warnings": ["one"], "gaits": {}})
-        {'mass_kg': 70.0, 'warnings_count': 1}
-    """
-    found: dict[str, Any] = {}
-    for name, value in json.loads(metrics_json(metrics)).items():
-        if name in _NOT_FIGURES:
-            continue
-        if name == "warnings":
-            found["warnings_count"] = len(value)
-        elif isinstance(value, str | int | float | bool):
-            found[name] = value
-    return found
-
-
-def curves_of(run: Run) -> dict[str, Curve]:
-    """Return the mean curves over the gait cycles of a run; none where it has no whole cycle."""
-    try:
-        gait = gait_of(run, run.name or run.kind)
-    except ParameterError:
-        return {}
-    found = {}
-    for name, rows in gait.curves.items():
-        sd = rows.std(axis=0, ddof=1) if len(rows) > 1 else np.full(rows.shape[1], np.nan)
-        unit = unit_of(without_side(name))
-        found[name] = Curve(unit, len(rows), np.nanmean(rows, axis=0), sd)
-    return found
-
-
-def content_key(*parts: Any) -> str:
-    """Return a hash of settings, words and sums of files that together decide a result."""
-    return hashlib.sha256(metrics_json({"parts": parts}).encode()).hexdigest()

@@ -1,5 +1,6 @@
 """Many recordings fitted: one table, one body for the trials of a subject."""
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
@@ -10,13 +11,16 @@ from typing import Any, Literal
 from plantigrade.analyze.norms_of_runs import norm_files
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.io import format_of
+from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import candidates
 from plantigrade.record import Run
 from plantigrade.record.inputs import Inputs, inputs, names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.record.provenance import sha256_of
 from plantigrade.report.batch import FITS
-from plantigrade.workflows.batch import Batch, Group, Item, Keep, Plan, content_key
+from plantigrade.workflows.batch import Batch, Plan
+from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.fit import fit
 from plantigrade.workflows.one_subject import Shared, by_subject, share
 from plantigrade.workflows.settings import FitSettings, Settings
@@ -216,6 +220,9 @@ def _fit_key(settings: FitSettings, path: Path, group: Sequence[Path]) -> str:
 def contents(path: Path, settings: Settings) -> dict[str, str]:
     """Return name and SHA-256 of a recording and of all that may be its companions."""
     found = [path, *(candidates(path) if getattr(settings, "companions", False) else ())]
+    if path.suffix.lower() == ".amc" and getattr(settings, "skeleton", None) is None:
+        with contextlib.suppress(PlantigradeError):  # what is missing, its item says
+            found.append(find_asf(path))
     return {each.name: _sum(each) for each in found}
 
 

@@ -12,7 +12,9 @@ from plantigrade.record.batch import BatchFolder
 from plantigrade.record.inputs import Inputs, names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.report.batch import REPRODUCED
-from plantigrade.workflows.batch import Batch, Concluded, Group, Item, Keep, Plan, content_key
+from plantigrade.workflows.batch import Batch, Concluded, Plan
+from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.fit_many import contents, recordings, settings_key
 from plantigrade.workflows.reproduce import reproduce
 from plantigrade.workflows.settings import ReproduceSettings

@@ -14,7 +14,9 @@ from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.record.run import MODEL, MOTION
 from plantigrade.report.batch import SIMULATIONS
-from plantigrade.workflows.batch import Batch, Group, Item, Keep, Plan, content_key
+from plantigrade.workflows.batch import Batch, Plan
+from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.beginning import around
 from plantigrade.workflows.fit import fit
 from plantigrade.workflows.fit_many import contents, contents_of, settings_key

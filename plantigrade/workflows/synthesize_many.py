@@ -12,7 +12,9 @@ from plantigrade.record import Run
 from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.report.batch import MOTIONS
-from plantigrade.workflows.batch import Batch, Group, Item, Keep, Plan, content_key
+from plantigrade.workflows.batch import Batch, Plan
+from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.fit_many import contents_of
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.settings import TRACK

@@ -78,7 +78,8 @@ class Table:
     def text(self, seconds: float) -> str:
         """Return the table, and each finding."""
         header = ("", "mutants", READ, REFUSED, *FINDINGS, "mutants/s")
-        counts = {**self.counts, "together": sum(self.counts.values(), Counter())}
+        counts = {name: self.counts[name] for name in TARGETS if name in self.counts}
+        counts["together"] = sum(self.counts.values(), Counter())
         spent = {**self.seconds, "together": self.seconds.total()}
         lines = [
             [

@@ -4,12 +4,14 @@ import csv
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as parquet
 import pytest
 
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.record import tables
 from plantigrade.record.batch import BatchFolder, Curve, Row
 from plantigrade.report.batch import FITS, PAGE, page_html_of
-from plantigrade.workflows.batch import Result
+from plantigrade.workflows.batch_items import Result
 
 GOOD = {"marker_rms_mean_mm": 4.8, "height_m": 1.58, "walking_speed_m_s": 1.17, "gps_deg": 7.3,
         "strides_r_count": 3, "strides_l_count": 3}  # fmt: skip
@@ -81,8 +83,16 @@ def test_outliers_and_distributions_of_many(tmp_path):
     assert "Distributions" in page and "walking speed" in page
 
 
+def test_without_pyarrow_there_are_csv_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "has_parquet", lambda: False)
+    batch_page(tmp_path / "few", [Row("a", status="ok", figures=GOOD)])
+    assert not list((tmp_path / "few").glob("*.parquet"))
+    with (tmp_path / "few" / "curves.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 2 * len(PERCENT) and rows[0]["variable"] == "knee_angle_r"
+
+
 def test_parquet_holds_what_csv_holds(few):
-    parquet = pytest.importorskip("pyarrow.parquet")
     table = parquet.read_table(few[1] / "batch.parquet")
     assert table["gps_deg"].to_pylist() == [7.3, 9.5, None]
     assert str(table.schema.field("strides_r_count").type) == "int64"

@@ -27,7 +27,7 @@ from plantigrade.report.section import Subject, draw_all
 from plantigrade.report.sections import SECTIONS
 from plantigrade.report.strip import strip_svg
 from plantigrade.report.study import TABLE, Gait, study_html
-from plantigrade.workflows.batch import figures_of
+from plantigrade.workflows.batch_work import figures_of
 from tests.report.runs import estimated, fitted, from_tasks, solved
 from tests.report.test_batch_page import batch_page
 from tests.report.test_study import comparison

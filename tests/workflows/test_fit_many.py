@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 import plantigrade as pg
+from plantigrade.analyze.norms_of_runs import run_folders
 from plantigrade.commands import main as cli
-from plantigrade.errors import ParameterError, RunExists
+from plantigrade.errors import FileError, ParameterError, RunExists
 from tests.browser import wait_for
 from tests.workflows.test_batch import PUSHES, SMALL
 from tests.workflows.test_one_subject import trial
@@ -27,7 +28,7 @@ def walks(tmp_path_factory):
     folder = tmp_path_factory.mktemp("walks")
     for path, seed in (("p1/walk1.trc", 1), ("p1/walk2.trc", 2), ("p2/walk1.trc", 3)):
         (folder / path).parent.mkdir(exist_ok=True)
-        trial(folder / path, seed=seed, n=80)
+        trial(folder / path, seed=seed, n=50)
     return folder
 
 
@@ -81,7 +82,7 @@ def test_what_has_the_same_content_is_not_done_again(done):
 
 def test_another_trial_of_a_subject_changes_its_fits_and_no_other(done):
     data, out = done
-    trial(data / "p1" / "walk3.trc", seed=4, n=80)
+    trial(data / "p1" / "walk3.trc", seed=4, n=50)
     said = said_of(data, out)
     assert len(said) == 4 and said[0] == "1 of 4 were there"
     assert [row["name"] for row in table(out)] == ["p1-walk1-trc", "walk2", "walk3", "p2-walk1-trc"]
@@ -94,7 +95,7 @@ def test_a_failure_is_tried_again_and_others_are_kept(done):
     batch = pg.fit_many([data, broken], out=out, keep="figures", **HOW)
     assert batch.status == "1 of 4 recordings failed"
     assert (out / "failed.txt").read_text("utf-8") == f"{broken}\n"
-    trial(broken, seed=5, n=80)
+    trial(broken, seed=5, n=50)
     assert said_of([data, broken], out)[0] == "3 of 4 were there"
     assert not (out / "failed.txt").exists()
 
@@ -110,12 +111,15 @@ def test_other_settings_are_another_batch(done):
 def test_results_come_as_they_arrive_and_load(walks, tmp_path):
     batch = pg.fit_many(walks / "p1", out=tmp_path / "b", keep="runs", collect=True, **HOW)
     first = next(iter(batch))
-    assert first.load().record.motion.n_frames == 80
+    assert first.load().record.motion.n_frames == 50
     assert first.metrics["status"] == first.status == "ok"
     assert {p.name for p in (tmp_path / "b" / first.name).iterdir()} == {
         "model.xml", "motion.npz", "motion.mot", "metrics.json"
     }  # fmt: skip
     assert [one.name for one in batch.members] == ["walk1", "walk2"]
+    assert [path.name for path in run_folders(tmp_path / "b")] == ["walk1", "walk2"]
+    with pytest.raises(FileError, match="is of a batch — name the folder of a single run"):
+        pg.load_run(tmp_path / "b")
 
 
 def test_a_batch_that_nobody_computes_says_so(walks):
@@ -180,8 +184,9 @@ class Deadly:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ["loky", "ray", "dask"])
-@pytest.mark.parametrize("collect", [False, True])
+@pytest.mark.parametrize(
+    ("backend", "collect"), [("loky", False), ("loky", True), ("ray", True), ("dask", False)]
+)
 def test_everywhere_the_table_is_the_same_also_where_a_worker_is_killed(tmp_path, backend, collect):
     if backend != "loky":
         pytest.importorskip("distributed" if backend == "dask" else backend)
