@@ -171,11 +171,15 @@ class BatchFolder:
         self.items.open()
         if not len(self.items):
             self.items.append({NAME: HEADER, **self.spec})
-        rows = [self._row(line) for line in self.items if line[NAME] != HEADER]
-        self.before = {row.name: (row.file, "" if row.failed else row.key) for row in rows}
+        self.before: dict[str, tuple[str, str]] = {}
         """Name of each item that had ended when the folder was opened → its file, and its key if
         it has a result."""
-        self._numbers = {row.name: row.number for row in rows}
+        self._numbers: dict[str, int] = {}
+        for line in self.items:
+            if line[NAME] != HEADER:
+                row = self._row(line)
+                self.before[row.name] = row.file, "" if row.failed else row.key
+                self._numbers[row.name] = row.number
 
     def rows(self) -> Iterator[Row]:
         """Yield what came of each item so far, in the order of the items."""

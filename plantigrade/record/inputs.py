@@ -63,12 +63,14 @@ def inputs(
         raise ParameterError(f"no {what} given: name files, folders, patterns, or a --list of them")
     files: dict[Path, Path] = {}
     named: set[Path] = set()
+    once: set[Path] = set()
     several = len(words) > 1 or listed is not None
     for word in words:
         found = _expanded(word, fits)
         if found is None:
-            if word.absolute() in files and word.absolute() in {n.absolute() for n in named}:
+            if word.absolute() in once:
                 raise ParameterError(f"{word} is given twice; give each {what} once")
+            once.add(word.absolute())
             named.add(word)
             files[word.absolute()] = word
             continue

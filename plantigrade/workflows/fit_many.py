@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -84,18 +84,19 @@ def fit_many(
     how = FitSettings.given("fit_many", settings, options)
     given = recordings(paths)
     workers = Workers(jobs, backend, address)
+    every = _Recordings(given, names_of(given.files), how, settings_key(how))
     if subject == "each":
-        groups = partial(_groups, given, how, None)
+        groups = partial(_groups, every, None)
     elif subject == "auto":
-        groups = partial(_groups, given, how, partial(_by_subject, given.files))
+        groups = partial(_groups, every, partial(_by_subject, given.files))
     else:
-        groups = partial(_one_group, given, how, _of_one_subject(given.files, how))
+        groups = partial(_one_group, every, _of_one_subject(given.files, how))
     plan = Plan(
         FITS,
         work=partial(_fitted, how, command),
         begin=partial(_begun, how),
         groups=groups,
-        names=names_of(given.files),
+        names=every.names,
         spec={"method": "fit", "settings": {**how.plain(), "subject": subject}},
     )
     return Batch(plan, out=out, overwrite=overwrite, keep=keep, collect=collect, workers=workers,
@@ -146,41 +147,50 @@ def _of_one_subject(paths: Sequence[Path], settings: FitSettings) -> Shared | No
     return shared
 
 
-def _one_group(
-    given: Inputs, settings: FitSettings, shared: Shared | None, _: Workers
-) -> Iterator[Group]:
-    items = _items(given, settings, range(len(given.files)))
-    yield Group(items, start=(shared, ""))
+@dataclass(frozen=True)
+class _Recordings:
+    """The recordings of a batch; what they have in common is worked out once."""
+
+    given: Inputs
+    names: Sequence[str]
+    settings: FitSettings
+    decided: Mapping[str, Any]  #: Settings, with the content of files in place of their paths
+
+    def items(self, indices: Sequence[int]) -> tuple[Item, ...]:
+        """Return recordings of one subject as items.
+
+        Their keys are content hashes of the recording, of all that may be its companions, of the
+        subject's other recordings, and of the settings.
+        """
+        paths = [self.given.files[i].absolute() for i in indices]
+        others = contents_of(paths)
+        return tuple(
+            Item(
+                name=self.names[i],
+                number=i,
+                key=content_key("fit", self.decided, contents(path, self.settings), others),
+                what=path,
+                source=path,
+                named=self.given.files[i] in self.given.named,
+            )
+            for i, path in zip(indices, paths, strict=True)
+        )
+
+
+def _one_group(every: _Recordings, shared: Shared | None, _: Workers) -> Iterator[Group]:
+    yield Group(every.items(range(len(every.names))), start=(shared, ""))
 
 
 def _groups(
-    given: Inputs,
-    settings: FitSettings,
+    every: _Recordings,
     grouped: Callable[[Workers], Iterable[tuple[int, ...]]] | None,
     workers: Workers,
 ) -> Iterator[Group]:
     """Yield the recordings of each subject together."""
-    every = ((i,) for i in range(len(given.files))) if grouped is None else grouped(workers)
-    for indices in every:
-        items = _items(given, settings, indices)
+    alone = ((i,) for i in range(len(every.names)))
+    for indices in alone if grouped is None else grouped(workers):
+        items = every.items(indices)
         yield Group(items, [item.what for item in items] if len(items) > 1 else None)
-
-
-def _items(given: Inputs, settings: FitSettings, indices: Sequence[int]) -> tuple[Item, ...]:
-    """Return recordings of one subject as items."""
-    names = names_of(given.files)
-    files = [given.files[i].absolute() for i in indices]
-    return tuple(
-        Item(
-            name=names[i],
-            number=i,
-            key=_fit_key(settings, path, files),
-            what=path,
-            source=path,
-            named=given.files[i] in given.named,
-        )
-        for i, path in zip(indices, files, strict=True)
-    )
 
 
 def _by_subject(files: Sequence[Path], workers: Workers) -> Iterator[tuple[int, ...]]:
@@ -206,15 +216,6 @@ def _grouped(
         group = together.get(i, (i,))
         if group[0] == i:
             yield group
-
-
-def _fit_key(settings: FitSettings, path: Path, group: Sequence[Path]) -> str:
-    """Return the content hash of a fit.
-
-    It is that of the recording, of all that may be its companions, of the subject's other
-    recordings, of the files that settings name, and of the settings.
-    """
-    return content_key("fit", settings_key(settings), contents(path, settings), contents_of(group))
 
 
 def contents(path: Path, settings: Settings) -> dict[str, str]:
