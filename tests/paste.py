@@ -11,8 +11,10 @@ from pathlib import Path
 
 from plantigrade.commands import main as cli
 
-INPUTS = ("files", "run_folder", "source", "recording", "warm", "static", "skeleton", "forces",
-          "marker_set", "folder", "file")  # fmt: skip
+INPUTS = (
+    *("files", "run_folder", "source", "sources", "recording", "warm", "static", "skeleton"),
+    *("forces", "marker_set", "folder", "file"),
+)
 """Options and words of commands that name what must be there."""
 
 
@@ -35,7 +37,7 @@ def paste(page: Path, run: set[str]) -> list[str]:
 
     Commands of plantigrade in ``run`` run, the other ones are parsed: their options must be
     valid, and the files they name must be there; what they would make is put there as an empty
-    run. What is in other languages than bash is left out.
+    run. What is downloaded is only parsed, and what is in other languages than bash is left out.
     """
     ran = []
     for given in commands(page):
@@ -46,6 +48,8 @@ def paste(page: Path, run: set[str]) -> list[str]:
             assert cli.main(words[1:]) == 0
         elif words[0] == "plantigrade":
             parsed = cli.parse(words[1], words[2:])
+            if words[1:3] == ["data", "get"]:  # no test leaves this machine
+                continue
             if words[1] in run:
                 assert cli.main([*words[1:], "--quiet"]) == 0, words
                 ran.append(words[1])
