@@ -50,7 +50,7 @@ class Spent:
 
 
 def rows(data: Path, items: int) -> Iterator[Row]:
-    """Yield what ``plantigrade fit`` takes for so many recordings, on one core and on two."""
+    """Yield time and memory of ``plantigrade fit`` on many recordings, with one core and two."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         few = max(items // 5, len(RECORDINGS))

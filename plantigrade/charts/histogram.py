@@ -18,7 +18,7 @@ from plantigrade.charts.svg import (
 from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
 
 MAX_BINS = 40
-"""Most bars of a histogram: narrower ones could not be told from each other at its usual width."""
+"""Maximum number of bars; narrower ones are indistinguishable at the usual width."""
 
 
 def histogram_plot(

@@ -1,4 +1,4 @@
-"""Options of commands that work on many items, and what they print of them."""
+"""Options of commands that process many items, and the summary they print."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,8 +39,40 @@ class BatchOptions(JobOptions):
     collect: Flag = False
     """Have workers send runs back instead of writing them, for clusters without a shared disk."""
 
+    def one_or_many(
+        self,
+        files: tuple[Path, ...],
+        name: str,
+        one: "Callable[[Path, Progress], Outcome]",
+        many: "Callable[..., Batch]",
+    ) -> Outcome:
+        """Process one recording, or many as a batch.
+
+        Args:
+            files: Recordings, folders and patterns.
+            name: First part of the name of the batch's folder in ``runs``.
+            one: Processes a single recording.
+            many: Makes the batch of several.
+
+        Raises:
+            ParameterError: If there is no recording, or an option is for a batch alone.
+        """
+        from plantigrade.commands.progress import Progress
+        from plantigrade.workflows.fit_many import recordings
+
+        assert isinstance(self, RunOptions)
+        if not files and self.listed is None:
+            raise ParameterError("no recording given: name files or folders, or a --list of them")
+        given, progress = recordings(files, self.listed), Progress(quiet=self.quiet)
+        if not given.several:
+            self.refuse_batch_options("name several recordings, a folder, or a --list")
+            return one(given.files[0], progress)
+        how = {"overwrite": self.overwrite, **self.batch_words(progress)}
+        batch = batch_folder(self, f"{name}-{given.title}", lambda out: many(given, out=out, **how))
+        return batch_outcome(batch, progress)
+
     def batch_words(self, progress: "Progress") -> dict[str, Any]:
-        """Return where a batch is computed and what is kept, as functions for many items take it.
+        """Return the options of a batch as keywords of the functions for many items.
 
         Args:
             progress: Says what has ended.

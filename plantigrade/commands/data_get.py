@@ -43,7 +43,7 @@ class Get(PrintOptions):
     """Replace files of other contents under the same names."""
 
     def run(self) -> Outcome:
-        """Do it.
+        """List or download data sets.
 
         Raises:
             ParameterError: If there is no such data set, or the mirror is not HTTPS.
@@ -55,57 +55,57 @@ class Get(PrintOptions):
 
         if self.all and self.names:
             raise ParameterError("--all takes no names: give either")
-        wanted = [data_set(name) for name in dict.fromkeys(self.names)]
+        chosen = [data_set(name) for name in dict.fromkeys(self.names)]
         if self.all:
-            wanted = list(data_sets().values())
+            chosen = list(data_sets().values())
         mirror = mirror_of(self.mirror)
         if self.addresses:
-            return _addresses(wanted or list(data_sets().values()), self.to, mirror)
-        if not wanted:
+            return _addresses(chosen or list(data_sets().values()), self.to, mirror)
+        if not chosen:
             return _listing(list(data_sets().values()))
-        got = [self._got(each, mirror) for each in wanted]
+        downloads = [self._download(each, mirror) for each in chosen]
         lines = [
             f"{each['folder']}: {each['name']}, {each['n_files']} files, {each['megabytes']:.1f} MB"
             f" ({each['n_downloaded']} downloaded)"
-            for each in got
+            for each in downloads
         ]
-        listed = self.to / wanted[0].folder if len(wanted) == 1 else self.to
+        listed = self.to / chosen[0].folder if len(chosen) == 1 else self.to
         lines.append(f"  list them      plantigrade data {listed}")
-        metrics = {"status": "ok", "command": "data get", "folder": str(self.to), "sets": got}
+        metrics = {"status": "ok", "command": "data get", "folder": str(self.to), "sets": downloads}
         return Outcome("\n".join(lines), metrics)
 
-    def _got(self, wanted: "DataSet", mirror: str) -> dict[str, Any]:
+    def _download(self, chosen: "DataSet", mirror: str) -> dict[str, Any]:
         """Download one set and return what became of it."""
         from plantigrade.datasets.get import fetch
 
         progress = Progress(quiet=self.quiet)
-        for line in _about(wanted):
+        for line in _about(chosen):
             progress.say(line)
         how = {"overwrite": self.overwrite, "mirror": mirror, "shown": progress.transfer}
         try:
             files = [
                 {"file": file.to, "bytes": file.n_bytes, "sha256": file.sha256, "downloaded": new}
-                for file, new in fetch(wanted, self.to, **how)
+                for file, new in fetch(chosen, self.to, **how)
             ]
         except KeyboardInterrupt:  # SIGTERM too
             progress.say("what has arrived is kept; the same command continues")
             raise
-        return _described(wanted) | {
-            "folder": str(self.to / wanted.folder),
+        return _described(chosen) | {
+            "folder": str(self.to / chosen.folder),
             "n_downloaded": sum(each["downloaded"] for each in files),
             "files": files,
         }
 
 
-def _about(wanted: "DataSet") -> list[str]:
+def _about(chosen: "DataSet") -> list[str]:
     """Return what to read before a download: contents, licence, source and citation."""
     lines = [
-        f"{wanted.name}: {wanted.about}; {len(wanted.files)} files, {wanted.n_bytes / _MB:.1f} MB",
-        f"  licence  {wanted.licence}",
+        f"{chosen.name}: {chosen.about}; {len(chosen.files)} files, {chosen.n_bytes / _MB:.1f} MB",
+        f"  licence  {chosen.licence}",
     ]
-    lines += [f"           {url}" for url in wanted.licence_urls]
-    lines += [f"  source   {page}" for page in wanted.pages]
-    return [*lines, f"  cite     {wanted.cite}"]
+    lines += [f"           {url}" for url in chosen.licence_urls]
+    lines += [f"  source   {page}" for page in chosen.pages]
+    return [*lines, f"  cite     {chosen.cite}"]
 
 
 def _described(each: "DataSet") -> dict[str, Any]:

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
+from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import ParameterError
 from plantigrade.workflows.settings import FitSettings
 
 if TYPE_CHECKING:
@@ -38,31 +37,12 @@ class Command(FitSettings, RunOptions, BatchOptions):
 
     def run(self) -> Outcome:
         """Fit one recording, or many as a batch."""
-        from plantigrade.commands.progress import Progress
-        from plantigrade.workflows.fit_many import fit_many, recordings
+        from functools import partial
 
-        if not self.files and self.listed is None:
-            raise ParameterError("no recording given: plantigrade fit FILE")
-        given = recordings(self.files, self.listed)
-        progress = Progress(quiet=self.quiet)
-        if not given.several:
-            self.refuse_batch_options("name several recordings, a folder, or a --list")
-            return self._one(given.files[0], progress)
-        return batch_outcome(
-            batch_folder(
-                self,
-                f"fit-batch-{given.title}",
-                lambda out: fit_many(
-                    given,
-                    FitSettings.of(self),
-                    subject=self.subject,
-                    out=out,
-                    overwrite=self.overwrite,
-                    **self.batch_words(progress),
-                ),
-            ),
-            progress,
-        )
+        from plantigrade.workflows.fit_many import fit_many
+
+        many = partial(fit_many, settings=FitSettings.of(self), subject=self.subject)
+        return self.one_or_many(self.files, "fit-batch", self._one, many)
 
     def _one(self, path: Path, progress: "Progress") -> Outcome:
         from plantigrade.workflows.fit import fit

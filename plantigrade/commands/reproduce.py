@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
+from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
-from plantigrade.errors import ParameterError
 from plantigrade.workflows.settings import ReproduceSettings
 
 if TYPE_CHECKING:
@@ -32,31 +31,12 @@ class Command(ReproduceSettings, RunOptions, BatchOptions):
 
     def run(self) -> Outcome:
         """Reproduce one recording, or several as a study."""
-        from plantigrade.commands.progress import Progress
-        from plantigrade.workflows.fit_many import recordings
+        from functools import partial
+
         from plantigrade.workflows.reproduce_many import reproduce_many
 
-        if not self.files and self.listed is None:
-            raise ParameterError("no recording given: plantigrade reproduce FILE")
-        given = recordings(self.files, self.listed)
-        progress = Progress(quiet=self.quiet)
-        if not given.several:
-            self.refuse_batch_options("name several recordings, a folder, or a --list")
-            return self._one(given.files[0], progress)
-        return batch_outcome(
-            batch_folder(
-                self,
-                f"reproduce-study-{given.title}",
-                lambda out: reproduce_many(
-                    given,
-                    ReproduceSettings.of(self),
-                    out=out,
-                    overwrite=self.overwrite,
-                    **self.batch_words(progress),
-                ),
-            ),
-            progress,
-        )
+        many = partial(reproduce_many, settings=ReproduceSettings.of(self))
+        return self.one_or_many(self.files, "reproduce-study", self._one, many)
 
     def _one(self, path: Path, progress: "Progress") -> Outcome:
         from plantigrade.workflows.reproduce import reproduce

@@ -47,7 +47,7 @@ class Command(RunOptions, BatchOptions):
     """
 
     word: ClassVar[str] = ""
-    told: ClassVar[tuple[type, ...]] = ()
+    option_kinds: ClassVar[tuple[type, ...]] = ()
 
     vary: Annotated[
         tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, optional("OPTION VALUE [VALUE ...]")
@@ -67,7 +67,7 @@ class Command(RunOptions, BatchOptions):
         """
         from plantigrade.commands.simulate_batch import varied
 
-        names = {f.name for kind in self.told for f in fields(kind)}
+        names = {f.name for kind in self.option_kinds for f in fields(kind)}
         found: dict[str, list[Any]] = {}
         for name, words in varied(self.vary).items():
             refuse_unknown(self.word or "a task", [name], names)
@@ -151,7 +151,7 @@ class Command(RunOptions, BatchOptions):
 
     def chosen(self) -> dict[str, Any]:
         """Every option that decides the result, by name."""
-        return {f.name: getattr(self, f.name) for kind in self.told for f in fields(kind)}
+        return {f.name: getattr(self, f.name) for kind in self.option_kinds for f in fields(kind)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,7 +175,7 @@ class _Task(SolveSettings, Command):
 class Paper(PaperSettings, Command):
     """Solve a motion of Zhakatayev et al. (2023) as posed in the paper."""
 
-    word, told = PAPER, (PaperSettings,)
+    word, option_kinds = PAPER, (PaperSettings,)
 
     @property
     def name(self) -> str:
@@ -187,7 +187,7 @@ class Paper(PaperSettings, Command):
 class Track(TrackSettings, Command):
     """Track a recorded motion with a dynamically consistent one, or many."""
 
-    word, told, required = TRACK, (TrackSettings,), ("--recording", "-")
+    word, option_kinds, required = TRACK, (TrackSettings,), ("--recording", "-")
     recording: Annotated[
         tuple[Path, ...],
         tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint="(required)"),
@@ -230,7 +230,7 @@ class Track(TrackSettings, Command):
 class Files(SolveSettings, Command):
     """Generate the motions of several task files, or of folders or patterns of them."""
 
-    told = (SolveSettings,)
+    option_kinds = (SolveSettings,)
     files: Annotated[
         tyro.conf.Positional[tuple[Path, ...]],
         tyro.conf.arg(metavar="FILE.toml|FOLDER ...", help_behavior_hint=""),
@@ -263,7 +263,7 @@ class Files(SolveSettings, Command):
 def _subcommand(name: str, kind: type[TaskSettings]) -> type:
     """Return the command of a task: its own options, then those of all tasks."""
     own = {"__doc__": kind.__doc__, "__module__": __name__}
-    own |= {"word": name, "told": (kind, SolveSettings)}
+    own |= {"word": name, "option_kinds": (kind, SolveSettings)}
     return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
 
 

@@ -1,4 +1,4 @@
-"""Download public data sets into a folder: what is there and right is kept."""
+"""Download public data sets into a folder; files with the registered contents are kept."""
 
 import contextlib
 import os
@@ -17,7 +17,7 @@ MIRROR = "PLANTIGRADE_MIRROR"
 """Environment variable that names a mirror."""
 
 Reached = Callable[[int], None]
-"""Told how many bytes of a file are there."""
+"""Called with the number of bytes of a file that have arrived."""
 Shown = Callable[[str, int], contextlib.AbstractContextManager[Reached]]
 """Shows the progress of a file, given its place and its length [bytes]."""
 
@@ -47,14 +47,14 @@ def get_data(
         DownloadError: If a file cannot be downloaded.
         FileError: If a file of other contents is in the way, or a file cannot be written.
     """
-    wanted, root = data_set(name), as_path(to, "the folder")
-    for _ in fetch(wanted, root, overwrite=overwrite, mirror=mirror):
+    chosen, root = data_set(name), as_path(to, "the folder")
+    for _ in fetch(chosen, root, overwrite=overwrite, mirror=mirror):
         pass
-    return root / wanted.folder
+    return root / chosen.folder
 
 
 def fetch(
-    wanted: DataSet,
+    chosen: DataSet,
     root: Path,
     *,
     overwrite: bool = False,
@@ -66,7 +66,7 @@ def fetch(
     A file that a server refuses does not keep the others from being downloaded.
 
     Args:
-        wanted: The set.
+        chosen: The set.
         root: Folder of the data.
         overwrite: As for :func:`get_data`.
         mirror: As for :func:`get_data`.
@@ -78,12 +78,12 @@ def fetch(
         FileError: If a file of other contents is in the way, or a file cannot be written.
     """
     base = mirror_of(mirror)
-    there = {file for file in wanted.files if is_right(root / file.to, file)}
-    for file in wanted.files:
+    there = {file for file in chosen.files if is_right(root / file.to, file)}
+    for file in chosen.files:
         if file not in there:
             _refuse_foreign(root / file.to, overwrite)
     failed: list[str] = []
-    for file in wanted.files:
+    for file in chosen.files:
         if file not in there:
             try:
                 with shown(file.to, file.n_bytes) as reached:
@@ -96,11 +96,11 @@ def fetch(
                 continue
         yield file, file not in there
     if failed:
-        n_there = sum(is_right(root / file.to, file) for file in wanted.files)
+        n_there = sum(is_right(root / file.to, file) for file in chosen.files)
         raise DownloadError(
-            f"{wanted.name}: {failed[0]}; {n_there} of {len(wanted.files)} files are in {root} — "
+            f"{chosen.name}: {failed[0]}; {n_there} of {len(chosen.files)} files are in {root} — "
             f"check the network, or name a --mirror, and repeat the command, which continues; for "
-            f"download by hand: plantigrade data get {wanted.name} --addresses"
+            f"download by hand: plantigrade data get {chosen.name} --addresses"
         )
 
 

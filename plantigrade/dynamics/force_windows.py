@@ -1,8 +1,8 @@
 """The program of ground forces over a long recording: in windows that overlap.
 
-What one frame says of the forces reaches no further than about a stride, besides the shift of the
-centre of mass and the offsets of the feet's paths, which every window finds anew. Memory is that
-of one window, however long the recording.
+A frame affects the forces of about one stride around it. The shift of the centre of mass and the
+offsets of the feet's paths are global; every window estimates them anew. Memory is that of one
+window, whatever the length of the recording.
 """
 
 from collections.abc import Iterator
@@ -19,9 +19,9 @@ from plantigrade.dynamics.load_intervals import LoadInterval, Support
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.models import Human
 
-WINDOW = 2000
+MAX_WINDOW_FRAMES = 2000
 """Most frames that are solved at once [frames]: 40 s at 50 Hz, some 100 MB."""
-MARGIN = 1.5
+WINDOW_OVERLAP_S = 1.5
 """Time by which a window reaches into its neighbours [s]: more than a stride. The ends of a window,
 like those of a recording, are less sure."""
 
@@ -34,7 +34,7 @@ class ForceSolution:
     spread: Spread  #: Its standard deviations
     shift: Float[Array, " 3"]  #: Shift of the centre of mass, mean over windows [m]
     noise: float  #: How many times noisier the motion is than assumed, mean over windows
-    missed_force: float  #: Root mean square of the net force missed beside the noise [BW]
+    missed_force: float  #: Root mean square of the net force in excess of the noise [BW]
     missed_moment: float  #: The same of the pitch and roll moment [BW m]
 
 
@@ -46,35 +46,35 @@ def solve_in_windows(
     data: FootForces | None,
     scales: ForceScales,
 ) -> ForceSolution:
-    """Return the ground forces that a motion needs.
+    """Return the ground forces that a motion requires.
 
     Args:
-        human: Whose motion.
-        needs: What it says.
+        human: The person.
+        needs: Net force and moment that the motion requires.
         contacts: When feet and supports may carry load.
         supports: What may carry load besides the feet.
         data: Wrenches that plates measured, on the frames of the program.
-        scales: What the program weighs by.
+        scales: Scales by which its residuals are weighted.
 
     Raises:
         SolverError: If the program of a window cannot be solved.
     """
-    margin = int(np.ceil(MARGIN / (needs.time[1] - needs.time[0])))
+    margin = int(np.ceil(WINDOW_OVERLAP_S / (needs.time[1] - needs.time[0])))
     parts = []
     for window, kept in windows(len(needs.time), margin):
         here = needs.frames(window)
         first = here.time[0] if window.start else -np.inf
         last = here.time[-1] if window.stop < len(needs.time) else np.inf
         own = tuple(c.within(first, last) for c in contacts if c.stop > first and c.start < last)
-        told = None if data is None else data.frames(window)
-        program = ForceProgram(human, here, own, supports, told, scales)
+        measured = None if data is None else data.frames(window)
+        program = ForceProgram(human, here, own, supports, measured, scales)
         program.solve()
         spread = [getattr(program.spread(), f.name)[kept] for f in fields(Spread)]
-        told = [program.missed_force**2, program.missed_moment**2, program.told_noise]
-        parts.append((program.wrench[kept], program.shift, told, spread))
-    wrenches, shifts, told, spreads = zip(*parts, strict=True)
+        residuals = [program.missed_force**2, program.missed_moment**2, program.told_noise]
+        parts.append((program.wrench[kept], program.shift, residuals, spread))
+    wrenches, shifts, residuals, spreads = zip(*parts, strict=True)
     share = np.array([len(wrench) for wrench in wrenches]) / len(needs.time)
-    force, moment, noise = (float(each) for each in share @ np.array(told))
+    force, moment, noise = (float(each) for each in share @ np.array(residuals))
     return ForceSolution(
         np.concatenate(wrenches),
         Spread(*(np.concatenate(each) for each in zip(*spreads, strict=True))),
@@ -92,7 +92,7 @@ def windows(n: int, margin: int) -> Iterator[tuple[slice, slice]]:
         n: Number of frames.
         margin: Frames by which a window reaches into its neighbours.
     """
-    count = 1 if n <= WINDOW else int(np.ceil(n / (WINDOW - 2 * margin)))
+    count = 1 if n <= MAX_WINDOW_FRAMES else int(np.ceil(n / (MAX_WINDOW_FRAMES - 2 * margin)))
     edges = np.linspace(0, n, count + 1).round().astype(int).tolist()
     for start, stop in pairwise(edges):
         first = max(0, start - margin)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from plantigrade.errors import FileError
 
-MOST_FRAMES = 360_000
+MAX_FRAMES = 360_000
 """Longest recording that is read [frames]: an hour at 100 Hz, as of text files of 200 MB. A fit of
 it takes an hour and some gigabytes."""
-FREE_IF_UNKNOWN = 4e9
-"""Free memory assumed where the system does not tell it [bytes]: half of a small laptop's."""
+ASSUMED_FREE_BYTES = 4e9
+"""Free memory assumed where the system does not report it [bytes]: half of a small laptop's."""
 IN_PARTS = "export it in parts, or at a lower frame rate"
 
 _MEMINFO = Path("/proc/meminfo")
@@ -24,10 +24,10 @@ def check_length(path: str | Path, n_frames: int, n_bytes: float = 0.0) -> None:
         n_bytes: Memory that reading it takes [bytes].
 
     Raises:
-        FileError: If it has more than :data:`MOST_FRAMES` frames, or does not fit into free memory.
+        FileError: If it has more than :data:`MAX_FRAMES` frames, or does not fit into free memory.
     """
-    if n_frames > MOST_FRAMES:
-        problem = f"has {n_frames} frames; at most {MOST_FRAMES} (an hour at 100 Hz) are read"
+    if n_frames > MAX_FRAMES:
+        problem = f"has {n_frames} frames; at most {MAX_FRAMES} (an hour at 100 Hz) are read"
         raise FileError(path, problem, remedy=IN_PARTS)
     free = free_memory()
     if n_bytes > free:
@@ -44,14 +44,14 @@ def free_memory() -> float:
     It is what the system calls available, or less in a container or job with a limit of its own.
     """
     found = [_available(), _left_of_group()]
-    return min((each for each in found if each is not None), default=FREE_IF_UNKNOWN)
+    return min((each for each in found if each is not None), default=ASSUMED_FREE_BYTES)
 
 
 def _available() -> float | None:
     """Return the memory that Linux calls available; None on other systems."""
     try:
-        told = dict(line.split(":") for line in _MEMINFO.read_text().splitlines())
-        return 1024.0 * int(told["MemAvailable"].split()[0])  # told in KiB
+        fields = dict(line.split(":") for line in _MEMINFO.read_text().splitlines())
+        return 1024.0 * int(fields["MemAvailable"].split()[0])  # in KiB
     except (OSError, ValueError, KeyError, IndexError):
         return None
 

@@ -1,9 +1,9 @@
-"""The folder of a batch: what came of many items, taken up where it was left.
+"""The folder of a batch: the results of many items, resumed where the batch was interrupted.
 
-Two journals hold what was done, a line for each item that has ended: figures in ``items.jsonl``,
-mean curves over the gait cycle in ``curves.jsonl``. A run that is killed loses the items in work
-and no other. The tables are written from them when all have ended: ``batch.csv``, and where pyarrow
-is installed ``batch.parquet`` and ``curves.parquet`` (``curves.csv`` without).
+Two journals hold one line for each item that has ended: figures in ``items.jsonl``,
+mean curves over the gait cycle in ``curves.jsonl``. A batch that is killed loses only the items
+being computed. When all have ended, the tables are written from them: ``batch.csv``, and with
+pyarrow ``batch.parquet`` and ``curves.parquet`` (``curves.csv`` without it).
 """
 
 import base64
@@ -84,7 +84,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Row:
-    """What came of one item.
+    """Result of one item.
 
     Attributes:
         name: Its name, and that of its folder in that of the batch.
@@ -182,7 +182,7 @@ class BatchFolder:
                 self._numbers[row.name] = row.number
 
     def rows(self) -> Iterator[Row]:
-        """Yield what came of each item so far, in the order of the items."""
+        """Yield the results so far, in the order of the items."""
         order = sorted(self._numbers, key=lambda name: (self._numbers[name], name))
         return (self._row(line) for line in self.items.lines(order))
 
@@ -197,19 +197,19 @@ class BatchFolder:
         return FileError(self.path / name, f"is no journal of a batch ({error})", remedy=remedy)
 
     def place(self, name: str, number: int) -> None:
-        """Say which place in the table an item has that was done before."""
+        """Set the place in the table of an item that was done before."""
         self._numbers[name] = number
 
     def add(self, row: Row, curves: Mapping[str, Curve]) -> None:
-        """Keep what came of an item."""
-        if curves:
+        """Append the result of an item to the journals."""
+        if curves or row.name in self.curves:  # those of an earlier result hold no longer
             packed = {name: curve.packed() for name, curve in curves.items()}
             self.curves.append({NAME: row.name, "curves": packed})
         self.items.append(vars(row))
         self._numbers[row.name] = row.number
 
     def announce(self, names: Iterable[str]) -> None:
-        """Say in ``metrics.json`` which folders belong to the batch that has begun."""
+        """List in ``metrics.json`` the folders of the batch that has begun."""
         there = [path.name for path in self.path.iterdir() if path.is_file()]
         files = {ITEMS, CURVES, *(set(there) & set(self._listed))} - {METRICS}
         self._write({"status": UNFINISHED}, sorted(files), {*names, *self._numbers})
@@ -246,7 +246,8 @@ class BatchFolder:
                 found = {k: Curve.unpacked(v) for k, v in line["curves"].items()}
             except (TypeError, ValueError, KeyError, AttributeError) as error:
                 raise self._damaged(CURVES, error) from error
-            yield line[NAME], found
+            if found:
+                yield line[NAME], found
 
     def _tables(self) -> list[str]:
         settings = self.spec["settings"]
@@ -315,10 +316,10 @@ class BatchFolder:
         self._write({"status": UNFINISHED}, [ITEMS, CURVES], ())
 
 
-def _differing(keys: Sequence[str], held: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
-    """Return in words how a batch differs from the one that is asked for."""
+def _differing(keys: Sequence[str], held: Mapping[str, Any], requested: Mapping[str, Any]) -> str:
+    """Return in words the first setting in which a batch differs from the requested one."""
     key = keys[0]
-    before, now = held.get(key), asked[key]
+    before, now = held.get(key), requested[key]
     if isinstance(before, dict) and isinstance(now, dict):
         key = next(k for k in {**now, **before} if before.get(k) != now.get(k))
         before, now = before.get(key), now.get(key)

@@ -41,7 +41,7 @@ Column = tuple[str, tuple[str, ...], int]
 
 @runtime_checkable
 class Ended(Protocol):
-    """What came of an item, as far as it is counted."""
+    """Result of an item, as far as it is counted."""
 
     @property
     def status(self) -> str:
@@ -87,7 +87,7 @@ class BatchKind:
         return one.status != "ok"
 
     def words(self, one: Ended) -> str:
-        """Return what came of an item in a few words."""
+        """Return the outcome of an item in a few words."""
         return one.status
 
     def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
@@ -186,7 +186,7 @@ class _Simulations(BatchKind):
         return "on the feet" if one.status == "ok" else one.status
 
     def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
-        """Return status and counts; those who were on their feet at the end, too."""
+        """Return status and counts, with the number on their feet at the end."""
         on_feet = diverged = 0
 
         def counted() -> Iterator[Ended]:
@@ -245,7 +245,11 @@ def page_html_of(kind: BatchKind, store: BatchFolder, counts: Mapping[str, Any])
     ]
     failed = [(row.name, row.status) for row in rows if row.failed]
     rows = [row for row in rows if not row.left_out]
-    linked = {row.name for row in rows if (store.path / row.name / "report.html").is_file()}
+    linked = {
+        row.name
+        for row in rows
+        if not row.failed and (store.path / row.name / "report.html").is_file()
+    }
     more = len(failed) - MAX_LISTED
     if more > 0:
         failed = [*failed[:MAX_LISTED], (f"{more} more", "see the table")]
@@ -373,7 +377,7 @@ def _table(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> Section:
     text = kind.note
     if len(rows) > MAX_TABLE_ROWS:
         text += f" The first {MAX_TABLE_ROWS} of {len(rows)}; all of them are in batch.csv."
-    if not linked and any((row.name) for row in rows):
+    if not linked and rows:
         text += " plantigrade report FOLDER writes report and viewer of a run that was kept."
     headers = (kind.noun, *own, "status", *(label for label, _, _ in columns))
     return Section(f"{kind.noun.capitalize()}s", headers=headers, rows=lines, text=text.strip())

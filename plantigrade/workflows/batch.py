@@ -1,8 +1,8 @@
-"""Many items, one table: what ``fit_many``, ``synthesize_many``, ``simulate_many`` have in common.
+"""Batches: the part that ``fit_many``, ``synthesize_many`` and ``simulate_many`` share.
 
 A batch is computed while it is iterated over; results come as they arrive. In a folder it can be
-stopped and taken up again: an item that was done with the same content, settings and version is not
-done again (:mod:`plantigrade.record.batch`).
+interrupted and resumed: an item with the same content, settings and version is not computed again
+(:mod:`plantigrade.record.batch`).
 """
 
 import contextlib
@@ -26,14 +26,14 @@ from plantigrade.workflows.batch_pace import Pace
 from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpack
 
 ITEMS_AHEAD = 32
-"""Items for each worker in one round: workers wait at its end, about half an item each, for what
-the next one starts from (the body of a subject, a fit); 32 keep this below 2 %."""
+"""Items per worker in one round. At its end each worker waits for about half an item, until the
+starting points of the next round (the body of a subject, a fit) are computed: below 2 % of 32."""
 Begin = Callable[[Any], Any]
-"""Makes what a group starts with."""
+"""Computes the starting point of a group."""
 
 
 class Concluded(NamedTuple):
-    """What a kind of batch has to say of all its items together."""
+    """Pages, figures and printed lines over all items of a batch."""
 
     pages: Mapping[str, str]
     figures: Mapping[str, Any]
@@ -48,17 +48,17 @@ class Plan:
     """What a batch consists of.
 
     Attributes:
-        kind: Of what: words and columns of its page.
-        work: Makes the run of an item.
-        begin: Makes what a group starts from.
+        kind: Words and columns of its page.
+        work: Computes the run of an item.
+        begin: Computes the starting point of a group.
         groups: Returns the groups; it may use the workers to find them.
         names: Names of the items.
-        spec: What two batches have in common if they are the same, ``settings`` among them.
-        default: What is kept if nothing is said.
-        folders: Names of further folders that are made in that of the batch.
-        passes_over: Classes of errors of files that were found and not named; such files are left
-            out, not failed.
-        conclude: Makes further pages, and figures, of a folder in which all items have ended.
+        spec: Settings, method and variation; equal for equal batches.
+        default: What is kept of each item unless an option chooses otherwise.
+        folders: Names of further folders in that of the batch.
+        passes_over: Error classes with which a file that was found, not named, is left out instead
+            of failing.
+        conclude: Computes pages and figures over all items, once they have ended.
     """
 
     kind: BatchKind
@@ -117,27 +117,28 @@ class Batch(Iterable[Result]):
         self._held: dict[str, Result] = {}
         self._metrics: dict[str, Any] = {}
         self._arriving: Iterator[Result] | None = None
-        self._ended = False
+        self._begun = self._ended = False
 
     def __iter__(self) -> Iterator[Result]:
         """Yield results as they arrive; all of them in order once they have been computed."""
         if self._ended:
             yield from self.members
             return
+        self._begun = True
         if self._arriving is None:
             self._arriving = self._computed()
         try:
-            for result in self._arriving:  # noqa: UP028 (it goes on where a loop was left)
+            for result in self._arriving:  # noqa: UP028 (it resumes where a loop stopped)
                 yield result
         except GeneratorExit:
             raise
         except BaseException:
-            self._arriving = None  # what was done is kept; the next loop begins anew
+            self._arriving = None  # results are kept; the next loop resumes
             raise
 
     def __del__(self) -> None:
-        """Warn of a batch that nobody asked for its results: it was not computed."""
-        if getattr(self, "_arriving", self) is None:
+        """Warn of a batch whose results were never requested: it was not computed."""
+        if not getattr(self, "_begun", True):
             warnings.warn(
                 "a batch was made but not computed: iterate over it, or call finish()",
                 stacklevel=2,
@@ -189,7 +190,7 @@ class Batch(Iterable[Result]):
         self._end(pace)
 
     def _left(self, pace: "Pace") -> Iterator[Group]:
-        """Yield what is left to do of each group; what is there is counted."""
+        """Yield the items of each group that are still to be computed; count the others."""
         before = {} if self._store is None else self._store.before
         of_file = {file: name for name, (file, _) in before.items() if file}
         there = {key: name for name, (_, key) in before.items() if key}
@@ -207,11 +208,11 @@ class Batch(Iterable[Result]):
                 yield replace(group, items=tuple(left))
 
     def _is_kept(self, name: str) -> bool:
-        """Return whether of an item that was done all is there that is to be kept."""
+        """Return whether the folder holds all that is to be kept of an item done before."""
         if self._kept.what == "figures" or self.folder is None:
             return True
-        wanted = METRICS if self._kept.what == "runs" else "report.html"
-        return (self.folder / name / METRICS).is_file() and (self.folder / name / wanted).is_file()
+        last = METRICS if self._kept.what == "runs" else "report.html"
+        return all((self.folder / name / file).is_file() for file in (METRICS, last))
 
     def _round(self, groups: Sequence[Group], workers: Workers, pace: "Pace") -> Iterator[Result]:
         begun: dict[int, Done] = {}
@@ -232,7 +233,7 @@ class Batch(Iterable[Result]):
             yield self._arrived(done, pace)
 
     def _arrived(self, done: Done, pace: "Pace") -> Result:
-        """Keep what came of one item and return it."""
+        """Store the result of one item and return it."""
         item: Item = done.item[0]
         made: Made | None = done.result
         file = "" if item.source is None else str(item.source)
@@ -268,7 +269,7 @@ class Batch(Iterable[Result]):
         return result
 
     def _from_row(self, row: Row) -> Result:
-        folder = None if self.folder is None else self.folder / row.name
+        folder = None if self.folder is None or row.failed else self.folder / row.name
         if folder is not None and not (folder / METRICS).is_file():
             folder = None
         problem = row.status if row.failed else ""

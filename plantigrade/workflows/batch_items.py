@@ -1,4 +1,4 @@
-"""Items of a batch, and what came of them."""
+"""Items of a batch and their results."""
 
 import hashlib
 from collections.abc import Mapping
@@ -52,7 +52,7 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What came of one item.
+    """Result of one item.
 
     Attributes:
         name: Its name, and that of its folder.

@@ -19,18 +19,18 @@ class Pace:
 
     def __init__(self, count: int, say: Callable[[str], None]):
         self.count, self.say = count, say
-        self.done = self.found = self._told = 0
-        self._began = self._said = time.perf_counter()
+        self.done = self.found = self._printed_found = 0
+        self._began = self._last_line_time = time.perf_counter()
 
     def ended(self, result: Result, kind: BatchKind) -> None:
-        """Count an item that has ended, and say so unless too much is said."""
+        """Count an item that has ended; print a line, in large batches only now and then."""
         self.close()
         self.done += 1
         now, of = time.perf_counter(), self.done + self.found
         if self.count > MAX_LINES and not result.problem and of < self.count:
-            if now - self._said < SECONDS_BETWEEN:
+            if now - self._last_line_time < SECONDS_BETWEEN:
                 return
-        self._said = now
+        self._last_line_time = now
         line = f"{of} of {self.count}: {result.name}: {kind.words(result)}"
         left, passed = self.count - of, now - self._began
         if left and passed > MIN_PACE_SECONDS:
@@ -39,10 +39,10 @@ class Pace:
         self.say(line)
 
     def close(self) -> None:
-        """Say how many items were done before, if that was not said yet."""
-        if self.found > self._told:
+        """Print how many items were done before, once."""
+        if self.found > self._printed_found:
             self.say(f"{self.found} of {self.count} were there")
-            self._told = self.found
+            self._printed_found = self.found
 
 
 def _duration(seconds: float) -> str:

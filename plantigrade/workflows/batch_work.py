@@ -1,4 +1,4 @@
-"""What a worker does with an item of a batch: make its run, and keep of it what is to be kept."""
+"""Work on one item of a batch: compute its run and keep the chosen part of it."""
 
 import io
 import json
@@ -50,7 +50,7 @@ class Made(NamedTuple):
 
 
 def made(work: Work, kept: Kept, task: tuple[Item, Any]) -> Made:
-    """Make the run of an item and keep of it what is to be kept."""
+    """Compute the run of an item and keep the chosen part of it."""
     item, start = task
     run = replace(work(item.what, start), name=item.name)
     found = Made(figures_of(run.metrics), run.status, curves_of(run))

@@ -8,11 +8,11 @@ from plantigrade.errors import FitError
 from plantigrade.io.length import IN_PARTS, free_memory
 from plantigrade.motion import Recording
 
-BYTES = 150e6
+FIT_BASE_BYTES = 150e6
 """Memory of a fit besides its frames [bytes], measured."""
-BYTES_OF_A_FRAME = 12e3
+FIT_BYTES_PER_FRAME = 12e3
 """Memory of a fit for each frame [bytes], measured on 10 minutes at 100 Hz."""
-COPIES = 2
+RECORDING_COPIES = 2
 """Copies of the recording that a fit makes: turned to face forward, and cut."""
 
 
@@ -27,7 +27,10 @@ def require_memory(recording: Recording) -> None:
     arrays = [getattr(part, f.name) for part in parts for f in fields(part)]
     held = sum(each.nbytes for each in arrays if isinstance(each, np.ndarray))
     n_frames = max((len(part.time) for part in motion if part is not None), default=0)
-    needed, free = BYTES + BYTES_OF_A_FRAME * n_frames + COPIES * held, free_memory()
+    needed, free = (
+        FIT_BASE_BYTES + FIT_BYTES_PER_FRAME * n_frames + RECORDING_COPIES * held,
+        free_memory(),
+    )
     if needed > free:
         raise FitError(
             f"{recording.source.name} has {n_frames} frames; their fit needs {needed / 1e9:.1f} GB "

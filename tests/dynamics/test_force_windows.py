@@ -25,7 +25,10 @@ def solved(length):
     contacts = find_loading(human, motion).contacts
     needs = force_needs(human, motion, plated.qacc, contacts)
     tracemalloc.start()
-    with patch.object(force_windows, "WINDOW", length), patch.object(force_windows, "MARGIN", 0.5):
+    with (
+        patch.object(force_windows, "MAX_WINDOW_FRAMES", length),
+        patch.object(force_windows, "WINDOW_OVERLAP_S", 0.5),
+    ):
         found = solve_in_windows(human, needs, contacts, (), None, ForceScales.of(walks=True))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -48,4 +51,6 @@ def test_windows_find_the_same_forces_in_less_memory():
 def test_every_frame_is_kept_once(n):
     kept = [np.arange(n)[window][part] for window, part in windows(n, margin=75)]
     np.testing.assert_array_equal(np.concatenate(kept), np.arange(n))
-    assert max(w.stop - w.start for w, _ in windows(n, margin=75)) <= force_windows.WINDOW
+    assert (
+        max(w.stop - w.start for w, _ in windows(n, margin=75)) <= force_windows.MAX_WINDOW_FRAMES
+    )

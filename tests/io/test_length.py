@@ -9,7 +9,7 @@ import pytest
 from plantigrade.commands.main import main
 from plantigrade.errors import FileError
 from plantigrade.io import length, read
-from plantigrade.io.length import MOST_FRAMES, free_memory
+from plantigrade.io.length import MAX_FRAMES, free_memory
 from tests.io.c3d_bytes import build
 
 MILLION = 1_000_000
@@ -37,7 +37,7 @@ def test_a_million_frames_are_refused_before_memory_is_taken(million):
 
 def test_a_fit_of_a_million_frames_ends_in_one_sentence(million, tmp_path, capsys):
     assert main(["fit", str(million), "--out", str(tmp_path / "run")]) == 2
-    assert f"at most {MOST_FRAMES}" in capsys.readouterr().err
+    assert f"at most {MAX_FRAMES}" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
 
 
@@ -45,9 +45,9 @@ def test_every_format_is_held_to_it(tmp_path):
     path = tmp_path / "long.csv"
     rows = [f"{k / 100},{k},{k},{k}" for k in range(21)]
     path.write_text("\n".join(["time,LKNE_x,LKNE_y,LKNE_z", *rows]))
-    with patch.object(length, "MOST_FRAMES", 21):
+    with patch.object(length, "MAX_FRAMES", 21):
         assert len(read(path).markers.time) == 21
-    with patch.object(length, "MOST_FRAMES", 20), pytest.raises(FileError, match="has 21 frames"):
+    with patch.object(length, "MAX_FRAMES", 20), pytest.raises(FileError, match="has 21 frames"):
         read(path)
 
 

@@ -83,6 +83,19 @@ def test_outliers_and_distributions_of_many(tmp_path):
     assert "Distributions" in page and "walking speed" in page
 
 
+def test_an_item_that_fails_now_has_neither_the_curves_nor_the_run_of_its_earlier_result(tmp_path):
+    """Its file was replaced by a broken one; the folder of the earlier run is still there."""
+    folder = tmp_path / "batch"
+    batch_page(folder, [Row("a", 0, status="ok", figures=GOOD), Row("b", 1, status="ok")])
+    store = BatchFolder(folder, SPEC, "plantigrade fit x", overwrite=False)
+    store.add(Row("b", 1, status="is damaged", failed=True), {})
+    assert [name for name, _ in store.curve_means()] == ["a"]
+    page = page_html_of(FITS, store, FITS.counts(()))
+    store.finish({"status": "1 of 2 failed"}, {PAGE: page})
+    assert 'href="a/report.html"' in page and 'href="b/report.html"' not in page
+    assert set(parquet.read_table(folder / "curves.parquet")["name"].to_pylist()) == {"a"}
+
+
 def test_without_pyarrow_there_are_csv_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tables, "has_parquet", lambda: False)
     batch_page(tmp_path / "few", [Row("a", status="ok", figures=GOOD)])

@@ -128,6 +128,18 @@ def test_a_batch_that_nobody_computes_says_so(walks):
         del del_me
 
 
+def test_a_batch_that_is_interrupted_is_no_batch_that_nobody_computes(walks, tmp_path, recwarn):
+    def interrupt(_: str) -> None:
+        raise KeyboardInterrupt
+
+    batch = pg.fit_many(walks, out=tmp_path / "out", keep="figures", say=interrupt, **HOW)
+    with pytest.raises(KeyboardInterrupt):
+        batch.finish()
+    del batch
+    assert not [w for w in recwarn if "not computed" in str(w.message)]
+    assert said_of(walks, tmp_path / "out")[0] == "1 of 3 were there", "its first result is kept"
+
+
 def test_a_list_a_pattern_and_what_is_left_out(walks, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "in").mkdir()
