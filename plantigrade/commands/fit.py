@@ -31,7 +31,7 @@ class Command(FitSettings, RunOptions, BatchOptions):
     ]
     """Recordings to fit (.c3d, .trc, .amc, .bvh, .mot, ...), or folders or patterns of them."""
     subject: Literal["auto", "one", "each"] = "auto"
-    """Whose the recordings are: trials of one subject share lengths, marker places and body mass.
+    """Grouping of the recordings: trials of one subject share lengths, marker places and body mass.
     auto: alike in folder, subject or name before the trial number, and marker distances; one: all
     are one subject's; each: every recording on its own."""
 

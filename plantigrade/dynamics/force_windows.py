@@ -33,7 +33,7 @@ class ForceSolution:
     wrench: Float[Array, "n k 6"]  #: The estimate [BW, BW m]
     spread: Spread  #: Its standard deviations
     shift: Float[Array, " 3"]  #: Shift of the centre of mass, mean over windows [m]
-    noise: float  #: How many times noisier the motion is than assumed, mean over windows
+    noise: float  #: Noise of the motion over the assumed noise, mean over windows
     missed_force: float  #: Root mean square of the net force in excess of the noise [BW]
     missed_moment: float  #: The same of the pitch and roll moment [BW m]
 

@@ -189,7 +189,9 @@ def run_jobs(
         >>> [done.result for done in run_jobs(abs, [-1, 2])]
         [1, 2]
     """
-    workers = Workers(jobs, backend, address)  # what is wrong is said here, not at the first item
+    workers = Workers(
+        jobs, backend, address
+    )  # invalid options are refused here, not at the first item
 
     def results() -> Iterator[Done[Item, Result]]:
         with workers:

@@ -103,6 +103,10 @@ class Batch(Iterable[Result]):
     ):
         if out is None and (keep is not None or collect):
             raise ParameterError("keep and collect say what is written: name a folder with out")
+        if collect and keep == "figures":
+            raise ParameterError(
+                "collect has no effect with keep figures, which sends no runs back"
+            )
         self.folder = None
         self._plan, self._workers, self._say = plan, workers, say
         self._kept = Kept(None, keep or plan.default, collect)

@@ -26,7 +26,7 @@ from plantigrade.workflows.one_subject import Shared, by_subject, share
 from plantigrade.workflows.settings import FitSettings, Settings
 
 Subjects = Literal["auto", "one", "each"]
-"""Whose recordings are: found by name and marker distances, all one subject's, or each its own."""
+"""Grouping of recordings by subject: by name and marker distances, all together, or none."""
 FILES_AHEAD = 512
 """Files that are looked at together to find those of one subject: enough for all workers."""
 
@@ -52,7 +52,7 @@ def fit_many(
     Args:
         paths: Files, folders or patterns (``"data/**/*.c3d"``).
         settings: What decides the result of each.
-        subject: Whose the recordings are: trials of one subject share lengths, marker places and
+        subject: Grouping of the recordings: trials of one subject share lengths, marker places and
             body mass. ``"auto"`` finds them, ``"one"`` takes all as one subject's, ``"each"`` fits
             every recording on its own.
         out: Folder of the batch. What it holds of the same content, settings and version is not
@@ -70,7 +70,7 @@ def fit_many(
 
     Raises:
         ParameterError: If an option does not exist, a value is not allowed, there is no recording,
-            or all are said to be of one subject and cannot be.
+            or recordings of one subject (``"one"``) contradict each other.
         RunExists: If the folder holds anything else.
         MissingExtra: If the library of the backend is not installed.
 
@@ -136,7 +136,7 @@ def _begun(settings: FitSettings, paths: Sequence[Path]) -> tuple[Shared | None,
 
 
 def _of_one_subject(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
-    """Return what recordings share that are said to be of one subject.
+    """Return body and mass shared by recordings of one subject.
 
     Raises:
         ParameterError: If they cannot be.
@@ -149,7 +149,7 @@ def _of_one_subject(paths: Sequence[Path], settings: FitSettings) -> Shared | No
 
 @dataclass(frozen=True)
 class _Recordings:
-    """The recordings of a batch; what they have in common is worked out once."""
+    """The recordings of a batch, with the hashes and names they have in common."""
 
     given: Inputs
     names: Sequence[str]
@@ -222,7 +222,7 @@ def contents(path: Path, settings: Settings) -> dict[str, str]:
     """Return name and SHA-256 of a recording and of all that may be its companions."""
     found = [path, *(candidates(path) if getattr(settings, "companions", False) else ())]
     if path.suffix.lower() == ".amc" and getattr(settings, "skeleton", None) is None:
-        with contextlib.suppress(PlantigradeError):  # what is missing, its item says
+        with contextlib.suppress(PlantigradeError):  # the item itself reports a missing skeleton
             found.append(find_asf(path))
     return {each.name: _sum(each) for each in found}
 

@@ -1,4 +1,4 @@
-"""Memory that the fit of a recording takes, asked for before it is taken."""
+"""Memory that the fit of a recording needs, checked before it is allocated."""
 
 from dataclasses import fields
 

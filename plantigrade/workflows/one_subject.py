@@ -75,7 +75,7 @@ def by_subject(paths: Sequence[Path], workers: Workers | None = None) -> list[tu
 
 
 def _looked_at(path: Path) -> Recording | None:
-    """Return of a marker recording what tells whose it is: some frames, and its subject."""
+    """Return the part of a marker recording that identifies the subject: frames, subject data."""
     try:
         recording = read(path)
     except PlantigradeError:

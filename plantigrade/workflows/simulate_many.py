@@ -94,9 +94,9 @@ def simulate_many(
             recording is fitted once.
         settings: What all have in common.
         vary: Option of ``settings`` → its values; a ``controller`` may be your own. Values of
-            ``push``, ``rope`` and ``box`` come beside those of ``settings``; None is nothing.
+            ``push``, ``rope`` and ``box`` are added to those of ``settings``; None adds nothing.
         seeds: Each combination with so many seeds, from that of ``settings`` on.
-        disturbances: What acts on all of them beside.
+        disturbances: Disturbances of all simulations, in addition to those of ``settings``.
         out: Folder for the runs and the table. What it holds of the same batch is not simulated
             anew. Without it the runs come back in memory.
         overwrite: Replace a batch that is there.

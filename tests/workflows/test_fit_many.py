@@ -106,6 +106,9 @@ def test_other_settings_are_another_batch(done):
         pg.fit_many(data, out=out, height=1.7, **HOW)
     with pytest.raises(ParameterError, match="name a folder with out"):
         pg.fit_many(data, keep="runs", **HOW)
+    with pytest.raises(ParameterError, match="collect has no effect with keep figures"):
+        pg.fit_many(data, out=out.with_name("new"), keep="figures", collect=True, **HOW)
+    assert not out.with_name("new").exists()
 
 
 def test_results_come_as_they_arrive_and_load(walks, tmp_path):
