@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.control.replay.reference import period_of
+from plantigrade.control.gait.reference import period_of
 from plantigrade.experiments.kept_results import Result
 from plantigrade.experiments.walking import figures, recorded
 from plantigrade.record import Record

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.contact.ground import Ground, Step
-from plantigrade.control.replay.reference import period_of
+from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.experiments import landing_laws, squares
 from plantigrade.experiments.gait_walks import PEOPLE

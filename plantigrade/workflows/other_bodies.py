@@ -8,9 +8,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.reference import period_of, reference_of, world_sites
+from plantigrade.control.gait.schedule import Schedule
 from plantigrade.control.pendulum import walk_of
-from plantigrade.control.replay.reference import period_of, reference_of, world_sites
-from plantigrade.control.replay.schedule import Schedule
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.planting import plant_feet

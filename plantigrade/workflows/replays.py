@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.control.gait.clearance import part_of
 from plantigrade.control.replay import Replay
-from plantigrade.control.replay.clearance import part_of
 from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.threads import on_one_thread

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
-from plantigrade.control.replay.reference import period_of
+from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion

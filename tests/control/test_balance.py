@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.control.balance import Balance, Weights
 from plantigrade.control.balance.controller import momentum_rows
-from plantigrade.control.balance.support import inside
+from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.world import Push, World

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.ground import Bump, Ground
+from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import Walker, Wish, walk_of
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
 from plantigrade.control.pendulum.manner import stoop
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.route import depths, path, speeds
 from plantigrade.control.pendulum.words import led_told
-from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.workflows.simulate import simulate

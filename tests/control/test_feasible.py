@@ -8,7 +8,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance import Followed, feasible_motion
 from plantigrade.control.balance.feasible import feasible_path
-from plantigrade.control.balance.support import beyond
+from plantigrade.control.gait.support import beyond
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.ground import Ground, HeightField, Step
+from plantigrade.control.gait.phase import Foot
 from plantigrade.control.pendulum.foothold import ACROSS, ALONG, INWARD, ROLLED, Sole
-from plantigrade.control.replay.gait import Foot
 
 LEG = 0.9
 X = np.array([1.0, 0.0])

@@ -7,6 +7,9 @@ import pytest
 
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
+from plantigrade.control.gait.phase import Foot
+from plantigrade.control.gait.reference import STEP, reference_of
+from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, walk_of
 from plantigrade.control.pendulum.around import AHEAD, BESIDE, length, via
 from plantigrade.control.pendulum.borne import borne
@@ -16,9 +19,6 @@ from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
-from plantigrade.control.replay.gait import Foot
-from plantigrade.control.replay.reference import STEP, reference_of
-from plantigrade.control.replay.swing import SwingOffset
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human

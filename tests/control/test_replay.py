@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from plantigrade.constants import GRAVITY
+from plantigrade.control.gait.clearance import clearance_of
+from plantigrade.control.gait.phase import Gait, Touchdown
+from plantigrade.control.gait.reference import STEP, before, period_of, reference_of
+from plantigrade.control.gait.tasks import LEGS, leg_joints, wanted_accelerations
 from plantigrade.control.replay import Replay
 from plantigrade.control.replay.catch import Catch
-from plantigrade.control.replay.clearance import clearance_of
-from plantigrade.control.replay.gait import Gait, Touchdown
-from plantigrade.control.replay.reference import STEP, before, period_of, reference_of
-from plantigrade.control.replay.tasks import LEGS, leg_joints, wanted_accelerations
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run

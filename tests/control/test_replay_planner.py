@@ -5,10 +5,10 @@ import pytest
 
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.ground import Step as GroundStep
-from plantigrade.control.replay.edges import lifts, on_one_side
-from plantigrade.control.replay.offsets import offset_weights
-from plantigrade.control.replay.planner import BACK, LandingBox, decayed, next_step
-from plantigrade.control.replay.swing import SwingOffset
+from plantigrade.control.gait.edges import lifts, on_one_side
+from plantigrade.control.gait.offsets import offset_weights
+from plantigrade.control.gait.planner import BACK, LandingBox, decayed, next_step
+from plantigrade.control.gait.swing import SwingOffset
 
 OMEGA, STEP = 3.2, 0.002
 SINGLE, STEPS = 0.5, 12  # length of a step [s], their number

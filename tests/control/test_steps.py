@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.control.balance.controller import kept_from_stops
-from plantigrade.control.balance.step import (
+from plantigrade.control.gait.step import (
     BEYOND,
     LANDS,
     UNDER,
@@ -16,7 +16,7 @@ from plantigrade.control.balance.step import (
     planned,
     within_reach,
 )
-from plantigrade.control.balance.support import beyond, nearest
+from plantigrade.control.gait.support import beyond, nearest
 from plantigrade.experiments.standing import Standing, stands
 from plantigrade.world import Push
 

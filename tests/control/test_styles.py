@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import Walker, Wish
 from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
 from plantigrade.control.pendulum.switch import Clocks, Crossing, instants
 from plantigrade.control.pendulum.upper import POSES, Pose, Upper, source_of, upper_hinges
-from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human

@@ -18,7 +18,7 @@ import numpy as np
 from plantigrade import __version__
 from plantigrade.analyze.norms_of_runs import read_norms
 from plantigrade.analyze.run_comparison import compare_runs
-from plantigrade.control.replay.reference import reference_of
+from plantigrade.control.gait.reference import reference_of
 from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.figures import compare, read_figures
 from plantigrade.experiments.kept_results import KeptResults

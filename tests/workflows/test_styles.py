@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import plantigrade as pg
+from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import walk_of
-from plantigrade.control.replay.reference import reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk

@@ -24,7 +24,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.postures import rates_of
 from plantigrade.control.balance.reference import Followed
-from plantigrade.control.balance.support import inside
+from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
 from plantigrade.motion import Motion

@@ -4,7 +4,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.control.balance.reference import Wanted
-from plantigrade.control.balance.support import inside
+from plantigrade.control.gait.support import inside
 
 
 def goal_of(

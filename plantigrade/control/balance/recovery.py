@@ -5,8 +5,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
-from plantigrade.control.balance.step import EARLY, OUTSIDE, Pendulum, Swing, plan_step
-from plantigrade.control.balance.support import beyond, inside, nearest
+from plantigrade.control.gait.step import EARLY, OUTSIDE, Pendulum, Swing, plan_step
+from plantigrade.control.gait.support import beyond, inside, nearest
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human

@@ -8,7 +8,7 @@ from plantigrade.control.balance.paths import flights_of, lifted, rise, through
 from plantigrade.control.balance.postures import Postures, rates_of
 from plantigrade.control.balance.reference import Followed
 from plantigrade.control.balance.script import Frame, Script
-from plantigrade.control.balance.support import inside
+from plantigrade.control.gait.support import inside
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion

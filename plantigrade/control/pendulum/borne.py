@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve_banded
 
-from plantigrade.control.replay.reference import STEP, Reference
+from plantigrade.control.gait.reference import STEP, Reference
 
 
 def borne(reference: Reference) -> Reference:

@@ -8,6 +8,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
+from plantigrade.control.gait.clearance import clearance_of
+from plantigrade.control.gait.phase import DOWN, JUST, Foot, Gait
+from plantigrade.control.gait.planner import hurried
+from plantigrade.control.gait.reference import reference_of, world_sites
+from plantigrade.control.gait.tasks import com_rows, turn_error
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.felt import Felt
 from plantigrade.control.pendulum.foothold import Sole
@@ -28,12 +33,7 @@ from plantigrade.control.pendulum.wanted import (
     turn_rows,
 )
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
-from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, TOUCHING
-from plantigrade.control.replay.footsteps import hurried
-from plantigrade.control.replay.gait import DOWN, JUST, Foot, Gait
-from plantigrade.control.replay.reference import reference_of, world_sites
-from plantigrade.control.replay.tasks import com_rows, turn_error
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from plantigrade.control.replay.reference import period_of
+from plantigrade.control.gait.reference import period_of
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.record import Record
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
+from plantigrade.control.gait.phase import Foot
 from plantigrade.control.pendulum.frame import Underfoot
-from plantigrade.control.replay.gait import Foot
 
 ALONG, ACROSS = (-0.07, 0.05, 0.17), 0.045
 """Heel, middle and ball ahead of the ankle, and half the width of a sole [leg lengths]."""

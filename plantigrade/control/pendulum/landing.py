@@ -10,10 +10,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.planner import AGAIN, LandingBox, easiest
 from plantigrade.control.pendulum.around import AHEAD, BESIDE, length
 from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, strike_angle
-from plantigrade.control.replay.footsteps import AGAIN
-from plantigrade.control.replay.planner import LandingBox, easiest
 
 RATES = np.array([0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 """Rates at which a step may be finished, of the recording's own; slowly where the foot is late."""
@@ -328,7 +327,7 @@ def landing(
 
     The mass is carried over the pivot to every time at which the foot could strike; the law says
     where it should. Of all times the one is taken after which this step and the next together are
-    easiest, as in a replay (:func:`plantigrade.control.replay.planner.easiest`).
+    easiest, as in a replay (:func:`plantigrade.control.gait.planner.easiest`).
 
     Args:
         law: Says where.

@@ -11,11 +11,11 @@ from math import atan2, cos, hypot, sin
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.reference import Instant, Reference
+from plantigrade.control.gait.schedule import Schedule
 from plantigrade.control.pendulum.manner import Manner
 from plantigrade.control.pendulum.switch import Crossing
 from plantigrade.control.pendulum.upper import Upper
-from plantigrade.control.replay.reference import Instant, Reference
-from plantigrade.control.replay.schedule import Schedule
 
 RATES = ("v", "com_velocity", "foot_velocity", "turn_velocity")
 """What is faster at another cadence."""

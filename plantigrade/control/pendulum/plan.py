@@ -8,13 +8,13 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.phase import Gait
+from plantigrade.control.gait.planner import decayed
+from plantigrade.control.gait.reference import Instant
+from plantigrade.control.gait.swing import NARROW, SLACK
 from plantigrade.control.pendulum.around import AHEAD, BESIDE, via
 from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.replay.gait import Gait
-from plantigrade.control.replay.planner import decayed
-from plantigrade.control.replay.reference import Instant
-from plantigrade.control.replay.swing import NARROW, SLACK
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.control.gait.clearance import Clearance, clearance_of
+from plantigrade.control.gait.phase import Gait
+from plantigrade.control.gait.reference import Reference, reference_of
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.pace import Paced
@@ -17,9 +20,6 @@ from plantigrade.control.pendulum.upper import (
     source_of,
 )
 from plantigrade.control.pendulum.words import Switched
-from plantigrade.control.replay.clearance import Clearance, clearance_of
-from plantigrade.control.replay.gait import Gait
-from plantigrade.control.replay.reference import Reference, reference_of
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.world import Target

@@ -6,7 +6,7 @@ from math import hypot, sqrt
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.replay.gait import Foot
+from plantigrade.control.gait.phase import Foot
 
 CLEAR = 0.012
 """A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within

@@ -14,8 +14,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.replay.reference import STEP, Instant, Reference
-from plantigrade.control.replay.schedule import Schedule
+from plantigrade.control.gait.reference import STEP, Instant, Reference
+from plantigrade.control.gait.schedule import Schedule
 from plantigrade.errors import ParameterError
 
 BLENDED = 1.2

@@ -16,8 +16,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.reference import Instant, Reference
 from plantigrade.control.pendulum.switch import Clocks
-from plantigrade.control.replay.reference import Instant, Reference
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human

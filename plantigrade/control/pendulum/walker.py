@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.balance import Balance
-from plantigrade.control.balance.support import beyond
+from plantigrade.control.gait.support import beyond
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
 from plantigrade.control.pendulum.manner import DEEPEST, Manner, barriers_of, stoop

@@ -13,10 +13,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.reference import Instant
+from plantigrade.control.gait.tasks import COM, FARTHEST, TOES, joint_weights, root_error
 from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import REACHED, bell
-from plantigrade.control.replay.reference import Instant
-from plantigrade.control.replay.tasks import COM, FARTHEST, TOES, joint_weights, root_error
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human

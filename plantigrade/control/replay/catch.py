@@ -1,7 +1,7 @@
 """Steps that no motion has: recovery steps while both feet are meant to stand.
 
 When the capture point leaves the support and the motion has no step of its own to offer, the motion
-waits, and steps are taken as in :mod:`plantigrade.control.balance.step` until the person rests.
+waits, and steps are taken as in :mod:`plantigrade.control.gait.step` until the person rests.
 Then the motion goes on from where the feet are.
 """
 
@@ -12,10 +12,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
-from plantigrade.control.balance.step import EARLY, LATE, LIFT, OUTSIDE, Pendulum, Swing, plan_step
-from plantigrade.control.balance.support import beyond, inside
-from plantigrade.control.replay.gait import TOUCH, Foot, Gait, Touchdown
-from plantigrade.control.replay.swing import SwingOffset
+from plantigrade.control.gait.phase import TOUCH, Foot, Gait, Touchdown
+from plantigrade.control.gait.step import EARLY, LATE, LIFT, OUTSIDE, Pendulum, Swing, plan_step
+from plantigrade.control.gait.support import beyond, inside
+from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.kinematics.state import State as BodyState
 
 SOON = 0.4

@@ -6,13 +6,13 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.control.replay import tasks
+from plantigrade.control.gait import tasks
+from plantigrade.control.gait.clearance import clearance_of
+from plantigrade.control.gait.phase import JUST, Gait
+from plantigrade.control.gait.reference import Reference, reference_of, world_sites
+from plantigrade.control.gait.tasks import heading
 from plantigrade.control.replay.catch import Catch
-from plantigrade.control.replay.clearance import clearance_of
 from plantigrade.control.replay.footsteps import Footsteps
-from plantigrade.control.replay.gait import JUST, Gait
-from plantigrade.control.replay.reference import Reference, reference_of, world_sites
-from plantigrade.control.replay.tasks import heading
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet

@@ -1,7 +1,7 @@
 """Where the feet of a replay are put: the divergent component of motion beside that of the motion.
 
-:mod:`.planner` decides on one step; here is what it is told, and what remains to be done by the
-centre of pressure, whether one foot swings, both stand, or none.
+:mod:`plantigrade.control.gait.planner` decides on one step; here is what it is told, and what
+remains to be done by the centre of pressure, whether one foot swings, both stand, or none.
 """
 
 from math import hypot
@@ -11,31 +11,25 @@ import numpy as np
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.control.replay.edges import on_one_side
-from plantigrade.control.replay.gait import Foot, Gait
-from plantigrade.control.replay.planner import BACK, LandingBox, Step, decayed, next_step
-from plantigrade.control.replay.reference import Instant
-from plantigrade.control.replay.swing import NARROW
-from plantigrade.control.replay.tasks import heading
+from plantigrade.control.gait.edges import on_one_side
+from plantigrade.control.gait.phase import Foot, Gait
+from plantigrade.control.gait.planner import (
+    AGAIN,
+    BACK,
+    LandingBox,
+    Step,
+    decayed,
+    hurried,
+    next_step,
+)
+from plantigrade.control.gait.reference import Instant
+from plantigrade.control.gait.swing import NARROW
+from plantigrade.control.gait.tasks import heading
 from plantigrade.kinematics.state import State as BodyState
 
 RETURN, RETURNING, FAR = 0.2, 0.06, 0.12
 """The path that is walked is led back to the planned one: at this rate [1/s] and speed at most
 [m/s]; the person is taken to be off it by so much at most [m]."""
-HURRIED, MISSED = 0.75, (0.04, 0.16)
-"""With both feet on the ground the phase runs so much faster where the divergent component is
-missed by that much: not at all, and fully [m]."""
-AGAIN = 0.35
-"""So long after a step the next one can land [s]."""
-
-
-def hurried(error: Float[Array, " 2"]) -> float:
-    """Return the rate at which the weight goes over to the other foot.
-
-    Args:
-        error: By how much the divergent component is missed [m].
-    """
-    return 1.0 + HURRIED * min(max(hypot(*error) - MISSED[0], 0.0) / (MISSED[1] - MISSED[0]), 1.0)
 
 
 class Footsteps:

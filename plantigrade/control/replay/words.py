@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.replay.gait import Touchdown
+from plantigrade.control.gait.phase import Touchdown
 
 TOLD = 0.04
 """A step further than this beside the one before is told [m]."""

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.control.replay.reference import Instant
+from plantigrade.control.gait.reference import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows

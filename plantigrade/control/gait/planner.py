@@ -2,8 +2,9 @@ r"""Where and when the next foot lands: the divergent component of motion decide
 
 While one foot swings, the deviation of the divergent component from the motion grows about the
 effective pivot of this step, and is known for the instant of touchdown. The next foot is put where
-what is left then is just what the feet's offsets explain (:mod:`.offsets`), so that the motion goes
-on from there undisturbed. A step taken sooner leaves less to explain.
+what is left then is just what the feet's offsets explain
+(:mod:`plantigrade.control.gait.offsets`), so that the motion goes on from there undisturbed. A step
+taken sooner leaves less to explain.
 
 What a step within the limits misses is not lost: the step after it, of the other foot, has room on
 the other side. So of all rates the one is taken after which the two steps together are easiest:
@@ -15,6 +16,7 @@ that of the next, and so on, so that the person comes back onto the planned path
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import hypot
 
 import numpy as np
 
@@ -37,6 +39,20 @@ LATER, NEXT = 0.3, 0.08
 the narrowest that step is planned [leg lengths]."""
 SPEED, HASTY = 4.5, 2e3
 """Mean speed of a swinging foot, at most [leg lengths/s]; cost of what it falls short [1/m²]."""
+HURRIED, MISSED = 0.75, (0.04, 0.16)
+"""With both feet on the ground the phase runs so much faster where the divergent component is
+missed by that much: not at all, and fully [m]."""
+AGAIN = 0.35
+"""So long after a step the next one can land [s]."""
+
+
+def hurried(error: Float[Array, " 2"]) -> float:
+    """Return the rate at which the weight goes over to the other foot.
+
+    Args:
+        error: By how much the divergent component is missed [m].
+    """
+    return 1.0 + HURRIED * min(max(hypot(*error) - MISSED[0], 0.0) / (MISSED[1] - MISSED[0]), 1.0)
 
 
 @dataclass(frozen=True)

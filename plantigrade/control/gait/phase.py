@@ -12,8 +12,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.replay.reference import Reference
-from plantigrade.control.replay.swing import SwingOffset
+from plantigrade.control.gait.reference import Reference
+from plantigrade.control.gait.swing import SwingOffset
 
 TOUCH, LOADED = 0.035, 0.028
 """A foot touches, or its place is known, from this load on [body weights]."""

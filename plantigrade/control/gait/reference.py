@@ -12,10 +12,10 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
-from plantigrade.control.replay.clearance import Clearance, held_out
-from plantigrade.control.replay.edges import lifts
-from plantigrade.control.replay.offsets import offset_weights
-from plantigrade.control.replay.schedule import Schedule, Stance, carrying, settled, stances_of
+from plantigrade.control.gait.clearance import Clearance, held_out
+from plantigrade.control.gait.edges import lifts
+from plantigrade.control.gait.offsets import offset_weights
+from plantigrade.control.gait.schedule import Schedule, Stance, carrying, settled, stances_of
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 
