@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
@@ -68,7 +68,7 @@ def walked(record: Record, tick: float) -> tuple[np.ndarray, float, int]:
 
     Who falls begins anew: what is timed is walking.
     """
-    controller, motion = Pendulum(record, tick=tick), record.motion
+    controller, motion = Pendulum(record, settings=PendulumSettings(tick=tick)), record.motion
     world = World(
         record.human,
         record.ground,
@@ -82,7 +82,7 @@ def walked(record: Record, tick: float) -> tuple[np.ndarray, float, int]:
     looks, programs, falls, lasted = [], 0, 0, 0.0
     while lasted < SECONDS:
         state, clocks = world.reset(), {"command": 0.0, "program": 0.0}
-        controller = Pendulum(record, tick=tick)
+        controller = Pendulum(record, settings=PendulumSettings(tick=tick))
         _clock(controller, "_command", "command", clocks)
         state = world.step(controller(state))  # the first one also makes ready
         _clock(controller.program, "solve", "program", clocks)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance import Balance, Followed, Hybrid
-from plantigrade.control.pendulum import Walker, Wish
+from plantigrade.control.pendulum import WalkCommand, Walker
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.replay import Replay
 from plantigrade.control.tracking import Tracking
@@ -33,7 +33,7 @@ class Situation:
         record: The motion with its forces and its ground; None where they just stand.
         script: The foot motion they are to do; None where it is none.
         stepping: Whether they may step where standing in place can no longer succeed.
-        wish: What a walk is to be.
+        walk: What a walk is commanded.
     """
 
     human: Human
@@ -44,7 +44,7 @@ class Situation:
     record: Record | None = None
     script: Followed | None = None
     stepping: bool = False
-    wish: Wish | None = None
+    walk: WalkCommand | None = None
 
     @property
     def reference(self) -> Followed | None:
@@ -90,7 +90,7 @@ CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "hybrid": lambda at: Hybrid(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
     "replay": lambda at: Replay(at.recorded("replay")),
-    "pendulum": lambda at: Walker(at.recorded("pendulum"), at.wish),
+    "pendulum": lambda at: Walker(at.recorded("pendulum"), at.walk),
 }
 """Name of a controller → how it is made."""
 

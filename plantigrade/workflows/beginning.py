@@ -14,9 +14,9 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation, controller_named
 from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
-from plantigrade.control.pendulum import Wish, walk_of
-from plantigrade.control.pendulum.route import depths, path, speeds
-from plantigrade.control.pendulum.styles import RECORDED
+from plantigrade.control.pendulum import WalkCommand, walk_of
+from plantigrade.control.pendulum.command import RECORDED
+from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -75,7 +75,7 @@ class Start:
         record: The motion with its forces.
         script: What they are to do in balance: a foot motion, or a motion brought over their feet.
         policy: What has learned to move them.
-        wish: What their walk is to be.
+        walk: What their walk is commanded.
     """
 
     human: Human
@@ -89,7 +89,7 @@ class Start:
     record: Record | None = None
     script: Followed | None = None
     policy: Controller | None = None
-    wish: Wish | None = None
+    walk: WalkCommand | None = None
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:
@@ -156,7 +156,7 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         motion=walk.motion,
         ground=walk.ground,
         notes=notes,
-        wish=wish_of(begin, how, step),
+        walk=walk_command(begin, how, step),
     )
 
 
@@ -296,24 +296,24 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
         record=begin.record,
         script=begin.script,
         stepping=how.stepping,
-        wish=begin.wish,
+        walk=begin.walk,
     )
 
 
-def wish_of(begin: Start, how: SimulateSettings, step: Step) -> Wish:
-    """Return what a walk is to be.
+def walk_command(begin: Start, how: SimulateSettings, step: Step) -> WalkCommand:
+    """Return what a walk is commanded.
 
     Raises:
         PlantigradeError: If a word is no speed or path, no other walk or upper body.
     """
     walks, uppers = styles_of(begin.human, how, step)
-    return Wish(
+    return WalkCommand(
         own=begin.name if walks else RECORDED,
         walks=walks,
         uppers=uppers,
-        speed=None if how.speed is None else speeds(how.speed),
-        way=None if how.path is None else path(how.path),
-        stoop=None if how.stoop is None else depths(how.stoop),
+        speed=None if how.speed is None else speeds_of(how.speed),
+        path=None if how.path is None else path_of(how.path),
+        stoop=None if how.stoop is None else depths_of(how.stoop),
     )
 
 

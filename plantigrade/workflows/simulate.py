@@ -90,7 +90,7 @@ def simulate(
     how.refuse_unused(word)
     lasts = _duration(begin, how, moved_by)
     begins = [(_called(each), min(each.edges(), default=0.0)) for each in (*acting, *disturbances)]
-    for what, first in (*begins, *(() if begin.wish is None else begin.wish.changes)):
+    for what, first in (*begins, *(() if begin.walk is None else begin.walk.changes)):
         if first >= lasts:
             raise ParameterError(
                 f"{what} would begin at {first:g} s, but the simulation lasts {lasts:g} s: give it "

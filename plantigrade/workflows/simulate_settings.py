@@ -142,9 +142,9 @@ class SimulateSettings(RecordingSettings):
 
     def _check_walk(self) -> None:
         """Refuse words that lead no walk."""
-        from plantigrade.control.pendulum.route import depths, path, speeds
+        from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 
-        for name, read in {"speed": speeds, "path": path, "stoop": depths}.items():
+        for name, read in {"speed": speeds_of, "path": path_of, "stoop": depths_of}.items():
             word = getattr(self, name)
             if word is not None:
                 read(word)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.control.pendulum.styles import RECORDED, Style
+from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.upper import POSES, Pose
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of

@@ -13,8 +13,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.choices import CONTROLLERS, Situation
+from plantigrade.control.pendulum import PendulumSettings, walk_of
 from plantigrade.control.pendulum import Walker as Led
-from plantigrade.control.pendulum import walk_of
 from plantigrade.control.pendulum.landing import LAWS
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.learn.controller import PolicyController, policy_named
@@ -140,7 +140,7 @@ class _Law:
     law: str
 
     def __call__(self, record: Record) -> Controller:
-        return Led(record, law=self.law)
+        return Led(record, settings=PendulumSettings(law=self.law))
 
 
 @dataclass(frozen=True)

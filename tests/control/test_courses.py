@@ -7,11 +7,11 @@ import pytest
 
 from plantigrade.contact.ground import Bump, Ground
 from plantigrade.control.gait.reference import reference_of
-from plantigrade.control.pendulum import Walker, Wish, walk_of
+from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
+from plantigrade.control.pendulum.crouch import Crouch, CrouchSettings
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
-from plantigrade.control.pendulum.manner import stoop
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.route import depths, path, speeds
+from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.control.pendulum.words import led_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
@@ -40,54 +40,54 @@ def test_longer_and_quicker_steps_keep_the_pendulum_true(walk):
 
 
 def test_words_of_speed_and_way_are_read_and_bad_ones_refused():
-    found = speeds("1.2,0.8@5,0@10")
+    found = speeds_of("1.2,0.8@5,0@10")
     assert [found.at(t) for t in (0.0, 4.9, 5.0, 12.0)] == [1.2, 1.2, 0.8, 0.0]
-    for word in ("fast", "1.2@3", "1.2,0.8", "1.2,1@5,2@3", "1.2,9@3", "-1", "nan"):
+    for word in ("fast", "1.2@3", "1.2,0.8", "1.2,1@5,2@3", "-1", "nan"):
         with pytest.raises(ParameterError, match="speed"):
-            speeds(word)
-    way = path("bearing:0,90@5")
-    assert way.bearing(4.0, 7.0, 1.0) == 0.0 and way.bearing(5.0, 0.0, 0.0) == pytest.approx(
+            speeds_of(word)
+    way = path_of("bearing:0,90@5")
+    assert way.heading(4.0, 7.0, 1.0) == 0.0 and way.heading(5.0, 0.0, 0.0) == pytest.approx(
         np.pi / 2
     )
-    assert path("straight").bearing(9.0, 1.0, 2.0) == 0.0
+    assert path_of("straight").heading(9.0, 1.0, 2.0) == 0.0
     with pytest.raises(ParameterError, match="as its times must rise"):
-        speeds("1,0@5,1@3")
+        speeds_of("1,0@5,1@3")
     for word in ("left", "bearing:", "bearing:x", "points:1,2/3", "points:", "points:1,inf"):
         with pytest.raises(ParameterError, match="write straight; bearing:DEG"):
-            path(word)
-    for word in ("bearing:1e9", "points:1e300,0", "points:" + "1,1/" * 1000 + "2,2"):
+            path_of(word)
+    for word in ("points:1e300,0", "points:" + "1,1/" * 1000 + "2,2"):
         with pytest.raises(ParameterError, match="at most"):
-            path(word)
+            path_of(word)
 
 
 def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():
-    way = path("points:4,0/4,3")
-    assert way.bearing(0.0, 1.0, 0.0) == pytest.approx(0.0)
-    assert way.bearing(0.1, 1.0, 0.3) < -0.2  # beside it: back to it, not straight to the corner
-    assert way.bearing(0.2, 3.95, 0.0) == pytest.approx(np.pi / 2, abs=0.2)
-    assert way.bearing(0.3, 1.0, 0.0) > 0.15  # what was passed is not walked to again
-    assert way.bearing(0.4, 4.0, 3.01) is None
-    assert way.bearing(0.0, 1.0, 0.0) == pytest.approx(0.0)  # another walk begins
+    way = path_of("points:4,0/4,3")
+    assert way.heading(0.0, 1.0, 0.0) == pytest.approx(0.0)
+    assert way.heading(0.1, 1.0, 0.3) < -0.2  # beside it: back to it, not straight to the corner
+    assert way.heading(0.2, 3.95, 0.0) == pytest.approx(np.pi / 2, abs=0.2)
+    assert way.heading(0.3, 1.0, 0.0) > 0.15  # what was passed is not walked to again
+    assert way.heading(0.4, 4.0, 3.01) is None
+    assert way.started(way.settings).heading(0.0, 1.0, 0.0) == pytest.approx(0.0)
 
 
 def test_a_walk_is_slower_before_corners_and_who_is_to_turn_round_is_slow():
-    way = path("points:6,0/6,4/6,0")
-    assert way.bearing(0.0, 0.0, 0.0) == 0.0
-    before = [way.fastest(x, 0.0, 0.0) for x in (0.0, 2.0, 3.0, 3.9)]
+    way = path_of("points:6,0/6,4/6,0")
+    assert way.heading(0.0, 0.0, 0.0) == 0.0
+    before = [way.speed_limit(x, 0.0, 0.0) for x in (0.0, 2.0, 3.0, 3.9)]
     assert before == sorted(before, reverse=True) and before[0] > 1.5 and before[-1] < 0.8
-    assert way.bearing(0.1, 4.5, 0.0) is not None and way.passed == 1
-    turned = [way.fastest(6.0, 0.5, angle) for angle in (0.0, 0.8, 1.4)]  # round the corner
+    assert way.heading(0.1, 4.5, 0.0) is not None and way.passed == 1
+    turned = [way.speed_limit(6.0, 0.5, angle) for angle in (0.0, 0.8, 1.4)]  # round the corner
     assert turned == sorted(turned) and turned[0] == pytest.approx(0.3)
-    assert way.fastest(6.0, 2.5, 0.5 * np.pi) < 0.8  # it turns round at the next
+    assert way.speed_limit(6.0, 2.5, 0.5 * np.pi) < 0.8  # it turns round at the next
     # Beside the way, towards its end, there must be room to come back.
-    assert way.fastest(4.5, 1.5, 0.5 * np.pi) < way.fastest(5.5, 1.5, 0.5 * np.pi)
-    assert path("points:-3,0").fastest(0.0, 0.0, 0.0) == pytest.approx(0.3)
-    assert path("bearing:0,90@5").fastest(0.0, 0.0, 3.0) == np.inf
+    assert way.speed_limit(4.5, 1.5, 0.5 * np.pi) < way.speed_limit(5.5, 1.5, 0.5 * np.pi)
+    assert path_of("points:-3,0").speed_limit(0.0, 0.0, 0.0) == pytest.approx(0.3)
+    assert path_of("bearing:0,90@5").speed_limit(0.0, 0.0, 3.0) == np.inf
 
 
 @pytest.mark.parametrize("word", ["points:4,0/4,2", "points:-2,0"])
 def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, word):
-    led = Walker(walk, Wish(way=path(word)))
+    led = Walker(walk, WalkCommand(path=path_of(word)))
     motion = walk.motion
     world = World(
         walk.human,
@@ -105,43 +105,43 @@ def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, w
     ):
         state = world.step(led(state))
     assert world.fall is None and not led.walks
-    assert state.body.com[:2] == pytest.approx(led.wish.way.places[-1], abs=1.2)
+    assert state.body.com[:2] == pytest.approx(led.command.path.points[-1], abs=1.2)
     assert "It did not come to the end" not in " ".join(led.said())
 
 
 def test_how_far_a_walk_is_from_its_way_is_measured_in_the_world():
-    way = path("points:4,0/4,3")
-    assert way.off(2.0, 0.5) == pytest.approx(0.5) and way.off(5.0, 0.0) == pytest.approx(1.0)
-    assert way.off(4.0, 2.0) == pytest.approx(2.0)  # that part of it is still to come
-    assert way.bearing(0.1, 3.9, 0.0) is not None and way.passed == 1
-    assert way.off(6.0, 2.0) == pytest.approx(2.0)
-    assert led_told(None, way.off(6.0, 2.0), (), way) == (
+    way = path_of("points:4,0/4,3")
+    assert way.deviation(2.0, 0.5) == pytest.approx(0.5) and way.deviation(
+        5.0, 0.0
+    ) == pytest.approx(1.0)
+    assert way.deviation(4.0, 2.0) == pytest.approx(2.0)  # that part of it is still to come
+    assert way.heading(0.1, 3.9, 0.0) is not None and way.passed == 1
+    assert way.deviation(6.0, 2.0) == pytest.approx(2.0)
+    assert led_told(None, way.deviation(6.0, 2.0), (), way) == (
         "It kept within 200 cm of its way.",
         "It did not come to the end of its way: points passed, 1 of 2.",
     )
-    assert way.bearing(0.2, 4.0, 3.0) is None and way.passed == 2
+    assert way.heading(0.2, 4.0, 3.0) is None and way.passed == 2
     assert len(led_told(None, 0.0, (), way)) == 1
-    assert path("bearing:0,90@5").off(1.0, 2.0) is None
+    assert path_of("bearing:0,90@5").deviation(1.0, 2.0) is None
 
 
 def test_a_walk_that_cuts_a_corner_or_overshoots_it_says_so(walk):
-    way = path("points:1,0/1,4")
-    led = Walker(walk, Wish(way=way))
+    led = Walker(walk, WalkCommand(path=path_of("points:1,0/1,4")))
     motion = walk.motion
     world = World(walk.human, recording=False, qpos=motion.qpos[0], qvel=motion.qvel[0])
-    led(world.reset())
-    way.bearing(0.1, 0.9, 0.0)
+    state = world.step(led(world.reset()))
+    led.command.path.heading(0.1, 0.9, 0.0)
     led.frame.shift(0.7)  # 0.7 m aside of all of it
-    led._astray = 0.0
-    led._steer(0.01)
+    led(state)
     assert led.figures()["astray_max_m"] == pytest.approx(0.7, abs=0.15)
 
 
 def test_who_is_at_a_point_of_the_way_does_not_circle_about_it():
     for word in ("points:0,0", "points:0,0/0,0"):
-        assert path(word).bearing(0.0, 0.5, 0.0) is None  # it stands
-    way = path("points:0,0/4,0/4,0/4,3")
-    assert way.places == ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0))
+        assert path_of(word).heading(0.0, 0.5, 0.0) is None  # it stands
+    way = path_of("points:0,0/4,0/4,0/4,3")
+    assert way.points == ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0))
 
 
 def test_a_frame_shows_the_world_as_it_is_from_there(walk):
@@ -168,18 +168,18 @@ def test_a_frame_shows_the_world_as_it_is_from_there(walk):
 
 def test_a_walk_is_not_led_beyond_what_it_can(walk):
     with pytest.raises(ParameterError, match="name a faster walk"):
-        Walker(walk, Wish(speed=speeds("1.0,2.5@3")))
+        Walker(walk, WalkCommand(speed=speeds_of("1.0,2.5@3")))
     part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
     with pytest.raises(ParameterError, match="walk that is repeated"):
-        Walker(walk_of(replace(walk, motion=part)), Wish(speed=speeds("1.0")))
+        Walker(walk_of(replace(walk, motion=part)), WalkCommand(speed=speeds_of("1.0")))
     with pytest.raises(ParameterError, match="no effect without controller=pendulum"):
         SimulateSettings(speed="1.0")
 
 
 def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):
-    human, manner = walk.human, stoop(walk.human, 0.25)
+    human, crouch = walk.human, Crouch.of(walk.human, CrouchSettings(max_depth_cm=25.0))
     stands, bent = State(human, human.standing()), np.array(human.standing())
-    bent[7:] += manner.angles
+    bent[7:] += crouch.angles
     low = stands.moved_to(bent)
     ankle = 0.5 * sum(low.origin(f"foot_{s}")[2] for s in "rl")  # the pelvis is where it was
     head = stands.origin("head")[2] - (low.origin("head")[2] - ankle)
@@ -187,10 +187,10 @@ def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):
     assert head == pytest.approx(0.25, abs=0.08)
     paced = Paced(reference_of(walk))
     before = paced.at(0.3)["com"][2]
-    paced.manner = manner
-    assert before - paced.at(0.3)["com"][2] == pytest.approx(manner.lowered)
+    paced.crouch = crouch
+    assert before - paced.at(0.3)["com"][2] == pytest.approx(crouch.lowering)
     with pytest.raises(ParameterError, match="stoop must be 0–30 cm"):
-        depths("0,90@3")
+        depths_of("0,90@3")
 
 
 @pytest.mark.slow

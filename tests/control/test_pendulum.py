@@ -10,11 +10,11 @@ from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.reference import STEP, reference_of
 from plantigrade.control.gait.swing import SwingOffset
-from plantigrade.control.pendulum import Pendulum, walk_of
+from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
 from plantigrade.control.pendulum.around import AHEAD, BESIDE, length, via
 from plantigrade.control.pendulum.borne import borne
-from plantigrade.control.pendulum.felt import LIGHT, Felt
-from plantigrade.control.pendulum.hold import Hold
+from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
+from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
@@ -225,17 +225,17 @@ def test_a_push_is_felt_beside_the_ground(walk):
         if world.time > 0.3:
             world.push(trunk, push)
         state = world.step(controller(state))
-        felt.append(controller.felt.push)
-    own = push[:2] / state.body.mass
+        felt.append(controller.disturbance.acceleration)
+    own, deadband = push[:2] / state.body.mass, controller.settings.disturbance.deadband
     assert np.abs(felt[10:59]).max() < 0.3
     late = np.array(felt[70:])
-    assert np.abs(np.median(late, axis=0) - own).max() < LIGHT
-    wrong = np.abs(late - own).max(axis=1) > 2.0 * LIGHT
+    assert np.abs(np.median(late, axis=0) - own).max() < deadband
+    wrong = np.abs(late - own).max(axis=1) > 2.0 * deadband
     assert wrong.mean() < 0.05  # for a moment, where a foot strikes hard
 
 
 def test_what_is_felt_is_no_turn_of_the_axes_and_no_single_shock(walk):
-    felt, angle, step = Felt(), 0.01, 0.005
+    estimator, angle, step = DisturbanceEstimator(), 0.01, 0.005
     still, nothing = BodyState(walk.human, walk.human.standing()), np.zeros((1, 3))
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     velocity = np.array([1.3, 0.0])
@@ -244,9 +244,9 @@ def test_what_is_felt_is_no_turn_of_the_axes_and_no_single_shock(walk):
         qvel[:2] = velocity
         body = BodyState(walk.human, still.qpos, qvel)
         shock = np.array([[0.0, 900.0, 0.0]]) if k % 5 == 0 else nothing
-        felt.feel(body, shock, step, turn)
+        estimator.update(body, shock, step, turn)
         velocity = turn @ velocity
-        np.testing.assert_allclose(felt.push, 0.0, atol=1e-6)
+        np.testing.assert_allclose(estimator.acceleration, 0.0, atol=1e-6)
 
 
 def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():
@@ -277,25 +277,36 @@ def test_a_foot_that_is_held_up_is_led_no_farther():
 
 
 def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
-    hold, up, down = Hold(0.02, 0.005, 8), np.zeros(3, dtype=bool), np.array([True, False, False])
+    hold, up, down = (
+        CommandHold(0.02, 0.005, 8),
+        np.zeros(3, dtype=bool),
+        np.array([True, False, False]),
+    )
     stands = [True, False]
-    assert [hold.goes_on(up, stands) for _ in range(6)] == [False, True, True, True, False, True]
-    assert not hold.goes_on(down, stands)  # at once, and a whole tick begins
-    assert [hold.goes_on(down, stands) for _ in range(4)] == [True, True, True, False]
-    assert not hold.goes_on(down, [True, True])
+    assert [hold.still_holds(up, stands) for _ in range(6)] == [
+        False,
+        True,
+        True,
+        True,
+        False,
+        True,
+    ]
+    assert not hold.still_holds(down, stands)  # at once, and a whole tick begins
+    assert [hold.still_holds(down, stands) for _ in range(4)] == [True, True, True, False]
+    assert not hold.still_holds(down, [True, True])
     qacc = np.arange(8.0)
     hold.keep(StablePD(np.zeros(2), np.ones(2), torque=np.full(2, 7.0)), qacc)
-    hold.later()
-    later = hold.later()
+    hold.next()
+    later = hold.next()
     np.testing.assert_allclose(later.velocity, 1.0 + 0.01 * qacc[6:])
     np.testing.assert_array_equal(later.torque, 7.0)
-    assert Hold(0.001, 0.005, 8).looks == 1
+    assert CommandHold(0.001, 0.005, 8).samples == 1
 
 
 def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs(walk, monkeypatch):
     solved, solve = [], BoxProgram.solve
     monkeypatch.setattr(BoxProgram, "solve", lambda *a, **k: solved.append(1) or solve(*a, **k))
-    controller, motion = Pendulum(walk, tick=0.02), walk.motion
+    controller, motion = Pendulum(walk, settings=PendulumSettings(tick=0.02)), walk.motion
     assert controller.control_rate == 100.0 == 0.5 * Pendulum(walk).control_rate  # soles looked at
     start = {"qpos": motion.qpos[0], "qvel": motion.qvel[0]}
     world = World(
@@ -334,9 +345,9 @@ def test_a_recorded_walk_goes_on_at_its_speed_after_a_push(data):
 
 def test_another_law_ground_or_person_is_refused(walk):
     with pytest.raises(ParameterError, match="no landing law 'moon'; there are divergent"):
-        Pendulum(walk, "moon")
+        PendulumSettings(law="moon")
     with pytest.raises(ParameterError, match="tick=0 s must be above 0 and at most 0.1 s"):
-        Pendulum(walk, tick=0.0)
+        PendulumSettings(tick=0.0)
     with pytest.raises(ParameterError, match="recorded on level ground"):
         Pendulum(replace(walk, ground=Ground(slope=0.1)))
     motion = walk_of(walk).motion

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from plantigrade.control.gait.reference import reference_of
-from plantigrade.control.pendulum import Walker, Wish
-from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
+from plantigrade.control.pendulum import WalkCommand, Walker
+from plantigrade.control.pendulum.command import RECORDED, Style
+from plantigrade.control.pendulum.styles import Styles
 from plantigrade.control.pendulum.switch import Clocks, Crossing, instants
 from plantigrade.control.pendulum.upper import POSES, Pose, Upper, source_of, upper_hinges
 from plantigrade.errors import ParameterError
@@ -74,7 +75,7 @@ def test_a_crossing_begins_as_the_old_walk_in_its_own_time_and_ends_as_the_new(b
 
 def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(walk, slower):
     other = Style(name="stroll", record=slower, time=0.2)
-    walker = Walker(walk, Wish(own="walk", walks=(other,)))
+    walker = Walker(walk, WalkCommand(own="walk", walks=(other,)))
     world = World(
         walk.human,
         walk.ground,
@@ -103,10 +104,10 @@ def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(wal
 
 def test_what_cannot_be_walked_is_refused(walk, begun_by_another):
     with pytest.raises(ParameterError, match="degrees of freedom"):
-        Walker(walk, Wish(walks=(Style(name="other", record=begun_by_another),)))
+        Walker(walk, WalkCommand(walks=(Style(name="other", record=begun_by_another),)))
     still = Record(walk.human, walk.motion.frames(np.arange(30)))
     with pytest.raises(ParameterError, match="every foot stands once"):
-        Walker(walk, Wish(own="walk", walks=(Style(name="end", record=still),)))
+        Walker(walk, WalkCommand(own="walk", walks=(Style(name="end", record=still),)))
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +171,7 @@ def test_styles_are_chosen_by_number_and_begin_anew(walk, slower):
     pose = Pose.of(walk.human, {"elbow_flex_r": 1.0})
     walker = Walker(
         walk,
-        Wish(
+        WalkCommand(
             own="walk",
             walks=(Style(name="stroll", record=slower),),
             uppers=(Style(name="elbow", pose=pose, time=1.0), Style(name=RECORDED, time=2.0)),

@@ -3,19 +3,20 @@
 import numpy as np
 import pytest
 
-from plantigrade.control.pendulum import Walker, Wish, walk_of
-from plantigrade.control.pendulum.route import path
-from plantigrade.control.pendulum.turn import FASTEST, Turn, steered
+from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
+from plantigrade.control.pendulum.path import path_of
+from plantigrade.control.pendulum.turn import PredictedTurn, Turn, TurnSettings
 from plantigrade.experiments.walking import walking
 from plantigrade.workflows.harness import world_for
 
 SPEED, OMEGA, STEP, DURATION = 1.3, 3.2, 0.005, 0.55
+FASTEST = TurnSettings().max_rate
 
 
 def on_a_circle() -> Turn:
     turn = Turn()
     for _ in range(800):
-        turn.look(10.0, SPEED, DURATION, OMEGA, STEP)
+        turn.update(10.0, SPEED, DURATION, OMEGA, STEP)
     return turn
 
 
@@ -23,9 +24,9 @@ def test_round_a_circle_feet_that_land_on_it_keep_the_mass_on_it():
     """The extrapolated centre, driven from foot to foot, is where it was in the axes of the way."""
     turn = on_a_circle()
     assert turn.rate == FASTEST
-    angle, inward, half = turn.after(0.5)
+    angle, inward, half = turn.predicted(0.5)
     assert angle == pytest.approx(0.5 * FASTEST) and half == pytest.approx(0.5 * DURATION * FASTEST)
-    assert turn.after(0.1)[1] == pytest.approx(inward, rel=1e-6)
+    assert turn.predicted(0.1)[1] == pytest.approx(inward, rel=1e-6)
     grows, a = np.exp(OMEGA * DURATION), FASTEST * DURATION
     before = SPEED * DURATION / (grows - 1.0)  # of the foot, when it strikes
     ahead = SPEED / OMEGA - before
@@ -43,9 +44,9 @@ def test_round_a_circle_feet_that_land_on_it_keep_the_mass_on_it():
 def test_with_ever_shorter_steps_it_is_what_a_circle_asks_for():
     turn = Turn()
     for _ in range(800):
-        turn.look(10.0, SPEED, 0.4, OMEGA, STEP)
-    longer = turn.after(0.0)[1]
-    assert longer > on_a_circle().after(0.0)[1]
+        turn.update(10.0, SPEED, 0.4, OMEGA, STEP)
+    longer = turn.predicted(0.0)[1]
+    assert longer > on_a_circle().predicted(0.0)[1]
     assert longer < SPEED * FASTEST / OMEGA**2
 
 
@@ -53,8 +54,8 @@ def test_what_is_foreseen_comes():
     """A turn of 30° to the left, from straight on to straight on."""
     turn, angle, rows = Turn(), 0.0, []
     for _ in range(1600):
-        turn.look(np.deg2rad(30.0) - angle, SPEED, DURATION, OMEGA, STEP)
-        rows.append((angle, turn.rate, *turn.after(0.4)[:2], turn.after(0.0)[1]))
+        turn.update(np.deg2rad(30.0) - angle, SPEED, DURATION, OMEGA, STEP)
+        rows.append((angle, turn.rate, *turn.predicted(0.4)[:2], turn.predicted(0.0)[1]))
         angle += STEP * turn.rate
     angles, rate, later, inward, now = np.array(rows).T
     assert angles[-1] == pytest.approx(np.deg2rad(30.0), abs=1e-3)
@@ -69,16 +70,15 @@ def test_what_is_foreseen_comes():
 def test_a_turn_to_the_right_is_the_mirrored_one():
     left, right = Turn(), Turn()
     for _ in range(60):
-        left.look(0.5, SPEED, DURATION, OMEGA, STEP)
-        right.look(-0.5, SPEED, DURATION, OMEGA, STEP)
-    assert right.after(0.3) == pytest.approx([-x for x in left.after(0.3)])
+        left.update(0.5, SPEED, DURATION, OMEGA, STEP)
+        right.update(-0.5, SPEED, DURATION, OMEGA, STEP)
+    assert right.predicted(0.3) == pytest.approx([-x for x in left.predicted(0.3)])
 
 
 def test_who_goes_straight_on_leans_nowhere():
     turn = Turn()
-    turn.look(0.0, SPEED, DURATION, OMEGA, STEP)
-    assert (turn.rate, turn.after(0.5)) == (0.0, (0.0, 0.0, 0.0))
-    assert steered(1.0, 0.0, 0.1) == pytest.approx(0.1) and steered(9.0, 0.2, 9.0) == FASTEST
+    turn.update(0.0, SPEED, DURATION, OMEGA, STEP)
+    assert (turn.rate, turn.predicted(0.5)) == (0.0, PredictedTurn())
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_bearings_that_change_to_and_fro_are_walked(data, sign):
     one = walking("pendulum", data)
     walk = walk_of(one.record)
     words = [f"{sign * 30 * (k % 2)}@{2.0 + 2.7 * k:g}" for k in range(1, 5)]
-    walker = Walker(walk, Wish(way=path("bearing:0," + ",".join(words))))
+    walker = Walker(walk, WalkCommand(path=path_of("bearing:0," + ",".join(words))))
     world = world_for(one, walker)
     state, landings, apart = world.reset(), 0, []
     while world.time < 16.0 and world.fall is None:

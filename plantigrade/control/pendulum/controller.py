@@ -14,13 +14,14 @@ from plantigrade.control.gait.planner import hurried
 from plantigrade.control.gait.reference import reference_of, world_sites
 from plantigrade.control.gait.tasks import com_rows, turn_error
 from plantigrade.control.pendulum.borne import borne
-from plantigrade.control.pendulum.felt import Felt
+from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.frame import Underfoot
-from plantigrade.control.pendulum.hold import LONGEST, Hold
+from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan, reaction_of, turned
+from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import SwingPath, in_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
@@ -60,9 +61,8 @@ LEVEL = 0.06
 STILL = np.zeros(3)
 AXES = np.eye(2)
 """The walk's way: ahead and to the left, as columns."""
-TICK, LONG = 0.005, 0.02
-"""So long a command holds, unless a sole touches the ground or leaves it [s]; looked for at every
-control step, which in ticks so long is half of one."""
+LONG = 0.02
+"""Ticks from which the soles are sampled at half the rate [s]."""
 WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
@@ -73,9 +73,7 @@ class Pendulum:
     Args:
         record: The walk; a closed stride is repeated for ever
             (:func:`plantigrade.control.pendulum.cycle.walk_of`), any other motion ends.
-        law: Name of the law by which feet land, one of
-            :data:`~plantigrade.control.pendulum.landing.LAWS`.
-        tick: So long a command holds, unless a sole touches the ground or leaves it [s].
+        settings: The numbers of the controller.
 
     Attributes:
         rate: Steps of the physics per second that it wants [1/s].
@@ -88,17 +86,14 @@ class Pendulum:
         height: How high that is above the ground [m].
 
     Raises:
-        ParameterError: If there is no such law, a tick is no time, the walk was not recorded on
-            level ground, or its motion has less than two frames.
+        ParameterError: If the walk was not recorded on level ground, or its motion has less than
+            two frames.
     """
 
     rate, control_rate, record_rate = 600.0, 200.0, 100.0
 
-    def __init__(self, record: Record, law: str = "divergent", tick: float = TICK):
-        if law not in LAWS:
-            raise ParameterError(f"no landing law {law!r}; there are {', '.join(LAWS)}")
-        if not 0.0 < tick <= LONGEST:
-            raise ParameterError(f"tick={tick:g} s must be above 0 and at most {LONGEST:g} s")
+    def __init__(self, record: Record, *, settings: PendulumSettings | None = None):
+        self.settings = settings or PendulumSettings()
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven:
             raise ParameterError("a pendulum needs a walk that was recorded on level ground")
@@ -109,9 +104,8 @@ class Pendulum:
                 "recorded on uneven ground, and a pendulum needs one on level ground"
             )
         self.record, self.human = record, record.human
-        self.law: LandingLaw = LAWS[law]
-        self.tick = tick
-        if tick >= LONG:
+        self.law: LandingLaw = LAWS[self.settings.law]
+        if self.settings.tick >= LONG:
             self.control_rate = 0.5 * type(self).control_rate
         self.clearance = clearance_of(record)
         self.reference = Paced(borne(reference_of(record, self.clearance, lands=True)))
@@ -193,7 +187,7 @@ class Pendulum:
         resisted = 0.5 / world.control_rate * (rests - turns)
         self.program = BoxProgram(self.human, world.actuators.armature + resisted)
         self.landings, self._now = [], 0.0
-        self.felt = Felt()
+        self.disturbance = DisturbanceEstimator(self.settings.disturbance)
         self.place = self._from = state.body.com[:2].copy()
         self.resume(state.body, 0.0)
 
@@ -202,7 +196,7 @@ class Pendulum:
         assert self._world is not None  # it has begun
         gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase)
         nv = self.human.model.nv
-        self.hold = Hold(self.tick, 1.0 / self._world.control_rate, nv)
+        self.hold = CommandHold(self.settings.tick, 1.0 / self._world.control_rate, nv)
         tick = 2.0 * self.hold.half
         own = self.leg, self.hip, self.reaction
         self.plan = Plan(gait, self.reference, self.law, *own, tick)
@@ -283,19 +277,20 @@ class Pendulum:
         if len(gait.touchdowns) > landed:
             self._landed(state.time)
         self.place, self._now = body.com[:2].copy(), self._now + step
-        self.felt.feel(body, state.contact_force, step, turned(self.plan.turning * step))
-        holds = self.hold.goes_on(height < TOUCHING, [f.stands for f in gait.feet])
+        rotation = turned(self.plan.turning * step)
+        self.disturbance.update(body, state.contact_force, step, rotation)
+        holds = self.hold.still_holds(height < TOUCHING, [f.stands for f in gait.feet])
         if not holds:
             rise, foothold = self._slope(body.com)[1], self._foothold if self._rough else None
-            push = self.felt.push
+            push = self.disturbance.acceleration
             self.landing = self.plan.next(body, ref, foot, rise, self._level, push, foothold)
         pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
         own = step * reference.cadence  # seconds of the recording
         self._clock += own
         gait.advance(self._clock, own, pace)
         if holds:
-            return self.hold.later()
-        if self.hold.looks > 1:  # the middle of the tick is what counts
+            return self.hold.next()
+        if self.hold.samples > 1:  # the middle of the tick is what counts
             body = body.integrated(self.hold.qacc, self.hold.half)
             foot, (low, height) = body.origins[self.feet], self._soles(body)
         ahead = max(self.hold.half - step, 0.0) * reference.cadence * gait.rate

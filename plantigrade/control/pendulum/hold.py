@@ -1,7 +1,7 @@
 """How long a command holds: a tick, or until a sole touches the ground or leaves it.
 
 Torques that bear the body throw a foot that has left the ground meanwhile: a toe, in hundredths of
-a second. Whoever looks at the soles more often than they solve the program need not solve it often.
+a second. With soles that are sampled more often, the program need not be solved as often.
 """
 
 from dataclasses import replace
@@ -11,55 +11,51 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.world import StablePD
 
-LONGEST = 0.1
-"""Nobody walks with longer ticks [s]."""
 
-
-class Hold:
-    """The last command.
+class CommandHold:
+    """The last command, and whether it still holds.
 
     Args:
-        tick: So long it holds [s].
-        step: From one look to the next [s].
+        tick: Time for which it holds [s].
+        step: Time from one sample of the soles to the next [s].
         nv: Coordinates of the person.
 
     Attributes:
-        looks: In a tick.
-        qacc: Accelerations that the last command gives.
+        samples: Of the soles in a tick.
+        qacc: Accelerations by the last command.
     """
 
     def __init__(self, tick: float, step: float, nv: int):
-        self.looks, self.step = max(round(tick / step), 1), step
-        self._left, self._near, self._stands = 0, b"", b""
+        self.samples, self.step = max(round(tick / step), 1), step
+        self._left, self._contact = 0, (b"", b"")
         self._command: StablePD | None = None
         self.qacc: Float[Array, " nv"] = np.zeros(nv)
 
     @property
     def half(self) -> float:
-        """To the middle of a tick [s]."""
-        return 0.5 * self.looks * self.step
+        """Half a tick [s]."""
+        return 0.5 * self.samples * self.step
 
-    def goes_on(self, near: Bool[Array, " n_sites"], stands: list[bool]) -> bool:
-        """Return whether the last command does; to be asked at every look.
+    def still_holds(self, touching: Bool[Array, " n_sites"], stance: list[bool]) -> bool:
+        """Return whether the last command still holds; to be asked at every sample.
 
         Args:
-            near: Which spheres are at the ground.
-            stands: Which feet stand.
+            touching: Which spheres are at the ground.
+            stance: Which feet are stance feet.
         """
-        now = near.tobytes(), bytes(stands)
-        same = now == (self._near, self._stands)
-        self._near, self._stands = now
-        goes = same and self._left > 0
-        self._left = (self._left if goes else self.looks) - 1
-        return goes
+        contact = touching.tobytes(), bytes(stance)
+        holds = contact == self._contact and self._left > 0
+        self._contact = contact
+        self._left = (self._left if holds else self.samples) - 1
+        return holds
 
     def keep(self, command: StablePD, qacc: Float[Array, " nv"]) -> StablePD:
-        """Take a new command, and what accelerations it gives."""
+        """Take a new command, and the accelerations by it."""
         self._command, self.qacc = command, qacc
         return command
 
-    def later(self) -> StablePD:
-        """Return the last command a look later: rates go on as they were planned."""
+    def next(self) -> StablePD:
+        """Return the last command a sample later: rates go on as they were planned."""
         command = self._command
         assert command is not None and command.velocity is not None
         self._command = replace(command, velocity=command.velocity + self.step * self.qacc[6:])

@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.reference import Instant, Reference
 from plantigrade.control.gait.schedule import Schedule
-from plantigrade.control.pendulum.manner import Manner
+from plantigrade.control.pendulum.crouch import Crouch
 from plantigrade.control.pendulum.switch import Crossing
 from plantigrade.control.pendulum.upper import Upper
 
@@ -39,7 +39,7 @@ class Paced:
     Attributes:
         stride: Length of its steps, by the recorded ones.
         cadence: Steps in a time, by the recorded ones.
-        manner: What is otherwise of the posture; None if it is as recorded.
+        crouch: The crouched posture; None if it is as recorded.
         upper: What spine, neck and arms do instead; None if as recorded.
         crossing: The walk before, as long as it turns into this one.
     """
@@ -50,7 +50,7 @@ class Paced:
         self.omega, self.period = reference.omega, reference.period
         self.duration, self.ends = reference.duration, reference.ends
         self.stride, self.cadence = 1.0, 1.0
-        self.manner: Manner | None = None
+        self.crouch: Crouch | None = None
         self.upper: Upper | None = None
         self.crossing: Crossing | None = None
         feet = reference.table[:, reference.columns["foot"][0]].reshape(-1, 2, 3)
@@ -132,7 +132,7 @@ class Paced:
         if self.crossing is not None:
             found = self.crossing.at(found, phase, self.cadence)
         same = self.stride == self.cadence == 1.0 and self._shift == 0.0
-        if same and self.manner is None and self.upper is None:
+        if same and self.crouch is None and self.upper is None:
             return found
         row: Array = found.row * self._factor
         row[self._along] += self._shift
@@ -141,11 +141,11 @@ class Paced:
             pressure[:2] = com[:2] - self.cadence**2 * (com - pressure)[:2]
         if self.upper is not None:
             self.upper.put(Instant(row, self.recorded.columns), phase, self.cadence)
-        if self.manner is not None:
-            row[self._com.start + 2] -= self.manner.lowered
+        if self.crouch is not None:
+            row[self._com.start + 2] -= self.crouch.lowering
             q = self.recorded.columns["q"][0]
-            row[q.start + 2] -= self.manner.lowered
-            row[q.start + 7 : q.stop] += self.manner.angles
+            row[q.start + 2] -= self.crouch.lowering
+            row[q.start + 7 : q.stop] += self.crouch.angles
         if self.stride < 1.0:
             self._flatten(row)
         return Instant(row, self.recorded.columns)

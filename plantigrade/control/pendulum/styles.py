@@ -9,40 +9,14 @@ from plantigrade.control.gait.clearance import Clearance, clearance_of
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.reference import Reference, reference_of
 from plantigrade.control.pendulum.borne import borne
+from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.switch import Clocks, Crossing
-from plantigrade.control.pendulum.upper import (
-    InStep,
-    Pose,
-    Source,
-    Upper,
-    source_of,
-)
+from plantigrade.control.pendulum.upper import InStep, Pose, Source, Upper, source_of
 from plantigrade.control.pendulum.words import Switched
 from plantigrade.errors import ParameterError
-from plantigrade.record import Record
 from plantigrade.world import Target
-
-RECORDED = "recorded"
-"""Name of the upper body that is the walk's own."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Style:
-    """Another walk of the same person, or what their upper body does.
-
-    Attributes:
-        name: What it is called.
-        record: The walk or motion; None where it is a pose.
-        pose: The pose.
-        time: When somebody takes it [s]; None if only by hand.
-    """
-
-    name: str
-    record: Record | None = None
-    pose: Pose | None = None
-    time: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +185,7 @@ class Styles:
         upper = before.upper
         if not walks:
             paced = Paced(walk.reference)
-            paced.manner = before.manner
+            paced.crouch = before.crouch
             self._changed(paced, style, time, "", float("nan"))
         else:
             gait = pendulum.gait
@@ -228,7 +202,7 @@ class Styles:
             if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
                 return
             paced = Paced(walk.reference)
-            paced.manner = before.manner
+            paced.crouch = before.crouch
             ahead = float(before.at(gait.phase)["q"][0])
             paced.start(before.stride, phase, 0.0)
             paced.cross(crossing, phase)

@@ -1,10 +1,10 @@
-r"""A turn foreseen: how fast a walk turns, and where its mass is to be for that.
+r"""The rate of turn of a walk, and where its centre of mass is to be for the turn ahead.
 
-Feet that land on a bend stand beside the straight line that the walk would take from now on, each
-farther than the one before. What they will push is in the extrapolated centre of mass beforehand:
-on a linear pendulum it is the mean of all pressures to come,
+Footsteps on a bend lie beside the straight line on which the walk would go on, each farther than
+the one before. Their effect is in the extrapolated centre of mass beforehand: on a linear pendulum
+it is the mean of all pressures to come,
 :math:`\xi = \int \omega e^{-\omega \tau} p(t + \tau)\,\mathrm{d}\tau`. With steps of the duration
-:math:`T` it is therefore nearer to the inside of the bend, when a foot strikes, by
+:math:`T` it is therefore nearer to the inside of the bend, at a touchdown, by
 
 .. math::
 
@@ -12,104 +12,117 @@ on a linear pendulum it is the mean of all pressures to come,
 
 where :math:`y_j` is how far to the left the j-th foot from then on will be: on the bend by then,
 and ahead of the mass by :math:`v / \omega - v T / (e^{\omega T} - 1)` in the direction of then.
-Where steps are short that is :math:`v r / \omega^2`, what a circle of the rate :math:`r` asks for;
-with people's steps it is three quarters of that. Walks that leaned the whole of it drifted inward
-by 10 cm a step, and those that knew the rate of each moment only crossed their feet as a turn
-ended.
+For short steps that is :math:`v r / \omega^2`, the centripetal offset of a circle of the rate
+:math:`r`; with people's steps it is three quarters of that. Walks that leaned the whole of it
+drifted inward by 10 cm a step, and those that knew the rate of each moment only crossed their feet
+as a turn ended.
 """
 
+from dataclasses import dataclass
 from math import ceil, exp
+from typing import NamedTuple
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-FASTEST = 0.3
-"""A walk is turned so fast, at most [rad/s]."""
-TWISTING = 1.0
-"""So much sooner it is turned [rad/s²]."""
-STEERING = 2.0
-"""A bearing that is missed is turned to at this rate [1/s]."""
-FINE = 0.04
-"""In such steps a turn is foreseen [s]."""
-STEPS = 4
-"""So many steps after the next one count: what comes later is a thousandth."""
-STILL = 1e-6
-"""A turn slower and a bearing missed by less than this is none [rad/s, rad]."""
+STRAIGHT = 1e-6  # [rad, rad/s] heading error and rate of turn that are zero
+
+
+@dataclass(frozen=True, kw_only=True)
+class TurnSettings:
+    """How fast a walk turns, and how its turn is predicted."""
+
+    max_rate: float = 0.3
+    """Greatest rate of turn [rad/s]. Chosen."""
+    max_acceleration: float = 1.0
+    """Greatest change of the rate of turn [rad/s²]. Chosen."""
+    heading_gain: float = 2.0
+    """Rate of turn by heading error [1/s]. Chosen."""
+    prediction_step: float = 0.04
+    """Time step of the prediction [s]. Chosen."""
+    predicted_footsteps: int = 4
+    """Footsteps after the next one that count; later ones weigh a thousandth."""
+
+    def next_rate(self, heading_error: float, rate: float, step: float) -> float:
+        """Return the rate of turn a time step later [rad/s].
+
+        Args:
+            heading_error: From the present to the desired heading, to the left [rad].
+            rate: Rate of turn now [rad/s].
+            step: The time step [s].
+        """
+        desired = min(max(self.heading_gain * heading_error, -self.max_rate), self.max_rate)
+        change = self.max_acceleration * step
+        return rate + min(max(desired - rate, -change), change)
+
+
+class PredictedTurn(NamedTuple):
+    """The turn of a walk until a touchdown."""
+
+    angle: float = 0.0
+    """By how much the walk will have turned, to the left [rad]."""
+    lateral_offset: float = 0.0
+    """Offset of the extrapolated centre of mass to the left, in axes that have turned [m]."""
+    foot_angle: float = 0.0
+    """Half the angle of the step that begins then, which the foot is turned by [rad]."""
 
 
 class Turn:
-    """A turn.
+    """The turn of a walk: its rate, and the prediction of what follows.
 
     Attributes:
-        rate: How fast it turns to the left now [rad/s].
+        rate: Rate of turn, to the left [rad/s].
     """
 
-    def __init__(self):
-        self.rate = 0.0
+    def __init__(self, settings: TurnSettings | None = None):
+        self.settings, self.rate = settings or TurnSettings(), 0.0
         self._path: Float[Array, "n 3"] | None = None
 
-    def look(self, off: float, speed: float, duration: float, omega: float, step: float) -> None:
-        """Go on by a step, and foresee the rest.
+    def update(
+        self, heading_error: float, speed: float, duration: float, omega: float, step: float
+    ) -> None:
+        """Advance by a time step, and predict the rest of the turn.
 
         Args:
-            off: By how much the bearing is missed, to the left [rad].
-            speed: How fast the walk is [m/s].
+            heading_error: From the present to the desired heading, to the left [rad].
+            speed: Of the walk [m/s].
             duration: Of its steps [s].
             omega: Root of gravity by height [1/s].
-            step: How long the step is by which it goes on [s].
+            step: The time step [s].
         """
-        self.rate = steered(off, self.rate, step)
-        if abs(off) + abs(self.rate) < STILL:
+        own = self.settings
+        self.rate = own.next_rate(heading_error, self.rate, step)
+        if abs(heading_error) + abs(self.rate) < STRAIGHT:
             self.rate, self._path = 0.0, None
             return
         self._duration, self._omega = duration, omega
         self._ahead = speed / omega - speed * duration / (exp(omega * duration) - 1.0)
-        rate, angle, angles = self.rate, 0.0, [0.0]
-        for _ in range(ceil((STEPS + 1) * duration / FINE) + 1):
-            rate = steered(off - angle, rate, FINE)
-            angle += FINE * rate
+        dt, rate, angle, angles = own.prediction_step, self.rate, 0.0, [0.0]
+        for _ in range(ceil((own.predicted_footsteps + 1) * duration / dt) + 1):
+            rate = own.next_rate(heading_error - angle, rate, dt)
+            angle += dt * rate
             angles.append(angle)
-        ways = np.array(angles)
-        middle = 0.5 * (ways[1:] + ways[:-1])
-        self._path = np.zeros((len(ways), 3))
-        self._path[:, 0] = ways
-        self._path[1:, 1] = FINE * speed * np.cumsum(np.cos(middle))
-        self._path[1:, 2] = FINE * speed * np.cumsum(np.sin(middle))
+        headings = np.array(angles)
+        middle = 0.5 * (headings[1:] + headings[:-1])
+        self._path = np.zeros((len(headings), 3))
+        self._path[:, 0] = headings
+        self._path[1:, 1] = dt * speed * np.cumsum(np.cos(middle))
+        self._path[1:, 2] = dt * speed * np.cumsum(np.sin(middle))
 
-    def after(self, left: float) -> tuple[float, float, float]:
-        """Return by how much it will have turned, and how far inward the mass is to be then.
-
-        Args:
-            left: In what time, when a foot is to strike [s].
-
-        Returns:
-            The angle, to the left [rad]; how far the extrapolated centre of mass is then to the
-            left of where it is on a straight way, in axes that are turned so [m]; half the angle
-            of the step that begins then [rad].
-        """
-        if self._path is None:
-            return 0.0, 0.0, 0.0
-        path = self._path
-        times = (left + self._duration * np.arange(STEPS + 1)) / FINE
+    def predicted(self, time: float) -> PredictedTurn:
+        """Return the turn until the touchdown in a time [s]."""
+        path, n = self._path, self.settings.predicted_footsteps
+        if path is None:
+            return PredictedTurn()
+        times = (time + self._duration * np.arange(n + 1)) / self.settings.prediction_step
         i = np.minimum(times.astype(int), len(path) - 2)
         part = np.minimum(times - i, 1.0)[:, None]
         angle, x, y = ((1.0 - part) * path[i] + part * path[i + 1]).T
         c, s = np.cos(angle[0]), np.sin(angle[0])
-        beside = c * (y - y[0]) - s * (x - x[0]) + self._ahead * np.sin(angle - angle[0])
-        falls = np.exp(-self._omega * self._duration * np.arange(1, STEPS + 1))
-        weight = falls - np.append(falls[1:], 0.0)
-        return float(angle[0]), float(weight @ beside[1:]), 0.5 * float(angle[1] - angle[0])
-
-
-def steered(off: float, rate: float, step: float) -> float:
-    """Return how fast a walk turns a little later [rad/s].
-
-    Args:
-        off: By how much its bearing is missed [rad].
-        rate: How fast it turns now [rad/s].
-        step: How much later [s].
-    """
-    wanted = min(max(STEERING * off, -FASTEST), FASTEST)
-    far = TWISTING * step
-    return rate + min(max(wanted - rate, -far), far)
+        offset = c * (y - y[0]) - s * (x - x[0]) + self._ahead * np.sin(angle - angle[0])
+        decay = np.exp(-self._omega * self._duration * np.arange(1, n + 1))
+        weight = decay - np.append(decay[1:], 0.0)
+        return PredictedTurn(
+            float(angle[0]), float(weight @ offset[1:]), 0.5 * float(angle[1] - angle[0])
+        )

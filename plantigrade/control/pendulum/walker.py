@@ -1,6 +1,6 @@
 """A walk that is led: how fast, which way, when it stops, and when it goes on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,94 +8,33 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.balance import Balance
 from plantigrade.control.gait.support import beyond
+from plantigrade.control.pendulum.command import WalkCommand
 from plantigrade.control.pendulum.controller import Pendulum
+from plantigrade.control.pendulum.crouch import CrouchControl
 from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
-from plantigrade.control.pendulum.manner import DEEPEST, Manner, barriers_of, stoop
-from plantigrade.control.pendulum.route import Points, Timed, Way, toward
-from plantigrade.control.pendulum.settling import Settling
-from plantigrade.control.pendulum.styles import RECORDED, Style, Styles
+from plantigrade.control.pendulum.path import Waypoints, angle_to
+from plantigrade.control.pendulum.settings import PendulumSettings
+from plantigrade.control.pendulum.speed import SpeedControl
+from plantigrade.control.pendulum.standing import Settling
+from plantigrade.control.pendulum.styles import Styles
 from plantigrade.control.pendulum.turn import Turn
 from plantigrade.control.pendulum.words import led_told, switched_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.world import Command, Drawing, State, Target, World, standing_on
 
-MOST = 1.3
-"""Longest steps, by the recorded ones."""
-SPEEDING = 0.5
-"""A walk is made faster or slower by so much [m/s²]."""
-BOWING = 0.25
-"""The head is lowered and raised so fast [m/s]."""
-REGAIN, CORRECTED = 0.08, 0.25
-"""A speed that is missed is made up for at this rate [1/s], by so much of the steps at most."""
-STEADY = 2.5
-"""So long after a change of speed the mean speed is believed [s]."""
-MEAN = 1.2
-"""Time constant of the mean speed: about a stride [s]."""
-SLOW = 0.35
-"""Of steps shorter than this, by the recorded ones, the mean speed is not believed."""
-SHORTEST, WITHIN, STRAIGHT = 0.25, 0.02, 0.05
-"""Who steps no longer than this, by the recorded steps, may come to stand: once the extrapolated
-centre of mass is so far inside of what both feet span [m], and the walk turns no faster [rad/s]."""
-NEAR, LEANING = 0.005, 1.5
-"""Who starts brings the extrapolated centre of mass so near to where the walk has it [m], or tries
-for so long [s]."""
-HASTY = 2.0
-"""Who is so many times as fast as the turn to their way allows goes straight on until they are not:
-they would turn on a wide bend beside it."""
-SAME = 1e-6
-"""Speeds nearer than this are one [m/s]."""
-PASSED = 0.6
-"""Who stoops under a barrier is down so far before it, and rises so far behind it [m]."""
-LOW = 0.01
-"""What is so near the ground carries then [m]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Wish:
-    """What a walk is to be.
-
-    Attributes:
-        speed: How fast [m/s]; as recorded if absent.
-        way: Where to; straight on if absent.
-        stoop: How much lower the head is than recorded [cm]; not at all if absent.
-        own: What the walk itself is called.
-        walks: Other walks of the same person, and when they are taken.
-        uppers: What spine, neck and arms do instead, and from when on.
-    """
-
-    speed: Timed | None = None
-    way: Way | None = None
-    stoop: Timed | None = None
-    own: str = RECORDED
-    walks: tuple[Style, ...] = ()
-    uppers: tuple[Style, ...] = ()
-
-    @property
-    def leads(self) -> bool:
-        """Whether the walk is to be otherwise than recorded."""
-        words = (self.speed, self.way, self.stoop)
-        timed = any(style.time is not None for style in self.uppers)
-        return timed or bool(self.walks) or any(word is not None for word in words)
-
-    @property
-    def changes(self) -> tuple[tuple[str, float], ...]:
-        """What changes, and when [s]; of speeds, bearings and stoops the last."""
-        kept = {"a speed": self.speed, "a bearing": self.way, "a stoop": self.stoop}
-        found = [(name, max(kind.times)) for name, kind in kept.items() if kind is not None]
-        styles = (("another walk", self.walks), ("another upper body", self.uppers))
-        return (*found, *((name, s.time) for name, own in styles for s in own if s.time))
+SAME = 1e-6  # [m/s] speeds nearer than this are one
 
 
 class Walker:
-    """Walk as recorded at a wanted speed along a wanted way; stand where it is zero.
+    """Walk as recorded at a commanded speed along a commanded path; stand where it is zero.
 
-    The pendulum walks along x; it is shown the world in a frame that turns and goes with the way.
+    The pendulum walks along x; it is shown the world in a frame that turns and goes with the path.
 
     Args:
         record: The walk; :class:`~plantigrade.control.pendulum.controller.Pendulum` has the rest.
-        wish: What it is to be.
-        law: By which feet land.
+        command: How it is to differ.
+        settings: The numbers of the controller.
 
     Attributes:
         targets: Speed, heading and stoop, and the walk and the upper body where there are several,
@@ -110,28 +49,36 @@ class Walker:
     rate, control_rate = Pendulum.rate, Pendulum.control_rate
     record_rate = Pendulum.record_rate
 
-    def __init__(self, record: Record, wish: Wish | None = None, law: str = "divergent"):
-        self.pendulum = Pendulum(record, law)
-        self.record, self.wish, self.lasts = record, wish or Wish(), self.pendulum.lasts
-        paced = self.pendulum.reference
-        self._own = paced.speed
-        if self.wish.leads and paced.period is None:
+    def __init__(
+        self,
+        record: Record,
+        command: WalkCommand | None = None,
+        *,
+        settings: PendulumSettings | None = None,
+    ):
+        self.settings = settings or PendulumSettings()
+        self.pendulum = Pendulum(record, settings=self.settings)
+        self.record, self.lasts = record, self.pendulum.lasts
+        self.command = command = command or WalkCommand()
+        reference = self.pendulum.reference
+        self._own = reference.speed
+        if command.leads and reference.period is None:
             raise ParameterError(
                 "speed and path are those of a walk that is repeated; no stride of this one is"
             )
-        wished = self.wish
-        self.styles = Styles(self.pendulum, wished.own, wished.walks, wished.uppers)
-        most = MOST * max(self._own, self.styles.fastest, 0.1)
-        asked = () if self.wish.speed is None else self.wish.speed.values
-        if asked and max(asked) > most:
+        self.styles = Styles(self.pendulum, command.own, command.walks, command.uppers)
+        scale = self.settings.speed.max_step_scale
+        fastest = scale * max(self._own, self.styles.fastest, 0.1)
+        desired = () if command.speed is None else command.speed.values
+        if desired and max(desired) > fastest:
             raise ParameterError(
-                f"speed={max(asked):g} m/s is more than {most:.2f} m/s, {MOST:g} times that of "
-                "the recording: name a faster walk"
+                f"speed={max(desired):g} m/s is more than {fastest:.2f} m/s, {scale:g} times that "
+                "of the recording: name a faster walk"
             )
         self.targets = (
-            Target("speed", 0.0, most, min(max(self._own, 0.0), most), "m/s"),
+            Target("speed", 0.0, fastest, min(max(self._own, 0.0), fastest), "m/s"),
             Target("heading", -180.0, 180.0, 0.0, "deg"),
-            Target("stoop", 0.0, DEEPEST, 0.0, "cm"),
+            Target("stoop", 0.0, self.settings.crouch.max_depth_cm, 0.0, "cm"),
             *self.styles.targets,
         )
         self.walks, self._world, self._balance = True, None, Balance()
@@ -146,30 +93,30 @@ class Walker:
         Args:
             points: The points, world; without the start [m].
         """
-        way = Points(tuple((float(x), float(y)) for x, y in points))
-        self.wish = replace(self.wish, way=way)
+        path = Waypoints(tuple((float(x), float(y)) for x, y in points), self.settings.path)
+        self.command = replace(self.command, path=path)
 
     def said(self) -> tuple[str, ...]:
         """Return what it did in the last simulation, one sentence each."""
         if self._world is None:
             return ()
-        wish = self.wish
-        speed = None if wish.speed is None else (self.targets[0].value, self._mean)
-        astray = None if wish.way is None else self._astray
+        own = self.command
+        speed = None if own.speed is None else (self.targets[0].value, self._speed.mean)
+        astray = None if own.path is None else self._max_deviation
         switched = switched_told(self.styles.switched, self.styles.off)
-        led = led_told(speed, astray, self._stood, wish.way)
+        led = led_told(speed, astray, self._stood, own.path)
         return (*self.pendulum.said(), *switched, *led)
 
     def figures(self) -> dict[str, float]:
         """Return figures of the last simulation."""
         figures = self.pendulum.figures()
-        if self._world is not None and self.wish.leads:
+        if self._world is not None and self.command.leads:
             figures["speed_wanted_m_s"] = self.targets[0].value
-            figures["speed_at_end_m_s"] = self._mean if self.walks else 0.0
-            if self.wish.way is not None:
-                figures["astray_max_m"] = self._astray
-            if isinstance(self.wish.way, Points):
-                figures["points_passed"] = self.wish.way.passed
+            figures["speed_at_end_m_s"] = self._speed.mean if self.walks else 0.0
+            if self.command.path is not None:
+                figures["astray_max_m"] = self._max_deviation
+            if isinstance(self.command.path, Waypoints):
+                figures["points_passed"] = self.command.path.passed
             figures["stood_s"] = sum(end - start for start, end in self._stood)
         if self._world is not None and self.styles.switched:
             figures["switched_s"] = self.styles.switched[-1].time
@@ -201,20 +148,19 @@ class Walker:
         if self._world is not state.world or (state.time == 0.0 and self._time > 0.0):
             self._begin(state)
         self._time = state.time
-        self._ask(state.time)
+        self._set_targets(state.time)
         self.styles.look(state.time, self.walks)
         if self.walks and self._may_stand(state):
             self._stop(state)
         elif not self.walks and self.targets[0].value > 0.0:
-            self._lean(state)
+            self._shift_weight(state)
         if not self.walks:
             self._stood[-1] = (self._stood[-1][0], state.time)
             return self._balance(state)
         pendulum, frame, step = self.pendulum, self.frame, 1.0 / state.world.control_rate
-        self._steer(step)
-        self._pace(step)
-        self._duck()
-        self._bow(step)
+        self._turn_frame(step)
+        self._set_speed(step)
+        pendulum.reference.crouch = self._crouch.update(self._depth(), step)
         if self._ground.moves or not frame.is_world:
             pendulum.ground, pendulum.normal = self._ground, self._ground.normal
         command = pendulum(self._seen(state))
@@ -226,145 +172,119 @@ class Walker:
 
     def _begin(self, state: State) -> None:
         """Start anew."""
+        own, pendulum = self.settings, self.pendulum
         self._world: World | None = state.world
         self.frame = Frame()
         self.styles.begin()
-        self.pendulum.reference.start(1.0, 0.0, 0.0)
-        self.pendulum.begin(state)
-        self._turn = Turn()
-        self.pendulum.plan.heading = self._turn.after
+        pendulum.reference.start(1.0, 0.0, 0.0)
+        pendulum.begin(state)
+        self._turn = Turn(own.path.turn)
+        pendulum.plan.heading = self._turn.predicted
         self._ground = Underfoot(state.world, self.frame)
         self.walks, self._time = True, 0.0
-        self._stride, self._mean, self._more = 1.0, self._own, 0.0
-        self._last = float(self.pendulum.place[0])
-        self._asked = self._way = self._stooping = np.nan
-        self._depth, self._deepest = 0.0, stoop(state.human, 0.01 * DEEPEST)
-        self.pendulum.reference.manner = None
-        self._ducked = 0.0
-        self._barriers = barriers_of(state.world)
-        self._fastest = np.inf
-        self._deep = 0.01 * max((depth for _, depth in self._barriers), default=0.0)
-        self._steady, self._since = 0.0, None
-        self._aside = self._astray = 0.0
+        self._speed = SpeedControl(own.speed, 1.0, self._own, float(pendulum.place[0]))
+        self._crouch = CrouchControl(state.human, state.world, own.crouch)
+        pendulum.reference.crouch = None
+        if self.command.path is not None:
+            self.command = replace(self.command, path=self.command.path.started(own.path))
+        self._commanded = [np.nan, np.nan, np.nan]
+        self._barrier_depth, self._speed_limit = 0.0, np.inf
+        self._since: float | None = None
+        self._lateral_error = self._max_deviation = 0.0
         self._stood: list[tuple[float, float]] = []
 
     def _seen(self, state: State) -> State:
         """Return the state as the pendulum sees it."""
         return state if self.frame.is_world else Seen(state, self.frame)
 
-    def _ask(self, time: float) -> None:
-        """Set the targets to what is wanted now, where that is another than before."""
-        speed, heading, low = self.targets[:3]
-        if self.wish.stoop is not None:
-            asked = self.wish.stoop.at(time)
-            if asked != self._stooping:
-                self._stooping = asked
-                low.set(asked)
-        if self.wish.speed is not None:
-            asked = self.wish.speed.at(time)
-            if asked != self._asked:
-                self._asked = asked
-                speed.set(asked)
-        if self.wish.way is not None:
+    def _set_targets(self, time: float) -> None:
+        """Set the targets to the command, where that has changed."""
+        command = self.command
+        self._set_target(2, None if command.stoop is None else command.stoop.at(time))
+        self._set_target(0, None if command.speed is None else command.speed.at(time))
+        if command.path is not None:
             x, y = self.frame.to_world(np.array([*self._here, 0.0]))[:2].tolist()
-            way = self.wish.way.bearing(time, x, y)
-            self._fastest = self.wish.way.fastest(x, y, self.frame.angle)
-            if way is None:
-                speed.set(0.0)
-            elif way != self._way:
-                self._way = way
-                heading.set(float(np.rad2deg(toward(way, 0.0))))
+            heading = command.path.heading(time, x, y)
+            self._speed_limit = command.path.speed_limit(x, y, self.frame.angle)
+            if heading is None:
+                self.targets[0].set(0.0)
+            elif heading != self._commanded[1]:
+                self._commanded[1] = heading
+                self.targets[1].set(float(np.rad2deg(angle_to(heading, 0.0))))
+
+    def _set_target(self, i: int, value: float | None) -> None:
+        """Set a target to its command, if that is another than before."""
+        if value is not None and value != self._commanded[i]:
+            self._commanded[i] = value
+            self.targets[i].set(value)
 
     @property
     def _here(self) -> tuple[float, float]:
-        """Where on their line the walker is, in the frame [m]."""
+        """Position on the line of the walk, in the frame [m]."""
         return float(self.pendulum.place[0]), float(self.pendulum.plan.path[1])
 
-    def _duck(self) -> None:
-        """Stoop where a barrier is near, deep enough to pass under it."""
-        if self.wish.stoop is not None or not self._barriers:
-            return
-        place = np.array([*self.pendulum.place, 0.0])
-        x = float(self.frame.to_world(place)[0])
-        before = PASSED + self._mean * self._deep / BOWING
-        near = [d for at, d in self._barriers if at - before < x < at + PASSED]
-        deep = max(near, default=0.0)
-        if deep != self._ducked:
-            self._ducked = deep
-            self.targets[2].set(deep)
+    def _depth(self) -> float:
+        """Return how deep to crouch [cm]: as the target says, which barriers set."""
+        if self.command.stoop is None and self._crouch.barriers:
+            x = float(self.frame.to_world(np.array([*self.pendulum.place, 0.0]))[0])
+            depth = self._crouch.depth_under_barriers(x, self._speed.mean)
+            if depth != self._barrier_depth:
+                self._barrier_depth = depth
+                self.targets[2].set(depth)
+        return self.targets[2].value
 
-    def _bow(self, step: float) -> None:
-        """Stoop, or rise again."""
-        wanted = 0.01 * self.targets[2].value
-        if wanted == self._depth:
-            return
-        far = BOWING * step
-        self._depth += min(max(wanted - self._depth, -far), far)
-        whole = self._deepest
-        part = 100.0 * self._depth / DEEPEST
-        self.pendulum.reference.manner = (
-            Manner(part * whole.lowered, part * whole.angles) if self._depth > 0.0 else None
-        )
-
-    def _steer(self, step: float) -> None:
-        """Turn the frame to the bearing that is wanted."""
-        off = float(self.pendulum.place[1]) - self._here[1]
-        self._aside += step / MEAN * (off - self._aside)
-        self._astray = max(self._astray, self._beside())
-        off = toward(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
-        if self._mean > HASTY * self._fastest:
-            off = 0.0
-        paced, turn = self.pendulum.reference, self._turn
-        steps = self.pendulum.gait.reference.duration / paced.cadence
-        turn.look(off, self._mean, 0.5 * steps, paced.omega, step)
-        self.pendulum.plan.turning = turn.rate
+    def _turn_frame(self, step: float) -> None:
+        """Turn the frame to the desired heading."""
+        own, pendulum, speed = self.settings, self.pendulum, self._speed.mean
+        error = float(pendulum.place[1]) - self._here[1]
+        self._lateral_error += step / own.speed.mean_time * (error - self._lateral_error)
+        self._max_deviation = max(self._max_deviation, self._deviation())
+        error = angle_to(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
+        if speed > own.speed.turn_overspeed * self._speed_limit:
+            error = 0.0
+        reference, turn = pendulum.reference, self._turn
+        stride = pendulum.gait.reference.duration / reference.cadence
+        turn.update(error, speed, 0.5 * stride, reference.omega, step)
+        pendulum.plan.turning = turn.rate
         if turn.rate != 0.0:
             self.frame.steer(*self._here, step * turn.rate)
 
-    def _beside(self) -> float:
-        """Return how far the walker is from the way, over a stride [m]."""
+    def _deviation(self) -> float:
+        """Return the distance from the path, over a stride [m]."""
         ahead, left = self._here
-        if self.wish.way is not None:
-            x, y = self.frame.to_world(np.array([ahead, left + self._aside, 0.0]))[:2]
-            off = self.wish.way.off(float(x), float(y))
-            if off is not None:
-                return off
-        return abs(self._aside)
+        if self.command.path is not None:
+            x, y = self.frame.to_world(np.array([ahead, left + self._lateral_error, 0.0]))[:2]
+            deviation = self.command.path.deviation(float(x), float(y))
+            if deviation is not None:
+                return deviation
+        return abs(self._lateral_error)
 
-    def _pace(self, step: float) -> None:
-        """Make steps longer or shorter, to the speed that is wanted."""
-        paced = self.pendulum.reference
-        crossing, phase = paced.crossing, self.pendulum.gait.phase
-        own = paced.speed * (1.0 if crossing is None else crossing.mean_cadence)
+    def _set_speed(self, step: float) -> None:
+        """Make steps longer or shorter, to the desired speed."""
+        reference = self.pendulum.reference
+        crossing, phase = reference.crossing, self.pendulum.gait.phase
+        own = reference.speed * (1.0 if crossing is None else crossing.mean_cadence)
         own = max(own, 1e-3)
         if abs(self.targets[0].value - self._own) < SAME:  # as fast as the walk itself is
             self.targets[0].set(min(own, self.targets[0].high))
-        self._own, wanted = own, min(self.targets[0].value, self._fastest)
-        ahead = float(self.pendulum.place[0])
-        self._mean += step / MEAN * ((ahead - self._last) / step - self._mean)
-        self._last = ahead
-        aim, far = min(wanted / own, MOST), SPEEDING / own * step
-        self._stride += min(max(aim - self._stride, -far), far)
-        self._steady = self._steady + step if self._stride == aim else 0.0
-        if self._steady > STEADY and aim > SLOW:
-            self._more += step * REGAIN * (wanted - self._mean) / own
-            self._more = min(max(self._more, -CORRECTED), CORRECTED)
-        more = self._more * min(self._stride / SLOW, 1.0)
+        self._own, desired = own, min(self.targets[0].value, self._speed_limit)
+        scale = self._speed.update(desired, own, float(self.pendulum.place[0]), step)
         cadence = 1.0 if crossing is None else crossing.cadence(phase)
-        paced.set(min(self._stride + more, MOST), cadence, phase)
+        reference.set(scale, cadence, phase)
 
     def _may_stand(self, state: State) -> bool:
         """Return whether balance could take over now, and should."""
-        if self.targets[0].value > 0.0 or self._stride > SHORTEST:
+        own = self.settings.standing
+        if self.targets[0].value > 0.0 or self._speed.scale > own.max_step_length:
             return False
-        if abs(self._turn.rate) > STRAIGHT:
+        if abs(self._turn.rate) > own.max_turn_rate:
             return False
         if len(self.pendulum.gait.standing) < len(SIDES):
             return False
         body = self._seen(state).body
         xi = (body.com + body.com_velocity / self.pendulum.reference.omega)[:2]
         low, height = self.pendulum.low, self.pendulum.height
-        return beyond(low[height < LOW, :2], xi) < -WITHIN
+        return beyond(low[height < own.contact_height, :2], xi) < -own.min_margin
 
     def _stop(self, state: State) -> None:
         """Hand over to balance."""
@@ -378,9 +298,11 @@ class Walker:
         x, y = feet.mean(axis=0)[:2]
         place = (float(x), float(y), self.frame.angle)
         stands = standing_on(human, world.ground, place=place)
-        self._balance = Balance(Settling(human, state.qpos, stands, state.time), stepping=True)
+        duration = self.settings.standing.settling_time
+        settling = Settling(human, state.qpos, stands, state.time, duration)
+        self._balance = Balance(settling, stepping=True)
 
-    def _lean(self, state: State) -> None:
+    def _shift_weight(self, state: State) -> None:
         """Bring the weight over the foot that is to stand first; then walk, in place at first."""
         pendulum, paced = self.pendulum, self.pendulum.reference
         body = self._seen(state).body
@@ -391,7 +313,10 @@ class Walker:
         goal = float(feet[stands, 1]) + off
         xi = float((body.com + body.com_velocity / paced.omega)[1])
         toward_it = 1.0 if stands else -1.0
-        if (goal - xi) * toward_it > NEAR and state.time - self._since < LEANING:
+        own, since = self.settings.standing, state.time - self._since
+        if (
+            goal - xi
+        ) * toward_it > own.weight_shift_accuracy and since < own.max_weight_shift_time:
             middle = float(feet[:, 1].mean())
             way = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
             for target, far in zip(self._balance.targets[:2], way, strict=True):
@@ -403,11 +328,10 @@ class Walker:
         self.frame.shift(float(feet[stands, 1] - now))
         pendulum.place = np.array([ahead, 0.0])
         pendulum.resume(self._seen(state).body, phase)
-        self._turn = Turn()
-        pendulum.plan.heading = self._turn.after
+        self._turn = Turn(self.settings.path.turn)
+        pendulum.plan.heading = self._turn.predicted
         self.walks, self._since = True, None
-        self._stride = self._mean = self._more = 0.0
-        self._last = float(ahead)
+        self._speed = SpeedControl(self.settings.speed, 0.0, 0.0, float(ahead))
 
     def _lift(self, ahead: float) -> tuple[float, int, float]:
         """Return with what the recording a walk begins: a foot is about to leave the ground.

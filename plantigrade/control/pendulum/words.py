@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.control.pendulum.route import Points, Way
+from plantigrade.control.pendulum.path import Path, Waypoints
 
 SHORT = 0.01
 """A step counts as shortened where it is farther than this from where the law has it [m]."""
@@ -77,7 +77,7 @@ def led_told(
     speed: tuple[float, float] | None,
     astray: float | None,
     stood: Sequence[tuple[float, float]],
-    way: Way | None = None,
+    path: Path | None = None,
 ) -> tuple[str, ...]:
     """Return sentences on a walk that was led.
 
@@ -86,16 +86,16 @@ def led_told(
             none was wanted.
         astray: How far it was beside its way at most, over a stride [m]; None where it had none.
         stood: From when to when it stood [s].
-        way: Where it was led.
+        path: Where it was led.
     """
     told = []
     if speed is not None and speed[0] > 0.0:
         told.append(f"At the end {speed[0]:.2f} m/s were wanted, and it walked at {speed[1]:.2f}.")
     if astray is not None:
         told.append(f"It kept within {100 * astray:.0f} cm of its way.")
-    if isinstance(way, Points) and (points := len(way.places) - 1) > way.passed:
+    if isinstance(path, Waypoints) and (points := len(path.points) - 1) > path.passed:
         told.append(
-            f"It did not come to the end of its way: points passed, {way.passed} of {points}."
+            f"It did not come to the end of its way: points passed, {path.passed} of {points}."
         )
     for start, end in stood:
         told.append(f"It stood from {start:.1f} to {end:.1f} s.")

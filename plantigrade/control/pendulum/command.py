@@ -1,0 +1,63 @@
+"""What a walk is commanded: speed, path and crouch over time, other walks and upper bodies."""
+
+from dataclasses import dataclass
+
+from plantigrade.control.pendulum.path import Path, Timed
+from plantigrade.control.pendulum.upper import Pose
+from plantigrade.record import Record
+
+RECORDED = "recorded"
+"""Name of the upper body that is the walk's own."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Style:
+    """Another walk of the same person, or another motion or pose of their upper body.
+
+    Attributes:
+        name: What it is called.
+        record: The walk or motion; None where it is a pose.
+        pose: The pose.
+        time: When it begins [s]; None if only by hand.
+    """
+
+    name: str
+    record: Record | None = None
+    pose: Pose | None = None
+    time: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkCommand:
+    """What a walk is commanded.
+
+    Attributes:
+        speed: Desired speed [m/s]; as recorded if absent.
+        path: Where to; straight on if absent.
+        stoop: Lowering of the head [cm]; as recorded if absent.
+        own: Name of the recorded walk.
+        walks: Other walks of the same person, and when they begin.
+        uppers: What spine, neck and arms do instead, and from when on.
+    """
+
+    speed: Timed | None = None
+    path: Path | None = None
+    stoop: Timed | None = None
+    own: str = RECORDED
+    walks: tuple[Style, ...] = ()
+    uppers: tuple[Style, ...] = ()
+
+    @property
+    def leads(self) -> bool:
+        """Whether the walk is to differ from the recorded one."""
+        timed = any(style.time is not None for style in self.uppers)
+        commands = (self.speed, self.path, self.stoop)
+        return timed or bool(self.walks) or any(each is not None for each in commands)
+
+    @property
+    def changes(self) -> tuple[tuple[str, float], ...]:
+        """What changes, and when [s]; of speeds, bearings and stoops the last."""
+        kept = {"a speed": self.speed, "a bearing": self.path, "a stoop": self.stoop}
+        found = [(name, max(each.times)) for name, each in kept.items() if each is not None]
+        styles = (("another walk", self.walks), ("another upper body", self.uppers))
+        return (*found, *((name, s.time) for name, own in styles for s in own if s.time))

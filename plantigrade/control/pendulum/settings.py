@@ -1,0 +1,39 @@
+"""The settings of the pendulum controller: every number of it that was chosen."""
+
+from dataclasses import dataclass
+
+from plantigrade.control.pendulum.crouch import CrouchSettings
+from plantigrade.control.pendulum.disturbance import DisturbanceSettings
+from plantigrade.control.pendulum.landing import LAWS
+from plantigrade.control.pendulum.path import PathSettings
+from plantigrade.control.pendulum.speed import SpeedSettings
+from plantigrade.control.pendulum.standing import StandingSettings
+from plantigrade.errors import ParameterError
+
+MAX_TICK = 0.1  # [s] a step has a few of them
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumSettings:
+    """The settings of :class:`~plantigrade.control.pendulum.Pendulum` and its ``Walker``."""
+
+    law: str = "divergent"
+    """Landing law, one of :data:`~plantigrade.control.pendulum.landing.LAWS`."""
+    tick: float = 0.005
+    """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
+    speed: SpeedSettings = SpeedSettings()
+    path: PathSettings = PathSettings()
+    crouch: CrouchSettings = CrouchSettings()
+    standing: StandingSettings = StandingSettings()
+    disturbance: DisturbanceSettings = DisturbanceSettings()
+
+    def __post_init__(self):
+        """Refuse a law that there is not, and a tick that is no time.
+
+        Raises:
+            ParameterError: If there is one.
+        """
+        if self.law not in LAWS:
+            raise ParameterError(f"no landing law {self.law!r}; there are {', '.join(LAWS)}")
+        if not 0.0 < self.tick <= MAX_TICK:
+            raise ParameterError(f"tick={self.tick:g} s must be above 0 and at most {MAX_TICK:g} s")

@@ -1,0 +1,67 @@
+"""The speed of a walk, by the length of its steps."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedSettings:
+    """How the speed of a walk is changed and corrected."""
+
+    max_step_scale: float = 1.3
+    """Longest steps [recorded steps]. Chosen."""
+    acceleration: float = 0.5
+    """Change of the desired speed [m/s²]. Chosen."""
+    mean_time: float = 1.2
+    """Time constant of the mean speed: about a stride [s]."""
+    correction_rate: float = 0.08
+    """Rate at which an error of the mean speed is corrected [1/s]. Chosen."""
+    max_correction: float = 0.25
+    """Greatest correction [recorded steps]. Chosen."""
+    correction_delay: float = 2.5
+    """Time after a change of speed from which the mean speed is corrected [s]. Chosen."""
+    min_corrected_scale: float = 0.35
+    """Shortest steps whose speed is corrected [recorded steps]. Chosen."""
+    turn_overspeed: float = 2.0
+    """Speed, by that which the turn to the path allows, above which the walk goes straight on: it
+    would turn on a wide bend beside the path. Chosen."""
+
+
+class SpeedControl:
+    """Adapts the length of steps to a desired speed.
+
+    Args:
+        settings: How.
+        scale: Length of the first steps [recorded steps].
+        speed: Mean speed at the start [m/s].
+        position: Along the line of the walk [m].
+
+    Attributes:
+        scale: Length of steps by the desired speed, without correction [recorded steps].
+        mean: Mean speed, over a stride [m/s].
+    """
+
+    def __init__(self, settings: SpeedSettings, scale: float, speed: float, position: float):
+        self.settings, self.scale, self.mean = settings, scale, speed
+        self._position, self._correction, self._steady = position, 0.0, 0.0
+
+    def update(self, desired: float, recorded: float, position: float, step: float) -> float:
+        """Advance by a time step; return the length of steps [recorded steps].
+
+        Args:
+            desired: Desired speed [m/s].
+            recorded: Speed with recorded steps [m/s].
+            position: Along the line of the walk [m].
+            step: The time step [s].
+        """
+        own = self.settings
+        self.mean += step / own.mean_time * ((position - self._position) / step - self.mean)
+        self._position = position
+        goal = min(desired / recorded, own.max_step_scale)
+        change = own.acceleration / recorded * step
+        self.scale += min(max(goal - self.scale, -change), change)
+        self._steady = self._steady + step if self.scale == goal else 0.0
+        if self._steady > own.correction_delay and goal > own.min_corrected_scale:
+            self._correction += step * own.correction_rate * (desired - self.mean) / recorded
+            self._correction = min(max(self._correction, -own.max_correction), own.max_correction)
+        correction = self._correction * min(self.scale / own.min_corrected_scale, 1.0)
+        return min(self.scale + correction, own.max_step_scale)

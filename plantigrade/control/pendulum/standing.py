@@ -1,0 +1,77 @@
+"""From the last step of a walk to quiet standing, and from there to the first step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.site import contact_sites
+from plantigrade.control.balance import Wanted
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandingSettings:
+    """When a walk stops, how it comes to quiet standing, and how it starts again."""
+
+    max_step_length: float = 0.25
+    """Longest step after which it may stop [recorded steps]. Chosen."""
+    min_margin: float = 0.02
+    """Least distance of the extrapolated centre of mass from the edge of both feet [m]. Chosen."""
+    max_turn_rate: float = 0.05
+    """Greatest rate of turn at which it may stop [rad/s]. Chosen."""
+    contact_height: float = 0.01
+    """Height below which a part of a sole counts as a support for that [m]. Chosen."""
+    settling_time: float = 1.5
+    """Time from the last step to quiet standing [s]. Chosen."""
+    weight_shift_accuracy: float = 0.005
+    """Distance from its goal at which the extrapolated centre of mass is over the first stance
+    foot, so that the walk starts [m]. Chosen."""
+    max_weight_shift_time: float = 1.5
+    """Time after which the walk starts even without [s]. Chosen."""
+
+
+class Settling:
+    """The posture of the last step turns into standing; feet stay where they are.
+
+    Args:
+        human: The person.
+        qpos: The posture of the last step.
+        standing: Quiet standing at the same place.
+        time: When it begins [s].
+        duration: How long it takes [s].
+    """
+
+    def __init__(
+        self,
+        human: Human,
+        qpos: Float[Array, " nq"],
+        standing: Float[Array, " nq"],
+        time: float,
+        duration: float,
+    ):
+        self._points = PointSet.of(human, contact_sites(human))
+        self._body, self._first, self._last = State(human, qpos), np.array(qpos), np.array(standing)
+        if self._first[3:7] @ self._last[3:7] < 0.0:
+            self._last[3:7] *= -1.0
+        self._time, self._duration, self._part = time, duration, -1.0
+        self._rest = np.zeros(human.model.nv)
+        self._everywhere = np.ones(len(self._points), dtype=bool)
+
+    def at(self, time: float) -> Wanted:
+        """Return what is wanted at a time [s]."""
+        part = min(max((time - self._time) / self._duration, 0.0), 1.0)
+        part = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
+        if part == self._part:
+            return self._wanted
+        self._part = part
+        qpos = (1.0 - part) * self._first + part * self._last
+        qpos[3:7] /= np.linalg.norm(qpos[3:7])
+        self._body = body = self._body.moved_to(qpos)
+        still = np.zeros(3)
+        self._wanted = Wanted(
+            qpos, self._rest, self._rest, body.com, still, still,
+            body.position(self._points), self._everywhere,
+        )  # fmt: skip
+        return self._wanted
