@@ -26,7 +26,7 @@ from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.reproduce.reference import Reference, reference_of
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import STEP, move
-from plantigrade.wbc.tasks import ComTask, PointTask, PostureTask
+from plantigrade.wbc.tasks import ComTask, PointTask, TimedPosture
 from plantigrade.workflows.textbook import textbook_walk
 
 RECORDING = "c3d/HC038A11.c3d"
@@ -179,7 +179,7 @@ def three_tasks(reference: Reference) -> TaskOrder:
     def now(t: float) -> tuple[np.ndarray, float]:
         return postures[min(round((t - times[0]) / STEP), len(postures) - 1)], t + 0.1
 
-    return TaskOrder([heels, [ComTask(Sampled(reference.com, times))]], PostureTask(now))
+    return TaskOrder([heels, [ComTask(Sampled(reference.com, times))]], TimedPosture(now))
 
 
 def solve_with_peers(reference: Reference, python: str) -> tuple[dict | None, str]:

@@ -360,7 +360,7 @@ class State:
         mujoco.mj_angmomMat(self.model, self._position_data, A, 1)
         return A
 
-    def angular_bias_acceleration(self, body: str) -> Float[Array, " 3"]:
+    def angular_bias_acceleration(self, body: str | int) -> Float[Array, " 3"]:
         """Angular acceleration of a body where the generalised one is zero [rad/s²]."""
         index, rate = self._index(body), np.empty((3, self.model.nv))
         mujoco.mj_jacDot(self.model, self._data, None, rate, np.zeros(3), index)

@@ -55,12 +55,13 @@ from plantigrade.wbc.tasks import (
     FloorTask,
     LandingTask,
     PlacingHeelTask,
-    PostureOnCurve,
+    PostureTask,
     SoleContactTask,
     Task,
 )
 from plantigrade.wbc.tasks.contact import SOLE
 
+LEVER = 0.5  # an angular momentum error counts as a force error with this lever arm [m]
 BALANCE = 49.0  # stiffness of the centre of mass [1/s²]
 FOLLOW, CALM = 300.0, 50.0  # stiffness [1/s²] and damping [1/s] of the posture on its curve
 
@@ -100,7 +101,7 @@ def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
 def _momentum(support: Support) -> AngularMomentumTask:
     motion = support.reference.motion
     posture = Trajectory(motion.time, motion.qpos)
-    return AngularMomentumTask(support.momentum, posture, turn=support.turn)
+    return AngularMomentumTask(support.momentum, posture, turn=support.turn, lever=LEVER)
 
 
 def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
@@ -114,9 +115,9 @@ def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
     return LandingTask(schedule.points, landings, paths)
 
 
-def _posture(reference: Reference, tasks: GaitTasks) -> PostureOnCurve:
+def _posture(reference: Reference, tasks: GaitTasks) -> PostureTask:
     time = np.concatenate([[reference.start], phase_ends(reference, tasks.phases)])
     passed = np.array([reference.velocity_at(float(t)) for t in time])
     time, curve = curve_through(reference.human, time, reference.at(time), passed)
-    paths = [Trajectory(time, values) for values in (curve.qpos, curve.qvel, curve.qacc)]
-    return PostureOnCurve(*paths, stiffness=FOLLOW, damping=CALM)
+    q, v, a = (Trajectory(time, values) for values in (curve.qpos, curve.qvel, curve.qacc))
+    return PostureTask(lambda t: (q(t)[0], v(t)[0], a(t)[0]), stiffness=FOLLOW, damping=CALM)

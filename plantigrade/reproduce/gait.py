@@ -125,7 +125,7 @@ def gait_order(
         levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
     else:
         levels += [[ComTask(reference.com, name="centre of mass")]]
-    levels.append(heels("rolling heel", schedule.roll, farthest=FARTHEST))
+    levels.append(heels("rolling heel", schedule.roll, max_error=FARTHEST))
     for task in (task for level in levels for task in level):
         if not isinstance(task, ContactTask):  # sunken feet are lifted where they are
             task.initialises = True

@@ -1,1 +1,65 @@
-"""Whole-body control: tasks, strict hierarchies of them, forces, friction, limits."""
+"""Whole-body control: tasks, strict orders and weighted programs of them, forces, friction, limits.
+
+A weighted program finds accelerations, torques and contact forces that serve all tasks best; a
+controller of your own is a few tasks and one call of it per tick::
+
+    program = WholeBody(human)
+    rows = [task.rows(body) for task in (feet, centre_of_mass)]
+    answer = program.solve(body, touching, rows, wanted=posture.acceleration(body, time))
+
+A strict order of the same tasks moves a body with or without forces: :func:`move`.
+"""
+
+from plantigrade.wbc.forces import Footing
+from plantigrade.wbc.hierarchy import Level, solve_hierarchy
+from plantigrade.wbc.joint_limits import JointLimits
+from plantigrade.wbc.order import TaskOrder
+from plantigrade.wbc.rows import PointRows, Rows
+from plantigrade.wbc.stepping import OrderedMotion, move
+from plantigrade.wbc.tasks import (
+    AngularMomentumTask,
+    ComTask,
+    ContactTask,
+    FloorTask,
+    LandingTask,
+    LinearMomentumTask,
+    OrientationTask,
+    PassingPosture,
+    PlacingHeelTask,
+    PointTask,
+    PostureTask,
+    SoleContactTask,
+    Task,
+    TimedPosture,
+)
+from plantigrade.wbc.touching import Touching
+from plantigrade.wbc.whole_body import Answer, WholeBody
+
+__all__ = [
+    "AngularMomentumTask",
+    "Answer",
+    "ComTask",
+    "ContactTask",
+    "FloorTask",
+    "Footing",
+    "JointLimits",
+    "LandingTask",
+    "Level",
+    "LinearMomentumTask",
+    "OrderedMotion",
+    "OrientationTask",
+    "PassingPosture",
+    "PlacingHeelTask",
+    "PointRows",
+    "PointTask",
+    "PostureTask",
+    "Rows",
+    "SoleContactTask",
+    "Task",
+    "TaskOrder",
+    "TimedPosture",
+    "Touching",
+    "WholeBody",
+    "move",
+    "solve_hierarchy",
+]

@@ -40,10 +40,10 @@ from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.order import TaskOrder, stacked
+from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import ComTask, ContactTask
+from plantigrade.wbc.touching import EDGES, UNIT, level_pyramid
 
-EDGES = 4  # of the friction pyramid
-UNIT = 0.1  # body weights per unit of lambda: of the size of joint accelerations in y
 GREATEST = 5.0  # vertical force of one point, body weights
 FULL, REACH = 0.005, 0.01  # height up to which a point carries fully, and from which nothing [m]
 SHARE, LEVER = 0.3, 0.2  # weight of the wrenches beside the centre of mass; lever arm [m]
@@ -64,13 +64,6 @@ class Footing:
 
     friction: float = FRICTION
     wrench: Callable[[float], Float[Array, "2 6"]] | None = None
-
-
-def friction_pyramid(friction: float, weight: float) -> Float[Array, "3 n_edges"]:
-    """Return the edges of the pyramid in the cone of friction, forces [N] as columns."""
-    angle = 2 * np.pi * (np.arange(EDGES) + 0.5) / EDGES
-    edges = [friction * np.cos(angle), friction * np.sin(angle), np.ones(EDGES)]
-    return UNIT * weight * np.stack(edges)
 
 
 @dataclass(frozen=True)
@@ -127,7 +120,7 @@ def reduced_dynamics(
         state: The state.
         points: The contact sites; forces act at the lowest points of their spheres.
         touching: Indices of the points that carry.
-        edges: What forces they carry (:func:`friction_pyramid`).
+        edges: Edges of their friction pyramid, forces as columns [N].
     """
     M, h = state.mass_matrix, state.bias
     J = state.jacobian(points)[touching].copy()
@@ -177,7 +170,7 @@ class ForceUnknowns:
         )
         self.sites = contact.points.sites
         self.sides = np.array([site.side for site in self.sites])
-        self.edges = friction_pyramid(ground.friction, self.weight)
+        self.edges = UNIT * self.weight * level_pyramid(ground.friction)
         self.strength = np.where(
             model.jnt_actfrclimited[1:, None].astype(bool), model.jnt_actfrcrange[1:], [-1e6, 1e6]
         ).T
@@ -186,7 +179,7 @@ class ForceUnknowns:
         self.dynamics: ReducedDynamics
 
     def program(
-        self, state: State, time: float, rows: list[list[Level]], wanted, bounds
+        self, state: State, time: float, rows: list[list[Rows]], wanted, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         height = self.contact.points.height(state)
@@ -196,7 +189,7 @@ class ForceUnknowns:
         self.dynamics = reduced_dynamics(state, self.contact.points, self.on, self.edges)
         strength = self.dynamics.strength(*self.strength)
         most = np.clip((REACH - height[self.on]) / (REACH - FULL), 0.0, 1.0) * GREATEST / UNIT
-        asked = [[self.dynamics.rows(stacked(level))] for level in rows]
+        asked = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
         asked[self.shared] += self._wrenches(state, time)
         preferred, metric = _preference(self.dynamics, wanted, self.before[self.on].ravel())
         low, high = bounds

@@ -9,7 +9,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.hierarchy import Level
-from plantigrade.wbc.tasks import PostureTask, Task
+from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks import Task
 
 # Nobody walking waves the arms to lift the centre of mass by a millimetre, though the arms could
 # where the legs are nearly straight: to the tasks, what is spared counts this little.
@@ -34,14 +35,14 @@ class TaskOrder:
 
     Attributes:
         levels: The tasks of each level, most important first.
-        posture: What is preferred where the levels leave freedom; rest if absent. It is the
-            lowest level of all.
+        posture: A task of all coordinates, preferred where the levels leave freedom; rest if
+            absent. It is the lowest level of all.
         spared: First letters of coordinates that the tasks use least (:data:`RELUCTANCE`) where
             others can do it.
     """
 
     levels: Sequence[Sequence[Task]]
-    posture: PostureTask | None = None
+    posture: Task | None = None
     spared: tuple[str, ...] = ()
 
     @property
@@ -66,9 +67,9 @@ class TaskOrder:
         docs = ((type(task).__doc__ or "").strip() for _, task in self.numbered)
         return [doc.split("\n")[0].replace("`", "") for doc in docs]
 
-    def rows(self, state: State, time: float) -> list[list[Level]]:
+    def rows(self, state: State, time: float) -> list[list[Rows]]:
         """Return what each task of each level asks of the generalised acceleration."""
-        return [[task.level(state, time) for task in level] for level in self.levels]
+        return [[task.rows(state, time) for task in level] for level in self.levels]
 
     def preferred(self, state: State, time: float) -> Float[Array, " nv"]:
         """Return the generalised acceleration that is preferred where the levels leave freedom."""
@@ -82,9 +83,9 @@ class TaskOrder:
         return np.array([1.0] * 6 + hinges)
 
 
-def stacked(rows: Sequence[Level]) -> Level:
-    """Return the rows of several tasks as one level."""
-    asked = [row for row in rows if len(row.lower)] or rows[:1]
+def stacked(levels: Sequence[Level]) -> Level:
+    """Return the rows of several levels as one."""
+    asked = [level for level in levels if len(level.lower)] or levels[:1]
     if len(asked) == 1:
         return asked[0]
     lower = np.concatenate([r.lower for r in asked])

@@ -8,7 +8,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.rigid_points import RigidPoints
+from plantigrade.wbc.hierarchy import Level
 
 
 @runtime_checkable
@@ -39,15 +41,45 @@ class Rows:
         matrix: :math:`A`.
         right: :math:`b`.
         weight: Cost of a squared unit of what is missed, of each row or of all.
+        name: Name of the task, for messages.
+        at_least: Whether more than :math:`b` is welcome: an inequality, for strict orders alone.
     """
 
     matrix: Float[Array, "n_rows nv"]
     right: Float[Array, " n_rows"]
     weight: float | Float[Array, " n_rows"] = 1.0
+    name: str = ""
+    at_least: bool = False
+
+    def along(self, directions: Float[Array, "n_rows k"]) -> "Rows":
+        """Return what is asked along directions, one row each."""
+        right = directions @ self.right
+        return Rows(directions @ self.matrix, right, self.weight, self.name, self.at_least)
+
+    def missed(self, qacc: Float[Array, " nv"]) -> Float[Array, " n_rows"]:
+        """Return by how much each row is missed; signed, zero where more is welcome."""
+        missed = self.matrix @ qacc - self.right
+        return np.minimum(missed, 0.0) if self.at_least else missed
+
+    @property
+    def level(self) -> Level:
+        """The same as a level of a hierarchy, each row by the root of its weight."""
+        matrix, right = self.matrix, self.right
+        if not isinstance(self.weight, float) or self.weight != 1.0:
+            root = np.broadcast_to(np.sqrt(self.weight), len(right))
+            matrix, right = root[:, None] * matrix, root * right
+        above = np.full(len(right), np.inf) if self.at_least else right
+        return Level(matrix, right, above, self.name)
 
     @property
     def weighted(self) -> Float[Array, "n_rows nv"]:
-        """Each row times its weight."""
+        """Each row times its weight.
+
+        Raises:
+            ParameterError: If the rows are an inequality.
+        """
+        if self.at_least:
+            raise ParameterError(f"{self.name} is an inequality; only a TaskOrder satisfies it")
         w = self.weight
         return (w[:, None] if isinstance(w, np.ndarray) else w) * self.matrix
 

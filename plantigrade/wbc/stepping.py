@@ -29,9 +29,10 @@ from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.record import Record
 from plantigrade.wbc.forces import Footing, ForceUnknowns
-from plantigrade.wbc.hierarchy import Level, solve_hierarchy
+from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, scaled, stacked
+from plantigrade.wbc.rows import Rows
 
 STEP = 0.005  # [s]
 # A direction in which a task moves less than this per unit of joint acceleration is singular: a
@@ -119,11 +120,11 @@ class AccelerationUnknowns:
         self.ready = order.readiness(state.human) if order.spared else None
 
     def program(
-        self, state: State, time: float, rows: list[list[Level]], wanted, bounds
+        self, state: State, time: float, rows: list[list[Rows]], wanted, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         (low, high), ready = bounds, self.ready
-        levels = [stacked(level) for level in rows]
+        levels = [stacked([row.level for row in level]) for level in rows]
         if ready is not None:
             levels = [scaled(level, ready) for level in levels]
             low, high, wanted = low / ready, high / ready, wanted / ready
@@ -238,11 +239,11 @@ def first_state(state: State, order: TaskOrder, time: float) -> State:
     for _ in range(ATTEMPTS):
         for task in tasks:
             task.begin(state, time)
-        rows = [task.position_level(state, time) for task in tasks]
+        rows = [task.position_rows(state, time) for task in tasks]
         lower, upper = np.full(len(share), -LARGEST_STEP), np.full(len(share), LARGEST_STEP)
         lower[6:] = np.clip(low - state.qpos[7:], -LARGEST_STEP, 0.0)
         upper[6:] = np.clip(high - state.qpos[7:], 0.0, LARGEST_STEP)
-        levels = [scaled(row, share) for row in rows]
+        levels = [scaled(row.level, share) for row in rows]
         bounds = {"lower": lower / share, "upper": upper / share}
         step = share * solve_hierarchy(levels, **bounds, singular=SINGULAR).x
         if np.abs(step).max() < 1e-6:
@@ -263,7 +264,7 @@ def velocity_after_impact(state: State, order: TaskOrder, time: float) -> Float[
     """
     wide = np.full(len(state.qvel), 1e4)
     return solve_hierarchy(
-        [task.velocity_level(state, time) for task in order.tasks if task.causes_impact],
+        [task.velocity_rows(state, time).level for task in order.tasks if task.causes_impact],
         lower=-wide,
         upper=wide,
         preferred=state.qvel,
@@ -272,11 +273,11 @@ def velocity_after_impact(state: State, order: TaskOrder, time: float) -> Float[
     ).x
 
 
-def _missed(order: TaskOrder, rows: list[list[Level]], wanted, qacc) -> tuple[Array, Array]:
+def _missed(order: TaskOrder, rows: list[list[Rows]], wanted, qacc) -> tuple[Array, Array]:
     """Return which tasks had rows, and by how much an acceleration misses them."""
     flat = [row for level in rows for row in level]
-    active = [len(row.lower) > 0 for row in flat]
-    missed = [row.residual(qacc) for row in flat]
+    active = [len(row.right) > 0 for row in flat]
+    missed = [row.missed(qacc) for row in flat]
     if order.posture is not None:
         active.append(True)
         missed.append(qacc - wanted)

@@ -11,6 +11,8 @@ from plantigrade.kinematics.rigid_points import RigidPoints
 
 EDGES = 4
 """Edges of a friction pyramid."""
+UNIT = 0.1
+"""Body weights per unit of a share of an edge: of the size of joint accelerations."""
 _CORNER = 2 * np.pi * np.arange(EDGES) / EDGES
 
 
@@ -49,6 +51,11 @@ class Touching:
             edges[:] = _level(tuple(n[0].tolist()), self.friction, self.along)
             return edges
         return _pyramids(n, self.friction, self.along)
+
+
+def level_pyramid(friction: float) -> Float[Array, "3 n_edges"]:
+    """Return the edges of the pyramid of level ground, one part up."""
+    return _level((0.0, 0.0, 1.0), friction, np.pi / EDGES)[0]
 
 
 def _pyramids(n: Float[Array, "k 3"], friction: float, along: float) -> Float[Array, "k 3 n_edges"]:

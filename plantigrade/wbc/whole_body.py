@@ -33,12 +33,9 @@ from plantigrade.wbc.reduced import Dynamics, Reduced, TorqueCost
 from plantigrade.wbc.rows import Asked, PointRows, Rows, cost
 from plantigrade.wbc.shares import ShareProgram
 from plantigrade.wbc.torque_limits import TorqueLimits
-from plantigrade.wbc.touching import EDGES, Touching, wrenches
+from plantigrade.wbc.touching import EDGES, UNIT, Touching, wrenches
 
 __all__ = ["EDGES", "UNIT", "Answer", "PointRows", "Rows", "Touching", "WholeBody"]
-
-UNIT = 0.1
-"""Body weights per unit of a share: of the size of joint accelerations."""
 
 
 @dataclass(frozen=True, eq=False)

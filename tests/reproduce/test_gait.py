@@ -148,7 +148,7 @@ def test_priorities_hold_through_the_walk(tasks):
         if k % 10:
             continue
         low, high = limits.bounds(state)
-        levels = [stacked([task.level(state, t) for task in level]) for level in order.levels]
+        levels = [stacked([task.rows(state, t).level for task in level]) for level in order.levels]
         posture = order.posture.acceleration(state, t)
         whole = solve_hierarchy(levels, lower=low, upper=high, preferred=posture).residuals
         change = np.zeros(len(levels))

@@ -14,7 +14,7 @@ from plantigrade.wbc.tasks import (
     PassingPosture,
     PlacingHeelTask,
     PointTask,
-    PostureOnCurve,
+    PostureTask,
 )
 from tests.models.presets import person
 
@@ -72,8 +72,8 @@ def test_a_foot_comes_down_along_its_path():
     t = np.linspace(-0.1, 0.2, 31)
     path = Trajectory(t, (height + rate * t[:, None] - 1.5 * t[:, None] ** 2))
     led = LandingTask(points, [(mine, 0.1)], [path])
-    level = led.level(state, 0.0)
-    np.testing.assert_allclose(level.lower, -3.0 - led.bias_acceleration(state, 0.0), atol=1e-6)
+    rows = led.rows(state)
+    np.testing.assert_allclose(rows.right, -3.0 - led.bias_acceleration(state, 0.0), atol=1e-6)
 
 
 def test_a_posture_is_passed_at_its_speed():
@@ -98,8 +98,8 @@ def test_a_posture_on_its_curve_is_asked_for_the_bend_of_the_curve():
     curve = state.qpos.copy()
     mujoco.mj_integratePos(state.model, curve, -np.array(away), 1.0)
     curve[3:7] *= 1.01
-    paths = [Trajectory.fixed(v) for v in (curve, state.qvel - slow, np.array(bend))]
-    task = PostureOnCurve(*paths, stiffness=200.0, damping=30.0)
+    target = curve, state.qvel - slow, np.array(bend)
+    task = PostureTask(target, stiffness=200.0, damping=30.0)
     wanted = np.array(bend) - 200.0 * np.array(away) - 30.0 * np.array(slow)
     np.testing.assert_allclose(task.acceleration(state, 0.0), wanted, atol=1e-8)
 

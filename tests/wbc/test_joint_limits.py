@@ -7,7 +7,7 @@ from plantigrade.kinematics.state import State
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import move
-from plantigrade.wbc.tasks import PostureTask
+from plantigrade.wbc.tasks import TimedPosture
 from tests.models.presets import PRESETS, person, random_state
 
 
@@ -50,7 +50,7 @@ def test_no_hinge_runs_faster_than_it_may():
     far = human.standing()
     far[7 + human.hinge("elbow_flex_r")] += 2.0
     far[7 + human.hinge("arm_flex_l")] += 1.0
-    order = TaskOrder([], PostureTask(lambda time: (far, time + 0.05)))
+    order = TaskOrder([], TimedPosture(lambda time: (far, time + 0.05)))
     motion = move(human, order, human.standing(), stop=0.6, limits=limits)
     assert np.abs(motion.qvel[:, 6:]).max() <= 4.0 * (1 + 1e-6)
     assert np.abs(motion.qvel[:, 6:]).max() > 3.9  # it was asked to
@@ -73,7 +73,7 @@ def test_ranges_of_ones_own():
     ranges[1, k] = 0.3
     bent = human.standing()
     bent[7 + k] = 1.5
-    order = TaskOrder([], PostureTask(lambda time: (bent, time + 0.1)))
+    order = TaskOrder([], TimedPosture(lambda time: (bent, time + 0.1)))
     limits = JointLimits(human, 0.005, ranges=ranges)
     motion = move(human, order, human.standing(), stop=1.0, limits=limits)
     assert motion.qpos[:, 7 + k].max() <= 0.3 + 2e-3

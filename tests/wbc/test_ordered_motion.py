@@ -13,7 +13,7 @@ from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, stacked
 from plantigrade.wbc.stepping import SINGULAR, STEP, move, velocity_after_impact
-from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, PostureTask
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, TimedPosture
 from tests.models.presets import person
 
 HAND = (0.0, 0.0, -0.08)
@@ -118,7 +118,7 @@ def test_an_impossible_task_below_changes_no_residual_above(human):
         state = state.moved_to(motion.qpos[k], motion.qvel[k])
         contact.begin(state, float(motion.time[k]))
         low, high = limits.bounds(state)
-        levels = [task.level(state, float(motion.time[k])) for task in (contact, com, hand)]
+        levels = [task.rows(state, float(motion.time[k])).level for task in (contact, com, hand)]
         two = solve_hierarchy(levels[:2], lower=low, upper=high, singular=SINGULAR)
         three = solve_hierarchy(levels, lower=low, upper=high, singular=SINGULAR)
         np.testing.assert_allclose(three.residuals[:2], two.residuals, atol=1e-6)
@@ -234,7 +234,7 @@ def test_the_posture_takes_what_is_left(human):
     goal[knee] += 0.5
     order = TaskOrder(
         [[standing(human)], [ComTask(Trajectory.fixed(here))]],
-        PostureTask(lambda time: (goal, 1.0)),
+        TimedPosture(lambda time: (goal, 1.0)),
     )
     motion = move(human, order, q, stop=1.0)
     assert motion.qpos[-1, arm] == pytest.approx(goal[arm], abs=0.1)
@@ -271,12 +271,12 @@ def test_tasks_of_one_level_share_it(human):
     state = State(human, q)
     left = ComTask(Trajectory.fixed(state.com + [0.01, 0, 0]), "x", "left")
     right = ComTask(Trajectory.fixed(state.com - [0.01, 0, 0]), "x", "right")
-    both = stacked([left.level(state, 0.0), right.level(state, 0.0)])
+    both = stacked([left.rows(state).level, right.rows(state).level])
     assert both.name == "left and right" and both.matrix.shape == (2, human.model.nv)
     wide = np.full(human.model.nv, 1e6)
     shared = solve_hierarchy([both], lower=-wide, upper=wide)
     np.testing.assert_allclose(state.com_jacobian[0] @ shared.x, 0.0, atol=1e-9)
-    upper = solve_hierarchy([left.level(state, 0.0), right.level(state, 0.0)], lower=-wide,
+    upper = solve_hierarchy([left.rows(state).level, right.rows(state).level], lower=-wide,
                             upper=wide)  # fmt: skip
     np.testing.assert_allclose(state.com_jacobian[0] @ upper.x, 400.0 * 0.01, atol=1e-6)
 

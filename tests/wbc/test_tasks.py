@@ -15,10 +15,12 @@ from plantigrade.wbc.tasks import (
     ComTask,
     ContactTask,
     FloorTask,
+    LinearMomentumTask,
     OrientationTask,
     PointTask,
     PostureTask,
     SoleContactTask,
+    TimedPosture,
 )
 from tests.models.presets import person, random_state
 
@@ -59,7 +61,9 @@ def every_task(human, state, rng):
         FloorTask(swollen(points, lowest - 0.05)),
         ContactTask(points, lambda time: all_on),
         SoleContactTask(points, lambda time: all_on),
-        PostureTask(lambda time: (state.qpos, 1.0)),
+        PostureTask(state.qpos),
+        TimedPosture(lambda time: (state.qpos, 1.0)),
+        LinearMomentumTask(waving(rng)),
     ]
     for task in tasks:
         task.begin(state, NOW)
@@ -108,7 +112,7 @@ def test_target_rates_are_the_rates_of_the_error(axes):
     human, rng = person("42", "two-segment"), np.random.default_rng(2)
     state = State(human, *random_state(human, rng))
     task = ComTask(waving(rng), axes)
-    velocity, acceleration = task.target_rates(state, NOW)
+    _, velocity, acceleration = task.aim(NOW)
     h = 1e-5
     before, here, after = (task.error(state, NOW + d) for d in (-h, 0, h))
     np.testing.assert_allclose(velocity, -(after - before) / (2 * h), atol=1e-5)
@@ -130,9 +134,9 @@ def test_rows_ask_for_the_second_order_equation(preset):
         ComTask(waving(rng), stiffness=50.0, damping=3.0),
         PointTask(hand, waving(rng), np.eye(3)[:2], stiffness=200.0),
     ):
-        row = task.level(state, NOW)
+        row = task.rows(state, NOW)
         wide = np.full(human.model.nv, 1e9)
-        a = solve_hierarchy([row], lower=-wide, upper=wide).x
+        a = solve_hierarchy([row.level], lower=-wide, upper=wide).x
         h = 2e-4
         errors = []
         for d in (-h, 0.0, h):  # the true motion under that acceleration
@@ -156,8 +160,8 @@ def test_a_task_without_directions_rests():
     state = State(human, human.standing())
     heel = PointSet(human, ["foot_r"], np.zeros((1, 3)))
     task = PointTask(heel, Trajectory.fixed(np.zeros(3)), lambda state, time: np.zeros((0, 3)))
-    row = task.level(state, 0.0)
-    assert row.matrix.shape == (0, human.model.nv) and len(row.lower) == 0
+    row = task.rows(state, 0.0)
+    assert row.matrix.shape == (0, human.model.nv) and len(row.right) == 0
 
 
 @pytest.mark.parametrize("preset", BODIES, ids="-".join)
@@ -169,12 +173,12 @@ def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset)
     on = points.body == points.body[0]
     task = ContactTask(swollen(points, 1.0), lambda time: on)  # they all reach the floor
     task.begin(state, 0.0)
-    row = task.level(state, 0.0)
+    row = task.rows(state, 0.0)
     full = task.jacobian(state, 0.0)
-    assert len(row.lower) <= 6
-    assert len(row.lower) >= np.linalg.matrix_rank(full, tol=1e-6)
+    assert len(row.right) <= 6
+    assert len(row.right) >= np.linalg.matrix_rank(full, tol=1e-6)
     wide = np.full(human.model.nv, 1e9)
-    a = solve_hierarchy([row], lower=-wide, upper=wide).x
+    a = solve_hierarchy([row.level], lower=-wide, upper=wide).x
     wanted = -task.stiffness * task.error(state, 0.0) - task.damping * full @ state.qvel
     missed = full @ a + task.bias_acceleration(state, 0.0) - wanted
     best = np.linalg.lstsq(full, wanted - task.bias_acceleration(state, 0.0), rcond=1e-10)[0]
@@ -211,17 +215,17 @@ def test_the_floor_pushes_up_and_never_down():
     task = FloorTask(points)
     high = human.standing()
     high[2] += 1.0
-    assert not len(task.level(State(human, high), 0.0).lower)  # far away: nothing to guard
+    assert not len(task.rows(State(human, high), 0.0).right)  # far away: nothing to guard
     for depth in (0.0, 0.005):
         low = human.standing()
         low[2] -= depth
         state = State(human, low)
-        row = task.level(state, 0.0)
-        assert len(row.lower) and np.isinf(row.upper).all()
+        row = task.rows(state, 0.0)
+        assert len(row.right) and np.isinf(row.level.upper).all()
         up = np.zeros(human.model.nv)
         up[2] = 1e4
-        assert not row.residual(up).any()
-        assert row.residual(-up).all()
+        assert not row.missed(up).any()
+        assert row.missed(-up).all()
 
 
 @pytest.mark.parametrize("gains", [None, (12.0, 6.0)])
@@ -230,7 +234,7 @@ def test_the_posture_arrives_in_time_with_nothing_left_over(gains):
     human = person("42", "two-segment")
     goal = human.standing()
     options = {} if gains is None else {"gains": gains}
-    task = PostureTask(lambda time: (goal, 1.0), shortest=1e-3, **options)
+    task = TimedPosture(lambda time: (goal, 1.0), shortest=1e-3, **options)
     stiff, damp = task.gains
     a, b = np.sort(np.roots([1.0, -(1.0 + damp), stiff]).real)  # T^p: p (p - 1) = -k + d p
     assert a > 1

@@ -1,14 +1,15 @@
 """Tasks of a motion, each a small class with one interface.
 
-A :class:`Task` gives an error, its Jacobian and its bias acceleration; an ordered list of tasks is
-a hierarchy (:mod:`plantigrade.wbc.order`).
+A :class:`Task` gives an error, its Jacobian and its bias acceleration, and asks for rows of the
+generalised acceleration: of a hierarchy, where tasks are in strict order
+(:mod:`plantigrade.wbc.order`), or of a weighted program (:mod:`plantigrade.wbc.whole_body`).
 """
 
 from plantigrade.wbc.tasks.contact import ContactTask, FloorTask, SoleContactTask
 from plantigrade.wbc.tasks.landing import LandingTask, PlacingHeelTask
-from plantigrade.wbc.tasks.momentum import AngularMomentumTask, ComTask
+from plantigrade.wbc.tasks.momentum import AngularMomentumTask, ComTask, LinearMomentumTask
 from plantigrade.wbc.tasks.point import OrientationTask, PointTask
-from plantigrade.wbc.tasks.posture import PassingPosture, PostureOnCurve, PostureTask
+from plantigrade.wbc.tasks.posture import PassingPosture, PostureTask, TimedPosture
 from plantigrade.wbc.tasks.task import Task
 
 __all__ = [
@@ -17,12 +18,13 @@ __all__ = [
     "ContactTask",
     "FloorTask",
     "LandingTask",
+    "LinearMomentumTask",
     "OrientationTask",
     "PassingPosture",
     "PlacingHeelTask",
     "PointTask",
-    "PostureOnCurve",
     "PostureTask",
     "SoleContactTask",
     "Task",
+    "TimedPosture",
 ]

@@ -18,7 +18,7 @@ from plantigrade.arrays import Array, Bool
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State
-from plantigrade.wbc.hierarchy import Level
+from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.task import Task
 
 TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
@@ -93,38 +93,45 @@ class ContactTask(Task):
         bias = state.bias_acceleration(self.points)
         return np.concatenate([bias[self.on].ravel(), bias[self.coming, 2]])
 
-    def level(self, state, time):
-        """Return the rows, reduced to the motions of the segments that touch."""
-        full = super().level(state, time)
+    def velocity(self, state: State, time: float):
+        """Return the velocity of the points that touch, then of the coming ones' heights [m/s]."""
+        velocity = state.velocity(self.points)
+        return np.concatenate([velocity[self.on].ravel(), velocity[self.coming, 2]])
+
+    def acceleration(self, state, time):
+        """Return the desired accelerations; points that come down have a rate of their own."""
+        desired = super().acceleration(state, time)
         n = 3 * int(self.on.sum())
-        if len(full.lower) > n:  # those that come down have a rate of their own
-            rate = full.matrix[n:] @ state.qvel
-            height = self.points.height(state)[self.coming]
-            bias = self.bias_acceleration(state, time)[n:]
-            full.lower[n:] = -(APPROACH**2) * height - 2 * APPROACH * rate - bias
-        return self._reduced(state, full)
+        if len(desired) > n:
+            height, rate = self.error(state, time)[n:], self.velocity(state, time)[n:]
+            desired[n:] = -(APPROACH**2) * height - 2 * APPROACH * rate
+        return desired
 
-    def position_level(self, state, time):
-        """Return the rows that bring the points to their spots, reduced likewise."""
-        return self._reduced(state, super().position_level(state, time))
-
-    def velocity_level(self, state, time):
+    def velocity_rows(self, state, time):
         """Return the rows that stop the points that touch, reduced likewise."""
         n = 3 * int(self.on.sum())
-        full = super().velocity_level(state, time)
-        return self._reduced(state, Level.equation(full.matrix[:n], full.lower[:n], self.name))
+        full = self.jacobian(state, time)[:n]
+        return self._reduced(state, Rows(full, np.zeros(n), self.weight, self.name))
 
-    def _reduced(self, state: State, full: Level) -> Level:
+    def rows(self, state, time=0.0, *, acceleration=None):
+        """Return the rows, reduced to the motions of the segments that touch."""
+        return self._reduced(state, super().rows(state, time, acceleration=acceleration))
+
+    def position_rows(self, state, time):
+        """Return the rows that bring the points to their spots, reduced likewise."""
+        return self._reduced(state, super().position_rows(state, time))
+
+    def _reduced(self, state: State, full: Rows) -> Rows:
         n = 3 * int(self.on.sum())
-        matrix, right = [full.matrix[n:]], [full.lower[n:]]
+        matrix, right = [full.matrix[n:]], [full.right[n:]]
         for segment, rows, basis in self._segments():
-            A, b = full.matrix[rows], full.lower[rows]
+            A, b = full.matrix[rows], full.right[rows]
             if basis is not None:
                 turned = (basis @ state.rotation(segment).T).reshape(6, -1)
                 A, b = turned @ A, turned @ b
             matrix.append(A)
             right.append(b)
-        return Level.equation(np.concatenate(matrix), np.concatenate(right), self.name)
+        return self._asks(np.concatenate(matrix), np.concatenate(right))
 
     def _segments(self) -> list[tuple[int, slice, np.ndarray | None]]:
         """Return the segments that touch, their rows, and what more than two points can do there.
@@ -177,7 +184,7 @@ class FloorTask(Task):
             they have sunk); all if absent.
     """
 
-    initialises = True
+    initialises = at_least = True
 
     def __init__(
         self,
@@ -201,6 +208,14 @@ class FloorTask(Task):
             self._known, self._low = (state, time), which
         return self._low
 
+    def rests(self, state, time):
+        """Return whether no point is guarded."""
+        return not self._which(state, time).any()
+
+    def velocity(self, state, time):
+        """Return the rates of these heights [m/s]."""
+        return state.velocity(self.points)[self._which(state, time), 2]
+
     def error(self, state, time):
         """Return the heights of the points that are guarded [m]."""
         return self.points.height(state)[self._which(state, time)]
@@ -212,16 +227,6 @@ class FloorTask(Task):
     def bias_acceleration(self, state, time):
         """Return the vertical acceleration of the points where nothing accelerates [m/s²]."""
         return state.bias_acceleration(self.points)[self._which(state, time), 2]
-
-    def level(self, state, time):
-        """Return the rows, as inequalities."""
-        rows = super().level(state, time)
-        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)
-
-    def position_level(self, state, time):
-        """Return the rows that lift sunken points out of the ground, as inequalities."""
-        rows = super().position_level(state, time)
-        return Level(rows.matrix, rows.lower, np.full(len(rows.lower), np.inf), self.name)
 
 
 def _twist(arm: np.ndarray) -> np.ndarray:

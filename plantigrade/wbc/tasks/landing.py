@@ -13,7 +13,6 @@ from plantigrade.constants import GRAVITY
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.tasks.point import PointTask
 from plantigrade.wbc.tasks.task import Task
 
@@ -76,14 +75,20 @@ class LandingTask(Task):
         """Return their acceleration where nothing accelerates [m/s²]."""
         return self._means(state.bias_acceleration(self.points)[:, 2], time)
 
-    def level(self, state, time):
-        """Return the rows this task asks of the generalised acceleration."""
+    def velocity(self, state, time):
+        """Return the rates of these heights [m/s]."""
+        return self._means(state.velocity(self.points)[:, 2], time)
+
+    def rests(self, state, time):
+        """Return whether nothing comes down now."""
+        return not self._coming(time)
+
+    def acceleration(self, state, time):
+        """Return the desired accelerations of these heights [m/s²]."""
         left = np.array([max(t, SHORTEST) for _, t in self._coming(time)])
-        matrix = self.jacobian(state, time)
         _, rate, bend = self._path(time).T
-        wanted = bend - 6 * self.error(state, time) / left**2
-        wanted -= 4 * (matrix @ state.qvel - rate) / left
-        return Level.equation(matrix, wanted - self.bias_acceleration(state, time), self.name)
+        desired = bend - 6 * self.error(state, time) / left**2
+        return desired - 4 * (self.velocity(state, time) - rate) / left
 
 
 class PlacingHeelTask(PointTask):
@@ -109,9 +114,9 @@ class PlacingHeelTask(PointTask):
 
     def error(self, state, time):
         """Return the way from the displaced target to the point, along the directions [m]."""
-        here, speed, _ = self.com(time)
+        here, velocity, _ = self.com(time)
         slow = np.sqrt(max(state.com[2], 0.1) / GRAVITY)
-        away = state.com - here + slow * (state.com_jacobian @ state.qvel - speed)
+        away = state.com - here + slow * (state.com_velocity - velocity)
         size = float(np.linalg.norm(away))
         if size > FURTHEST:
             away = away * (FURTHEST / size)

@@ -6,47 +6,61 @@ both [Herr2008]_.
 
 import numpy as np
 
-from plantigrade.kinematics.state import CROSS, State
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.state import State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc.tasks.task import Task
+from plantigrade.wbc.tasks.task import Target, Task
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-LEVER = 0.5  # an angular momentum error counts as a force error with this lever arm [m]
 
 
 class ComTask(Task):
-    """Moves the centre of mass along a trajectory.
+    """Moves the centre of mass to a place, or along a trajectory.
 
     Args:
-        target: Its trajectory [m].
+        target: The place, or its trajectory [m].
         axes: Which world axes: ``"xyz"``, ``"xy"``, ``"z"``, …
     """
 
-    def __init__(self, target: Trajectory, axes: str = "xyz", name: str = "", **gains):
-        super().__init__(name or f"centre of mass {axes}", **gains)
-        self.target = target
+    def __init__(self, target: Target = None, axes: str = "xyz", name: str = "", **gains):
+        super().__init__(name or f"centre of mass {axes}", target, **gains)
         self._axes = slice(None) if axes == "xyz" else np.array([_AXES[a] for a in axes])
+
+    def aim(self, time):
+        """Return value, velocity and acceleration of the target, in the axes that count."""
+        return tuple(part[self._axes] if np.ndim(part) else part for part in super().aim(time))
 
     def error(self, state, time):
         """Return the way from the target to the centre of mass [m]."""
-        return (state.com - self.target(time)[0])[self._axes]
+        return state.com[self._axes] - self.aim(time)[0]
 
     def jacobian(self, state, time):
         """Return the Jacobian of the centre of mass."""
         return state.com_jacobian[self._axes]
 
+    def velocity(self, state, time):
+        """Return the velocity of the centre of mass [m/s]."""
+        return state.com_velocity[self._axes]
+
     def bias_acceleration(self, state, time):
         """Return its acceleration where nothing accelerates [m/s²]."""
         return state.com_bias_acceleration[self._axes]
 
-    def target_rates(self, state, time):
-        """Return velocity and acceleration of the target."""
-        _, velocity, acceleration = self.target(time)
-        return velocity[self._axes], acceleration[self._axes]
-
     def distance(self, state, time: float) -> float:
         """Return how far the centre of mass is from its target, in the axes that count [m]."""
         return float(np.linalg.norm(self.error(state, time)))
+
+
+class LinearMomentumTask(ComTask):
+    """The same, with the Jacobian from the root's rows of the mass matrix.
+
+    Linear momentum is body mass times the velocity of the centre of mass. Where the equations of
+    motion are needed anyway, its rows are there.
+    """
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the centre of mass."""
+        return state.mass_matrix[:3][self._axes] / state.mass
 
 
 class AngularMomentumTask(Task):
@@ -57,51 +71,76 @@ class AngularMomentumTask(Task):
     moment, weighted as :math:`L` weighs velocities, :math:`e = A(q)\,(q \ominus q^*(t))`, the
     whole body's share in having turned too far; its rate is taken as :math:`L - L^*(t)`.
 
-    All rows are divided by mass and :data:`LEVER`, so that they compare with those of the centre
-    of mass [m/s²].
+    All rows are divided by mass and a lever arm, so that they compare with those of the centre of
+    mass [m/s²].
 
     Args:
-        target: Path of the angular momentum [kg m²/s].
-        posture: Path of the configuration.
+        target: Angular momentum, and its rate [kg m²/s]; rest if absent.
+        posture: Path of the configuration; how far the body has turned does not count if absent.
         turn: By how much the body is to have turned further than that, as momentum integrated
             [kg m²]; not at all if absent.
+        lever: Lever arm at which an error of the moment counts as one of the force [m].
     """
 
     def __init__(
         self,
-        target: Trajectory,
-        posture: Trajectory,
+        target: Target = None,
+        posture: Trajectory | None = None,
         name: str = "angular momentum",
         stiffness: float = 25.0,
         turn: Trajectory | None = None,
+        lever: float = 1.0,
         **gains,
     ):
-        super().__init__(name, stiffness=stiffness, **gains)
-        self.target, self.posture, self.turn = target, posture, turn
+        super().__init__(name, target, stiffness=stiffness, **gains)
+        self.posture, self.turn, self.lever = posture, turn, lever
+        self._of: State | None = None
+        self._map = np.zeros((3, 6))
 
     def error(self, state, time):
         """Return by how much the whole body has turned too far [m]."""
+        if self.posture is None:
+            return np.zeros(3)
         posture = self.posture(time)[0].copy()
         posture[3:7] /= np.linalg.norm(posture[3:7])
         error = self.jacobian(state, time) @ state.difference(posture)
-        return error if self.turn is None else error - self.turn(time)[0] / (state.mass * LEVER)
+        return error if self.turn is None else error - self.turn(time)[0] / self._scale(state)
+
+    def aim(self, time):
+        """Return nothing, and angular momentum and its rate on the path [kg m²/s, N m]."""
+        if self.target is None:
+            return 0.0, 0.0, 0.0
+        momentum, rate, _ = super().aim(time)
+        return 0.0, momentum, rate
 
     def jacobian(self, state, time):
         """Return the angular rows of the centroidal momentum matrix."""
-        return _about_com(state, state.mass_matrix[:6])
+        return self._about_com(state) @ state.mass_matrix[:6]
+
+    def velocity(self, state, time):
+        """Return the angular momentum."""
+        return state.angular_momentum / self._scale(state)
 
     def bias_acceleration(self, state, time):
         """Return the rate of the angular momentum where nothing accelerates."""
-        return _about_com(state, state.bias[:6])
+        return self._about_com(state) @ state.bias[:6]
 
-    def target_rates(self, state, time):
-        """Return angular momentum and its rate on the path."""
-        rates = self.target(time) / (state.mass * LEVER)
-        return rates[0], rates[1]
+    def acceleration(self, state, time):
+        """Return the desired rate of the angular momentum."""
+        _, momentum, rate = self.aim(time)
+        scale = self._scale(state)
+        right = rate / scale - self.stiffness * self.error(state, time)
+        return right - self.damping * (self.velocity(state, time) - momentum / scale)
 
+    def _scale(self, state: State) -> float:
+        return state.mass * self.lever
 
-def _about_com(state: State, root: np.ndarray) -> np.ndarray:
-    """Return the moments about the centre of mass of wrenches at the root, scaled."""
-    moment = state.rotation(1) @ root[3:6]
-    arm = state.qpos[:3] - state.com
-    return (moment + (arm @ CROSS).reshape(3, 3) @ root[:3]) / (state.mass * LEVER)
+    def _about_com(self, state: State) -> Float[Array, "3 6"]:
+        """Return what makes scaled moments about the centre of mass of wrenches at the root."""
+        if self._of is not state:
+            x, y, z = state.com - state.qpos[:3]
+            self._of, self._map = state, np.empty((3, 6))
+            self._map[:, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+            self._map[:, 3:] = state.rotation(1)
+            self._map /= self._scale(state)
+        return self._map

@@ -16,14 +16,47 @@ from collections.abc import Callable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc.hierarchy import Level
-from plantigrade.wbc.tasks.task import Task
+from plantigrade.wbc.tasks.task import Target, Task
 
 SHORTEST = 0.06  # time to go below which the gains grow no further [s]
 
 
 class PostureTask(Task):
+    r"""Draws every coordinate to a posture that stays or moves, with constant gains.
+
+    With :math:`e` the way from the posture to the configuration,
+
+    .. math:: \dot v = \dot v^* - \lambda_p e - \lambda_d (v - v^*) .
+
+    Args:
+        target: Configuration, with velocity and acceleration where it moves; the quaternion is
+            normalised here.
+        weight: Cost of a squared unit of acceleration missed, of each coordinate or of all.
+    """
+
+    def __init__(self, target: Target, *, name: str = "posture", **gains):
+        super().__init__(name, target, **gains)
+
+    def error(self, state, time):
+        """Return the tangent step from the posture to the configuration."""
+        posture = self.aim(time)[0].copy()
+        posture[3:7] /= np.linalg.norm(posture[3:7])
+        return state.difference(posture)
+
+    def velocity(self, state, time):
+        """Return the generalised velocity."""
+        return state.qvel
+
+    def jacobian(self, state, time):
+        """Return the identity."""
+        return np.eye(state.model.nv)
+
+    def bias_acceleration(self, state, time):
+        """Return zero."""
+        return np.zeros(state.model.nv)
+
+
+class TimedPosture(PostureTask):
     r"""Draws every coordinate to a fixed posture that is to be reached at the end of a phase.
 
     Args:
@@ -43,36 +76,20 @@ class PostureTask(Task):
         shortest: float = SHORTEST,
         name: str = "posture",
     ):
-        super().__init__(name)
-        self.target, self.gains, self.horizon, self.shortest = target, gains, horizon, shortest
-
-    def error(self, state, time):
-        """Return the tangent step from the posture to the configuration."""
-        return state.difference(self.target(time)[0])
-
-    def jacobian(self, state, time):
-        """Return the identity."""
-        return np.eye(state.model.nv)
-
-    def bias_acceleration(self, state, time):
-        """Return zero."""
-        return np.zeros(state.model.nv)
+        super().__init__(target, name=name)
+        self.gains, self.horizon, self.shortest = gains, horizon, shortest
 
     def acceleration(self, state, time) -> Float[Array, " nv"]:
         """Return the generalised acceleration the posture asks for."""
-        posture, end = self.target(time)
+        posture, end = self.aim(time)[:2]
         left = max(end - time, self.shortest)
         if self.horizon is not None:
             left = np.minimum(left, self.horizon)
         stiff, damp = self.gains
         return (-stiff / left**2) * state.difference(posture) - (damp / left) * state.qvel
 
-    def level(self, state, time):
-        """Return the rows this task asks of the generalised acceleration."""
-        return Level.equation(self.jacobian(state, time), self.acceleration(state, time), self.name)
 
-
-class PassingPosture(PostureTask):
+class PassingPosture(TimedPosture):
     r"""Draws every coordinate to a fixed posture, to pass it at a given time and velocity.
 
     With :math:`e` the way from the posture :math:`q_e`, which is passed at the velocity
@@ -99,56 +116,15 @@ class PassingPosture(PostureTask):
         name: str = "posture",
     ):
         super().__init__(target, shortest=shortest, name=name)
-        self.velocity = velocity
+        self.passed = velocity
 
     def acceleration(self, state, time) -> Float[Array, " nv"]:
         """Return the generalised acceleration the posture asks for."""
-        posture, end = self.target(time)
-        passed, left = self.velocity(time), end - time
+        posture, end = self.aim(time)[:2]
+        passed, left = self.passed(time), end - time
         error = state.difference(posture)
         if left >= self.shortest:
             return -6 * error / left**2 - (4 * state.qvel + 2 * passed) / left
         error = error + passed * max(left, 0.0)
         short = self.shortest
         return -6 * error / short**2 - 4 * (state.qvel - passed) / short
-
-
-class PostureOnCurve(PostureTask):
-    r"""Draws every coordinate to a posture that moves, with constant gains.
-
-    With :math:`e` the way from the curve to the configuration,
-
-    .. math:: \dot v = \dot v^* - \lambda_p e - \lambda_d (v - v^*) .
-
-    Args:
-        curve: Configuration over time; its quaternion is normalised here.
-        velocity: Its velocity.
-        bend: Its acceleration.
-        stiffness: :math:`\lambda_p` [1/s²].
-        damping: :math:`\lambda_d` [1/s].
-    """
-
-    def __init__(
-        self,
-        curve: Trajectory,
-        velocity: Trajectory,
-        bend: Trajectory,
-        *,
-        stiffness: float,
-        damping: float,
-        name: str = "posture",
-    ):
-        super().__init__(self._on_curve, name=name)
-        self.curve, self.velocity, self.bend = curve, velocity, bend
-        self.stiffness, self.damping = stiffness, damping
-
-    def _on_curve(self, time: float) -> tuple[Float[Array, " nq"], float]:
-        posture = self.curve(time)[0].copy()
-        posture[3:7] /= np.linalg.norm(posture[3:7])
-        return posture, time
-
-    def acceleration(self, state, time) -> Float[Array, " nv"]:
-        """Return the generalised acceleration the posture asks for."""
-        behind = state.qvel - self.velocity(time)[0]
-        away = self.error(state, time)
-        return self.bend(time)[0] - self.stiffness * away - self.damping * behind

@@ -10,38 +10,58 @@ error itself). With Eqs. 2 and 9, :math:`\dot e = J v - \dot f^*` and
 :math:`\ddot e = J \dot v + \dot J v - \ddot f^*`, so the generalised acceleration is asked to
 satisfy
 
-.. math:: J \dot v = -\lambda_p e - \lambda_d \dot e + \ddot f^* - \dot J v.
+.. math:: J \dot v = \ddot f^* - \lambda_p e - \lambda_d \dot e - \dot J v.
 
-See [Boukheddimi]_ and [Samson1991]_.
+These are the task's rows. A strict order (:mod:`plantigrade.wbc.order`) stacks them in levels, a
+weighted program (:mod:`plantigrade.wbc.whole_body`) sums their squares by the tasks' weights. See
+[Boukheddimi]_ and [Samson1991]_.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import State
-from plantigrade.wbc.hierarchy import Level
+from plantigrade.wbc.rows import Rows
+
+Target = Callable[[float], Any] | tuple[Any, Any, Any] | Array | None
+"""A target: a function of time that returns value, velocity and acceleration (a
+:class:`~plantigrade.kinematics.trajectory.Trajectory`), these three, or a value that stays."""
 
 
 class Task(ABC):
     r"""Something to regulate to zero.
 
-    Subclasses give :meth:`error`, :meth:`jacobian` and :meth:`bias_acceleration`; a task whose
-    target moves gives :meth:`target_rates` too. All four may return no rows while the task is not
-    active. Subclasses take name, stiffness and damping as well.
+    Subclasses give :meth:`error`, :meth:`jacobian` and :meth:`bias_acceleration`. All three may
+    return no rows while the task is not active. Subclasses take name, stiffness, damping and weight
+    as well.
 
     Args:
         name: What it is called in plots and messages.
+        target: :math:`f^*`; may be set anew at any time.
         stiffness: :math:`\lambda_p` [1/s²].
         damping: :math:`\lambda_d` [1/s]; critical if absent.
+        weight: Cost of a squared unit of acceleration missed, of each row or of all; a strict order
+            weighs tasks of one level by it.
     """
 
     causes_impact = False  # whether velocities jump where it begins
     initialises = False  # whether the first posture is corrected until it is satisfied
+    at_least = False  # whether more than the desired acceleration is welcome
 
-    def __init__(self, name: str, *, stiffness: float = 400.0, damping: float | None = None):
-        self.name = name
+    def __init__(
+        self,
+        name: str,
+        target: Target = None,
+        *,
+        stiffness: float = 400.0,
+        damping: float | None = None,
+        weight: float | Float[Array, " n_rows"] = 1.0,
+    ):
+        self.name, self.target, self.weight = name, target, weight
         self.stiffness = stiffness
         self.damping = 2.0 * stiffness**0.5 if damping is None else damping
 
@@ -57,11 +77,26 @@ class Task(ABC):
     def bias_acceleration(self, state: State, time: float) -> Float[Array, " n_rows"]:
         r"""Return :math:`\dot J v`."""
 
-    def target_rates(
-        self, state: State, time: float
-    ) -> tuple[Float[Array, " n_rows"], Float[Array, " n_rows"]] | None:
-        r"""Return :math:`\dot f^*` and :math:`\ddot f^*`; None where the target rests."""
-        return None
+    def velocity(self, state: State, time: float) -> Float[Array, " n_rows"]:
+        """Return :math:`J v`."""
+        return self.jacobian(state, time) @ state.qvel
+
+    def aim(self, time: float) -> tuple[Any, Any, Any]:
+        """Return value, velocity and acceleration of the target; rates of 0 where it rests."""
+        target = self.target
+        if callable(target):
+            return target(time)
+        return target if isinstance(target, tuple) else (target, 0.0, 0.0)
+
+    def acceleration(self, state: State, time: float) -> Float[Array, " n_rows"]:
+        r"""Return the desired acceleration, :math:`\ddot f^* - \lambda_p e - \lambda_d \dot e`."""
+        _, velocity, acceleration = self.aim(time)
+        right = acceleration - self.stiffness * self.error(state, time)
+        return right - self.damping * (self.velocity(state, time) - velocity)
+
+    def rests(self, state: State, time: float) -> bool:
+        """Return whether the task asks for nothing now."""
+        return False
 
     def begin(self, state: State, time: float) -> bool:
         """Take note of a new instant before anything is asked of it.
@@ -75,25 +110,36 @@ class Task(ABC):
         """Forget what was noted; the next instant is the first."""
         return
 
-    def position_level(self, state: State, time: float) -> Level:
+    def rows(
+        self,
+        state: State,
+        time: float = 0.0,
+        *,
+        acceleration: Float[Array, " n_rows"] | None = None,
+    ) -> Rows:
+        """Return the rows this task asks of the generalised acceleration.
+
+        Args:
+            state: The state of the body.
+            time: Time of the target [s].
+            acceleration: Desired acceleration, from a law of your own; by target and gains if
+                absent.
+        """
+        if self.rests(state, time):
+            return self._asks(np.zeros((0, len(state.qvel))), np.zeros(0))
+        if acceleration is None:
+            acceleration = self.acceleration(state, time)
+        right = acceleration - self.bias_acceleration(state, time)
+        return self._asks(self.jacobian(state, time), right)
+
+    def position_rows(self, state: State, time: float) -> Rows:
         """Return the rows this task asks of a step of the configuration: to undo its error."""
-        return Level.equation(self.jacobian(state, time), -self.error(state, time), self.name)
+        return self._asks(self.jacobian(state, time), -self.error(state, time))
 
-    def level(self, state: State, time: float) -> Level:
-        """Return the rows this task asks of the generalised acceleration."""
-        error = self.error(state, time)
-        if not len(error):
-            return Level.equation(np.zeros((0, len(state.qvel))), error, self.name)
-        matrix = self.jacobian(state, time)
-        rate = matrix @ state.qvel
-        wanted = -self.stiffness * error - self.bias_acceleration(state, time)
-        moving = self.target_rates(state, time)
-        if moving is not None:
-            rate = rate - moving[0]
-            wanted = wanted + moving[1]
-        return Level.equation(matrix, wanted - self.damping * rate, self.name)
-
-    def velocity_level(self, state: State, time: float) -> Level:
+    def velocity_rows(self, state: State, time: float) -> Rows:
         """Return the rows this task asks of the velocity right after a contact has begun."""
         matrix = self.jacobian(state, time)
-        return Level.equation(matrix, np.zeros(len(matrix)), self.name)
+        return self._asks(matrix, np.zeros(len(matrix)))
+
+    def _asks(self, matrix: Array, right: Array) -> Rows:
+        return Rows(matrix, right, self.weight, self.name, self.at_least)
