@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.balance import Balance, Followed, Hybrid
+from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, MotionReference
 from plantigrade.control.pendulum import WalkCommand, Walker
 from plantigrade.control.posture import Posture, passive
 from plantigrade.control.replay import Replay
@@ -42,19 +42,19 @@ class Situation:
     standing: Float[Array, " nq"] | None = None
     stiffness: float = 1.0
     record: Record | None = None
-    script: Followed | None = None
+    script: MotionReference | None = None
     stepping: bool = False
     walk: WalkCommand | None = None
 
     @property
-    def reference(self) -> Followed | None:
+    def reference(self) -> MotionReference | None:
         """What is balanced on: the script or the motion; None for the posture of the start.
 
         A motion of one frame is a posture, too.
         """
         if self.script is not None or self.motion is None or self.motion.n_frames == 1:
             return self.script
-        return Followed(self.human, self.motion, ground=self.ground)
+        return MotionReference(self.human, self.motion, ground=self.ground)
 
     def recorded(self, name: str) -> Record:
         """Return the motion with its forces.
@@ -86,7 +86,7 @@ class Situation:
 CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "passive": lambda at: passive,
     "posture": lambda at: Posture(at.stiffness, at.standing),
-    "balance": lambda at: Balance(at.reference, stepping=at.stepping),
+    "balance": lambda at: Balance(at.reference, settings=BalanceSettings(stepping=at.stepping)),
     "hybrid": lambda at: Hybrid(),
     "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
     "replay": lambda at: Replay(at.recorded("replay")),
@@ -114,7 +114,7 @@ def controller_named(name: str | None, situation: Situation) -> Controller:
 
 
 def usual(
-    motion: Motion | None, record: Record | None = None, script: Followed | None = None
+    motion: Motion | None, record: Record | None = None, script: MotionReference | None = None
 ) -> str:
     """Return the name of the controller that is taken where none is named."""
     if script is not None:

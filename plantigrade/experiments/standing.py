@@ -17,8 +17,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import GEOM
 from plantigrade.control import Posture
-from plantigrade.control.balance import Balance, Hybrid, held
-from plantigrade.control.balance.carried import PLATE
+from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, posture_reference
+from plantigrade.control.balance.reference import PLATFORM
 from plantigrade.kinematics.state import State
 from plantigrade.models import FEET, Human
 from plantigrade.threads import on_one_thread
@@ -66,17 +66,19 @@ FORMULATIONS: dict[str, Formulation] = {
     "torque": Formulation(
         "torques within the strength of the joints and forces within friction cones, one program",
         90.0,
-        lambda world, stance: Balance(held(world, stance)),
+        lambda world, stance: Balance(posture_reference(world, stance)),
     ),
     "stepping": Formulation(
         "the same, and a step is taken where standing in place can no longer succeed",
         90.0,
-        lambda world, stance: Balance(held(world, stance), stepping=True),
+        lambda world, stance: Balance(
+            posture_reference(world, stance), settings=BalanceSettings(stepping=True)
+        ),
     ),
     "hybrid": Formulation(
         "the paper's: accelerations by least squares, hybrid dynamics, no torque limits",
         30.0,
-        lambda world, stance: Hybrid(held(world, stance)),
+        lambda world, stance: Hybrid(posture_reference(world, stance)),
     ),
     "posture": Formulation(
         "springs and dampers at the joints alone, within the strength of the joints",
@@ -152,7 +154,7 @@ def stand(
     state = world.reset()
     trunk = world.human.trunk
     geoms = [world.model.geom(GEOM + site.name).id for site in world.sites]
-    plate = [i for i in range(world.model.nbody) if world.model.body(i).name == PLATE]
+    plate = [i for i in range(world.model.nbody) if world.model.body(i).name == PLATFORM]
     first_up, first_com = state.body.rotation(trunk)[:, 2], state.body.com
     settled: np.ndarray | None = None
     slip, points, leans, sways = 0.0, [], [], []

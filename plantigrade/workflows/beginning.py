@@ -12,7 +12,7 @@ from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation, controller_named
-from plantigrade.control.balance import Followed, feasible_motion, script_named, scripted
+from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
 from plantigrade.control.pendulum import WalkCommand, walk_of
 from plantigrade.control.pendulum.command import RECORDED
@@ -87,7 +87,7 @@ class Start:
     figures: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()
     record: Record | None = None
-    script: Followed | None = None
+    script: MotionReference | None = None
     policy: Controller | None = None
     walk: WalkCommand | None = None
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -209,9 +209,9 @@ def _recording(source: Any) -> Path | None:
 def _over_the_feet(begin: Start) -> Start:
     """Return a start whose motion is one that the feet can carry."""
     assert begin.motion is not None
-    asked = Followed(begin.human, begin.motion, ground=begin.ground)
+    asked = MotionReference(begin.human, begin.motion, ground=begin.ground)
     motion = feasible_motion(begin.human, asked)
-    script = Followed(begin.human, motion, asked.presses)
+    script = MotionReference(begin.human, motion, asked.contact)
     moved = 1e3 * float(np.linalg.norm((script.com - asked.com)[:, :2], axis=1).max())
     said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet can carry it."
     return replace(begin, motion=motion, script=script, notes=(*begin.notes, said))

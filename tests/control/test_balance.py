@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.control.balance import Balance, Weights
+from plantigrade.control.balance import Balance, BalanceSettings
 from plantigrade.control.balance.controller import momentum_rows
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import State as BodyState
@@ -56,9 +56,9 @@ def test_rows_of_the_angular_momentum_are_its_rate():
     qpos[7:] += rng.uniform(-0.2, 0.2, len(qpos) - 7)
     qvel, qacc = rng.uniform(-1, 1, (2, HUMAN.model.nv))
     state = BodyState(HUMAN, qpos, qvel)
-    weights = Weights()
-    rows, h = momentum_rows(state, weights), 1e-5
-    known = rows.right + weights.momentum_damping * state.angular_momentum / state.mass
+    settings = BalanceSettings()
+    rows, h = momentum_rows(state, settings), 1e-5
+    known = rows.right + settings.momentum_damping * state.angular_momentum / state.mass
     before, after = (state.integrated(qacc, t).angular_momentum for t in (-h, h))
     rate = (after - before) / (2 * h)  # with the velocity of the middle of the step
     assert np.allclose(state.mass * (rows.matrix @ qacc - known), rate, atol=2e-3)
@@ -67,15 +67,15 @@ def test_rows_of_the_angular_momentum_are_its_rate():
 def test_a_goal_is_drawn_inside_the_support():
     square = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.1], [0.0, 0.1]])
     within = np.array([0.1, 0.05])
-    assert np.allclose(inside(square, within), within)
-    assert np.allclose(inside(square, np.array([0.3, 0.05])), [0.185, 0.05])
-    corner = inside(square, np.array([-1.0, 1.0]))
+    assert np.allclose(inside(square, within, 0.015), within)
+    assert np.allclose(inside(square, np.array([0.3, 0.05]), 0.015), [0.185, 0.05])
+    corner = inside(square, np.array([-1.0, 1.0]), 0.015)
     assert 0.015 <= corner[0] < 0.1 and 0.05 < corner[1] <= 0.085 + 1e-9
     assert np.allclose(
-        inside(square[:2], within), [0.1, 0.0], atol=1e-9
+        inside(square[:2], within, 0.015), [0.1, 0.0], atol=1e-9
     )  # a line has only its middle
     narrow = square * [1.0, 0.1]
-    assert 0.0 < inside(narrow, np.array([0.1, 0.5]))[1] < 0.01
+    assert 0.0 < inside(narrow, np.array([0.1, 0.5]), 0.015)[1] < 0.01
 
 
 @pytest.mark.slow

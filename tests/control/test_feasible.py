@@ -6,7 +6,7 @@ import pytest
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.balance import Followed, feasible_motion
+from plantigrade.control.balance import MotionReference, feasible_motion
 from plantigrade.control.balance.feasible import feasible_path
 from plantigrade.control.gait.support import beyond
 from plantigrade.models import Human
@@ -64,12 +64,12 @@ def test_postures_follow_and_the_feet_stay():
     qpos = np.tile(human.standing(), (40, 1))
     motion = Motion(np.arange(40) / 50.0, qpos, np.zeros((40, human.model.nv)), human.joint_names)
     presses = np.tile([site.side == "l" for site in contact_sites(human)], (40, 1))
-    asked = Followed(human, motion, presses)
-    moved = Followed(human, feasible_motion(human, asked), presses)
-    left = asked.places[0][presses[0], :2]
+    asked = MotionReference(human, motion, presses)
+    moved = MotionReference(human, feasible_motion(human, asked), presses)
+    left = asked.spheres[0][presses[0], :2]
     assert beyond(left, asked.com[0, :2]) > 0.03  # who lifts the right foot falls
     assert max(beyond(left, com[:2]) for com in moved.com) < 0.0
-    assert np.abs(moved.places - asked.places).max() < 0.003
+    assert np.abs(moved.spheres - asked.spheres).max() < 0.003
     assert np.abs(moved.com[:, 2] - asked.com[:, 2]).max() < 0.01
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.constants import GRAVITY
 from plantigrade.control.balance import Balance, script_named, scripted
-from plantigrade.control.balance.flight import WAITS, FlightClock
+from plantigrade.control.balance.flight import FlightClock, FlightSettings
 from plantigrade.control.balance.paths import flights_of, rise, through
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
@@ -85,7 +85,7 @@ def test_a_clock_waits_for_a_landing_that_comes_late_and_not_for_ever():
     assert np.all(own[held] < 1.4) and np.all(own[held] > 1.399)
     assert own[times > 1.61][0] == pytest.approx(1.41, abs=0.011)
     times, own = clocked(lambda t: t < 1.0, lambda t: t > 1.2)
-    assert own[-1] == pytest.approx(times[-1] - WAITS, abs=0.03)
+    assert own[-1] == pytest.approx(times[-1] - FlightSettings().max_wait, abs=0.03)
 
 
 def test_a_jump_rises_ten_centimetres_and_lands(jump):

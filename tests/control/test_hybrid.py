@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from plantigrade.control.balance import Hybrid
-from plantigrade.control.balance.hybrid import inside
 from plantigrade.models import Human
 from plantigrade.world import Push, Tilting, World
 
@@ -57,10 +56,3 @@ def test_it_goes_with_a_plate_that_sways():
     assert world.fall is None and np.abs(tilt).max() > 2.0
     upright = world.reset().body.rotation("torso")[2, 2]
     assert upright > 0.99
-
-
-def test_a_point_beyond_a_polygon_comes_to_its_edge():
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    np.testing.assert_allclose(inside(square, np.array([0.4, 0.6]), 0.1), [0.4, 0.6])
-    np.testing.assert_allclose(inside(square, np.array([1.4, 0.6]), 0.1), [0.9, 0.6])
-    np.testing.assert_allclose(inside(square, np.array([2.0, -3.0]), 0.1), [0.9, 0.1])

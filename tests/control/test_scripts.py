@@ -75,14 +75,14 @@ def test_on_tiptoe_only_toes_press_and_the_body_is_over_them(short):
     end = short.at(1.6)
     sites = contact_sites(HUMAN)
     toes = np.array(["phalanges" in site.name for site in sites])
-    assert (end.presses == toes).all()
-    low = end.places[:, 2] - np.array([site.radius for site in sites])
+    assert (end.contact == toes).all()
+    low = end.spheres[:, 2] - np.array([site.radius for site in sites])
     assert np.abs(low[toes]).max() < 0.002
     assert low[~toes].min() > 0.005
-    x = end.places[toes, 0]
+    x = end.spheres[toes, 0]
     assert x.min() < end.com[0] < x.max()
     assert np.allclose(end.qvel, 0.0)
-    rise = end.places[~toes, 2].mean() - short.at(0.0).places[~toes, 2].mean()
+    rise = end.spheres[~toes, 2].mean() - short.at(0.0).spheres[~toes, 2].mean()
     assert 0.01 < rise < 0.05
 
 

@@ -23,7 +23,8 @@ from scipy.linalg import solve_banded
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.postures import rates_of
-from plantigrade.control.balance.reference import Followed
+from plantigrade.control.balance.reference import MotionReference
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
@@ -67,7 +68,9 @@ def feasible_path(
             k[i] = -1.0
             continue
         k[i] = (com[i, 2] - points[:, 2].mean()) / max(GRAVITY + bend[i, 2], CARRIED * GRAVITY)
-        pressure[i] = inside(points[:, :2], com[i, :2] - k[i] * bend[i, :2])
+        pressure[i] = inside(
+            points[:, :2], com[i, :2] - k[i] * bend[i, :2], StepSettings.support_margin
+        )
     free = k < 0
     k[free] = np.maximum(com[free, 2], 0.1) / GRAVITY
     pressure[free] = com[free, :2] - k[free, None] * bend[free, :2]
@@ -78,15 +81,15 @@ def feasible_path(
     return np.column_stack([solve_banded((1, 1), matrix, pressure), com[:, 2]])
 
 
-def feasible_motion(human: Human, followed: Followed) -> Motion:
+def feasible_motion(human: Human, reference: MotionReference) -> Motion:
     """Return a motion whose centre of mass stays where the feet can carry it.
 
     Args:
         human: The person.
-        followed: The motion, and what presses in it.
+        reference: The motion, and which spheres are on the ground in it.
     """
-    motion = followed.motion
-    com = feasible_path(followed.time, followed.com, followed.places, followed.presses)
+    motion = reference.motion
+    com = feasible_path(reference.time, reference.com, reference.spheres, reference.contact)
     feet = [human.body(f"foot_{side}") for side in SIDES]
     state, qpos = State(human, motion.qpos[0]), motion.qpos.copy()
     nv = human.model.nv

@@ -1,39 +1,50 @@
-r"""Flight phases of a reference: its clock follows take-off and landing; feet prepare to land."""
+"""Flight phases of a reference: its clock follows take-off and touchdown; feet prepare for it."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.control.balance.recovery import Recovery
-from plantigrade.control.balance.reference import Wanted
+from plantigrade.control.balance.reference import ReferenceState
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.whole_body import Rows
 
-EARLY = 0.06
-"""A body that leaves the ground so long before it was to is taken to fly [s]."""
-WAITS = 0.4
-"""So long, at most, the clock waits for a landing [s]."""
-GAIN, FOOT, TURN = 200.0, 100.0, 10.0
-"""Stiffness with which feet are led to where they are to land [1/s²], and the weights of where they
-are and of how they are turned."""
-FARTHEST = 0.2
-"""So far from where the reference has them, at most [m]."""
+
+@dataclass(frozen=True, kw_only=True)
+class FlightSettings:
+    """Clock and feet in flight."""
+
+    early_take_off: float = 0.06
+    """Time before the planned take-off from which a body without contact flies [s]. Chosen."""
+    max_wait: float = 0.4
+    """Longest time the clock waits for a touchdown after the planned one [s]. Chosen."""
+    foot_gain: float = 200.0
+    """Stiffness of position and orientation of the feet, critically damped [1/s²]. Chosen."""
+    foot_weight: float = 100.0
+    """Weight of the positions of the feet [per (m/s²)²]. Chosen."""
+    max_foot_shift: float = 0.2
+    """Greatest distance of a foot from the reference [m]. Chosen."""
 
 
 class FlightClock:
-    """The time of a reference, led by take-off and landing.
+    """The time of a reference, led by take-off and touchdown.
 
-    A flight begins when nothing touches, at :data:`EARLY` before its time or when that has come,
-    and ends when something does while the body comes down, for toes may drag behind it on the way
-    up; until then the reference stays at its last instant in the air.
+    A flight begins when nothing touches, at the earliest :attr:`FlightSettings.early_take_off`
+    before its time. It ends when something touches while the body comes down, for toes may drag on
+    the way up; until then the reference stays at its last instant in the air.
 
     Args:
         flights: From when to when the reference flies [s].
+        settings: Tolerances.
     """
 
-    def __init__(self, flights: Sequence[tuple[float, float]]):
+    def __init__(
+        self, flights: Sequence[tuple[float, float]], settings: FlightSettings | None = None
+    ):
+        self.settings = settings or FlightSettings()
         self._flights, self._last, self._time = list(flights), 0.0, 0.0
         self._off, self._waited = False, 0.0
 
@@ -46,7 +57,7 @@ class FlightClock:
         """Return the time of the reference.
 
         Args:
-            time: That of the world [s].
+            time: Time of the world [s].
             touches: Whether anything is pressed against the ground.
             falls: Whether the body comes down.
         """
@@ -56,14 +67,14 @@ class FlightClock:
             return self._time
         begin, end = self._flights[0]
         if not self._off:
-            if not touches and self._time > begin - EARLY:
+            if not touches and self._time > begin - self.settings.early_take_off:
                 self._off, self._time = True, max(self._time, begin)
         elif touches and falls and self._time > begin:
             self._landed(end)
             return self._time
         if self._time >= end:
             self._waited += step
-            if self._waited > WAITS or not self._off:
+            if self._waited > self.settings.max_wait or not self._off:
                 self._landed(end)
             else:
                 self._time = np.nextafter(end, begin)
@@ -74,26 +85,31 @@ class FlightClock:
         self._flights.pop(0)
 
 
-def landing_rows(body: State, wanted: Wanted, feet: Recovery) -> list[Rows]:
+def landing_rows(
+    body: State, desired: ReferenceState, feet: Recovery, settings: FlightSettings
+) -> list[Rows]:
     r"""Return the rows that bring the feet under where the body will come to rest.
 
     That is :math:`\dot c / \omega` ahead of the centre of mass, as in [Hof2005]_, wherever the
-    reference has them: both move on with :math:`\dot c` until they land. The feet are turned as
-    they are there.
+    reference has them: both move on with :math:`\dot c` until touchdown. The feet are turned as
+    they are in the reference.
     """
-    omega = np.sqrt(GRAVITY / max(float(wanted.com[2]), 0.3))
+    s, steps = settings, feet.settings.step
+    damping = 2 * np.sqrt(s.foot_gain)
+    omega = np.sqrt(GRAVITY / max(float(desired.com[2]), steps.min_pendulum_height))
     soles = feet.soles(body)
     J, velocity, bias = body.touched(np.array(feet.feet), soles)
-    middle = np.array([wanted.places[own].mean(axis=0) for own in feet.own])
+    middle = np.array([desired.spheres[own].mean(axis=0) for own in feet.foot_spheres])
     ahead = body.com_velocity / omega
-    ahead *= min(1.0, FARTHEST / max(float(np.linalg.norm(ahead[:2])), 1e-9))
-    off: Float[Array, "2 3"] = middle - wanted.com + ahead - (soles - body.com)
-    asked = GAIN * off - 2 * np.sqrt(GAIN) * (velocity - body.com_velocity)
-    right = asked - bias + body.com_bias_acceleration
-    rows = [Rows(J[k, :2] - body.com_jacobian[:2], right[k, :2], FOOT) for k in (0, 1)]
-    posed = body.moved_to(wanted.qpos).rotations[feet.feet]
-    for foot, turn in zip(feet.feet, posed, strict=True):
+    ahead *= min(1.0, s.max_foot_shift / max(float(np.linalg.norm(ahead[:2])), 1e-9))
+    error: Float[Array, "2 3"] = middle - desired.com + ahead - (soles - body.com)
+    acceleration = s.foot_gain * error - damping * (velocity - body.com_velocity)
+    right = acceleration - bias + body.com_bias_acceleration
+    rows = [Rows(J[k, :2] - body.com_jacobian[:2], right[k, :2], s.foot_weight) for k in (0, 1)]
+    rotations = body.moved_to(desired.qpos).rotations[feet.feet]
+    for foot, rotation in zip(feet.feet, rotations, strict=True):
         spin = body.angular_jacobian(foot)
-        away = 0.5 * np.cross(body.rotation(foot), turn, axis=0).sum(axis=1)
-        rows.append(Rows(spin, GAIN * away - 2 * np.sqrt(GAIN) * (spin @ body.qvel), TURN))
+        turned = 0.5 * np.cross(body.rotation(foot), rotation, axis=0).sum(axis=1)
+        right = s.foot_gain * turned - damping * (spin @ body.qvel)
+        rows.append(Rows(spin, right, feet.settings.foot_orientation_weight))
     return rows

@@ -1,62 +1,114 @@
-"""Steps in a world: when one begins and ends, and what the tick of balance does meanwhile."""
+"""Recovery steps in a world: when one begins and ends, and what the tick of balance does then."""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.control.balance.ground_contact import GroundContact, Standing, heights
-from plantigrade.control.gait.step import EARLY, OUTSIDE, Pendulum, Swing, plan_step
+from plantigrade.control.balance.disturbance import DisturbanceEstimator, DisturbanceSettings
+from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
+from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside, nearest
+from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.wbc.whole_body import Rows
 from plantigrade.world import State
 
-RESTS = 0.04
-"""So long after a foot has come down, at least, another is lifted [s]."""
-FOOT, TURN, STANDS, PELVIS = 500.0, 10.0, 10.0, 50.0
-"""Weights of place and turn of a foot in the air, of the turn of one that stands, and of the
-pelvis, which is kept upright."""
-TRUNK, LEANS = 50.0, 8.0
-"""Weight of the lean of the trunk, and how fast it is taken back [1/s]: hips and arms may help, but
-who bows deeply has nothing left for the next step."""
-SLOWED = 20.0
-"""How fast a foot that is about to stand comes to rest over the ground [1/s]."""
-STRIKES = 0.15
-"""What is felt while the force of the ground changes by more is not believed [body weights]."""
-AGAIN = 0.03
-"""As :data:`OUTSIDE`, once there were steps [m]."""
-FELT = 3
-"""Ticks in which a push is felt; their median counts, for a step on the ground is felt, too."""
-NOISE, MOST = 0.7, 5.0
-"""An acceleration up to the first is none, from twice that on a push, and the second the greatest
-that is believed [m/s²]."""
-HANGS = 0.02
-"""Spheres no higher than this count as support [m]."""
-CARRIES = 0.1
-"""A foot that carries less cannot stand alone [body weights]."""
-EDGE = 0.8
-"""How far towards the edge of the standing foot the pressure goes, as a part."""
-CAPTURES, HELP = 1.0, 0.05
-"""How much farther than the capture point the pressure goes, of its way to where it is to be, and
-how far beyond the feet arms and trunk are to lead it [m]."""
-SETTLES, QUIET = 0.3, 0.15
-"""Who is slower than the second so long after a step [s, m/s] stands as they are."""
-SINKS = 3.0
-"""Greatest vertical acceleration asked for [m/s²]: who sinks fast has no weight on the feet, and
-without it no friction that stops a fall."""
-BENT = 0.06
-"""How much lower the body is while it steps, of the length of a leg."""
-BACK, SPINE = ("lumbar", "thorax", "neck"), 5.0
-"""Joints of trunk and neck, and their weight: arms may swing, but a trunk that twists takes the
-pelvis along when it can go no farther."""
-SIDE_NAMES = ("right", "left")
-"""What the sides are called, in the order of feet."""
-TOLD = 0.03
-"""Less than this is not told of a step [m]."""
-LEG = ("hip", "knee", "ankle", "subtalar")
-"""Joints that are where the steps have led them, not where the reference has them."""
+SPINE_JOINTS = ("lumbar", "thorax", "neck")
+LEG_JOINTS = ("hip", "knee", "ankle", "subtalar")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecoverySettings:
+    """Recovery steps of a person who stands."""
+
+    step: StepSettings = field(default_factory=StepSettings)
+    """Planner of the steps."""
+    swing: SwingSettings = field(default_factory=SwingSettings)
+    """Motion of the swing foot."""
+    disturbance: DisturbanceSettings = field(default_factory=DisturbanceSettings)
+    """Estimator of the disturbance."""
+    next_capture_threshold: float = 0.03
+    """Capture threshold after the first step [m]; see ``step.capture_threshold``. Chosen."""
+    support_height: float = 0.02
+    """Height up to which a sphere counts as support [m].
+
+    A foot that is lifted a little by leaning to the other one can still be stood upon.
+    """
+    foot_weight: float = 500.0
+    """Weight of the position of a foot [per (m/s²)²]. Chosen."""
+    foot_orientation_weight: float = 10.0
+    """Weight of the orientation of a foot [per (rad/s²)²]. Chosen."""
+    foot_orientation_gain: float = 200.0
+    """Stiffness of the orientation of a foot [1/s²]. Chosen."""
+    foot_orientation_damping: float = 28.0
+    """Damping of the orientation of a foot [1/s]. Chosen, nearly critical."""
+    foot_stopping_rate: float = 20.0
+    """Rate at which a foot about to stand comes to rest over the ground [1/s]. Chosen."""
+    upright_weight: float = 50.0
+    """Weight of pelvis and trunk upright [per (rad/s²)²].
+
+    Hips and arms may help, but a deep bow leaves nothing for the next step.
+    """
+    trunk_frequency: float = 8.0
+    """Natural frequency of the lean of the trunk, critically damped [rad/s]. Chosen."""
+    spine_weight: float = 5.0
+    """Weight of joints of trunk and neck [per (rad/s²)²].
+
+    Arms may swing; a trunk that twists takes the pelvis along when it reaches its stops.
+    """
+    stance_cop_extent: float = 0.8
+    """Centre of pressure of the stance foot, from its middle (0) to its edge (1). Chosen."""
+    dcm_gain: float = 1.0
+    """Gain of the capture-point error on both feet ([Englsberger2011]_). Chosen."""
+    momentum_reach: float = 0.05
+    """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen."""
+    rest_delay: float = 0.3
+    """Time after a touchdown from which the body may be at rest [s]. Chosen."""
+    rest_speed: float = 0.15
+    """Speed of the centre of mass below which it is [m/s]. Chosen."""
+    landing_weight: float = 10.0
+    """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²].
+
+    The heel of a foot that trails in a long stance cannot come down, and must not outweigh balance.
+    """
+    landing_gain: float = 800.0
+    """``landing_gain`` of :class:`BalanceSettings` once there were steps [1/s²]. Chosen."""
+    max_vertical_acceleration: float = 3.0
+    """Greatest vertical acceleration of the centre of mass [m/s²].
+
+    A body that sinks fast has no load on its feet, and no friction that stops a fall.
+    """
+    crouch: float = 0.06
+    """Lowering of the centre of mass once a step began [leg lengths]. Chosen."""
+
+
+@dataclass(frozen=True)
+class TakenStep:
+    """A step that was taken: lift-off and touchdown [s], foot, length ahead and to the left [m]."""
+
+    start: float
+    end: float
+    side: int
+    forward: float
+    left: float
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        parts = [
+            f"{100 * abs(length):.0f} cm {positive if length > 0 else negative}"
+            for length, positive, negative in (
+                (self.forward, "forward", "back"),
+                (self.left, "to the left", "to the right"),
+            )
+            if round(100 * abs(length))
+        ]
+        foot, way = ("right", "left")[self.side], " and ".join(parts) or "on the spot"
+        duration = 1e3 * (self.end - self.start)
+        return f"{foot} foot at {self.start:.2f} s, {way}, in {duration:.0f} ms"
 
 
 class Recovery:
@@ -65,248 +117,231 @@ class Recovery:
     Args:
         human: The person.
         contact: The spheres of the feet.
+        settings: Its settings.
 
     Attributes:
         swing: The foot in the air; None where both stand.
-        steps: How many steps were begun.
-        settled: Angles of the joints in which the person came to rest where the steps have led
-            them, held from then on [rad]; None before.
-        taken: Of each step when it began and ended [s], which foot, and how far it went forward
-            and to the left [m].
+        n_begun: Number of steps that began.
+        taken: The steps that ended.
+        rest_angles: Joint angles in which the body came to rest where the steps have led it, held
+            from then on [rad]; None before.
+        foot_spheres: Which spheres belong to each foot, right first.
     """
 
-    def __init__(self, human: Human, contact: GroundContact):
-        self.human, self.contact = human, contact
-        self.swing: Swing | None = None
-        self.steps, self._landed = 0, -np.inf
-        self.settled: Array | None = None
-        self.taken: list[tuple[float, float, int, float, float]] = []
-        self._felt = np.zeros((FELT, 2))
-        self._before: tuple[float, Array, Array] | None = None
+    def __init__(self, human: Human, contact: GroundContact, settings: RecoverySettings):
+        self.human, self.contact, self.settings = human, contact, settings
+        self.swing: SwingFoot | None = None
+        self.n_begun, self._touchdown = 0, -np.inf
+        self.rest_angles: Array | None = None
+        self.taken: list[TakenStep] = []
+        self.disturbance = DisturbanceEstimator(settings.disturbance)
         sides = [site.side for site in contact.world.sites if site.side]
-        self.own = np.array([[side == s for side in sides] for s in SIDES])
+        self.foot_spheres = np.array([[side == s for side in sides] for s in SIDES])
         self.feet = [human.body(f"foot_{side}") for side in SIDES]
         owners = [human.body_names[i - 1] for i in contact.body]
         local = np.array(contact.model.geom_pos)[contact.geoms]
-        self._points = PointSet(human, owners, local)
+        self._spheres = PointSet(human, owners, local)
         stands = BodyState(human, human.standing())
         middles = [
             stands.rotation(f).T @ (self.spheres(stands)[own].mean(axis=0) - stands.origin(f))
-            for f, own in zip(self.feet, self.own, strict=True)
+            for f, own in zip(self.feet, self.foot_spheres, strict=True)
         ]
         self._soles = PointSet(human, [f"foot_{side}" for side in SIDES], np.array(middles))
         self._up = stands.rotation(human.trunk).T @ np.array([0.0, 0.0, 1.0])
         hip, ankle = stands.origin(human.body("femur_r")), stands.origin(self.feet[0])
-        self.leg = float(np.linalg.norm(hip - ankle))
-        self._apart = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
-        self.spine = np.array([name.startswith(BACK) for name in human.coordinates])
-        self.legs = np.array([name.startswith(LEG) for name in human.coordinates])
+        self.leg_length = float(np.linalg.norm(hip - ankle))
+        self._stance_width = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
+        self.planner = StepPlanner(self.leg_length, settings.step)
+        self.spine = np.array([name.startswith(SPINE_JOINTS) for name in human.coordinates])
+        self.legs = np.array([name.startswith(LEG_JOINTS) for name in human.coordinates])
 
     @property
     def stepped(self) -> bool:
-        """Whether a foot was lifted: they are elsewhere than at the start."""
-        return self.steps > 0
+        """Whether a foot was lifted: the feet are elsewhere than at the start."""
+        return self.n_begun > 0
 
     def said(self) -> tuple[str, ...]:
         """Return in words what steps were taken."""
-        if not self.taken:
-            return ()
-        told = [
-            f"{SIDE_NAMES[side]} foot at {begin:.2f} s, {_way(along, left)}, "
-            f"in {1e3 * (end - begin):.0f} ms"
-            for begin, end, side, along, left in self.taken
-        ]
-        count = "One recovery step" if len(told) == 1 else f"{len(told)} recovery steps"
-        return (f"{count}: {'; '.join(told)}.",)
+        n = len(self.taken)
+        count = "One recovery step" if n == 1 else f"{n} recovery steps"
+        return (f"{count}: {'; '.join(map(str, self.taken))}.",) if n else ()
 
-    def opposing(self, state: State) -> float:
+    def opposing_force(self, state: State) -> float:
         """Return the force with which the feet push against each other along the ground [N].
 
         Positive where they push apart, negative where they pull together; what one foot gives and
         the other takes moves nobody.
         """
-        force = [state.contact_force[: own.size][own, :2].sum(axis=0) for own in self.own]
+        forces = [state.contact_force[: on.size][on, :2].sum(axis=0) for on in self.foot_spheres]
         between = np.diff(self.soles(state.body)[:, :2], axis=0)[0]
         between /= max(float(np.linalg.norm(between)), 1e-9)
-        right, left = float(force[0] @ between), float(-force[1] @ between)
+        right, left = float(forces[0] @ between), float(-forces[1] @ between)
         return min(right, left) if min(right, left) > 0 else max(min(right, 0.0), min(left, 0.0))
 
     def spheres(self, body: BodyState) -> Float[Array, "n_sites 3"]:
-        """Return where the spheres of the feet are [m]."""
-        return body.position(self._points)
+        """Return the positions of the spheres of the feet [m]."""
+        return body.position(self._spheres)
 
     def soles(self, body: BodyState) -> Float[Array, "2 3"]:
-        """Return where the middles of the soles are [m]."""
+        """Return the positions of the middles of the soles [m]."""
         return body.position(self._soles)
 
-    def feel(self, state: State) -> None:
-        """Take in by how much the centre of mass was accelerated more than the ground explains."""
-        velocity, force = state.body.com_velocity[:2], state.contact_force.sum(axis=0)[:2]
-        if self._before is not None:
-            time, before, pressed = self._before
-            ground = 0.5 * (force + pressed) / state.body.mass
-            felt = (velocity - before) / max(state.time - time, 1e-6) - ground
-            change = float(np.linalg.norm(force - pressed))
-            if change < STRIKES * state.body.mass * GRAVITY:  # a foot that strikes is no push
-                self._felt = np.vstack([self._felt[1:], felt])
-        self._before = state.time, velocity, force
-
-    def _pushed(self) -> Float[Array, " 2"]:
-        """Return what pushes besides the ground [m/s²], where it is no noise of a landing."""
-        felt = np.median(self._felt, axis=0)
-        size = float(np.linalg.norm(felt))
-        if size <= NOISE:
-            return 0.0 * felt
-        return felt * min(size / NOISE - 1.0, 1.0, MOST / size)
-
-    def look(self, state: State, standing: Standing) -> Standing:
-        """Begin, go on with or end a step; return what carries: nothing of a foot in the air."""
-        body = state.body
-        places = self.spheres(body)
-        now = self.pendulum(body, places, standing)
-        touches = np.array([(standing.gap[own[standing.site]] <= 0).any() for own in self.own])
+    def update(self, state: State, contacts: FootContacts) -> FootContacts:
+        """Begin, go on with or end a step; return the contacts of the feet that carry."""
+        self.disturbance.update(state)
+        body, spheres = state.body, self.spheres(state.body)
+        now = self.pendulum(body, spheres, contacts)
+        touches = np.array(
+            [(contacts.gap[own[contacts.spheres]] <= 0).any() for own in self.foot_spheres]
+        )
         if self.swing is not None:
-            side, part = self.swing.step.side, self.swing.part(state.time)
-            if part > EARLY and touches[side]:
-                ahead, start = now.heading, self._start
-                far = self.soles(body)[side, :2] - start
-                along, left = float(far @ ahead), float(ahead[0] * far[1] - ahead[1] * far[0])
-                self.taken.append((self.swing.begin, state.time, side, along, left))
-                self.swing, self._landed = None, state.time
+            side = self.swing.footstep.side
+            if self.swing.may_end(state.time) and touches[side]:
+                step = self.soles(body)[side, :2] - self._lift_off
+                forward, left = float(step @ now.heading), float(step @ now.left)
+                self.taken.append(TakenStep(self.swing.start, state.time, side, forward, left))
+                self.swing, self._touchdown = None, state.time
             else:
                 velocity = body.velocity(self._soles)[side, :2]
                 self.swing = self.swing.replanned(now, state.time, velocity)
-        elif touches.any() and state.time - self._landed > RESTS:
-            quiet = self.stepped and state.time - self._landed > SETTLES
-            if self.settled is None and quiet and np.linalg.norm(body.com_velocity) < QUIET:
-                self.settled = np.array(state.angles)
-            # A foot that is lifted a little in leaning to the other can still be stood upon.
-            carries = touches @ self.own | (heights(state, self.contact)[0] < HANGS)
-            most = AGAIN if self.stepped else OUTSIDE
-            if beyond(places[carries, :2], now.capture_point + now.shift) > most:
-                self._lift(state, now, touches)
+        elif touches.any():
+            self._stand(state, now, spheres, touches)
         if self.swing is None:
-            return standing
-        return standing.at(~self.own[self.swing.step.side][standing.site])
+            return contacts
+        return contacts.at(~self.foot_spheres[self.swing.footstep.side][contacts.spheres])
 
-    def _level_at(self, state: State, place: Float[Array, " 3"]) -> float:
-        """Return how high the middle of a sole is that stands there [m]."""
-        ground = state.world.ground
-        level = float((ground.under(place) - place[:2] @ ground.normal[:2]) / ground.normal[2])
-        return level + float(self.contact.model.geom_size[self.contact.geoms[0], 0])
+    def _stand(self, state: State, now: Pendulum, spheres: Array, touches: Array) -> None:
+        """Come to rest on both feet, or begin a step with the better of the two."""
+        s, since = self.settings, state.time - self._touchdown
+        if since <= s.step.double_support_duration:
+            return
+        slow = np.linalg.norm(state.body.com_velocity) < s.rest_speed
+        if self.rest_angles is None and self.stepped and since > s.rest_delay and slow:
+            self.rest_angles = np.array(state.angles)
+        near = sphere_heights(state, self.contact)[0] < s.support_height
+        support = spheres[touches @ self.foot_spheres | near, :2]
+        threshold = s.next_capture_threshold if self.stepped else s.step.capture_threshold
+        if beyond(support, now.capture_point + now.disturbance_shift) > threshold:
+            footstep = self.planner.plan(now, [side for side in (0, 1) if touches[1 - side]])
+            self.swing = SwingFoot(self.planner, s.swing, footstep, state.time)
+            self.rest_angles, self._lift_off = None, now.feet[footstep.side]
+            self.n_begun += 1
 
-    def _lift(self, state: State, now: Pendulum, touches: Array) -> None:
-        """Begin a step with the better of the feet beside which the other one touches."""
-        sides = [side for side in (0, 1) if touches[1 - side]]
-        self.swing = Swing(plan_step(now, sides), state.time)
-        self.settled = None
-        self._start = now.feet[self.swing.step.side]
-        self.steps += 1
-
-    def pendulum(self, body: BodyState, places: Array, standing: Standing) -> Pendulum:
+    def pendulum(self, body: BodyState, spheres: Array, contacts: FootContacts) -> Pendulum:
         """Return the person as a pendulum."""
-        com, velocity, soles = body.com, body.com_velocity, self.soles(body)
-        low = float(np.mean(standing.touching.place[:, 2])) if len(standing.site) else 0.0
-        omega = np.sqrt(GRAVITY / max(com[2] - low, 0.3))
-        point = com[:2] + velocity[:2] / omega
-        pressure = np.array([inside(places[own, :2], point) for own in self.own])
-        ahead = body.rotation(1)[:2, 0]
+        com, velocity, steps = body.com, body.com_velocity, self.settings.step
+        ground = float(np.mean(contacts.touching.place[:, 2])) if len(contacts.spheres) else 0.0
+        height = max(float(com[2] - ground), steps.min_pendulum_height)
+        capture_point = com[:2] + velocity[:2] / np.sqrt(GRAVITY / height)
+        pressure = [
+            inside(spheres[own, :2], capture_point, steps.support_margin)
+            for own in self.foot_spheres
+        ]
         return Pendulum(
             com[:2],
             velocity[:2],
-            max(float(com[2] - low), 0.3),
-            soles[:, :2],
-            pressure,
-            ahead / np.linalg.norm(ahead),
-            self.leg,
-            self._pushed(),
+            height,
+            self.soles(body)[:, :2],
+            np.array(pressure),
+            _heading(body),
+            self.disturbance.acceleration,
         )
 
-    def lowered(self, body: BodyState) -> float:
-        """Return how much lower the centre of mass must be for the legs to reach the feet."""
+    def lowering(self, body: BodyState) -> float:
+        """Return how much lower the centre of mass is for the legs to reach the feet [m].
+
+        Measured over the ground: a pelvis that leans brings no foot nearer.
+        """
         soles = self.soles(body).copy()
         if self.swing is not None:
-            soles[self.swing.step.side, :2] = self.swing.step.place
-        ahead = body.rotation(1)[:2, 0] / np.linalg.norm(body.rotation(1)[:2, 0])
-        off = (soles - body.com)[
-            :, :2
-        ]  # over the ground: a pelvis that leans brings no foot nearer
-        along, left = off @ ahead, off @ np.array([-ahead[1], ahead[0]])
-        aside = np.maximum(np.abs(left) - 0.5 * self._apart, 0.0)
-        reach = min(float(np.hypot(along, aside).max()), 0.7 * self.leg)
-        return float(self.leg - np.sqrt(self.leg**2 - reach**2) + BENT * self.leg)
+            soles[self.swing.footstep.side, :2] = self.swing.footstep.position
+        ahead, offset = _heading(body), (soles - body.com)[:, :2]
+        forward, left = offset @ ahead, offset @ np.array([-ahead[1], ahead[0]])
+        aside = np.maximum(np.abs(left) - 0.5 * self._stance_width, 0.0)
+        reach = min(float(np.hypot(forward, aside).max()), self.planner.max_extension)
+        crouch = self.settings.crouch * self.leg_length
+        return float(self.leg_length - np.sqrt(self.leg_length**2 - reach**2) + crouch)
 
-    def centre(
-        self, body: BodyState, standing: Standing, goal: Float[Array, " 3"]
+    def com_acceleration(
+        self, body: BodyState, contacts: FootContacts, goal: Float[Array, " 3"]
     ) -> Float[Array, " 2"]:
-        """Return the acceleration of the centre of mass once there were steps [m/s²].
+        """Return the horizontal acceleration of the centre of mass once there were steps [m/s²].
 
         While a foot is in the air, pressure is as near to the capture point as the other allows.
-        With both on the ground it leads the capture point to where the centre of mass is to be
+        With both on the ground it leads the capture point to the goal of the centre of mass
         ([Englsberger2011]_), as far as the feet allow and a little more: arms and trunk help. More
         than that would be asked of them alone.
         """
-        places = self.spheres(body)
-        now = self.pendulum(body, places, standing)
+        s, spheres = self.settings, self.spheres(body)
+        now = self.pendulum(body, spheres, contacts)
         if self.swing is not None:
-            side = 1 - self.swing.step.side
-            pressure = EDGE * now.pressure[side] + (1 - EDGE) * now.feet[side]
+            side, edge = 1 - self.swing.footstep.side, s.stance_cop_extent
+            pressure = edge * now.pressure[side] + (1 - edge) * now.feet[side]
         else:
-            point = now.capture_point + now.shift
-            wanted = point + CAPTURES * (now.capture_point - goal[:2])
-            on = places[standing.site, :2] if len(standing.site) else now.feet
-            pressure = nearest(on, wanted, -HELP)
+            desired = now.capture_point + now.disturbance_shift
+            desired = desired + s.dcm_gain * (now.capture_point - goal[:2])
+            support = spheres[contacts.spheres, :2] if len(contacts.spheres) else now.feet
+            pressure = nearest(support, desired, -s.momentum_reach)
         return now.omega**2 * (now.com - pressure)
 
     def rows(self, state: State) -> list[Rows]:
-        """Return what the foot in the air is to do."""
+        """Return the rows of trunk and feet once there were steps."""
         body = state.body
         if self.swing is None:
-            both = [rows for k in (0, 1) for rows in self._stands(state, k)]
-            return [self._upright(body), *both]
-        side = self.swing.step.side
-        place, velocity = self.soles(body)[side], body.velocity(self._soles)[side]
+            both = [rows for side in (0, 1) for rows in self._stance_rows(state, side)]
+            return [self._trunk_rows(body), *both]
+        side = self.swing.footstep.side
+        position, velocity = self.soles(body)[side], body.velocity(self._soles)[side]
         J, bias = body.jacobian(self._soles)[side], body.bias_acceleration(self._soles)[side]
-        target = np.array([*self.swing.step.place, place[2]])
-        level = self._level_at(state, target)
-        asked = self.swing.asked(state.time, place, velocity, level, self.leg)
-        turn = self._level(state, side, TURN)
-        stands = self._stands(state, 1 - side)
-        return [self._upright(body), Rows(J, asked - bias, FOOT), turn, *stands]
+        target = np.array([*self.swing.footstep.position, position[2]])
+        height = self._sole_height(state, target)
+        acceleration = self.swing.acceleration(state.time, position, velocity, height)
+        return [
+            self._trunk_rows(body),
+            Rows(J, acceleration - bias, self.settings.foot_weight),
+            self._orientation_rows(state, side),
+            *self._stance_rows(state, 1 - side),
+        ]
 
-    def _upright(self, body: BodyState) -> Rows:
+    def _trunk_rows(self, body: BodyState) -> Rows:
         """Return the rows that keep the trunk from leaning."""
-        trunk = self.human.trunk
+        trunk, rate = self.human.trunk, self.settings.trunk_frequency
         spin, up = body.angular_jacobian(trunk)[:2], body.rotation(trunk) @ self._up
-        off = np.array([-up[1], up[0]])  # the axis about which it leans, with its sine
-        return Rows(spin, -(LEANS**2) * off - 2 * LEANS * (spin @ body.qvel), TRUNK)
+        lean = np.array([-up[1], up[0]])  # the axis about which it leans, with its sine
+        right = -(rate**2) * lean - 2 * rate * (spin @ body.qvel)
+        return Rows(spin, right, self.settings.upright_weight)
 
-    def _stands(self, state: State, side: int) -> list[Rows]:
-        """Return the rows of a foot that stands, or is about to: flat, and where it is."""
-        body, sole = state.body, self._soles
+    def _stance_rows(self, state: State, side: int) -> list[Rows]:
+        """Return the rows of a foot that stands, or is about to: flat, and at rest."""
+        body, sole, s = state.body, self._soles, self.settings
         J, velocity = body.jacobian(sole)[side], body.velocity(sole)[side]
-        still = -SLOWED * velocity[:2] - body.bias_acceleration(sole)[side, :2]
-        return [self._level(state, side, STANDS), Rows(J[:2], still, FOOT)]
+        stop = -s.foot_stopping_rate * velocity[:2] - body.bias_acceleration(sole)[side, :2]
+        return [self._orientation_rows(state, side), Rows(J[:2], stop, s.foot_weight)]
 
-    def _level(self, state: State, side: int, weight: float) -> Rows:
-        """Return the rows that lay a foot along the ground; one in the air faces forward, too."""
-        body, foot, ground = state.body, self.feet[side], state.world.ground
-        turn, spin = body.rotation(foot), body.angular_jacobian(foot)
-        normal = ground.normal_at(body.origin(foot))
-        flies = self.swing is not None and self.swing.step.side == side
-        ahead = body.rotation(1)[:, 0] if flies else turn[:, 0]
+    def _orientation_rows(self, state: State, side: int) -> Rows:
+        """Return the rows that lay a foot along the ground; a swinging one faces forward, too."""
+        body, foot, s = state.body, self.feet[side], self.settings
+        R, spin = body.rotation(foot), body.angular_jacobian(foot)
+        normal = state.world.ground.normal_at(body.origin(foot))
+        swings = self.swing is not None and self.swing.footstep.side == side
+        ahead = body.rotation(1)[:, 0] if swings else R[:, 0]
         ahead = ahead - (ahead @ normal) * normal
         ahead /= np.sqrt(ahead @ ahead)
-        wanted = np.array([ahead, (normal @ CROSS).reshape(3, 3) @ ahead, normal])
-        M = turn @ wanted  # the sum of the cross products of the axes is in what is not symmetric
-        off = 0.5 * np.array([M[1, 2] - M[2, 1], M[2, 0] - M[0, 2], M[0, 1] - M[1, 0]])
-        return Rows(spin, 200.0 * off - 28.0 * (spin @ body.qvel), weight)
+        desired = np.array([ahead, (normal @ CROSS).reshape(3, 3) @ ahead, normal])
+        M = R @ desired  # the sum of the cross products of the axes is in what is not symmetric
+        error = 0.5 * np.array([M[1, 2] - M[2, 1], M[2, 0] - M[0, 2], M[0, 1] - M[1, 0]])
+        right = s.foot_orientation_gain * error - s.foot_orientation_damping * (spin @ body.qvel)
+        return Rows(spin, right, s.foot_orientation_weight)
+
+    def _sole_height(self, state: State, position: Float[Array, " 3"]) -> float:
+        """Return the height of the middle of a sole that stands at a position [m]."""
+        ground = state.world.ground
+        level = ground.under(position) - position[:2] @ ground.normal[:2]
+        radius = self.contact.model.geom_size[self.contact.geoms[0], 0]
+        return float(level / ground.normal[2]) + float(radius)
 
 
-def _way(along: float, left: float) -> str:
-    """Return in words how far a foot went, in centimetres."""
-    parts = []
-    for size, more, less in ((along, "forward", "back"), (left, "to the left", "to the right")):
-        if abs(size) >= TOLD:
-            parts.append(f"{100 * abs(size):.0f} cm {more if size > 0 else less}")
-    return " and ".join(parts) or "on the spot"
+def _heading(body: BodyState) -> Float[Array, " 2"]:
+    """Return the direction over the ground in which the pelvis faces."""
+    ahead = body.rotation(1)[:2, 0]
+    return ahead / np.linalg.norm(ahead)

@@ -1,36 +1,38 @@
-"""What a balanced person is to do: a posture held, or a motion, and which points press."""
+"""References of balance: a posture held, also on a platform that moves, or a motion."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
+import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
-from plantigrade.kinematics.state import PointSet, State, sweep
+from plantigrade.control.gait.support import inside
+from plantigrade.kinematics.state import PointSet, State, integrate, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.world import World
 
-LOW, SLOW = 0.02, 0.25
-"""A sphere of a recorded foot presses that is lower and slower than this [m, m/s]."""
+PLATFORM = "platform"  # name of the body that moves in worlds that have one
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """What is wanted at one time.
+class ReferenceState:
+    """The state of a reference at one time.
 
     Attributes:
-        qpos: The configuration.
-        qvel: Its rate.
-        qacc: The rate of that.
-        com: Where the centre of mass is in it [m].
+        qpos: Configuration.
+        qvel: Its velocity.
+        qacc: Its acceleration.
+        com: Centre of mass [m].
         com_velocity: Its velocity [m/s].
         com_acceleration: Its acceleration [m/s²].
-        places: Where the contact spheres of the feet are [m].
-        presses: Which of them are to be on the ground.
-        dear: How much more than usual a force of each costs.
+        spheres: Positions of the contact spheres of the feet [m].
+        contact: Which of them are to be on the ground.
+        force_cost: Factor of the cost of the force of each.
     """
 
     qpos: Float[Array, " nq"]
@@ -39,21 +41,58 @@ class Wanted:
     com: Float[Array, " 3"]
     com_velocity: Float[Array, " 3"]
     com_acceleration: Float[Array, " 3"]
-    places: Float[Array, "n_sites 3"]
-    presses: Bool[Array, " n_sites"]
-    dear: float | Float[Array, " n_sites"] = 1.0
+    spheres: Float[Array, "n_sites 3"]
+    contact: Bool[Array, " n_sites"]
+    force_cost: float | Float[Array, " n_sites"] = 1.0
+
+    def com_goal(
+        self,
+        spheres: Float[Array, "n_sites 3"],
+        touching: Int[Array, " k"],
+        shift: Float[Array, " 3"],
+        centring: float,
+        margin: float,
+    ) -> Float[Array, " 3"]:
+        """Return the goal of the centre of mass over the feet as they are [m].
+
+        It moves with the spheres that are to be on the ground, stays inside what they span, and as
+        far above those that touch as in the reference.
+
+        Args:
+            spheres: Positions of the spheres now [m].
+            touching: Which of them touch.
+            shift: Offset of the goal [m].
+            centring: Part of the way from the reference to the middle of the support.
+            margin: Least distance from the edge of the support [m].
+        """
+        own = self.contact.nonzero()[0]
+        if not len(own):
+            return self.com + shift
+        support, share = spheres[own], np.full(len(own), 1.0 / len(own))
+        goal = self.com + share @ (support - self.spheres[own])
+        goal[:2] += centring * (share @ support[:, :2] - goal[:2])
+        goal[:2] = inside(support[:, :2], goal[:2] + shift[:2], margin)
+        on = touching[self.contact[touching]]
+        rise = (spheres[on, 2] - self.spheres[on, 2]).sum() / len(on) if len(on) else 0.0
+        goal[2] = self.com[2] + shift[2] + rise
+        return goal
 
 
-@runtime_checkable
-class Reference(Protocol):
-    """What is wanted, as a function of time."""
+class Reference(ABC):
+    """What balance follows, as a function of time.
 
-    def at(self, time: float) -> Wanted:
-        """Return what is wanted at a time since the start [s]."""
-        ...
+    Attributes:
+        flights: From when to when the body is in the air, by plan [s].
+    """
+
+    flights: Sequence[tuple[float, float]] = ()
+
+    @abstractmethod
+    def at(self, time: float) -> ReferenceState:
+        """Return the state at a time since the start [s]."""
 
 
-class Held:
+class PostureReference(Reference):
     """A posture that is held, on both feet.
 
     Args:
@@ -62,41 +101,139 @@ class Held:
     """
 
     def __init__(self, human: Human, qpos: Float[Array, " nq"]):
-        state, points = State(human, qpos), PointSet.of(human, contact_sites(human))
-        nothing, rest = np.zeros(human.model.nv), np.zeros(3)
-        places = state.position(points)
-        everywhere = np.ones(len(points), dtype=bool)
-        self.wanted = Wanted(
-            np.array(qpos), nothing, nothing, state.com, rest, rest, places, everywhere
-        )
+        spheres = PointSet.of(human, contact_sites(human))
+        self._state = _at_rest(State(human, qpos), np.zeros(human.model.nv), spheres)
 
-    def at(self, time: float) -> Wanted:
+    def at(self, time: float) -> ReferenceState:
         """Return the posture."""
-        return self.wanted
+        return self._state
 
 
-class Followed:
+def _at_rest(body: State, qvel: Array, spheres: PointSet) -> ReferenceState:
+    """Return a posture on both feet, without acceleration."""
+    velocity = np.array(body.com_velocity) if qvel.any() else np.zeros(3)
+    contact = np.ones(len(spheres), dtype=bool)
+    qpos, qacc, positions = np.array(body.qpos), np.zeros(len(qvel)), body.position(spheres)
+    return ReferenceState(qpos, qvel, qacc, body.com, velocity, np.zeros(3), positions, contact)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatformSettings:
+    """Inverse kinematics on a platform; feet and centre of mass have a weight of 1."""
+
+    pelvis_weight: float = 0.3
+    """Weight of the orientation of the pelvis. Chosen."""
+    joint_weight: float = 0.03
+    """Weight of every joint. Chosen."""
+    n_iterations: int = 2
+    """Gauss-Newton steps of a tick. Chosen."""
+
+
+def posture_reference(
+    world: World, qpos: Float[Array, " nq"], settings: PlatformSettings | None = None
+) -> Reference:
+    """Return the reference of a posture held in a world, on a platform if it has one."""
+    if mujoco.mj_name2id(world.model, mujoco.mjtObj.mjOBJ_BODY, PLATFORM) < 0:
+        return PostureReference(world.human, np.array(qpos))
+    return PlatformReference(world, qpos, settings)
+
+
+class PlatformReference(Reference):
+    """A posture on a platform that moves: feet go with it, the body stays upright above them.
+
+    Args:
+        world: The world with the platform.
+        qpos: The posture, feet on the platform as it is now.
+        settings: Weights of inverse kinematics.
+    """
+
+    def __init__(
+        self, world: World, qpos: Float[Array, " nq"], settings: PlatformSettings | None = None
+    ):
+        human, self.settings = world.human, settings or PlatformSettings()
+        self._data, self._platform = world.data, world.model.body(PLATFORM).id
+        self._start = self._body = body = State(human, qpos)
+        names = sorted({s.body for s in contact_sites(human)})
+        self._segments = [human.body(name) for name in names]
+        self._origins = PointSet(human, names, np.zeros((len(names), 3)))
+        self._spheres = PointSet.of(human, contact_sites(human))
+        position, rotation = self._pose()
+        self._local = (body.origins[self._segments] - position) @ rotation
+        self._rotation = rotation.T @ body.rotations[self._segments]
+        self._com = (body.com - position) @ rotation * [1.0, 1.0, 0.0]
+        self._height = body.com[2] - (position + rotation @ self._com)[2]
+        self._time, self._state = -1.0, _at_rest(body, np.zeros(human.model.nv), self._spheres)
+
+    def at(self, time: float) -> ReferenceState:
+        """Return the posture on the platform as it is now."""
+        if time == self._time:
+            return self._state
+        s, before, elapsed = self.settings, self._state.qpos, time - self._time
+        position, rotation = self._pose()
+        body, nv = self._body.moved_to(before), len(self._state.qvel)
+        under = position + rotation @ self._com
+        com = np.array([*under[:2], under[2] + self._height])
+        desired = rotation @ self._rotation
+        weights = np.r_[[0.0] * 3, [s.pelvis_weight] * 3, [s.joint_weight] * (nv - 6)]
+        for _ in range(s.n_iterations):
+            now = body.rotations[self._segments]
+            turned = 0.5 * np.cross(now.swapaxes(1, 2), desired.swapaxes(1, 2)).sum(axis=1)
+            moved = position + self._local @ rotation.T - body.origins[self._segments]
+            back = -body.difference(self._start.qpos)
+            rows = [
+                body.jacobian(self._origins).reshape(-1, nv),
+                np.vstack([body.angular_jacobian(i) for i in self._segments]),
+                body.com_jacobian,
+                np.diag(weights)[3:],
+            ]
+            right = [moved.ravel(), turned.ravel(), com - body.com, weights[3:] * back[3:]]
+            step = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
+            body = body.moved_to(integrate(body.model, body.qpos, step))
+        qvel = body.difference(before) / elapsed if self._time >= 0 else np.zeros(nv)
+        self._time = time
+        self._state = _at_rest(body.moved_to(body.qpos, qvel), qvel, self._spheres)
+        return self._state
+
+    def _pose(self) -> tuple[Float[Array, " 3"], Float[Array, "3 3"]]:
+        """Return position and orientation of the platform."""
+        rotation = self._data.xmat[self._platform].reshape(3, 3)
+        return self._data.xpos[self._platform].copy(), rotation.copy()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactDetectionSettings:
+    """Spheres of a recorded foot that carry load."""
+
+    max_height: float = 0.02
+    """Height above the lowest sphere of all below which a sphere carries load [m]. Chosen."""
+    max_speed: float = 0.25
+    """Speed below which it does [m/s]. Chosen."""
+
+
+class MotionReference(Reference):
     """A motion; before its first frame and after its last one the person stands still.
 
     Args:
         human: The person.
         motion: Their motion.
-        presses: Which contact spheres of the feet press the ground in each frame; those that are
+        contact: Which contact spheres of the feet are on the ground in each frame; those that are
             low and slow if absent.
-        ground: What the motion happened on; level if absent.
+        ground: Ground of the motion; level if absent.
         flights: From when to when the body is in the air, by plan [s].
+        settings: Limits of low and slow.
 
     Attributes:
-        dear: How much more than usual the force of every sphere costs in each frame.
+        force_cost: Factor of the cost of the force of every sphere in each frame.
     """
 
     def __init__(
         self,
         human: Human,
         motion: Motion,
-        presses: Bool[Array, "n n_sites"] | None = None,
+        contact: Bool[Array, "n n_sites"] | None = None,
         ground: Ground | None = None,
         flights: Sequence[tuple[float, float]] = (),
+        settings: ContactDetectionSettings | None = None,
     ):
         self.flights = tuple(flights)
         sites = contact_sites(human)
@@ -104,23 +241,22 @@ class Followed:
         states = [(s.com, s.position(points)) for s in sweep(human, motion.qpos)]
         self.motion, self.time = motion, motion.time - motion.time[0]
         self.com = np.array([com for com, _ in states])
-        self.places = np.array([places for _, places in states])
+        self.spheres = np.array([spheres for _, spheres in states])
         own = motion.qacc
         self.qacc = np.gradient(motion.qvel, self.time, axis=0) if own is None else own
-        if presses is not None:
-            self.presses: Array = presses
+        if contact is not None:
+            self.contact: Array = contact
         else:
-            ground = ground or Ground()
-            radius = np.array([s.radius for s in sites])
-            gap = self.places @ ground.normal - ground.under(self.places) - radius
-            speed = np.linalg.norm(np.gradient(self.places, self.time, axis=0), axis=2)
-            self.presses = (gap < LOW + gap.min()) & (speed < SLOW)
+            ground, s = ground or Ground(), settings or ContactDetectionSettings()
+            radius = np.array([site.radius for site in sites])
+            gap = self.spheres @ ground.normal - ground.under(self.spheres) - radius
+            speed = np.linalg.norm(np.gradient(self.spheres, self.time, axis=0), axis=2)
+            self.contact = (gap < s.max_height + gap.min()) & (speed < s.max_speed)
         self.com_velocity = np.gradient(self.com, self.time, axis=0)
         self.com_acceleration = np.gradient(self.com_velocity, self.time, axis=0)
+        self.force_cost = np.ones(self.contact.shape)
 
-        self.dear = np.ones(self.presses.shape)
-
-    def at(self, time: float) -> Wanted:
+    def at(self, time: float) -> ReferenceState:
         """Return the motion at a time after its first frame [s]."""
         moves = time < self.time[-1]
         i = int(np.searchsorted(self.time, time, side="right")) - 1
@@ -136,14 +272,14 @@ class Followed:
             q = q * np.where(np.isin(np.arange(q.shape[1]), range(3, 7)), [[1.0], [-1.0]], 1.0)
         qpos = (1 - u) * q[0] + u * q[1]
         qpos[3:7] /= np.linalg.norm(qpos[3:7])
-        return Wanted(
+        return ReferenceState(
             qpos,
             moves * between(self.motion.qvel),
             moves * between(self.qacc),
             between(self.com),
             moves * between(self.com_velocity),
             moves * between(self.com_acceleration),
-            between(self.places),
-            self.presses[i + 1 if u > 0.5 else i],
-            self.dear[i + 1 if u > 0.5 else i],
+            between(self.spheres),
+            self.contact[i + 1 if u > 0.5 else i],
+            self.force_cost[i + 1 if u > 0.5 else i],
         )

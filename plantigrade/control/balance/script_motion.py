@@ -6,7 +6,7 @@ from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.balance.paths import flights_of, lifted, rise, through
 from plantigrade.control.balance.postures import Postures, rates_of
-from plantigrade.control.balance.reference import Followed
+from plantigrade.control.balance.reference import MotionReference
 from plantigrade.control.balance.script import Frame, Script
 from plantigrade.control.gait.support import inside
 from plantigrade.errors import ParameterError
@@ -25,7 +25,7 @@ DEAREST = 7.0
 """Logarithm of the greatest cost of a force elsewhere, by that of one there."""
 
 
-def scripted(human: Human, script: Script) -> Followed:
+def scripted(human: Human, script: Script) -> MotionReference:
     """Return a script as a motion of a person on level ground.
 
     Args:
@@ -72,12 +72,14 @@ def scripted(human: Human, script: Script) -> Followed:
     qpos = pose.path(ankle, marked, goal, RATE if flights else 0.0)
     motion = Motion(time, qpos, rates_of(human, qpos, RATE), human.joint_names)
     spheres = pose.spheres_of(marked)
-    follow = Followed(human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights])
+    follow = MotionReference(human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights])
     toward = np.array([f.toward for f in frames])
     for k, side in enumerate(SIDES):
         if not np.isnan(toward[:, k]).all():
             own = spheres & (pose.side == side)
-            follow.dear *= _dear(follow.places, own, _toward(at, toward[:, k], time, segment))
+            follow.force_cost *= _dear(
+                follow.spheres, own, _toward(at, toward[:, k], time, segment)
+            )
     return follow
 
 

@@ -1,4 +1,4 @@
-r"""Recovery steps: foot, place and time from the capture point.
+r"""Recovery steps: foot, position and duration from the capture point.
 
 A linear pendulum of height :math:`z` diverges from its centre of pressure :math:`p` with
 :math:`\omega = \sqrt{g / z}`: the capture point :math:`\xi = c + \dot c / \omega` ([Pratt2006]_) is
@@ -6,86 +6,107 @@ after a time :math:`T` at
 
 .. math:: \xi_T = p - s + (\xi + s - p)\, e^{\omega T} ,
 
-with :math:`s = a / \omega^2` while something pushes with an acceleration :math:`a`.
-As long as :math:`\xi` lies within the base of support, pressure there can bring the body to rest.
+with :math:`s = a / \omega^2` while a disturbance accelerates the body by :math:`a`.
+As long as :math:`\xi` lies within the support polygon, pressure there can bring the body to rest.
 Once it has left it, nothing but a step can (or arms and trunk, for a little).
 
-One step is not always enough. What remains of the way to the capture point after a step grows by
-:math:`e^{\omega T}` until the next one ([Koolen2012]_: a person is *N-step capturable* where it
-comes within reach after N steps). So feet, times and places are compared by what remains after
-:data:`STEPS` steps, each as near to where it should be as the leg and the speed of the foot allow:
-a push to the side is met with the foot on that side, the other follows, and the first goes out
-again. A foot stays on its own side of the other: legs are solid.
+One step is not always enough. The capture error that a step leaves grows by :math:`e^{\omega T}`
+until the next one ([Koolen2012]_: a person is *N-step capturable* where it comes within reach after
+N steps). The planner therefore compares feet, durations and positions by the error that remains
+after :attr:`StepSettings.n_steps` steps, each as near to its desired position as leg and speed of
+the foot allow: the foot on the side of a lateral push steps first, the other follows, and the first
+steps out again. A foot stays on its own side of the other: legs are solid.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 
-DURATIONS = (0.22, 0.27, 0.33, 0.4)
-"""How long a foot may be in the air [s]."""
-FASTEST = 2.6
-"""Mean speed of a foot in the air [m/s]."""
-STRONGEST = 80.0
-"""Its greatest acceleration over the ground [m/s²]."""
-PAUSE = 0.04
-"""Between two steps both feet stand so long [s]."""
-HASTE = 7e-4
-"""What a greater acceleration of a foot costs, by what remains of the way [s²]: it turns the
-body."""
-STEPS = 3
-"""So many steps are looked ahead."""
-OUTSIDE = -0.03
-"""So far outside the support the capture point makes a step necessary [m]: it is not waited for to
-leave. A foot can be lifted only while the other one still carries, and a push to the side takes the
-load off the one that has to stand."""
-AHEAD, BACK, ASIDE, APART = 1.0, 0.72, 1.05, 0.17
-"""How far a foot may be before, behind and beside the other, and how far beside it must be, of the
-length of a leg; the first three are half-axes of ellipses. (A leg that stands farther behind has
-its hip at the stop, and pushes the body back over the other foot.)"""
-REACH = 0.7
-"""How far a foot may be from under the centre of mass when it lands, of the length of a leg."""
-BEYOND = 0.12
-"""So far beyond the capture point a foot is set, of the length of a leg: between two feet there is
-more room than under one, and pushes go on. (None: four steps in place of one.)"""
-NATURAL = 0.26
-"""Feet that are closer side by side than this part of the length of a leg stand badly."""
-UNDER = 0.05
-"""So far around the middle of a sole the pressure can be [m]."""
-LASTS = 0.3
-"""A push that is felt is taken to go on so long [s]."""
-LIFT = 0.06
-"""Clearance of a foot in the air, of the length of a leg."""
-LANDS = 0.05
-"""So long after a step a foot carries [s]."""
-FIXED = 0.25
-"""The last part of a step, in which the place is no longer changed: a foot that is speeded up again
-rises, too, and comes down late."""
-LATE = 0.5
-"""Speed at which a foot goes on down that has not met the ground in time [m/s]."""
-EARLY = 0.8
-"""From this part of a step on, a touch ends it."""
+
+@dataclass(frozen=True, kw_only=True)
+class StepSettings:
+    """Limits and costs of recovery steps."""
+
+    swing_durations: tuple[float, ...] = (0.22, 0.27, 0.33, 0.4)
+    """Swing durations the planner compares, shortest first [s]. Chosen."""
+    double_support_duration: float = 0.04
+    """Least time between a touchdown and the next lift-off [s]. Chosen."""
+    load_transfer_duration: float = 0.05
+    """Time from touchdown until the foot carries load [s]. Chosen."""
+    max_foot_speed: float = 2.6
+    """Greatest mean speed of a swing foot [m/s]. Chosen."""
+    max_foot_acceleration: float = 80.0
+    """Greatest acceleration of a swing foot along each axis [m/s²]. Chosen."""
+    n_steps: int = 3
+    """Number of steps the planner looks ahead. Chosen: lateral pushes take up to three."""
+    capture_threshold: float = -0.03
+    """Distance of the capture point outside the support at which a step begins [m].
+
+    Negative, inside: a foot can be lifted only while the other one still carries, and a push to the
+    side takes the load off the one that has to stand.
+    """
+    max_step_forward: float = 1.0
+    """Greatest distance of a foot before the other [leg lengths]. Chosen."""
+    max_step_back: float = 0.72
+    """Greatest distance of a foot behind the other [leg lengths].
+
+    Farther back its hip is at the stop and pushes the body over the other foot: 1 step became 6.
+    """
+    max_step_width: float = 1.05
+    """Greatest distance of a foot beside the other [leg lengths]. Chosen."""
+    min_step_width: float = 0.17
+    """Least distance of a foot beside the other [leg lengths]. Chosen."""
+    comfortable_step_width: float = 0.26
+    """Step width below which the cost increases [leg lengths]. Chosen."""
+    max_leg_extension: float = 0.7
+    """Greatest horizontal distance of a foot from the centre of mass [leg lengths]. Chosen."""
+    capture_overshoot: float = 0.12
+    """Distance of a footstep beyond the capture point [leg lengths].
+
+    Two feet have more room between them than one has under it, and pushes last. Without it four
+    steps took the place of one.
+    """
+    sole_radius: float = 0.05
+    """Distance of the centre of pressure from the middle of a sole, at most [m]. Chosen."""
+    support_margin: float = 0.015
+    """Distance of desired pressure and centre of mass from the edge of the support [m]. Chosen."""
+    disturbance_duration: float = 0.3
+    """Time for which an estimated disturbance is assumed to last [s]. Chosen."""
+    capture_error_cost: float = 0.5
+    """Cost of the capture error after this step, that after the last one costing 1. Chosen."""
+    deviation_cost: float = 0.2
+    """Cost of the distance from the desired position. Chosen."""
+    width_cost: float = 0.5
+    """Cost of what is missing of the comfortable step width. Chosen."""
+    duration_cost: float = 0.3
+    """Cost of the swing duration [m/s]. Chosen."""
+    acceleration_cost: float = 7e-4
+    """Cost of the acceleration of the swing foot, which turns the body [s²]. Chosen."""
+    min_pendulum_height: float = 0.3
+    """Least height of the pendulum, for bodies that have fallen [m]. Chosen."""
+
+    @property
+    def min_swing_duration(self) -> float:
+        """Shortest swing [s]."""
+        return self.swing_durations[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Pendulum:
-    """The state a plan starts from.
+    """The state a plan starts from; positions over the ground.
 
     Attributes:
-        com: Centre of mass, over the ground [m].
+        com: Centre of mass [m].
         velocity: Its velocity [m/s].
-        height: Of the centre of mass above the ground [m].
-        feet: Middle of the sole of each foot, right first, over the ground [m].
-        pressure: Where in each foot the pressure would best be, likewise [m].
-        heading: Direction in which the person faces, over the ground.
-        leg: Length of a leg [m].
-        pushed: What pushes besides the ground, as an acceleration [m/s²].
-        lasts: So long it is taken to go on [s].
-        back: How far a foot may be behind the other, of the length of a leg.
+        height: Height of the centre of mass above the ground [m].
+        feet: Middle of the sole of each foot, right first [m].
+        pressure: Best centre of pressure in each foot [m].
+        heading: Direction in which the person faces.
+        disturbance: Acceleration by forces other than the ground's [m/s²].
     """
 
     com: Float[Array, " 2"]
@@ -94,10 +115,7 @@ class Pendulum:
     feet: Float[Array, "2 2"]
     pressure: Float[Array, "2 2"]
     heading: Float[Array, " 2"]
-    leg: float
-    pushed: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
-    lasts: float = LASTS
-    back: float = BACK
+    disturbance: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
 
     @property
     def omega(self) -> float:
@@ -106,235 +124,219 @@ class Pendulum:
 
     @property
     def capture_point(self) -> Float[Array, " 2"]:
-        """Where it could come to rest, did nothing push it [m]."""
+        """Point over which it would come to rest without a disturbance [m]."""
         return self.com + self.velocity / self.omega
 
     @property
-    def shift(self) -> Float[Array, " 2"]:
-        """How far pressure has to be beyond the capture point while the push lasts [m]."""
-        return self.pushed / self.omega**2
+    def disturbance_shift(self) -> Float[Array, " 2"]:
+        """Distance of pressure beyond the capture point that balances the disturbance [m]."""
+        return self.disturbance / self.omega**2
+
+    @property
+    def left(self) -> Float[Array, " 2"]:
+        """Direction to the left of the heading."""
+        return np.array([-self.heading[1], self.heading[0]])
+
+    def moved(
+        self, pivot: Array, capture: Array, com: Array, time: float, disturbed: float
+    ) -> tuple[Array, Array]:
+        """Return capture point and centre of mass a time from now, about a centre of pressure.
+
+        Args:
+            pivot: The centre of pressure [m].
+            capture: Capture point now [m].
+            com: Centre of mass now [m].
+            time: How far ahead [s].
+            disturbed: Time for which the disturbance lasts [s].
+        """
+        during = min(max(disturbed, 0.0), time)
+        for duration, shift in ((during, self.disturbance_shift), (time - during, np.zeros(2))):
+            growth, centre = np.exp(self.omega * duration), pivot - shift
+            # c' = omega (xi - c): the offset of c decays, and xi draws it along.
+            com = centre + (com - centre) / growth
+            com = com + 0.5 * (growth - 1 / growth) * (capture - centre)
+            capture = centre + (capture - centre) * growth
+        return capture, com
+
+    def remaining_shift(self, disturbed: float) -> Float[Array, " 2"]:
+        """Return the distance of a foot beyond the capture point for the rest of a disturbance."""
+        return self.disturbance_shift * (1.0 - np.exp(-self.omega * max(disturbed, 0.0)))
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
-    """A step.
+class Footstep:
+    """A planned step.
 
     Attributes:
-        side: Which foot is set, 0 for the right one, 1 for the left one.
-        place: Where the middle of its sole comes down, over the ground [m].
-        duration: When, from now on [s].
-        miss: How far what both feet span is from where one should be, which is out of reach [m].
-        remains: The same after the steps that follow.
-        cost: How bad it is, beside others.
+        side: The foot, 0 for the right one, 1 for the left one.
+        position: Position of the middle of its sole at touchdown, over the ground [m].
+        duration: Time until then [s].
+        capture_error: Distance of the desired pressure from what both feet span [m].
+        remaining_error: The same after the steps that follow [m].
+        cost: Cost by which footsteps are compared [m].
     """
 
     side: int
-    place: Float[Array, " 2"]
+    position: Float[Array, " 2"]
     duration: float
-    miss: float
-    remains: float = 0.0
+    capture_error: float
+    remaining_error: float = 0.0
     cost: float = 0.0
 
 
-def plan_step(now: Pendulum, sides: Sequence[int] = (0, 1)) -> Step:
-    """Return the best step: the one that leaves the smallest error after the steps that follow.
+class StepPlanner:
+    """Plans recovery steps of one person.
 
     Args:
-        now: The pendulum.
-        sides: Which feet can be lifted.
-    """
-    found = [planned(now, side, time) for side in sides for time in DURATIONS]
-    return min(found, key=lambda each: each.cost)
-
-
-def planned(
-    now: Pendulum,
-    side: int,
-    time: float,
-    *,
-    flies: bool = False,
-    velocity: Float[Array, " 2"] | None = None,
-) -> Step:
-    """Return where a foot is to be set a time from now.
-
-    Args:
-        now: The pendulum.
-        side: Which foot.
-        time: When [s].
-        flies: Whether it is in the air already: one place alone is looked at then, the nearest to
-            where it should be.
-        velocity: Of a foot in the air, over the ground; only what it can reach from there is
-            taken [m/s].
-    """
-    other = 1 - side
-    pivot, lasts = now.pressure[other], now.lasts
-    after = time + LANDS
-    capture, com = _moved(now, pivot, now.capture_point, now.com, after, lasts)
-    wanted = _beyond(capture, pivot, now.leg) + _rests(now, lasts - after)
-    if flies:
-        places = within_reach(now, side, wanted[None])
-        if velocity is not None:
-            glides = now.feet[side] + velocity * time * 2 / 3
-            places = _near(places, glides, STRONGEST * time**2 / 6)
-    else:
-        places = within_reach(now, side, np.vstack([wanted, now.feet[other] + _grid(now, side)]))
-        places = _near(places, now.feet[side], min(FASTEST * time, STRONGEST * time**2 / 6))
-    places = _near(places, com, REACH * now.leg)
-    places = within_reach(now, side, places)
-    first = _left(wanted, now.feet[other], places)
-    feet = np.empty((len(places), 2, 2))
-    feet[:, side], feet[:, other] = places, now.feet[other]
-    left, remains, foot, passed = capture, first, side, after
-    for _ in range(STEPS - 1):
-        more = lasts - passed
-        stays = feet[:, foot]
-        aims = np.broadcast_to(left + _rests(now, more), places.shape)
-        pivots = stays + _near(aims - stays, np.zeros(2), UNDER)
-        left, _ = _moved(now, pivots, left, left, DURATIONS[0] + PAUSE + LANDS, more)
-        passed += DURATIONS[0] + PAUSE + LANDS
-        aim = _beyond(left, pivots, now.leg) + _rests(now, lasts - passed)
-        foot = 1 - foot
-        next_to = _near(_within(stays, now, foot, aim), feet[:, foot], FASTEST * DURATIONS[0])
-        feet[:, foot] = _within(stays, now, foot, next_to)
-        # Who is captured needs no further step.
-        remains = np.where(remains < 1e-9, 0.0, _left(aim, stays, feet[:, foot]))
-    strained = max(float(np.linalg.norm(com - now.feet[other])) - REACH * now.leg, 0.0)
-    aside = np.abs((places - now.feet[other]) @ _axes(now)[1])
-    cost = remains + 0.5 * first + 0.2 * np.linalg.norm(places - wanted, axis=1) + strained
-    cost += 0.5 * np.maximum(NATURAL * now.leg - aside, 0.0) + 0.3 * time
-    if not flies:
-        cost += HASTE * 6 * np.linalg.norm(places - now.feet[side], axis=1) / time**2
-    k = int(cost.argmin())
-    return Step(side, places[k], time, float(first[k]), float(remains[k]), float(cost[k]))
-
-
-def _moved(
-    now: Pendulum, pivot: Array, capture: Array, com: Array, time: float, lasts: float
-) -> tuple[Array, Array]:
-    """Return capture point and centre of mass a time from now, while the push lasts and after."""
-    pushed = min(max(lasts, 0.0), time)
-    for part, shift in ((pushed, now.shift), (time - pushed, np.zeros(2))):
-        grows, centre = np.exp(now.omega * part), pivot - shift
-        # c' = omega (xi - c): what it was decays, what diverges draws it along.
-        com = centre + (com - centre) / grows + 0.5 * (grows - 1 / grows) * (capture - centre)
-        capture = centre + (capture - centre) * grows
-    return capture, com
-
-
-def _rests(now: Pendulum, lasts: float) -> Float[Array, " 2"]:
-    """Return how much farther than the capture point a foot has to be for the rest of a push."""
-    return now.shift * (1.0 - np.exp(-now.omega * max(lasts, 0.0)))
-
-
-def _grid(now: Pendulum, side: int) -> Float[Array, "k 2"]:
-    """Return places beside the other foot among which the best is looked for."""
-    x = now.leg * np.linspace(-now.back, AHEAD, 8)
-    y = now.leg * np.linspace(APART, ASIDE, 6)
-    ahead, left = _axes(now)
-    sign = -1.0 if side == 0 else 1.0
-    return (x[:, None, None] * ahead + sign * y[None, :, None] * left).reshape(-1, 2)
-
-
-def _axes(now: Pendulum) -> tuple[Array, Array]:
-    return now.heading, np.array([-now.heading[1], now.heading[0]])
-
-
-def _near(places: Array, middle: Array, most: float) -> Array:
-    """Return places, drawn to a circle about a middle where they are outside of it."""
-    off = places - middle
-    far = np.linalg.norm(off, axis=-1, keepdims=True)
-    return middle + off * np.minimum(1.0, most / np.maximum(far, 1e-9))
-
-
-def _beyond(capture: Array, pivot: Array, leg: float) -> Array:
-    """Return where a foot is best set for a capture point: a little beyond it."""
-    away = capture - pivot
-    far = np.linalg.norm(away, axis=-1, keepdims=True)
-    return capture + BEYOND * leg * away / np.maximum(far, 1e-9)
-
-
-def _left(wanted: Array, stands: Array, place: Array) -> Array:
-    """Return how far where a foot should be is from what two feet span."""
-    along = place - stands
-    part = ((wanted - stands) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), 1e-9)
-    nearest = stands + np.clip(part, 0.0, 1.0)[..., None] * along
-    return np.maximum(np.linalg.norm(wanted - nearest, axis=-1) - UNDER, 0.0)
-
-
-def within_reach(now: Pendulum, side: int, place: Float[Array, "*k 2"]) -> Float[Array, "*k 2"]:
-    """Return the nearest place that a foot reaches, on its own side of the other foot."""
-    return _within(now.feet[1 - side], now, side, place)
-
-
-def _within(stands: Array, now: Pendulum, side: int, place: Array) -> Array:
-    ahead, left = _axes(now)
-    sign = -1.0 if side == 0 else 1.0
-    off = place - stands
-    x, y = off @ ahead, np.maximum(sign * (off @ left), APART * now.leg)
-    aside = (y - APART * now.leg) / ((ASIDE - APART) * now.leg)
-    size = np.hypot(x / (np.where(x > 0, AHEAD, now.back) * now.leg), aside)
-    shrink = 1.0 / np.maximum(size, 1.0)
-    y = APART * now.leg + (y - APART * now.leg) * shrink
-    return stands + (x * shrink)[..., None] * ahead + sign * y[..., None] * left
-
-
-@dataclass(frozen=True, eq=False)
-class Swing:
-    """A foot in the air.
-
-    Attributes:
-        step: The step, its duration from lifting on.
-        begin: When the foot was lifted [s].
+        leg_length: Length of a leg [m].
+        settings: Limits and costs.
     """
 
-    step: Step
-    begin: float
+    def __init__(self, leg_length: float, settings: StepSettings | None = None):
+        self.leg_length, self.settings = leg_length, settings or StepSettings()
+        s = self.settings
+        self.min_width = s.min_step_width * leg_length
+        self.width_range = (s.max_step_width - s.min_step_width) * leg_length
+        self.max_forward = s.max_step_forward * leg_length
+        self.max_back = s.max_step_back * leg_length
+        self.comfortable_width = s.comfortable_step_width * leg_length
+        self.max_extension = s.max_leg_extension * leg_length
+        self.overshoot = s.capture_overshoot * leg_length
+        x = leg_length * np.linspace(-s.max_step_back, s.max_step_forward, 8)
+        y = leg_length * np.linspace(s.min_step_width, s.max_step_width, 6)
+        self._grid = x[:, None, None], y[None, :, None]
 
-    def part(self, time: float) -> float:
-        """Return how much of it is over, 1 when the foot is to touch."""
-        return (time - self.begin) / self.step.duration
-
-    def replanned(
-        self, now: Pendulum, time: float, velocity: Float[Array, " 2"] | None = None
-    ) -> "Swing":
-        """Return the same step to where the foot is needed now; as it is in its last part.
+    def plan(self, now: Pendulum, sides: Sequence[int] = (0, 1)) -> Footstep:
+        """Return the footstep with the least cost.
 
         Args:
             now: The pendulum.
-            time: Now [s].
-            velocity: Of the foot over the ground; without it any place within reach of the leg is
-                taken [m/s].
+            sides: The feet that can be lifted.
         """
-        left = self.step.duration - (time - self.begin)
-        if left < FIXED * self.step.duration:
-            return self
-        new = planned(now, self.step.side, left, flies=True, velocity=velocity)
-        return replace(self, step=replace(new, duration=self.step.duration))
+        durations = self.settings.swing_durations
+        found = [self.footstep(now, side, time) for side in sides for time in durations]
+        return min(found, key=lambda each: each.cost)
 
-    def asked(
+    def footstep(
         self,
-        time: float,
-        place: Float[Array, " 3"],
-        velocity: Float[Array, " 3"],
-        ground: float,
-        leg: float,
-    ) -> Float[Array, " 3"]:
-        """Return the acceleration of the foot that brings it there [m/s²].
-
-        Over the ground by the cubic from where it is, in height along a parabola.
+        now: Pendulum,
+        side: int,
+        duration: float,
+        *,
+        swinging: bool = False,
+        velocity: Float[Array, " 2"] | None = None,
+    ) -> Footstep:
+        """Return the best footstep of one foot and one duration.
 
         Args:
-            time: Now [s].
-            place: Where the middle of its sole is [m].
-            velocity: Its velocity [m/s].
-            ground: Height at which it lands [m].
-            leg: Length of a leg [m].
+            now: The pendulum.
+            side: The foot.
+            duration: Time until touchdown [s].
+            swinging: Whether the foot is in the air already; only the position nearest to the
+                desired one is considered then.
+            velocity: Velocity of a swinging foot over the ground, which limits what it can reach;
+                no limit if absent [m/s].
         """
-        left = max(self.step.duration - (time - self.begin) - 0.02, 0.04)
-        level = (6 * (self.step.place - place[:2]) - 4 * velocity[:2] * left) / left**2
-        u = float(np.clip(self.part(time), 0.0, 1.0))
-        late = max(time - self.begin - self.step.duration, 0.0)
-        high = LIFT * leg * 4 * u * (1 - u) + ground - LATE * late
-        rise = LIFT * leg * 4 * (1 - 2 * u) / self.step.duration if u < 1 else -LATE
-        up = 600.0 * (high - place[2]) + 45.0 * (rise - velocity[2])
-        return np.clip(np.array([*level, up]), -STRONGEST, STRONGEST)
+        s, other = self.settings, 1 - side
+        pivot, disturbed = now.pressure[other], s.disturbance_duration
+        elapsed = duration + s.load_transfer_duration
+        capture, com = now.moved(pivot, now.capture_point, now.com, elapsed, disturbed)
+        desired = self._overshot(capture, pivot) + now.remaining_shift(disturbed - elapsed)
+        # A cubic from rest to rest over d in T accelerates by 6 d / T² at most.
+        accelerated = s.max_foot_acceleration * duration**2 / 6
+        if swinging:
+            tried = self.within_reach(now, side, desired[None])
+            if velocity is not None:
+                glides = now.feet[side] + velocity * duration * 2 / 3
+                tried = _near(tried, glides, accelerated)
+        else:
+            x, y = self._grid
+            grid = now.feet[other] + (x * now.heading + y * _outward(now, side)).reshape(-1, 2)
+            tried = self.within_reach(now, side, np.vstack([desired, grid]))
+            tried = _near(tried, now.feet[side], min(s.max_foot_speed * duration, accelerated))
+        tried = self.within_reach(now, side, _near(tried, com, self.max_extension))
+        first = self._error(desired, now.feet[other], tried)
+        feet = np.empty((len(tried), 2, 2))
+        feet[:, side], feet[:, other] = tried, now.feet[other]
+        remaining = self._remaining(now, feet, side, capture, first, elapsed)
+        overextended = max(float(np.linalg.norm(com - now.feet[other])) - self.max_extension, 0.0)
+        deviation = np.linalg.norm(tried - desired, axis=1)
+        narrower = self.comfortable_width - np.abs((tried - now.feet[other]) @ now.left)
+        cost = remaining + s.capture_error_cost * first + s.deviation_cost * deviation
+        cost += overextended
+        cost += s.width_cost * np.maximum(narrower, 0.0) + s.duration_cost * duration
+        if not swinging:
+            distance = np.linalg.norm(tried - now.feet[side], axis=1)
+            cost += s.acceleration_cost * 6 * distance / duration**2
+        k = int(cost.argmin())
+        return Footstep(
+            side, tried[k], duration, float(first[k]), float(remaining[k]), float(cost[k])
+        )
+
+    def _remaining(
+        self, now: Pendulum, feet: Array, side: int, capture: Array, error: Array, elapsed: float
+    ) -> Array:
+        """Return the capture errors after the steps that follow, each as fast as can be [m]."""
+        s, swing = self.settings, self.settings.min_swing_duration
+        disturbed, between = s.disturbance_duration, s.double_support_duration
+        for _ in range(s.n_steps - 1):
+            left = disturbed - elapsed
+            stance = feet[:, side]
+            aims = np.broadcast_to(capture + now.remaining_shift(left), stance.shape)
+            pivots = stance + _near(aims - stance, np.zeros(2), s.sole_radius)
+            duration = swing + between + s.load_transfer_duration
+            capture, _ = now.moved(pivots, capture, capture, duration, left)
+            elapsed += duration
+            aim = self._overshot(capture, pivots) + now.remaining_shift(disturbed - elapsed)
+            side = 1 - side
+            limited = _near(
+                self._reached(stance, now, side, aim), feet[:, side], s.max_foot_speed * swing
+            )
+            feet[:, side] = self._reached(stance, now, side, limited)
+            # A captured body needs no further step.
+            error = np.where(error < 1e-9, 0.0, self._error(aim, stance, feet[:, side]))
+        return error
+
+    def within_reach(
+        self, now: Pendulum, side: int, position: Float[Array, "*k 2"]
+    ) -> Float[Array, "*k 2"]:
+        """Return the nearest positions that a foot reaches, on its own side of the other foot."""
+        return self._reached(now.feet[1 - side], now, side, position)
+
+    def _reached(self, stance: Array, now: Pendulum, side: int, position: Array) -> Array:
+        """Return positions drawn into the half-ellipse of positions beside a stance foot."""
+        ahead, outward = now.heading, _outward(now, side)
+        offset = position - stance
+        x, y = offset @ ahead, np.maximum(offset @ outward, self.min_width)
+        aside = (y - self.min_width) / self.width_range
+        size = np.hypot(x / np.where(x > 0, self.max_forward, self.max_back), aside)
+        shrink = 1.0 / np.maximum(size, 1.0)
+        y = self.min_width + (y - self.min_width) * shrink
+        return stance + (x * shrink)[..., None] * ahead + y[..., None] * outward
+
+    def _overshot(self, capture: Array, pivot: Array) -> Array:
+        """Return the desired position of a foot for a capture point: a little beyond it."""
+        away = capture - pivot
+        distance = np.linalg.norm(away, axis=-1, keepdims=True)
+        return capture + self.overshoot * away / np.maximum(distance, 1e-9)
+
+    def _error(self, desired: Array, stance: Array, foot: Array) -> Array:
+        """Return the distance of the desired pressure from what two feet span [m]."""
+        along = foot - stance
+        length = np.maximum((along**2).sum(axis=-1), 1e-9)
+        part = ((desired - stance) * along).sum(axis=-1) / length
+        nearest = stance + np.clip(part, 0.0, 1.0)[..., None] * along
+        distance = np.linalg.norm(desired - nearest, axis=-1)
+        return np.maximum(distance - self.settings.sole_radius, 0.0)
+
+
+def _outward(now: Pendulum, side: int) -> Array:
+    """Return the direction from the other foot to a foot."""
+    return -now.left if side == 0 else now.left
+
+
+def _near(positions: Array, middle: Array, radius: float) -> Array:
+    """Return positions, drawn to a circle about a middle where they are outside of it."""
+    offset = positions - middle
+    distance = np.linalg.norm(offset, axis=-1, keepdims=True)
+    return middle + offset * np.minimum(1.0, radius / np.maximum(distance, 1e-9))

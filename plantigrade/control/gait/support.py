@@ -1,57 +1,60 @@
-"""What points that press span."""
+"""Support polygon: the convex hull of the points that carry load."""
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-INSIDE = 0.015
-"""The centre of mass is to be no nearer to the edge of the support [m], where it is wide."""
-TANGENTS = 48
-"""Directions in which the edge of the support is looked at."""
-_ANGLE = 2 * np.pi * np.arange(TANGENTS) / TANGENTS
+N_TANGENTS = 48  # resolution of a polygon: directions of the tangents that bound it
+_ANGLE = 2 * np.pi * np.arange(N_TANGENTS) / N_TANGENTS
 _OUTWARD = np.stack([np.cos(_ANGLE), np.sin(_ANGLE)])
 
 
-def inside(
-    points: Float[Array, "k 2"], place: Float[Array, " 2"], margin: float = INSIDE
-) -> Float[Array, " 2"]:
-    """Return a place, or the first within what points span on the way from it to their middle.
+def _shrunk(points: Array, middle: Array, margin: float) -> Array:
+    """Return the distances of the tangents from the middle, less the margin or half of them."""
+    extent = ((points - middle) @ _OUTWARD).max(axis=0)
+    return extent - np.minimum(margin, 0.5 * extent)
 
-    What they span is drawn in by a margin, or by half of the way to the middle where that is less;
-    its edge is that of its tangents in :data:`TANGENTS` directions.
+
+def inside(
+    points: Float[Array, "k 2"], position: Float[Array, " 2"], margin: float
+) -> Float[Array, " 2"]:
+    """Return a position, moved straight towards the middle of the support until it is inside.
+
+    Args:
+        points: Corners of the support, and any points within it [m].
+        position: The position [m].
+        margin: Distance to keep from the edge [m]; at most half the distance of middle and edge.
     """
     middle = points.sum(axis=0) / len(points)
-    far = ((points - middle) @ _OUTWARD).max(axis=0)
-    far -= np.minimum(margin, 0.5 * far)
-    off = (place - middle) @ _OUTWARD
-    over = off > far
-    if not over.any():
-        return place
-    return middle + (place - middle) * float((far[over] / off[over]).min())
+    extent = _shrunk(points, middle, margin)
+    distance = (position - middle) @ _OUTWARD
+    outside = distance > extent
+    if not outside.any():
+        return position
+    return middle + (position - middle) * float((extent[outside] / distance[outside]).min())
 
 
 def nearest(
-    points: Float[Array, "k 2"], place: Float[Array, " 2"], margin: float = INSIDE
+    points: Float[Array, "k 2"], position: Float[Array, " 2"], margin: float
 ) -> Float[Array, " 2"]:
-    """Return the nearest place within what points span, drawn in as for :func:`inside`.
+    """Return the point of the support nearest to a position; arguments as for :func:`inside`.
 
-    By going back from the tangent that is most exceeded, again and again.
+    Projects on the tangent that is exceeded most until none is.
     """
     middle = points.mean(axis=0)
-    far = ((points - middle) @ _OUTWARD).max(axis=0)
-    far -= np.minimum(margin, 0.5 * far)
-    off = place - middle
-    for _ in range(TANGENTS):
-        over = off @ _OUTWARD - far
-        worst = int(over.argmax())
-        if over[worst] < 1e-6:
+    extent = _shrunk(points, middle, margin)
+    offset = position - middle
+    for _ in range(N_TANGENTS):
+        excess = offset @ _OUTWARD - extent
+        worst = int(excess.argmax())
+        if excess[worst] < 1e-6:
             break
-        off = off - over[worst] * _OUTWARD[:, worst]
-    return middle + off
+        offset = offset - excess[worst] * _OUTWARD[:, worst]
+    return middle + offset
 
 
-def beyond(points: Float[Array, "k 2"], place: Float[Array, " 2"]) -> float:
-    """Return how far a place is outside of what points span [m]; negative inside."""
+def beyond(points: Float[Array, "k 2"], position: Float[Array, " 2"]) -> float:
+    """Return the distance of a position outside the support [m]; negative inside."""
     if not len(points):
         return np.inf
-    return float((place @ _OUTWARD - (points @ _OUTWARD).max(axis=0)).max())
+    return float((position @ _OUTWARD - (points @ _OUTWARD).max(axis=0)).max())

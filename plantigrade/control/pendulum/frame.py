@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.balance.carried import PLATE
+from plantigrade.control.balance.reference import PLATFORM
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.spatial.conventions import about_vertical
 from plantigrade.world import State, World
@@ -108,7 +108,7 @@ class Underfoot:
         self.ground: Ground = world.ground
         self.friction, self.steps = self.ground.friction, self.ground.steps
         self.uneven = self.ground.uneven
-        self._plate = mujoco.mj_name2id(world.model, mujoco.mjtObj.mjOBJ_BODY, PLATE)
+        self._plate = mujoco.mj_name2id(world.model, mujoco.mjtObj.mjOBJ_BODY, PLATFORM)
         if self._plate >= 0:
             geom = int(world.model.body_geomadr[self._plate])
             model = world.model

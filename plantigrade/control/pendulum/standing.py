@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.balance import Wanted
+from plantigrade.control.balance import Reference, ReferenceState
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 
@@ -32,7 +32,7 @@ class StandingSettings:
     """Time after which the walk starts even without [s]. Chosen."""
 
 
-class Settling:
+class Settling(Reference):
     """The posture of the last step turns into standing; feet stay where they are.
 
     Args:
@@ -59,7 +59,7 @@ class Settling:
         self._rest = np.zeros(human.model.nv)
         self._everywhere = np.ones(len(self._points), dtype=bool)
 
-    def at(self, time: float) -> Wanted:
+    def at(self, time: float) -> ReferenceState:
         """Return what is wanted at a time [s]."""
         part = min(max((time - self._time) / self._duration, 0.0), 1.0)
         part = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
@@ -70,7 +70,7 @@ class Settling:
         qpos[3:7] /= np.linalg.norm(qpos[3:7])
         self._body = body = self._body.moved_to(qpos)
         still = np.zeros(3)
-        self._wanted = Wanted(
+        self._wanted = ReferenceState(
             qpos, self._rest, self._rest, body.com, still, still,
             body.position(self._points), self._everywhere,
         )  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.balance import Balance
+from plantigrade.control.balance import Balance, BalanceSettings
 from plantigrade.control.gait.support import beyond
 from plantigrade.control.pendulum.command import WalkCommand
 from plantigrade.control.pendulum.controller import Pendulum
@@ -292,7 +292,7 @@ class Walker:
         self.walks = False
         self._stood.append((state.time, state.time))
         if self._ground.moves:
-            self._balance = Balance(stepping=True)
+            self._balance = Balance(settings=BalanceSettings(stepping=True))
             return
         feet = self.frame.to_world(self.pendulum.low)
         x, y = feet.mean(axis=0)[:2]
@@ -300,7 +300,7 @@ class Walker:
         stands = standing_on(human, world.ground, place=place)
         duration = self.settings.standing.settling_time
         settling = Settling(human, state.qpos, stands, state.time, duration)
-        self._balance = Balance(settling, stepping=True)
+        self._balance = Balance(settling, settings=BalanceSettings(stepping=True))
 
     def _shift_weight(self, state: State) -> None:
         """Bring the weight over the foot that is to stand first; then walk, in place at first."""

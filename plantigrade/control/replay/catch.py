@@ -13,9 +13,10 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.control.gait.phase import TOUCH, Foot, Gait, Touchdown
-from plantigrade.control.gait.step import EARLY, LATE, LIFT, OUTSIDE, Pendulum, Swing, plan_step
+from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside
 from plantigrade.control.gait.swing import SwingOffset
+from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.kinematics.state import State as BodyState
 
 SOON = 0.4
@@ -24,8 +25,6 @@ MISSED = 0.08
 """No step for a divergent component that is less than this off [m]."""
 NEAR = 0.006
 """A sphere that is no higher supports [m]."""
-RESTS = 0.04
-"""So long after a foot came down, at least, another is lifted [s]."""
 SLOW, CALM = 0.2, 0.2
 """At rest: slower than this [m/s] for so long [s]."""
 WITHIN = -0.02
@@ -56,8 +55,10 @@ class Catch:
 
     def __init__(self, leg: float, weight: float):
         self.leg, self.weight = leg, weight
+        self.planner = StepPlanner(leg, StepSettings(max_step_back=BACK))
+        self.swing_settings = SwingSettings()
         self.waits, self.steps = False, 0
-        self.swing: Swing | None = None
+        self.swing: SwingFoot | None = None
         self.bent = 0.0
         self._since = self._landed = 0.0
         self._stances: list[int | None] = []
@@ -98,7 +99,9 @@ class Catch:
             touching = [bool((gap < NEAR).any()) for gap in gaps]
             support = np.concatenate([own[gap < NEAR] for own, gap in zip(low, gaps, strict=True)])
             outside = beyond(support[:, :2], now.capture_point)
-            if outside > OUTSIDE and missed > MISSED and time - self._landed > RESTS:
+            steps = self.planner.settings
+            rested = time - self._landed > steps.double_support_duration
+            if outside > steps.capture_threshold and missed > MISSED and rested:
                 self._lift(time, gait, now, touching)
             calm = outside < WITHIN and float(np.linalg.norm(now.velocity)) < SLOW
             if not calm:
@@ -119,11 +122,13 @@ class Catch:
     def _pendulum(self, body: BodyState, low, ahead: Array) -> Pendulum:
         """Return the person as a pendulum."""
         com, velocity = body.com, body.com_velocity
-        height = max(float(com[2]) - min(float(own[:, 2].min()) for own in low), 0.3)
+        height = float(com[2]) - min(float(own[:, 2].min()) for own in low)
+        height = max(height, self.planner.settings.min_pendulum_height)
         xi = com[:2] + velocity[:2] * np.sqrt(height / GRAVITY)
+        margin = self.planner.settings.support_margin
         feet = np.array([own[:, :2].mean(axis=0) for own in low])
-        pressure = np.array([inside(own[:, :2], xi) for own in low])
-        return Pendulum(com[:2], velocity[:2], height, feet, pressure, ahead, self.leg, back=BACK)
+        pressure = np.array([inside(own[:, :2], xi, margin) for own in low])
+        return Pendulum(com[:2], velocity[:2], height, feet, pressure, ahead)
 
     def _may(self, gait: Gait) -> bool:
         """Return whether the motion has no step of its own to offer."""
@@ -143,25 +148,27 @@ class Catch:
         sides = [side for side in (0, 1) if touching[1 - side]]
         if not sides:
             return
-        self.swing = Swing(plan_step(now, sides), time)
-        foot = gait.feet[self.swing.step.side]
+        self.swing = SwingFoot(
+            self.planner, self.swing_settings, self.planner.plan(now, sides), time
+        )
+        foot = gait.feet[self.swing.footstep.side]
         assert foot.number is not None
         foot.stands, foot.caught = False, True
         foot.swing = SwingOffset(gait.offset(foot.number)[:2])
         self.waits, self.steps, self._since = True, self.steps + 1, time
-        self._sole = now.feet[self.swing.step.side] - foot.swing.offset
+        self._sole = now.feet[self.swing.footstep.side] - foot.swing.offset
 
     def _go_on(self, time: float, step: float, gait: Gait, now: Pendulum, load: Array) -> None:
         """Lead the foot to where it is needed now; let it stand where it touches."""
         assert self.swing is not None
-        side = self.swing.step.side
-        foot, part = gait.feet[side], self.swing.part(time)
-        if part > EARLY and load[side] > TOUCH * self.weight:
+        side = self.swing.footstep.side
+        foot, part = gait.feet[side], self.swing.phase(time)
+        if self.swing.may_end(time) and load[side] > TOUCH * self.weight:
             self.land(time, foot, gait, now)
             return
         self.swing = self.swing.replanned(now, time)
-        left = self.swing.step.duration * (1.0 - part)
-        foot.swing.lead(self.swing.step.place - self._sole, left, step)
+        left = self.swing.footstep.duration * (1.0 - part)
+        foot.swing.lead(self.swing.footstep.position - self._sole, left, step)
 
     def land(self, time: float, foot: Foot, gait: Gait, now: Pendulum) -> None:
         """Let a foot stand where it is."""
@@ -177,9 +184,10 @@ class Catch:
     def height(self, time: float) -> tuple[float, float]:
         """Return height of the foot above where it stood and its vertical velocity [m, m/s]."""
         assert self.swing is not None
-        part, duration = self.swing.part(time), self.swing.step.duration
+        part, duration = self.swing.phase(time), self.swing.footstep.duration
         u = min(max(part, 0.0), 1.0)
         late = max(part - 1.0, 0.0) * duration
-        high = 4.0 * LIFT * self.leg
-        rise = high * (1.0 - 2.0 * u) / duration if part < 1.0 else -LATE
-        return high * u * (1.0 - u) - LATE * late, rise
+        settings = self.swing_settings
+        high, late_speed = 4.0 * (settings.clearance * self.leg), settings.late_descent_speed
+        rise = high * (1.0 - 2.0 * u) / duration if part < 1.0 else -late_speed
+        return high * u * (1.0 - u) - late_speed * late, rise

@@ -1,0 +1,131 @@
+"""Settings of :class:`~plantigrade.control.balance.Balance`."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.control.balance.flight import FlightSettings
+from plantigrade.control.balance.ground_contact import ContactSettings
+from plantigrade.control.balance.recovery import RecoverySettings
+from plantigrade.control.balance.reference import PlatformSettings
+from plantigrade.models import Human
+
+
+def foot_joints(human: Human) -> Bool[Array, " n_hinges"]:
+    """Return which hinges are within a foot."""
+    return np.array([name.startswith(("mtp", "cuboid", "heel")) for name in human.coordinates])
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointGains:
+    """Stiffness about the reference, critically damped."""
+
+    body: float = 80.0
+    """Pelvis and joints above the feet [1/s²]. Chosen."""
+    foot: float = 200.0
+    """Joints within a foot [1/s²]. Chosen."""
+
+    def of(self, human: Human) -> Float[Array, " nv"]:
+        """Return the stiffness of every coordinate [1/s²]; none of the position of the pelvis."""
+        own = np.where(foot_joints(human), self.foot, self.body)
+        return np.r_[np.zeros(3), np.full(3, self.body), own]
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointStopSettings:
+    """Joints that slow down before the end of their range, once there were steps."""
+
+    distance: float = 0.15
+    """Distance from a stop below which a joint slows down [rad]. Chosen."""
+    weight: float = 100.0
+    """Weight at the stop [per (rad/s²)²]. Chosen."""
+    gain: float = 400.0
+    """Stiffness of the approach, critically damped [1/s²]. Chosen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BalanceSettings:
+    """Weights of squared errors of acceleration, gains, and the settings of the components.
+
+    One set serves all motions. Weights are relative to that of a joint, which is 1. They are those
+    of the "hip" setting of a study of pushes: the centre of mass counts a thousand times a joint,
+    and trunk and arms give way where the centre of pressure has come to the edge of the support.
+    """
+
+    stepping: bool = False
+    """Whether a step is taken where standing in place can no longer succeed."""
+    recovery: RecoverySettings = field(default_factory=RecoverySettings)
+    """Recovery steps."""
+    flight: FlightSettings = field(default_factory=FlightSettings)
+    """Flights of a reference."""
+    contact: ContactSettings = field(default_factory=ContactSettings)
+    """Contacts of the feet."""
+    platform: PlatformSettings = field(default_factory=PlatformSettings)
+    """Posture on a platform that moves."""
+    joint_gains: JointGains = field(default_factory=JointGains)
+    """Stiffness about the reference."""
+    joint_stops: JointStopSettings = field(default_factory=JointStopSettings)
+    """Approach of the end of the range of a joint."""
+
+    com_weight: float = 1000.0
+    """Weight of the centre of mass [per (m/s²)²]. From the study of pushes."""
+    com_gain: float = 50.0
+    """Stiffness of the centre of mass [1/s²]. Chosen."""
+    com_damping: float = 14.0
+    """Damping of the centre of mass [1/s]. Chosen, nearly critical."""
+    com_centring: float = 0.25
+    """Goal of the centre of mass, from the reference (0) to the middle of the support (1).
+
+    At 0 the heels have less room than the toes, for people stand with their weight behind the
+    middle.
+    """
+    com_goal_speed: float = 0.1
+    """Speed at which the goal moves to where a target has it [m/s]. Chosen."""
+    momentum_weight: float = 1e-3
+    """Weight of the rate of angular momentum over body mass [per (m²/s²)²]. Chosen."""
+    momentum_damping: float = 2.0
+    """Rate at which angular momentum decays [1/s]. Chosen."""
+    pelvis_weight: float = 0.1
+    """Weight of the orientation of the pelvis [per (rad/s²)²]. Chosen."""
+    spine_weight: float = 0.2
+    """Weight of lumbar and thoracic joints [per (rad/s²)²]: what keeps balance moves. Chosen."""
+    arm_weight: float = 0.05
+    """Weight of the joints of the arms [per (rad/s²)²]. Chosen."""
+    hip_weight: float = 0.3
+    """Weight of the hips [per (rad/s²)²]. Chosen."""
+    contact_weight: float = 1000.0
+    """Weight of points that stay where they are [per (m/s²)²]. Chosen."""
+    contact_gain: float = 100.0
+    """Stiffness of their height, critically damped [1/s²]. Chosen."""
+    landing_weight: float = 50.0
+    """Weight of points that come to the ground, Eq. 7 of [Park2020]_ [per (m/s²)²]. Chosen."""
+    landing_gain: float = 200.0
+    """Stiffness of their height, critically damped [1/s²].
+
+    With the 28 of [Park2020]_, and little weight, points that have left the ground in a sideways
+    push come back too late.
+    """
+    force_weight: float = 1e-3
+    """Weight of forces along an edge of a friction pyramid [per (0.1 body weights)²]. Chosen."""
+    idle_force_weight: float = 100.0
+    """Weight of forces of points that touch and are not to [per (0.1 body weights)²]. Chosen."""
+    joint_damping: float = 0.012
+    """Damping about the planned velocity of a joint, by its greatest torque [s]. Chosen."""
+    foot_joint_damping: float = 0.5
+    """Damping about the plan within a foot [N m s/rad]. Chosen."""
+    foot_joint_stiffness: float = 30.0
+    """Stiffness about the plan within a foot [N m/rad]. Chosen."""
+
+    def joint_weights(self, human: Human) -> Float[Array, " nv"]:
+        """Return the weight of every coordinate; none of the position of the pelvis."""
+        parts = {
+            ("lumbar", "thorax"): self.spine_weight,
+            ("arm", "elbow", "clavicle"): self.arm_weight,
+            "hip": self.hip_weight,
+        }
+        joints = [
+            next((weight for start, weight in parts.items() if name.startswith(start)), 1.0)
+            for name in human.coordinates
+        ]
+        return np.array([0.0] * 3 + [self.pelvis_weight] * 3 + joints)
