@@ -86,7 +86,7 @@ def walk_on_body(record: Record, human: Human) -> Record:
     motion, n = walk.motion, walk.motion.n_frames - 1
     reference = reference_of(walk)
     sides = [s.side for s in world_sites(walk)]
-    on = [reference.at(float(t - motion.time[0]))["on"] > 0.5 for t in motion.time[:-1]]
+    on = [reference.at(float(t - motion.time[0])).contact > 0.5 for t in motion.time[:-1]]
     own = [np.array(sides) == side for side in SIDES]
     stance = np.array([[row[mine].any() for mine in own] for row in on])
     qpos = np.concatenate([motion.qpos[:-1], motion.qpos[:-1]])

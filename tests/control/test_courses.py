@@ -24,18 +24,18 @@ def test_longer_and_quicker_steps_keep_the_pendulum_true(walk):
     recorded = reference_of(walk)
     paced = Paced(recorded)
     assert paced.speed == pytest.approx(1.2, rel=0.1)
-    before = paced.at(0.5)["com"].copy()
+    before = paced.at(0.5).com.copy()
     paced.set(1.3, 1.1, 0.5)
     # Nothing jumps but the step, which is as much longer about the mean place.
-    assert paced.at(0.5)["com"] == pytest.approx(before, abs=0.02)
+    assert paced.at(0.5).com == pytest.approx(before, abs=0.02)
     now, own = paced.at(0.7), recorded.at(0.7)
-    assert now["com_velocity"] == pytest.approx(own["com_velocity"] * [1.43, 1.1, 1.1])
-    assert now["foot_acceleration"] == pytest.approx(own["foot_acceleration"] * [1.573, 1.21, 1.21])
+    assert now.com_velocity == pytest.approx(own.com_velocity * [1.43, 1.1, 1.1])
+    assert now.foot_acceleration == pytest.approx(own.foot_acceleration * [1.573, 1.21, 1.21])
     # What moves the mass is its distance from the pressure, by the cadence squared.
-    off, was = ((x["com"] - x["pressure"])[:2] for x in (now, own))
+    off, was = ((x.com - x.cop)[:2] for x in (now, own))
     assert off == pytest.approx(was * [1.573, 1.21])
     paced.set(0.5, 1.0, 0.9)
-    stride = paced.at(0.9 + paced.period)["com"] - paced.at(0.9)["com"]
+    stride = paced.at(0.9 + paced.period).com - paced.at(0.9).com
     assert stride[0] == pytest.approx(0.5 * recorded.advance[0])
 
 
@@ -186,9 +186,9 @@ def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):
     head -= 0.5 * sum(State(human, human.standing()).origin(f"foot_{s}")[2] for s in "rl")
     assert head == pytest.approx(0.25, abs=0.08)
     paced = Paced(reference_of(walk))
-    before = paced.at(0.3)["com"][2]
+    before = paced.at(0.3).com[2]
     paced.crouch = crouch
-    assert before - paced.at(0.3)["com"][2] == pytest.approx(crouch.lowering)
+    assert before - paced.at(0.3).com[2] == pytest.approx(crouch.lowering)
     with pytest.raises(ParameterError, match="stoop must be 0–30 cm"):
         depths_of("0,90@3")
 

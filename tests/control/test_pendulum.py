@@ -82,9 +82,12 @@ def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(wa
     recorded = reference_of(walk_of(walk))
     found = borne(recorded)
     n = len(found.table) - 1
+    rows = found.rows
     com, velocity, acceleration, pressure = (
-        found.table[:, found.columns[name][0]]
-        for name in ("com", "com_velocity", "com_acceleration", "pressure")
+        rows.com,
+        rows.com_velocity,
+        rows.com_acceleration,
+        rows.cop,
     )
     np.testing.assert_allclose(
         acceleration[:n, :2], found.omega**2 * (com - pressure)[:n, :2], atol=1e-9
@@ -94,7 +97,7 @@ def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(wa
         np.testing.assert_allclose((value[1:n] - value[0])[:, :2], gone[:, :2], atol=2e-3)
     np.testing.assert_allclose(com[-1, :2] - com[0, :2], found.advance[:2], atol=1e-9)
     # What was recorded is where it was, and pushed itself where there was no foot.
-    was = recorded.table[:, found.columns["com"][0]]
+    was = recorded.rows.com
     assert np.abs(com - was)[:, :2].max() < 0.04
     np.testing.assert_array_equal(com[:, 2], was[:, 2])
 
@@ -105,14 +108,15 @@ def test_the_mass_of_a_walk_that_is_done_once_does_so_between_its_ends(walk):
     recorded = reference_of(part, lands=True)
     found = borne(recorded)
     assert recorded.period is None and not recorded.ends
+    rows = found.rows
     com, was, velocity, acceleration, pressure = (
-        table[:, found.columns[name][0]][:, :2]
-        for table, name in (
-            (found.table, "com"),
-            (recorded.table, "com"),
-            (found.table, "com_velocity"),
-            (found.table, "com_acceleration"),
-            (found.table, "pressure"),
+        each[:, :2]
+        for each in (
+            rows.com,
+            recorded.rows.com,
+            rows.com_velocity,
+            rows.com_acceleration,
+            rows.cop,
         )
     )
     np.testing.assert_array_equal(com[[0, -1]], was[[0, -1]])
@@ -150,8 +154,8 @@ def test_what_feet_cannot_hold_is_asked_of_the_whole_body(begun, monkeypatch):
         """Return how far to the left the pressure is asked for [m]."""
         monkeypatch.setattr(plan, "error", np.array([0.0, off * plan.leg]))
         own = mass_acceleration(body, ref, 1.0, paced.omega, plan, foot, 0.0, np.zeros(2))
-        off = (own - ref["com_acceleration"]) / paced.omega**2
-        return (ref["pressure"] + body.com - ref["com"] - off)[1]
+        off = (own - ref.com_acceleration) / paced.omega**2
+        return (ref.cop + body.com - ref.com - off)[1]
 
     farthest = foot[1, 1] + BEYOND * plan.leg
     assert foot[1, 1] < pressure(0.1) < pressure(0.15) < farthest

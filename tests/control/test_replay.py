@@ -51,10 +51,10 @@ def test_the_tables_hold_the_motion_its_forces_and_its_stances(side_step, replay
     motion = side_step.motion
     row = reference.at(0.4)
     there = motion.at(np.array([motion.time[0] + 0.4])).qpos[0]
-    np.testing.assert_allclose(row["q"][:3], there[:3], atol=1e-6)
+    np.testing.assert_allclose(row.q[:3], there[:3], atol=1e-6)
     # What the ground gives moves the centre of mass.
-    given = row["force"].sum(axis=0) / side_step.human.mass - [0.0, 0.0, GRAVITY]
-    np.testing.assert_allclose(row["com_acceleration"], given, atol=1e-9)
+    given = row.force.sum(axis=0) / side_step.human.mass - [0.0, 0.0, GRAVITY]
+    np.testing.assert_allclose(row.com_acceleration, given, atol=1e-9)
     sides = [s.side for s in reference.schedule.stances]
     assert sorted(sides) == ["l", "l", "r", "r"]  # each foot stands, steps, stands
     assert reference.ends and reference.period is None
@@ -75,9 +75,7 @@ def test_a_motion_that_begins_at_rest_does_not_repeat_and_one_that_ends_as_it_be
     assert period == pytest.approx(1.0)
     np.testing.assert_allclose(advance, [1.3, 0.0, 0.0], atol=1e-9)
     reference = reference_of(Record(side_step.human, gliding))
-    np.testing.assert_allclose(
-        reference.at(2.5)["q"][0] - reference.at(0.5)["q"][0], 2.6, atol=1e-9
-    )
+    np.testing.assert_allclose(reference.at(2.5).q[0] - reference.at(0.5).q[0], 2.6, atol=1e-9)
 
 
 def test_too_short_a_motion_is_refused(side_step):
@@ -95,7 +93,7 @@ def test_undisturbed_it_asks_for_what_the_motion_itself_has(replay):
     ref = replay.reference.at(replay.gait.phase)
     passive = world.data.qfrc_passive[6:] + world.data.qfrc_applied[6:]
     most = np.abs(np.array(replay.human.model.jnt_actfrcrange[1:])).max(axis=1)
-    off = (command.torque + passive - ref["tau"]) / most
+    off = (command.torque + passive - ref.tau) / most
     assert np.abs(off).max() < 0.03
     assert command.signals["tracking_error"] < np.deg2rad(0.2)
     assert replay.gait.phase == pytest.approx(state.time + STEP, abs=1e-9)
@@ -195,7 +193,7 @@ def test_a_side_step_survives_where_its_start_is_disturbed_and_it_is_pushed(repl
         state = world.step(replay(state))
     assert world.fall is None
     last = replay.reference.at(motion.duration)
-    assert np.linalg.norm(state.body.com[:2] - last["com"][:2]) < 0.1
+    assert np.linalg.norm(state.body.com[:2] - last.com[:2]) < 0.1
 
 
 @pytest.mark.slow
@@ -264,12 +262,12 @@ def test_legs_bent_for_a_wide_stance_straighten_once_the_motion_takes_the_feet_e
 
 def test_legs_that_steps_have_bent_otherwise_are_slowed_and_not_led_to_the_motion(replay):
     ref, legs = replay.reference.at(0.2), leg_joints(replay.human)
-    qpos, qvel = ref["q"] + 0.0, ref["v"] + 0.0
+    qpos, qvel = ref.q + 0.0, ref.v + 0.0
     qpos[7:] += 0.3
     led = wanted_accelerations(ref, 1.0, qpos, qvel)
     slack = wanted_accelerations(ref, 1.0, qpos, qvel, legs)
-    np.testing.assert_allclose(led[6:], ref["a"][6:] - 30.0)
-    np.testing.assert_allclose(slack[6:][legs], ref["a"][6:][legs])
+    np.testing.assert_allclose(led[6:], ref.a[6:] - 30.0)
+    np.testing.assert_allclose(slack[6:][legs], ref.a[6:][legs])
     np.testing.assert_array_equal(slack[6:][~legs], led[6:][~legs])
     assert legs.sum() == sum(n.startswith(LEGS) for n in replay.human.coordinates) >= 10
 
@@ -277,7 +275,7 @@ def test_legs_that_steps_have_bent_otherwise_are_slowed_and_not_led_to_the_motio
 def test_an_instant_can_be_held_still(replay):
     ref = replay.reference.at(0.8)
     held = ref.still()
-    assert np.abs(ref["v"]).max() > 0.0
-    assert not held["v"].any() and not held["foot_velocity"].any()
-    np.testing.assert_array_equal(held["q"], ref["q"])
-    np.testing.assert_array_equal(held["pressure"], ref["com"])
+    assert np.abs(ref.v).max() > 0.0
+    assert not held.v.any() and not held.foot_velocity.any()
+    np.testing.assert_array_equal(held.q, ref.q)
+    np.testing.assert_array_equal(held.cop, ref.com)

@@ -60,14 +60,15 @@ def test_a_crossing_begins_as_the_old_walk_in_its_own_time_and_ends_as_the_new(b
     cadence = crossing.cadence(phase)
     found = crossing.at(new.at(phase), phase, cadence)
     was = old.at(before)
-    np.testing.assert_allclose(found["q"][7:], was["q"][7:], atol=1e-9)
-    for name in ("v", "com_velocity", "foot_velocity"):
-        np.testing.assert_allclose(cadence * found[name], was[name], atol=1e-9)
-    ahead = old.at(before + step)["q"] - was["q"]
-    later = crossing.at(new.at(phase + cadence * step), phase + cadence * step, cadence)["q"]
-    np.testing.assert_allclose((later - found["q"])[7:], ahead[7:], atol=1e-6)
-    apart = found["com"][:2] - found["pressure"][:2]
-    np.testing.assert_allclose(cadence**2 * apart, (was["com"] - was["pressure"])[:2], atol=1e-9)
+    np.testing.assert_allclose(found.q[7:], was.q[7:], atol=1e-9)
+    rates = [(each.v, each.com_velocity, each.foot_velocity) for each in (found, was)]
+    for ours, theirs in zip(*rates, strict=True):
+        np.testing.assert_allclose(cadence * ours, theirs, atol=1e-9)
+    ahead = old.at(before + step).q - was.q
+    later = crossing.at(new.at(phase + cadence * step), phase + cadence * step, cadence).q
+    np.testing.assert_allclose((later - found.q)[7:], ahead[7:], atol=1e-6)
+    apart = found.com[:2] - found.cop[:2]
+    np.testing.assert_allclose(cadence**2 * apart, (was.com - was.cop)[:2], atol=1e-9)
     assert not crossing.go(60.0)
     found = crossing.at(new.at(phase), phase, crossing.cadence(phase))
     np.testing.assert_allclose(found.row, new.at(phase).row, atol=1e-4)
@@ -88,13 +89,13 @@ def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(wal
     state, own = world.step(walker(world.reset())), walker.pendulum.reference.speed
     before = np.zeros(36)
     while not walker.styles.switched and world.time < 1.5:
-        before = walker.pendulum.reference.at(walker.pendulum.gait.phase)["q"][7:]
+        before = walker.pendulum.reference.at(walker.pendulum.gait.phase).q[7:]
         state = world.step(walker(state))
     assert world.fall is None
     (switched,) = walker.styles.switched
     assert switched.name == "stroll" and 0.2 <= switched.time < 1.5 and switched.foot in "rl"
     paced, gait = walker.pendulum.reference, walker.pendulum.gait
-    jumps = np.abs(paced.at(gait.phase)["q"][7:] - before)
+    jumps = np.abs(paced.at(gait.phase).q[7:] - before)
     assert jumps.max() < np.deg2rad(8.0)  # of two control steps at most
     assert sum(foot.stands for foot in gait.feet) == 1
     assert paced.speed * paced.crossing.mean_cadence == pytest.approx(own, rel=1e-3)
@@ -138,33 +139,32 @@ def test_an_upper_body_keeps_the_legs_and_lowers_the_mass_as_its_posture_does(wa
         plain, row = reference.at(0.4), reference.at(0.4)
         upper.put(row, 0.4, 1.0)
         hinges = upper_hinges(human)
-        np.testing.assert_array_equal(row["q"][7:][~hinges], plain["q"][7:][~hinges])
-        np.testing.assert_allclose(row["q"][7:][pose.hinges], pose.angles)
-        assert (row["com"][2] > plain["com"][2]) == higher
-        body = State(human, np.array(plain["q"]))
-        posed = np.array(plain["q"])
-        posed[7:] = row["q"][7:]
+        np.testing.assert_array_equal(row.q[7:][~hinges], plain.q[7:][~hinges])
+        np.testing.assert_allclose(row.q[7:][pose.hinges], pose.angles)
+        assert (row.com[2] > plain.com[2]) == higher
+        body = State(human, np.array(plain.q))
+        posed = np.array(plain.q)
+        posed[7:] = row.q[7:]
         assert (body.moved_to(posed).com[2] > body.com[2]) == higher
 
 
 def test_an_upper_body_of_another_walk_is_in_step_and_leans_as_that_in_the_world(walk, both):
     new, old = both
-    tilted = new.table.copy()  # the same motion, the pelvis turned forward under the trunk
-    cut = new.columns["q"][0]
+    tilted = replace(new, table=new.table.copy())  # the pelvis turned forward under the trunk
     human, angle = walk.human, 0.2
-    names, values = human.to_coordinates(tilted[:, cut])
+    names, values = human.to_coordinates(tilted.rows.q)
     values[:, names.index("pelvis_tilt")] -= angle
     values[:, names.index("lumbar_extension")] += angle
-    tilted[:, cut] = human.from_coordinates(names, values)
-    source = source_of(human, replace(new, table=tilted), old, 0.0)
+    tilted.rows.q = human.from_coordinates(names, values)
+    source = source_of(human, tilted, old, 0.0)
     plain = source_of(human, new, old, 0.0)
     rows = [old.at(0.3), old.at(0.3)]
     for each, row in zip((source, plain), rows, strict=True):
         each.put(row, 0.3, 0.0, 1.0)
-    np.testing.assert_allclose(rows[0]["q"], rows[1]["q"], atol=1e-6)
+    np.testing.assert_allclose(rows[0].q, rows[1].q, atol=1e-6)
     like = Clocks(old.schedule, new.schedule, lifts=False).to_old(0.3)
     arm = 7 + human.hinge("arm_flex_r")
-    assert rows[1]["q"][arm] == pytest.approx(new.at(like)["q"][arm], abs=1e-9)
+    assert rows[1].q[arm] == pytest.approx(new.at(like).q[arm], abs=1e-9)
 
 
 def test_styles_are_chosen_by_number_and_begin_anew(walk, slower):

@@ -14,6 +14,14 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.control.gait.clearance import Clearance, held_out
 from plantigrade.control.gait.edges import lifts
+from plantigrade.control.gait.instant import (
+    Instant,
+    Layout,
+    derivative_order,
+    layout_of,
+    rows_of,
+    width_of,
+)
 from plantigrade.control.gait.offsets import offset_weights
 from plantigrade.control.gait.schedule import Schedule, Stance, carrying, settled, stances_of
 from plantigrade.errors import ParameterError
@@ -30,46 +38,15 @@ SOON = 0.08
 MOVING = 0.2
 """A motion whose ends are slower than this does not repeat itself [m/s]."""
 
-CHANGES = ("v", "a", "com_velocity", "com_acceleration", "foot_velocity", "foot_acceleration",
-           "turn_velocity", "turn_acceleration")  # fmt: skip
-"""What is zero where a motion rests."""
-
-
-class Instant:
-    """A motion at one phase: arrays by name, cut out of a row where they are asked for.
-
-    Args:
-        row: All numbers.
-        columns: Name → columns and shape.
-    """
-
-    def __init__(
-        self, row: Float[Array, " n_columns"], columns: dict[str, tuple[slice, tuple[int, ...]]]
-    ):
-        self.row, self._columns = row, columns
-
-    def __getitem__(self, name: str) -> Array:
-        """Return what has a name."""
-        cut, shape = self._columns[name]
-        return self.row[cut].reshape(shape)
-
-    def still(self) -> "Instant":
-        """Return the same instant as if the motion rested there."""
-        out = Instant(self.row.copy(), self._columns)
-        for name in CHANGES:
-            out[name][...] = 0.0
-        out["pressure"][:] = out["com"]
-        return out
-
 
 @dataclass(frozen=True, eq=False)
 class Reference:
     """Tables of a motion.
 
     Attributes:
-        table: One row an instant; :attr:`columns` says what is where.
-        columns: Name → columns and shape.
-        moved: How far each column moves along with the periods, world.
+        table: One row an instant, :data:`STEP` apart.
+        layout: Columns and shape of every field of an instant.
+        translation: How much of a translation of the world each column takes up.
         schedule: Stances of the feet, and the share of the load that each carries.
         omega: Rate of the linear pendulum, from the mean height of the centre of mass [1/s].
         period: Of a periodic motion [s]; None otherwise.
@@ -79,8 +56,8 @@ class Reference:
     """
 
     table: Float[Array, "n_rows n_columns"]
-    columns: dict[str, tuple[slice, tuple[int, ...]]]
-    moved: Array
+    layout: Layout
+    translation: Float[Array, "n_columns 3"]
     schedule: Schedule
     omega: float
     period: float | None
@@ -88,16 +65,21 @@ class Reference:
     advance: Float[Array, " 3"]
     ends: bool
 
-    def at(self, phase: float) -> "Instant":
-        """Return everything at a phase: arrays by name."""
+    @property
+    def rows(self) -> Instant:
+        """All instants: every field has an axis of them in front."""
+        return rows_of(self.table, self.layout)
+
+    def at(self, phase: float) -> Instant:
+        """Return the motion at a phase."""
         cycle, phase = self.schedule.cycle(phase)
         place = min(max(phase / STEP, 0.0), len(self.table) - 1.000001)
         i = int(place)
         u = place - i
         row = (1.0 - u) * self.table[i] + u * self.table[i + 1]
         if cycle:
-            row += self.moved @ (cycle * self.advance)
-        return Instant(row, self.columns)
+            row += self.translation @ (cycle * self.advance)
+        return Instant(row, self.layout)
 
 
 def reference_of(
@@ -156,31 +138,35 @@ def reference_of(
     vertical = load.sum(axis=1)
     heavy = vertical > 0.1 * record.weight
     pressure[heavy] = np.einsum("nk,nkc->nc", load, swept["low"])[heavy] / vertical[heavy, None]
-    columns: dict[str, Array] = {
-        "q": qpos,
-        "v": qvel,
-        "a": qacc,
-        "tau": tau[:, 6:],
-        "force": force,
-        "com": swept["com"],
-        "com_velocity": swept["com_velocity"],
-        "com_acceleration": com_acceleration,
-        "pressure": pressure,
-        "foot": swept["foot"],
-        "foot_velocity": swept["foot_velocity"],
-        "foot_acceleration": np.gradient(swept["foot_velocity"], STEP, axis=0),
-        "turn": swept["turn"],
-        "turn_velocity": swept["turn_velocity"],
-        "turn_acceleration": np.gradient(swept["turn_velocity"], STEP, axis=0),
-        "on": on.astype(float),
-        "soon": before(on, round(SOON / STEP), periodic=period is not None).astype(float),
-        "low": swept["low"],
-    }
+    layout = layout_of(qpos.shape[1], qvel.shape[1], len(sites))
+    table = np.empty((n + ends, width_of(layout)))
+    rows = rows_of(table[:n], layout)
+    rows.q, rows.v, rows.a, rows.tau, rows.force = qpos, qvel, qacc, tau[:, 6:], force
+    rows.com, rows.com_velocity = swept["com"], swept["com_velocity"]
+    rows.com_acceleration, rows.cop = com_acceleration, pressure
+    rows.foot_position, rows.foot_velocity = swept["foot"], swept["foot_velocity"]
+    rows.foot_acceleration = np.gradient(swept["foot_velocity"], STEP, axis=0)
+    rows.foot_rotation, rows.foot_angular_velocity = swept["turn"], swept["turn_velocity"]
+    rows.foot_angular_acceleration = np.gradient(swept["turn_velocity"], STEP, axis=0)
+    rows.contact = on
+    rows.contact_soon = before(on, round(SOON / STEP), periodic=period is not None)
+    rows.contact_position = swept["low"]
     if ends:  # then it stands still
-        for name in CHANGES:
-            columns[name] = np.concatenate([columns[name], np.zeros_like(columns[name][:1])])
-        columns = {k: np.concatenate([x, x[-1:]]) if len(x) == n else x for k, x in columns.items()}
-    return assembled(columns, schedule, omega, period, motion.duration, advance, ends)
+        table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
+    translation = translation_of(layout)
+    return Reference(
+        table, layout, translation, schedule, omega, period, motion.duration, advance, ends
+    )
+
+
+def translation_of(layout: Layout) -> Float[Array, "n_columns 3"]:
+    """Return how much of a translation of the world each column takes up: positions, all of it."""
+    rows = rows_of(np.zeros((3, width_of(layout))), layout)
+    for position in (rows.q[:, :3], rows.com, rows.cop):
+        position[:] = np.eye(3)
+    for position in (rows.foot_position, rows.contact_position):
+        position[:] = np.eye(3)[:, None]
+    return np.ascontiguousarray(rows.row.T)
 
 
 def before(on: Bool[Array, "n k"], rows: int, *, periodic: bool) -> Bool[Array, "n k"]:
@@ -194,28 +180,6 @@ def before(on: Bool[Array, "n k"], rows: int, *, periodic: bool) -> Bool[Array, 
     more = on[1 : rows + 1] if periodic else np.repeat(on[-1:], rows, axis=0)
     ahead = np.concatenate([on, more])
     return np.any([ahead[i : i + len(on)] for i in range(len(ahead) - len(on) + 1)], axis=0)
-
-
-def assembled(columns, schedule, omega, period, duration, advance, ends) -> Reference:
-    """Return a Reference of columns by name; places move along with the periods."""
-    n = len(columns["q"])
-    places = {}
-    width = 0
-    moved = []
-    for name, values in columns.items():
-        size = int(np.prod(values.shape[1:]))
-        places[name] = (slice(width, width + size), values.shape[1:])
-        width += size
-        own = np.zeros((size, 3))
-        if name in ("com", "pressure", "foot", "low"):
-            own = np.tile(np.eye(3), (size // 3, 1))
-        elif name == "q":
-            own[:3] = np.eye(3)
-        moved.append(own)
-    table = np.concatenate([x.reshape(n, -1) for x in columns.values()], axis=1)
-    return Reference(
-        table, places, np.concatenate(moved), schedule, omega, period, duration, advance, ends
-    )
 
 
 def period_of(record: Record) -> tuple[float | None, Float[Array, " 3"]]:
@@ -350,7 +314,7 @@ def sweep_tables(record: Record, sites, qpos: Array, qvel: Array) -> dict[str, A
         "com_velocity": np.empty((n, 3)),
         "foot": np.empty((n, 2, 3)),
         "foot_velocity": np.empty((n, 2, 3)),
-        "turn": np.empty((n, 2, 9)),
+        "turn": np.empty((n, 2, 3, 3)),
         "turn_velocity": np.empty((n, 2, 3)),
         "low": np.empty((n, k, 3)),
     }
@@ -364,7 +328,10 @@ def sweep_tables(record: Record, sites, qpos: Array, qvel: Array) -> dict[str, A
         out["com"][i], out["com_velocity"][i] = data.subtree_com[1], data.subtree_linvel[1]
         for side, foot in enumerate(feet):
             mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, foot, speed, 0)
-            out["foot"][i, side], out["turn"][i, side] = data.xpos[foot], data.xmat[foot]
+            out["foot"][i, side], out["turn"][i, side] = (
+                data.xpos[foot],
+                data.xmat[foot].reshape(3, 3),
+            )
             out["foot_velocity"][i, side], out["turn_velocity"][i, side] = speed[3:], speed[:3]
         turn = data.xmat[body].reshape(-1, 3, 3)
         out["low"][i] = data.xpos[body] + np.einsum("kij,kj->ki", turn, local)

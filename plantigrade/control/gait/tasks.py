@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.control.gait.reference import Instant
+from plantigrade.control.gait.instant import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
@@ -65,13 +65,13 @@ def _below_ankle(human: Human, name: str) -> bool:
     return False
 
 
-def turn_error(wanted: Float[Array, " 9"], now: Float[Array, " 9"]) -> Float[Array, " 3"]:
+def turn_error(wanted: Float[Array, "3 3"], now: Float[Array, "3 3"]) -> Float[Array, " 3"]:
     """Return the rotation vector that leads one orientation to another, world axes [rad]."""
     goal, have, error = np.empty(4), np.empty(4), np.empty(3)
-    mujoco.mju_mat2Quat(goal, np.ascontiguousarray(wanted))
-    mujoco.mju_mat2Quat(have, np.ascontiguousarray(now))
+    mujoco.mju_mat2Quat(goal, wanted.ravel())
+    mujoco.mju_mat2Quat(have, now.ravel())
     mujoco.mju_subQuat(error, goal, have)  # in the axes of what is now
-    return now.reshape(3, 3) @ error
+    return now @ error
 
 
 def root_error(wanted: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Array, " 3"]:
@@ -156,14 +156,14 @@ def wanted_accelerations(
 
     Joints that are slack are only slowed: they are where something else has led them.
     """
-    wanted = rate**2 * ref["a"]
-    late = rate * ref["v"] - qvel
+    wanted = rate**2 * ref.a
+    late = rate * ref.v - qvel
     k, d = JOINT_GAINS
-    off = ref["q"][7:] - qpos[7:]
+    off = ref.q[7:] - qpos[7:]
     if slack is not None:
         off[slack] = 0.0
     wanted[6:] += k * off + d * late[6:]
     k, d = PELVIS_GAINS
-    wanted[3:6] += k * root_error(ref["q"][3:7], qpos[3:7]) + d * late[3:6]
+    wanted[3:6] += k * root_error(ref.q[3:7], qpos[3:7]) + d * late[3:6]
     wanted[:3] = 0.0
     return wanted

@@ -27,12 +27,15 @@ def borne(reference: Reference) -> Reference:
     """
     if reference.period is None:
         return _once(reference)
-    table = reference.table.copy()
+    found = replace(reference, table=reference.table.copy())
+    rows = found.rows
     com, velocity, acceleration, pressure = (
-        table[:, reference.columns[name][0]]
-        for name in ("com", "com_velocity", "com_acceleration", "pressure")
+        rows.com,
+        rows.com_velocity,
+        rows.com_acceleration,
+        rows.cop,
     )
-    n = len(table) - 1
+    n = len(com) - 1
     rate = reference.advance[:2] / reference.period
     time = STEP * np.arange(n)[:, None]
     part = np.fft.rfft(pressure[:-1, :2] - rate * time, axis=0)
@@ -43,17 +46,20 @@ def borne(reference: Reference) -> Reference:
     acceleration[:-1, :2] = reference.omega**2 * (com - pressure)[:-1, :2]
     com[-1, :2] = com[0, :2] + reference.advance[:2]
     velocity[-1, :2], acceleration[-1, :2] = velocity[0, :2], acceleration[0, :2]
-    return replace(reference, table=table)
+    return found
 
 
 def _once(reference: Reference) -> Reference:
     """Return the same for a walk that is done once: the pendulum between its ends."""
-    table = reference.table.copy()
+    found = replace(reference, table=reference.table.copy())
+    rows = found.rows
     com, velocity, acceleration, pressure = (
-        table[:, reference.columns[name][0]]
-        for name in ("com", "com_velocity", "com_acceleration", "pressure")
+        rows.com,
+        rows.com_velocity,
+        rows.com_acceleration,
+        rows.cop,
     )
-    n = len(table) - int(reference.ends)  # the row after the end rests
+    n = len(com) - int(reference.ends)  # the row after the end rests
     stiff = (reference.omega * STEP) ** 2
     band = np.ones((3, n - 2))
     band[1] = -2.0 - stiff
@@ -63,4 +69,4 @@ def _once(reference: Reference) -> Reference:
     com[1 : n - 1, :2] = solve_banded((1, 1), band, right)
     velocity[:n, :2] = np.gradient(com[:n, :2], STEP, axis=0)
     acceleration[:n, :2] = reference.omega**2 * (com - pressure)[:n, :2]
-    return replace(reference, table=table)
+    return found

@@ -209,7 +209,7 @@ class Pendulum:
         ref, foot = self.reference.at(phase), body.origins[self.feet]
         for i, own in enumerate(gait.feet):
             if own.stands and own.number is not None:
-                gait.offset(own.number)[:2] = (foot[i] - ref["foot"][i])[:2]
+                gait.offset(own.number)[:2] = (foot[i] - ref.foot_position[i])[:2]
 
     def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
         """Return the velocities with which the walk starts [m/s, rad/s].
@@ -223,7 +223,7 @@ class Pendulum:
         motion = self.record.motion
         own = BodyState(self.human, motion.qpos[0], motion.qvel[0]).com_velocity
         started = qvel.copy()
-        started[:2] += (self.reference.at(0.0)["com_velocity"] - own)[:2]
+        started[:2] += (self.reference.at(0.0).com_velocity - own)[:2]
         return started
 
     def walk_on(self, gait: Gait) -> None:
@@ -266,7 +266,7 @@ class Pendulum:
         low, height = self._soles(body)
         load = state.world.contacts.loads(state.world.data, self.side_of, self.normal)
         ref = reference.at(gait.phase)
-        beside = foot - ref["foot"]
+        beside = foot - ref.foot_position
         self.low, self.height = low, height
         for i in (0, 1):
             beside[i, 2] = height[self.of_side[i]].min()
@@ -329,11 +329,11 @@ class Pendulum:
         """Return the command of the boxed program."""
         gait = self.gait
         rate = min(gait.rate, FASTER)
-        on = ref["on"] > 0.5
+        on = ref.contact > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
                 just = self.reference.at(max(gait.phase, own.touchdown + JUST))
-                on[self.of_side[i]] = just["on"][self.of_side[i]] > 0.5
+                on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
         stands = np.array([*(f.stands for f in gait.feet), False])[self.side_of]
         planned = on & stands & (height < PLANNED)
         active = (planned | (stands & (height < TOUCHING))).nonzero()[0]
@@ -353,24 +353,23 @@ class Pendulum:
             replace(com_rows(M, h, body.mass, self.gravity, centre), weight=self.weights.centre)
         ]
         feet = body.rigid_points(self.feet, foot)
-        ways = body.rotations[self.feet].reshape(2, 9)
+        ways = body.rotations[self.feet]
         newest = max((f.touchdown for f in gait.standing), default=np.inf)
         for i, own in enumerate(gait.feet):
             k = feet.owner[i]
             J, speed, bias = feet.body_jacobian[k], feet.body_velocity[k], feet.body_bias[k]
             normal = self.normal
             if self._rough:
-                ahead = ways[i, [0, 3]]
+                ahead = ways[i, :2, 0]
                 goal = None if self.landing is None else self.landing.place
                 normal = self.soles[i].normal(self.ground, own, gait.phase, foot[i], ahead, goal)
             tilt = tilted(normal)
-            way = ref["turn"][i].reshape(3, 3)
+            way = ref.foot_rotation[i]
             if self.plan.toes and not own.stands:  # half of a turn's step before, half behind
                 way = about_vertical(self.plan.toes) @ way
-            turn = (tilt @ way).ravel()
-            error = turn_error(turn, ways[i])
-            goal = tilt @ (rate * ref["turn_velocity"][i]) + self.plan.turning * normal
-            push = tilt @ (rate**2 * ref["turn_acceleration"][i])
+            error = turn_error(tilt @ way, ways[i])
+            goal = tilt @ (rate * ref.foot_angular_velocity[i]) + self.plan.turning * normal
+            push = tilt @ (rate**2 * ref.foot_angular_acceleration[i])
             across = normal if own.stands else None
             rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
             if own.stands:
@@ -388,7 +387,7 @@ class Pendulum:
         if held.any():
             rows.append(held_rows(points, held, height[active], up))
         passive = state.world.actuators.passive(state.angles, state.rates)
-        apart = state.angles - ref["q"][7:]
+        apart = state.angles - ref.q[7:]
         quick = self.weights.pace([not foot.stands for foot in gait.feet])
         answer = self.program.solve(
             body,
@@ -428,13 +427,13 @@ class Pendulum:
 
         The recorded path, rescaled to the predicted step; its height is kept above the ground.
         """
-        place = np.array(ref["foot"][i])
-        pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        place = np.array(ref.foot_position[i])
+        pace, push = rate * ref.foot_velocity[i], rate**2 * ref.foot_acceleration[i]
         others = self.gait.standing
         amiss = hypot(*self.plan.error) > AMISS * self.leg
         if others:
             k = SIDES.index(others[0].side)
-            planned = (ref["foot"][i] - ref["foot"][k])[:2]
+            planned = (ref.foot_position[i] - ref.foot_position[k])[:2]
             off, legs = place[:2] - foot[k, :2], self.clearance.legs
             if own.swing.own is None:
                 own.swing.pass_beside(off, planned, AXES, own.left, self.leg, legs)

@@ -10,21 +10,13 @@ from math import atan2, cos, hypot, sin
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
-from plantigrade.control.gait.reference import Instant, Reference
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.control.gait.instant import Instant, Layout, derivative_order, width_of
+from plantigrade.control.gait.reference import Reference
 from plantigrade.control.gait.schedule import Schedule
 from plantigrade.control.pendulum.crouch import Crouch
 from plantigrade.control.pendulum.switch import Crossing
 from plantigrade.control.pendulum.upper import Upper
-
-RATES = ("v", "com_velocity", "foot_velocity", "turn_velocity")
-"""What is faster at another cadence."""
-CHANGES = ("a", "com_acceleration", "foot_acceleration", "turn_acceleration")
-"""What is so twice."""
-PLACES = ("com", "pressure", "foot", "low")
-"""Places along the walk."""
-MOTIONS = ("com_velocity", "foot_velocity", "com_acceleration", "foot_acceleration")
-"""Their rates, and rates of these."""
 
 WIDER = 0.6
 """Feet that are no longer ahead of each other are so much farther apart sideways, by the part that
@@ -53,27 +45,11 @@ class Paced:
         self.crouch: Crouch | None = None
         self.upper: Upper | None = None
         self.crossing: Crossing | None = None
-        feet = reference.table[:, reference.columns["foot"][0]].reshape(-1, 2, 3)
-        self._low = feet[:, :, 2].min(axis=0)
-        width = reference.table.shape[1]
-        self._along, self._moving = np.zeros(width, dtype=bool), np.zeros(width, dtype=bool)
-        self._order = np.zeros(width)
-        self._across = np.zeros(width, dtype=bool)
-        for name in PLACES:
-            self._along[self._cut(name, 0)] = True
-        for name in MOTIONS:
-            self._moving[self._cut(name, 0)] = True
-        for name in (*PLACES, *MOTIONS):
-            self._across[self._cut(name, 1)] = True
-        for name in ("q", "v", "a"):
-            first = reference.columns[name][0].start
-            (self._along if name == "q" else self._moving)[first] = True
-            self._across[first + 1] = True
-        for names, order in ((RATES, 1.0), (CHANGES, 2.0)):
-            for name in names:
-                self._order[reference.columns[name][0]] = order
-        self._com, self._pressure = reference.columns["com"][0], reference.columns["pressure"][0]
-        ends = reference.table[[0, -1], reference.columns["q"][0].start]
+        self._low = reference.rows.foot_position[:, :, 2].min(axis=0)
+        self._along, self._moving = _on_axis(reference.layout, 0)
+        self._across = np.logical_or(*_on_axis(reference.layout, 1))
+        self._order = derivative_order(reference.layout)
+        ends = reference.rows.q[[0, -1], 0]
         self._own = self._speed = float(ends[1] - ends[0]) / reference.duration
         self._phase = self._ahead = 0.0
         self._settle()
@@ -127,7 +103,7 @@ class Paced:
         self._settle()
 
     def at(self, phase: float) -> Instant:
-        """Return everything at a phase: arrays by name."""
+        """Return the walk at a phase."""
         found = self.recorded.at(phase)
         if self.crossing is not None:
             found = self.crossing.at(found, phase, self.cadence)
@@ -136,49 +112,62 @@ class Paced:
             return found
         row: Array = found.row * self._factor
         row[self._along] += self._shift
+        found = Instant(row, self.recorded.layout)
         if self.cadence != 1.0:
-            com, pressure = row[self._com], row[self._pressure]
+            com, pressure = found.com, found.cop
             pressure[:2] = com[:2] - self.cadence**2 * (com - pressure)[:2]
         if self.upper is not None:
-            self.upper.put(Instant(row, self.recorded.columns), phase, self.cadence)
+            self.upper.put(found, phase, self.cadence)
         if self.crouch is not None:
-            row[self._com.start + 2] -= self.crouch.lowering
-            q = self.recorded.columns["q"][0]
-            row[q.start + 2] -= self.crouch.lowering
-            row[q.start + 7 : q.stop] += self.crouch.angles
+            found.com[2] -= self.crouch.lowering
+            found.q[2] -= self.crouch.lowering
+            found.q[7:] += self.crouch.angles
         if self.stride < 1.0:
-            self._flatten(row)
-        return Instant(row, self.recorded.columns)
+            self._flatten(found)
+        return found
 
-    def _flatten(self, row: Array) -> None:
+    def _flatten(self, found: Instant) -> None:
         """Let feet roll and lift less, in steps that are shorter: nobody pushes off in place."""
-        columns, less = self.recorded.columns, 1.0 - self.stride
-        place = row[columns["foot"][0]].reshape(2, 3)
+        less = 1.0 - self.stride
+        place = found.foot_position
         place[:, 2] -= LIFTED * less * (place[:, 2] - self._low)
-        turns = row[columns["turn"][0]].reshape(2, 3, 3)
-        for i, turn in enumerate(turns):
+        for turn in found.foot_rotation:
             x, y, z = turn[:, 2]
             far = hypot(x, y)
             if far > 1e-6:
                 back = less * atan2(far, z)
-                turns[i] = rotated(-y / far, x / far, -back) @ turn
-        for name in ("turn_velocity", "turn_acceleration"):
-            row[columns[name][0]].reshape(2, 3)[:, :2] *= self.stride
-        for name in ("foot_velocity", "foot_acceleration"):
-            row[columns[name][0]].reshape(2, 3)[:, 2] *= 1.0 - LIFTED * less
+                turn[:] = rotated(-y / far, x / far, -back) @ turn
+        found.foot_angular_velocity[:, :2] *= self.stride
+        found.foot_angular_acceleration[:, :2] *= self.stride
+        found.foot_velocity[:, 2] *= 1.0 - LIFTED * less
+        found.foot_acceleration[:, 2] *= 1.0 - LIFTED * less
 
     @property
     def _shift(self) -> float:
         return self._ahead - self.stride * self._speed * self._phase
 
-    def _cut(self, name: str, axis: int) -> slice:
-        where = self.recorded.columns[name][0]
-        return slice(where.start + axis, where.stop, 3)
-
     def _settle(self) -> None:
         self._factor = np.where(self._along | self._moving, self.stride, 1.0)
         self._factor *= self.cadence**self._order
         self._factor[self._across] *= 1.0 + WIDER * max(1.0 - self.stride, 0.0)
+
+
+def _on_axis(
+    layout: Layout, axis: int
+) -> tuple[Bool[Array, " n_columns"], Bool[Array, " n_columns"]]:
+    """Return which columns are positions along an axis of the world, and which their rates."""
+    places, rates = (Instant(np.zeros(width_of(layout), dtype=bool), layout) for _ in range(2))
+    places.q[axis] = rates.v[axis] = rates.a[axis] = True
+    for each in (places.com, places.cop, places.foot_position, places.contact_position):
+        each[..., axis] = True
+    for each in (
+        rates.com_velocity,
+        rates.com_acceleration,
+        rates.foot_velocity,
+        rates.foot_acceleration,
+    ):
+        each[..., axis] = True
+    return places.row, rates.row
 
 
 def rotated(x: float, y: float, angle: float) -> Float[Array, "3 3"]:

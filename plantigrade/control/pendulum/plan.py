@@ -8,9 +8,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.planner import decayed
-from plantigrade.control.gait.reference import Instant
 from plantigrade.control.gait.swing import NARROW, SLACK
 from plantigrade.control.pendulum.around import AHEAD, BESIDE, via
 from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
@@ -115,7 +115,7 @@ class Plan:
         omega = reference.omega
         velocity = body.com_velocity[:2] + push / (2.0 * omega)
         xi = body.com[:2] + velocity / omega
-        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
+        xi_ref = (ref.com + ref.com_velocity / omega)[:2]
         first, beta, offsets, self.shift = gait.carried()
         standing = gait.standing
         path = self._path()
@@ -127,7 +127,7 @@ class Plan:
             for f in standing:
                 k = SIDES.index(f.side)
                 if len(standing) == 1 or places[k, 0] > places[1 - k, 0]:
-                    self._bend(level, body.com[:2], places[k, :2], ref["com"], ref["foot"][k])
+                    self._bend(level, body.com[:2], places[k, :2], ref.com, ref.foot_position[k])
             deviation = xi - xi_ref - path - [0.0, self.heading(0.0)[1]]
             if not standing:
                 for f in swinging:
@@ -148,14 +148,14 @@ class Plan:
         head, _, weights = reference.schedule.weights(foot.touchdown)
         before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
-        height = float(then["com"][2] - then["foot"][k, 2])
+        height = float(then.com[2] - then.foot_position[k, 2])
         angle, inward, self.toes = self.heading(left)
         strike = Strike(
-            com=then["com"][:2] + path + [0.0, inward],
-            velocity=then["com_velocity"][:2],
+            com=then.com[:2] + path + [0.0, inward],
+            velocity=then.com_velocity[:2],
             height=height,
-            stands=then["foot"][k, :2] + path,
-            lands=then["foot"][i, :2] + path,
+            stands=then.foot_position[k, :2] + path,
+            lands=then.foot_position[i, :2] + path,
             axes=np.eye(2),
             omega=omega,
             kept=float(weights[before].sum()),
@@ -165,7 +165,7 @@ class Plan:
         # By then the walk looks another way.
         com, turn = body.com[:2], turned(angle)
         here = com + (places[:, :2] - com) @ turn.T
-        stands = com + turn @ (then["foot"][k, :2] + gait.offset(other.number)[:2] - com)
+        stands = com + turn @ (then.foot_position[k, :2] + gait.offset(other.number)[:2] - com)
         apart = foot.left * float(strike.lands[1] - strike.stands[1])
         lands, hip = com + (strike.lands - com) @ turn, body.origin(f"femur_{foot.side}")
         swings = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), places[[i]])
@@ -178,7 +178,7 @@ class Plan:
             here=here[i] - strike.lands,
             speed=turn @ swings.velocity[0, :2],
             hip=turn @ (hip - body.com)[:2],
-            high=float(hip[2] - then["foot"][i, 2]) - level(np.append(lands, 0.0)),
+            high=float(hip[2] - then.foot_position[i, 2]) - level(np.append(lands, 0.0)),
             rises=float(body.com_velocity[2]),
             moved=turn @ foot.swing.offset - path,
             moves=turn @ foot.swing.velocity,
@@ -187,21 +187,21 @@ class Plan:
         )
         # The recording's own effective pivot, where the foot really stands.
         grown = exp(omega * left)
-        xi_then = (then["com"] + then["com_velocity"] / omega)[:2]
+        xi_then = (then.com + then.com_velocity / omega)[:2]
         pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
         # It is ahead of the ankle along the foot, which stays as it stands while the way turns.
         if self.swept[k]:
             back = turned(-self.swept[k])
             pivot = places[k, :2] + (pivot - places[k, :2]) @ back
-            ahead = ref["pressure"][:2] - ref["foot"][k, :2]
+            ahead = ref.cop[:2] - ref.foot_position[k, :2]
             self.beside = ahead @ back - ahead
         self.swept[i] = -self.toes  # as it is to land
         pivot, speed = com + turn @ (pivot - com), turn @ velocity
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
         home = strike.lands + BACK * (self.shift[:2] - path)
         self.error = exp(-omega * found.after) * strike.later * (found.free - home)
-        self._bend(level, found.com, found.place, then["com"], then["foot"][i])
-        self._bend(level, found.com, here[k], then["com"], then["foot"][k], TIPTOE)
+        self._bend(level, found.com, found.place, then.com, then.foot_position[i])
+        self._bend(level, found.com, here[k], then.com, then.foot_position[k], TIPTOE)
         found = replace(
             found, place=com + (found.place - com) @ turn, free=com + (found.free - com) @ turn
         )
@@ -210,15 +210,15 @@ class Plan:
             found = replace(found, place=found.place + shift)
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
         time = left / max(gait.rate, 0.2)
-        apart = abs(float((ref["foot"][i] - ref["foot"][k])[1]))
+        apart = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
         other, goal, aside = places[k, :2], found.place, abs(float(self.error[1]))
         by = self._around(foot.left, places[i, :2] - other, goal - other, apart)
         if by is None and foot.swing.own is None and aside < ASIDE * self.leg:
-            foot.swing.lead(goal - then["foot"][i, :2], time, self.step)
+            foot.swing.lead(goal - then.foot_position[i, :2], time, self.step)
         else:
-            pace = gait.rate * reference.cadence * ref["foot_velocity"][i, :2]
+            pace = gait.rate * reference.cadence * ref.foot_velocity[i, :2]
             real = np.stack([places[i, :2], swings.velocity[0, :2]])
-            motion = np.stack([ref["foot"][i, :2], pace])
+            motion = np.stack([ref.foot_position[i, :2], pace])
             foot.swing.go(real, motion, goal, time, self.step, None if by is None else other + by)
         return found
 

@@ -203,11 +203,11 @@ class Styles:
                 return
             paced = Paced(walk.reference)
             paced.crouch = before.crouch
-            ahead = float(before.at(gait.phase)["q"][0])
+            ahead = float(before.at(gait.phase).q[0])
             paced.start(before.stride, phase, 0.0)
             paced.cross(crossing, phase)
             paced.set(before.stride, crossing.cadence(phase), phase)
-            paced.shift(ahead - float(paced.at(phase)["q"][0]))
+            paced.shift(ahead - float(paced.at(phase).q[0]))
             for now, then in zip(new.feet, gait.feet, strict=True):
                 now.swing, now.lifted = then.swing, clocks.to_new(then.lifted)
                 assert now.number is not None and then.number is not None

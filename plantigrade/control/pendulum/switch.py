@@ -14,7 +14,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.reference import STEP, Instant, Reference
+from plantigrade.control.gait.instant import Instant, derivative_order
+from plantigrade.control.gait.reference import STEP, Reference
 from plantigrade.control.gait.schedule import Schedule
 from plantigrade.errors import ParameterError
 
@@ -24,8 +25,6 @@ FASTER = 0.5
 """And so long that its speed changes no faster, on the mean [m/s²]."""
 LOOKS = 50
 """Instants of a stride by which both walks are laid over each other."""
-RATES = ("v", "com_velocity", "foot_velocity", "turn_velocity")
-CHANGES = ("a", "com_acceleration", "foot_acceleration", "turn_acceleration")
 
 
 class Clocks:
@@ -124,27 +123,19 @@ class Crossing:
     """
 
     def __init__(self, new: Reference, old: Reference):
-        if new.columns != old.columns:
+        if new.layout != old.layout:
             raise ParameterError("only walks of the same joints and feet can be compared")
         self.clocks, self._old = Clocks(new.schedule, old.schedule), old
         self._lasts, self.part, self._rate = lasting(new, old), 0.0, 0.0
         self.speed = float(old.advance[0]) / new.duration
-        cut = {name: where for name, (where, _) in new.columns.items()}
-        width = new.table.shape[1]
-        self._order = np.zeros(width)
-        for names, order in ((RATES, 1.0), (CHANGES, 2.0)):
-            for name in names:
-                self._order[cut[name]] = order
-        self._along = new.moved[:, 0] != 0.0
-        self._off, root = 0.0, cut["q"].start
+        self._order = derivative_order(new.layout)
+        self._along = new.translation[:, 0] != 0.0
         own = float(new.advance[0]) / new.duration
         phases = np.arange(LOOKS) / LOOKS * new.duration
         self._off = float(
             np.mean(
                 [
-                    new.at(p).row[root]
-                    - old.at(self.clocks.to_old(p)).row[root]
-                    - (own - self.speed) * p
+                    new.at(p).q[0] - old.at(self.clocks.to_old(p)).q[0] - (own - self.speed) * p
                     for p in phases.tolist()
                 ]
             )
@@ -176,19 +167,19 @@ class Crossing:
         """
         old, pace = self._old.at(self.clocks.to_old(phase)), self.clocks.pace(phase)
         faster = self.cadence(phase) / cadence
-        q, before = np.array(new["q"]), old["q"]
+        q, before = np.array(new.q), old.q
         if before[3:7] @ q[3:7] < 0.0:
             before[3:7] *= -1.0
         for walk, times in ((new, faster), (old, faster * pace)):
-            off = walk["pressure"][:2] - walk["com"][:2]
-            walk["pressure"][:2] = walk["com"][:2] + times**2 * off
+            off = walk.cop[:2] - walk.com[:2]
+            walk.cop[:2] = walk.com[:2] + times**2 * off
             walk.row[:] *= times**self._order
         old.row[self._along] += self._off
         row = (1.0 - self.part) * old.row + self.part * new.row
-        found = Instant(row, self._old.columns)
-        found["v"][6:] += self._rate * (q - before)[7:] / cadence
-        quat = found["q"][3:7]
+        found = Instant(row, self._old.layout)
+        found.v[6:] += self._rate * (q - before)[7:] / cadence
+        quat = found.q[3:7]
         quat /= np.linalg.norm(quat)
-        turn = found["turn"].reshape(2, 3, 3)
+        turn = found.foot_rotation
         turn[:] = 1.5 * turn - 0.5 * turn @ turn.transpose(0, 2, 1) @ turn  # to the next rotation
         return found

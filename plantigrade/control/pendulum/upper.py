@@ -16,7 +16,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.reference import Instant, Reference
+from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.reference import Reference
 from plantigrade.control.pendulum.switch import Clocks
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
@@ -95,8 +96,8 @@ class Pose:
     def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
         """Put it into an instant of a walk."""
         hinges = self.hinges
-        row["q"][7:][hinges] = self.angles
-        row["v"][6:][hinges] = row["a"][6:][hinges] = 0.0
+        row.q[7:][hinges] = self.angles
+        row.v[6:][hinges] = row.a[6:][hinges] = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +176,7 @@ def source_of(human: Human, other: Reference | Pose, walk: Reference, time: floa
 
 def tilt_of(human: Human, walk: Reference) -> float:
     """Return the mean tilt of the pelvis, backward [rad]."""
-    cut, _ = walk.columns["q"]
-    names, values = human.to_coordinates(walk.table[:, cut])
+    names, values = human.to_coordinates(walk.rows.q)
     return float(np.mean(values[:, names.index("pelvis_tilt")]))
 
 
@@ -188,9 +188,9 @@ def taken(
     cadence: float,
 ) -> None:
     """Take hinges, and how they move, from another instant."""
-    row["q"][7:][hinges] = other["q"][7:][hinges] + more
-    row["v"][6:][hinges] = cadence * other["v"][6:][hinges]
-    row["a"][6:][hinges] = cadence**2 * other["a"][6:][hinges]
+    row.q[7:][hinges] = other.q[7:][hinges] + more
+    row.v[6:][hinges] = cadence * other.v[6:][hinges]
+    row.a[6:][hinges] = cadence**2 * other.a[6:][hinges]
 
 
 def lowering(human: Human, walk: Reference, source: Source | None, time: float) -> float:
@@ -209,9 +209,9 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     for part in np.arange(LOOKS) / LOOKS:
         phase = float(part) * walk.duration
         row = walk.at(phase)
-        before = body.moved_to(np.array(row["q"])).com
+        before = body.moved_to(np.array(row.q)).com
         source.put(row, phase, time + phase, 1.0)
-        moved.append(body.moved_to(np.array(row["q"])).com - before)
+        moved.append(body.moved_to(np.array(row.q)).com - before)
     ahead, _, up = np.mean(moved, axis=0).tolist()
     half = 0.25 * float(np.linalg.norm(walk.advance))  # of a step
     return abs(ahead) * half / leg - up
@@ -259,9 +259,9 @@ class Upper:
         """
         part = self.part
         lower = (1.0 - part) * self._lower[0] + part * self._lower[1]
-        row["com"][2] -= lower
-        row["q"][2] -= lower
-        cuts = [row["q"][7:], row["v"][6:], row["a"][6:]]
+        row.com[2] -= lower
+        row.q[2] -= lower
+        cuts = [row.q[7:], row.v[6:], row.a[6:]]
         recorded = [np.array(cut) for cut in cuts] if part < 1.0 else []
         if part < 1.0 and self.before is not None:
             self.before.put(row, phase, self.time, cadence)

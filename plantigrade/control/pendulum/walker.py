@@ -324,7 +324,7 @@ class Walker:
             return
         ahead, left = feet[:, :2].mean(axis=0)
         paced.start(0.0, phase, float(ahead))
-        now = paced.at(phase)["foot"][stands, 1]
+        now = paced.at(phase).foot_position[stands, 1]
         self.frame.shift(float(feet[stands, 1] - now))
         pendulum.place = np.array([ahead, 0.0])
         pendulum.resume(self._seen(state).body, phase)
@@ -350,7 +350,7 @@ class Walker:
             all(recorded.schedule.standing(side, float(t)) is not None for side in SIDES)
             for t in times
         ]
-        front = [recorded.at(float(t))["foot"][:, 0] for t in times]
+        front = [recorded.at(float(t)).foot_position[:, 0] for t in times]
         ends = [
             k
             for k in range(len(times))
@@ -358,5 +358,5 @@ class Walker:
         ]
         phase = float(times[ends[0]]) if ends else 0.0
         now = recorded.at(phase)
-        xi = now["com"] + now["com_velocity"] / recorded.omega
-        return phase, stands, float(xi[1] - now["foot"][stands, 1])
+        xi = now.com + now.com_velocity / recorded.omega
+        return phase, stands, float(xi[1] - now.foot_position[stands, 1])

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.reference import Instant
+from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.tasks import COM, FARTHEST, TOES, joint_weights, root_error
 from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import REACHED, bell
@@ -120,13 +120,13 @@ def joint_accelerations(
         pace: Factor of the bell, by hinge.
         turning: How fast the walk turns to the left [rad/s].
     """
-    wanted = rate * ref["v"] - body.qvel
+    wanted = rate * ref.v - body.qvel
     wanted[3:6] += turning * body.rotations[1, 2]  # the vertical, in the axes of the pelvis
-    turn = root_error(ref["q"][3:7], body.qpos[3:7])
+    turn = root_error(ref.q[3:7], body.qpos[3:7])
     wanted[3:6] = (wanted[3:6] + PELVIS_TURN[0] * turn) / PELVIS_TURN[1]
-    error = ref["q"][7:] - body.qpos[7:]
+    error = ref.q[7:] - body.qpos[7:]
     wanted[6:] = (wanted[6:] + pace * bell(error)) * (pace / REACHED)
-    wanted += rate**2 * ref["a"]
+    wanted += rate**2 * ref.a
     wanted[:3] = 0.0
     return wanted
 
@@ -161,19 +161,19 @@ def mass_acceleration(
     shift = plan.shift[:2] + plan.beside
     moved = shift + (1.0 + FIRM / omega) * plan.error
     if len(places):
-        far, pressure = BEYOND * plan.leg, ref["pressure"][:2]
+        far, pressure = BEYOND * plan.leg, ref.cop[:2]
         nominal = pressure + shift
         low = np.minimum(places.min(axis=0) - far, nominal)
         high = np.maximum(places.max(axis=0) + far, nominal)
         moved = np.minimum(np.maximum(pressure + moved, low), high) - pressure
     c, v = body.com, body.com_velocity
-    wanted = np.array(ref["com_acceleration"])
-    wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
+    wanted = np.array(ref.com_acceleration)
+    wanted[:2] += omega**2 * ((c - ref.com)[:2] - moved)
     k, time = VERTICAL
     rate = min(rate, 1.0)
-    off = ref["com"][2] + level - plan.bent - c[2]
-    pace = rate * ref["com_velocity"][2] + rise @ v[:2] + k * off
-    own = rate**2 * ref["com_acceleration"][2]
+    off = ref.com[2] + level - plan.bent - c[2]
+    pace = rate * ref.com_velocity[2] + rise @ v[:2] + k * off
+    own = rate**2 * ref.com_acceleration[2]
     sinks, down = SINKS, BACK[0]
     if left is not None and plan.bent > 0.0:
         left = max(left, SOONEST)

@@ -99,10 +99,10 @@ class Replay:
         ref = reference.at(gait.phase)
         height = low @ self.normal - self.ground.under(low)
         height[self.of_side[SEAT]] = 0.0
-        beside = foot - ref["foot"]
+        beside = foot - ref.foot_position
         for i in (0, 1):
             beside[i, 2] = height[self.of_side[i]].min()
-        gait.look(state.time, step, load, beside, heading(ref["q"][3:7]))
+        gait.look(state.time, step, load, beside, heading(ref.q[3:7]))
         if self.catch.waits:
             plan, ref = None, ref.still()
             footsteps.rest(body, ref)
@@ -163,7 +163,7 @@ class Replay:
             return
         feet = [low[self.of_side[i]] for i in (0, 1)]
         gaps = [height[self.of_side[i]] for i in (0, 1)]
-        missed, ahead = hypot(*self.footsteps.error), heading(ref["q"][3:7])[:, 0]
+        missed, ahead = hypot(*self.footsteps.error), heading(ref.q[3:7])[:, 0]
         self.catch.look(time, step, self.gait, body, feet, gaps, ahead, load, missed)
 
     def _command(self, state, body, ref, low, height, foot, step) -> Command:
@@ -171,12 +171,12 @@ class Replay:
         gait, reference, normal = self.gait, self.reference, self.normal
         qpos, qvel = state.qpos, state.qvel
         rate = min(gait.rate, FASTER)
-        on, soon = ref["on"] > 0.5, ref["soon"] > 0.5
+        on, soon = ref.contact > 0.5, ref.contact_soon > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
                 just = reference.at(own.touchdown + JUST)
-                on[self.of_side[i]] = just["on"][self.of_side[i]] > 0.5
-                soon[self.of_side[i]] = just["soon"][self.of_side[i]] > 0.5
+                on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
+                soon[self.of_side[i]] = just.contact_soon[self.of_side[i]] > 0.5
         gap = height - self._lifted()
         active, held = self._touching(on, soon, gap)
         points = body.rigid_points(self.points.body[active], low[active])
@@ -194,9 +194,12 @@ class Replay:
             name = f"foot_{own.side}"
             at = int(self.feet.body[i])
             Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(name)
-            error = tasks.turn_error(ref["turn"][i], body.rotation(at).ravel())
+            error = tasks.turn_error(ref.foot_rotation[i], body.rotation(at))
             spin = Jr @ qvel
-            goal, speed = rate**2 * ref["turn_acceleration"][i], rate * ref["turn_velocity"][i]
+            goal, speed = (
+                rate**2 * ref.foot_angular_acceleration[i],
+                rate * ref.foot_angular_velocity[i],
+            )
             planes = normal if own.stands else None
             hangs = bool((hanging == i).any())
             rows.append(
@@ -216,7 +219,7 @@ class Replay:
             self.friction,
         )
         weight = np.where(held, tasks.PLANNED, tasks.UNPLANNED) ** 2
-        goal = np.where(held[:, None], ref["force"][active], 0.0)
+        goal = np.where(held[:, None], ref.force[active], 0.0)
         data = state.world.data
         passive = (data.qfrc_passive + data.qfrc_applied)[6 : 6 + len(self.damping)]
         assert self.program is not None
@@ -228,14 +231,14 @@ class Replay:
             weight=self.weights.posture,
             force=goal,
             force_weight=weight,
-            torque=ref["tau"] - passive,
+            torque=ref.tau - passive,
             torque_weight=self.weights.torque,
             passive=passive,
             points=points,
         )
         ahead = 0.5 * (step + 1.0 / state.world.rate)
-        apart = state.angles - ref["q"][7:]
-        self.off = (body.com - ref["com"])[:2]
+        apart = state.angles - ref.q[7:]
+        self.off = (body.com - ref.com)[:2]
         return StablePD(
             state.angles,
             qvel[6:] + ahead * answer.qacc[6:],
@@ -278,15 +281,15 @@ class Replay:
         omega, shift = self.reference.omega, self.footsteps.shift
         moved = shift[:2] + (1.0 + FIRM / omega) * self.footsteps.error
         if len(active):
-            moved = self._inside(ref["pressure"][:2], moved, low[active, :2])
+            moved = self._inside(ref.cop[:2], moved, low[active, :2])
         c, v = body.com, body.com_velocity
-        wanted = np.array(ref["com_acceleration"])
-        wanted[:2] += omega**2 * ((c - ref["com"])[:2] - moved)
+        wanted = np.array(ref.com_acceleration)
+        wanted[:2] += omega**2 * ((c - ref.com)[:2] - moved)
         k, d = VERTICAL
         rate = min(rate, BOUNCE)
-        dz = ref["com"][2] + shift[2] + self._rise(shift) - self.catch.bent - c[2]
-        back = k * dz + d * (rate * ref["com_velocity"][2] - v[2])
-        up = rate**2 * ref["com_acceleration"][2] + min(max(back, BACK_UP[0]), BACK_UP[1])
+        dz = ref.com[2] + shift[2] + self._rise(shift) - self.catch.bent - c[2]
+        back = k * dz + d * (rate * ref.com_velocity[2] - v[2])
+        up = rate**2 * ref.com_acceleration[2] + min(max(back, BACK_UP[0]), BACK_UP[1])
         wanted[2] = min(max(up, HEIGHTS[0]), HEIGHTS[1])
         return wanted
 
@@ -307,14 +310,14 @@ class Replay:
         self, own, i: int, ref, rate: float, foot, time: float
     ) -> tuple[Array, Array, Array]:
         """Return place, velocity and acceleration that a swinging foot is to have."""
-        place = np.array(ref["foot"][i])
-        pace, push = rate * ref["foot_velocity"][i], rate**2 * ref["foot_acceleration"][i]
+        place = np.array(ref.foot_position[i])
+        pace, push = rate * ref.foot_velocity[i], rate**2 * ref.foot_acceleration[i]
         others = self.gait.standing
         if others:
             k = SIDES.index(others[0].side)
-            axes = heading(ref["q"][3:7])
-            planned = (ref["foot"][i] - ref["foot"][k])[:2]
-            off = ref["foot"][i, :2] - foot[k, :2]
+            axes = heading(ref.q[3:7])
+            planned = (ref.foot_position[i] - ref.foot_position[k])[:2]
+            off = ref.foot_position[i, :2] - foot[k, :2]
             own.swing.pass_beside(off, planned, axes, own.left, self.leg, self.clearance.legs)
         moved = own.swing.offset
         level = self.ground.under(place)

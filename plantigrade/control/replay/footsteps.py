@@ -12,6 +12,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.edges import on_one_side
+from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Foot, Gait
 from plantigrade.control.gait.planner import (
     AGAIN,
@@ -22,7 +23,6 @@ from plantigrade.control.gait.planner import (
     hurried,
     next_step,
 )
-from plantigrade.control.gait.reference import Instant
 from plantigrade.control.gait.swing import NARROW
 from plantigrade.control.gait.tasks import heading
 from plantigrade.kinematics.state import State as BodyState
@@ -68,7 +68,7 @@ class Footsteps:
         share[own] = np.maximum(alpha[own], 1e-3)
         self.shift = share @ self.gait.offsets(first, len(alpha)) / share.sum()
         xi = (body.com + body.com_velocity / self.reference.omega)[:2]
-        self.error = xi - ref["com"][:2] - self.shift[:2]
+        self.error = xi - ref.com[:2] - self.shift[:2]
 
     def lead_back(self, body: BodyState, ref: Instant, dt: float) -> None:
         """Move the path that is walked back to the planned one, slowly.
@@ -78,7 +78,7 @@ class Footsteps:
             ref: The motion now.
             dt: Since the last time [s].
         """
-        off = (body.com - ref["com"])[:2]
+        off = (body.com - ref.com)[:2]
         size = hypot(*off)
         self.path = self.path - dt * off * min(RETURN, RETURNING / max(size, 1e-9))
         away = off - self.path
@@ -106,7 +106,7 @@ class Footsteps:
         gait, reference = self.gait, self.reference
         omega = reference.omega
         xi = (body.com + body.com_velocity / omega)[:2]
-        xi_ref = (ref["com"] + ref["com_velocity"] / omega)[:2]
+        xi_ref = (ref.com + ref.com_velocity / omega)[:2]
         first, beta, offsets, self.shift = gait.carried(self._seats)
         standing = gait.standing
         swinging = [f for f in gait.feet if not f.stands and f.number is not None]
@@ -142,18 +142,18 @@ class Footsteps:
         stays = float(weights[before].sum())
         other_offset = gait.offset(other.number)[:2]
         kept = weights[before] @ at_other[before] / stays if stays > 1e-9 else other_offset
-        axes = heading(then["q"][3:7])
+        axes = heading(then.q[3:7])
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
-        nominal = then["foot"][i, :2] - then["foot"][k, :2] - other_offset
+        nominal = then.foot_position[i, :2] - then.foot_position[k, :2] - other_offset
         side = foot.left
-        apart = side * float((then["foot"][i, :2] - then["foot"][k, :2]) @ axes[:, 1])
+        apart = side * float((then.foot_position[i, :2] - then.foot_position[k, :2]) @ axes[:, 1])
         narrowest = min(NARROW * self.leg, apart)
-        here = places[i, :2] - then["foot"][i, :2] - path
+        here = places[i, :2] - then.foot_position[i, :2] - path
         box = LandingBox(axes, nominal + path, side, self.leg, narrowest, here)
         step = next_step(
             xi - path,
             xi_ref,
-            (then["com"] + then["com_velocity"] / omega)[:2],
+            (then.com + then.com_velocity / omega)[:2],
             omega,
             left,
             self.shift[:2] - path,
@@ -167,7 +167,7 @@ class Footsteps:
         self.error = grown * later * (step.free - BACK * (self.shift[:2] - path))
         landing = step.offset + path
         if self.ground.steps:
-            low = then["low"][self.side_of == i]
+            low = then.contact_position[self.side_of == i]
             landing = on_one_side(self.ground, low, landing, axes[:, 0])
         foot.swing.lead(landing, left / max(gait.rate, 0.2), dt)
         return step
