@@ -15,11 +15,15 @@ from collections.abc import Callable
 import numpy as np
 
 from plantigrade.arrays import Array, Bool
+from plantigrade.constants import FRICTION
+from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State
+from plantigrade.models import Human
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.task import Task
+from plantigrade.wbc.touching import Touching
 
 TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
 SOLE = 30.0  # rate at which a landing sole comes to rest [1/s]: 0.3 m/s stop within 4 mm
@@ -31,9 +35,11 @@ APPROACH = 40.0  # rate at which a point comes down that should touch already [1
 class ContactTask(Task):
     """Holds points that touch the ground, and brings down those that should.
 
+    :meth:`begin` has to be called at every instant.
+
     Args:
         points: The contact sites.
-        active: Function of time that says which of them should touch.
+        active: Function of time that says which of them should touch; always all if absent.
 
     Attributes:
         on: Which points touch.
@@ -46,7 +52,7 @@ class ContactTask(Task):
     def __init__(
         self,
         points: SitePoints,
-        active: Callable[[float], Bool[Array, " n_points"]],
+        active: Callable[[float], Bool[Array, " n_points"]] | None = None,
         name: str = "contact",
         **gains,
     ):
@@ -54,9 +60,23 @@ class ContactTask(Task):
         order = np.unique(points.body, return_index=True)[1]
         if (np.diff(points.body) != 0).sum() != len(order) - 1:
             raise ParameterError("contact points of one segment must follow one another")
-        self.points, self._schedule = points, active
+        all_on = np.ones(len(points), dtype=bool)
+        self.points, self._schedule = points, active or (lambda time: all_on)
         self._known: dict[bytes, list] = {}  # by the points that touch
         self.reset()
+
+    @classmethod
+    def of(cls, human: Human, **gains) -> "ContactTask":
+        """Return the task that keeps both soles of a person on the ground."""
+        return cls(SitePoints(human, contact_sites(human)), **gains)
+
+    def touching(self, state: State, friction: float = FRICTION) -> Touching:
+        """Return the points that touch, as level ground carries them."""
+        on = self.on
+        place = state.position(self.points)[on]
+        place[:, 2] -= self.points.radius[on]
+        normal = np.tile([0.0, 0.0, 1.0], (len(place), 1))
+        return Touching(self.points.body[on], place, normal, friction)
 
     def reset(self):
         """Forget the spots; the next instant is the first."""
