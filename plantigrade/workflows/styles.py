@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.control.pendulum.command import RECORDED, Style
-from plantigrade.control.pendulum.upper import POSES, Pose
+from plantigrade.control.pendulum.upper_body import POSES, Pose
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.models import Human

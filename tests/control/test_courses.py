@@ -9,7 +9,7 @@ from plantigrade.contact.ground import Bump, Ground
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.crouch import Crouch, CrouchSettings
-from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
+from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.control.pendulum.words import led_told
@@ -154,11 +154,11 @@ def test_a_frame_shows_the_world_as_it_is_from_there(walk):
     ground = Ground(slope=0.1, bumps=(Bump((0.6, 0.1, -0.9), 1.0),))
     world = World(walk.human, ground, recording=False, qpos=motion.qpos[0], qvel=motion.qvel[0])
     state = world.reset()
-    seen, own = Seen(state, frame).body, world.reset().body
+    seen, own = ObservedState(state, frame).body, world.reset().body
     assert seen.com == pytest.approx(frame.to_walk(own.com))
     assert frame.turn @ seen.com_velocity == pytest.approx(own.com_velocity)
     assert seen.angular_momentum @ frame.turn.T == pytest.approx(own.angular_momentum)
-    under = Underfoot(world, frame)
+    under = Terrain(world, frame)
     up = under.normal_at(points)
     assert up @ frame.turn.T == pytest.approx(ground.normal_at(frame.to_world(points)))
     gap = points @ under.normal - under.under(points)

@@ -5,9 +5,9 @@ import pytest
 
 from plantigrade.contact.ground import Ground, HeightField, Step
 from plantigrade.control.gait.phase import Foot
-from plantigrade.control.pendulum.foothold import ACROSS, ALONG, INWARD, ROLLED, Sole
+from plantigrade.control.pendulum.foothold import FootholdSettings, Sole
 
-LEG = 0.9
+LEG, SETTINGS = 0.9, FootholdSettings()
 X = np.array([1.0, 0.0])
 
 
@@ -42,18 +42,21 @@ def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
     level = Sole(LEG, 1.0).shift(Ground(steps=(Step(5.0, 0.1),)), place, other, 0.3)
     np.testing.assert_array_equal(level, [0.0, 0.0])
     ground = edge(0.1)
-    near = np.array([0.0, 0.1 - INWARD * LEG - 0.01])  # a shift inward would be on this foot
+    near = np.array(
+        [0.0, 0.1 - SETTINGS.min_lateral_distance * LEG - 0.01]
+    )  # a shift inward would be on this foot
     assert Sole(LEG, 1.0).shift(ground, place, near, 0.3)[1] > 0.0
 
 
 def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
     sole = Sole(LEG, 1.0)
     over = sole.under(Ground(steps=(Step(0.05, 0.05),)), np.zeros(2), X)
-    rise = np.arctan(0.05 / (LEG * (ALONG[2] - ALONG[0])))
+    rise = np.arctan(0.05 / (LEG * (SETTINGS.sole_points[2] - SETTINGS.sole_points[0])))
     np.testing.assert_allclose(np.arctan2(-over[0], over[2]), rise, atol=1e-9)
     assert over[1] == 0.0
     along = sole.under(edge(0.0), np.zeros(2), X)
-    assert np.arctan2(-along[1], along[2]) <= ROLLED < 0.05 / (2 * LEG * ACROSS)
+    slope = 0.05 / (2 * LEG * SETTINGS.sole_half_width)
+    assert np.arctan2(-along[1], along[2]) <= SETTINGS.max_tilt[0] < slope
     slanted = sole.under(edge(0.0, 0.005), np.zeros(2), np.array([0.0, 1.0]))
     assert slanted[0] == pytest.approx(0.0, abs=1e-12) and slanted[1] < 0.0
 

@@ -11,11 +11,16 @@ from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.reference import STEP, reference_of
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
-from plantigrade.control.pendulum.around import AHEAD, BESIDE, length, via
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.hold import CommandHold
-from plantigrade.control.pendulum.swing import SwingPath, in_reach
+from plantigrade.control.pendulum.swing import (
+    SwingPath,
+    SwingSettings,
+    detour_length,
+    detours,
+    limit_to_reach,
+)
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
@@ -179,8 +184,8 @@ SIZE = np.array([0.2, 0.1])
 )
 def test_a_foot_goes_around_the_other_one_on_its_own_side(start, end, by):
     start, end = np.array(start), np.array(end)
-    points, around = via(start, end[None], SIZE)
-    longer = length(start, end[None], SIZE)[0]
+    points, around = detours(start, end[None], SIZE)
+    longer = detour_length(start, end[None], SIZE)[0]
     if by is None:
         assert not around[0] and longer == 0.0
         return
@@ -208,7 +213,8 @@ def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
             path.append(at)
         assert np.linalg.norm(at - goal) < 0.05 * leg
         x, y = (np.array(path) / leg * [1.0, left]).T
-        assert ((x / AHEAD) ** 2 + (y / BESIDE) ** 2).min() > 0.8
+        ahead, sideways = SwingSettings().stance_foot_size
+        assert ((x / ahead) ** 2 + (y / sideways) ** 2).min() > 0.8
         assert (y[1:][x[1:] * x[:-1] < 0.0] > 0.0).all()  # passes on its own side
 
 
@@ -370,7 +376,7 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
 
     def heights(level):
         path = SwingPath(0.9)
-        path.stands(np.zeros(3))
+        path.start(np.zeros(3))
         found = []
         for u in np.linspace(0.0, 1.0, 401):
             place = np.array([0.6 * u, 0.0, 0.0])
@@ -394,7 +400,7 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
 def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_have():
     hip, goes = np.array([0.1, 0.05, 0.9]), np.array([1.0, 0.0, 0.0])
     place, pace, push = np.array([0.7, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
-    in_reach(0.9, hip, goes, place, pace, push)
+    limit_to_reach(0.99 * 0.9, hip, goes, place, pace, push)
     assert np.linalg.norm(place - hip) == pytest.approx(0.99 * 0.9)
     assert place[1:] == pytest.approx([0.05, 0.1])
     # It goes along with the hip, and aside and down as before.
@@ -402,5 +408,5 @@ def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_ha
     assert push == pytest.approx([0.0, 2.0, 2.0])
     near = np.array([0.3, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
     kept = [each.copy() for each in near]
-    in_reach(0.9, hip, goes, *near)
+    limit_to_reach(0.99 * 0.9, hip, goes, *near)
     np.testing.assert_array_equal(near, kept)

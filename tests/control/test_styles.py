@@ -9,8 +9,8 @@ from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import WalkCommand, Walker
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.styles import Styles
-from plantigrade.control.pendulum.switch import Clocks, Crossing, instants
-from plantigrade.control.pendulum.upper import POSES, Pose, Upper, source_of, upper_hinges
+from plantigrade.control.pendulum.transition import PhaseMap, Transition, instants
+from plantigrade.control.pendulum.upper_body import POSES, Pose, UpperBody, source_of, upper_hinges
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -39,38 +39,38 @@ def both(walk, slower):
     return replace(new, schedule=replace(new.schedule, stances=later)), reference_of(walk)
 
 
-def test_feet_strike_and_lift_at_like_instants_of_both_clocks(both):
+def test_feet_strike_and_lift_at_like_instants_of_both_walks(both):
     new, old = both
-    clocks = Clocks(new.schedule, old.schedule)
+    mapped = PhaseMap(new.schedule, old.schedule)
     ours, theirs = instants(new.schedule), instants(old.schedule)
-    back = (np.array([clocks.to_old(x) for x in ours]) - theirs) / old.duration
+    back = (np.array([mapped.to_old(x) for x in ours]) - theirs) / old.duration
     np.testing.assert_allclose(back - np.round(back), 0.0, atol=1e-9)
     phases = np.linspace(-0.3, 3.0, 40)
-    there = np.array([clocks.to_old(x) for x in phases])
-    np.testing.assert_allclose([clocks.to_new(x) for x in there], phases, atol=1e-9)
+    there = np.array([mapped.to_old(x) for x in phases])
+    np.testing.assert_allclose([mapped.to_new(x) for x in there], phases, atol=1e-9)
     assert (np.diff(there) > 0.0).all()
-    assert clocks.to_old(1.0 + new.duration) - clocks.to_old(1.0) == pytest.approx(old.duration)
+    assert mapped.to_old(1.0 + new.duration) - mapped.to_old(1.0) == pytest.approx(old.duration)
 
 
-def test_a_crossing_begins_as_the_old_walk_in_its_own_time_and_ends_as_the_new(both):
+def test_a_transition_begins_as_the_old_walk_in_its_own_time_and_ends_as_the_new(both):
     new, old = both
-    crossing = Crossing(new, old)
+    transition = Transition(new, old)
     before, step = 0.37 * old.duration, 1e-3
-    phase = crossing.clocks.to_new(before)
-    cadence = crossing.cadence(phase)
-    found = crossing.at(new.at(phase), phase, cadence)
+    phase = transition.phases.to_new(before)
+    cadence = transition.cadence(phase)
+    found = transition.at(new.at(phase), phase, cadence)
     was = old.at(before)
     np.testing.assert_allclose(found.q[7:], was.q[7:], atol=1e-9)
     rates = [(each.v, each.com_velocity, each.foot_velocity) for each in (found, was)]
     for ours, theirs in zip(*rates, strict=True):
         np.testing.assert_allclose(cadence * ours, theirs, atol=1e-9)
     ahead = old.at(before + step).q - was.q
-    later = crossing.at(new.at(phase + cadence * step), phase + cadence * step, cadence).q
+    later = transition.at(new.at(phase + cadence * step), phase + cadence * step, cadence).q
     np.testing.assert_allclose((later - found.q)[7:], ahead[7:], atol=1e-6)
     apart = found.com[:2] - found.cop[:2]
     np.testing.assert_allclose(cadence**2 * apart, (was.com - was.cop)[:2], atol=1e-9)
-    assert not crossing.go(60.0)
-    found = crossing.at(new.at(phase), phase, crossing.cadence(phase))
+    assert not transition.advance(60.0)
+    found = transition.at(new.at(phase), phase, transition.cadence(phase))
     np.testing.assert_allclose(found.row, new.at(phase).row, atol=1e-4)
 
 
@@ -98,7 +98,7 @@ def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(wal
     jumps = np.abs(paced.at(gait.phase).q[7:] - before)
     assert jumps.max() < np.deg2rad(8.0)  # of two control steps at most
     assert sum(foot.stands for foot in gait.feet) == 1
-    assert paced.speed * paced.crossing.mean_cadence == pytest.approx(own, rel=1e-3)
+    assert paced.speed * paced.transition.mean_cadence == pytest.approx(own, rel=1e-3)
     assert "Went over to stroll at" in " ".join(walker.said())
     assert walker.figures()["switched_s"] == switched.time
 
@@ -134,10 +134,10 @@ def test_an_upper_body_keeps_the_legs_and_lowers_the_mass_as_its_posture_does(wa
     raised = Pose.of(human, {"arm_flex_r": 1.5, "arm_flex_l": 1.5})
     bowed = Pose.of(human, {"lumbar_extension": -0.5})
     for pose, higher in ((raised, True), (bowed, False)):
-        upper = Upper(human, reference, pose, None, 0.0)
+        upper = UpperBody(human, reference, pose, None, 0.0)
         upper.time = 10.0
         plain, row = reference.at(0.4), reference.at(0.4)
-        upper.put(row, 0.4, 1.0)
+        upper.apply(row, 0.4, 1.0)
         hinges = upper_hinges(human)
         np.testing.assert_array_equal(row.q[7:][~hinges], plain.q[7:][~hinges])
         np.testing.assert_allclose(row.q[7:][pose.hinges], pose.angles)
@@ -160,9 +160,9 @@ def test_an_upper_body_of_another_walk_is_in_step_and_leans_as_that_in_the_world
     plain = source_of(human, new, old, 0.0)
     rows = [old.at(0.3), old.at(0.3)]
     for each, row in zip((source, plain), rows, strict=True):
-        each.put(row, 0.3, 0.0, 1.0)
+        each.apply(row, 0.3, 0.0, 1.0)
     np.testing.assert_allclose(rows[0].q, rows[1].q, atol=1e-6)
-    like = Clocks(old.schedule, new.schedule, lifts=False).to_old(0.3)
+    like = PhaseMap(old.schedule, new.schedule, lifts=False).to_old(0.3)
     arm = 7 + human.hinge("arm_flex_r")
     assert rows[1].q[arm] == pytest.approx(new.at(like).q[arm], abs=1e-9)
 

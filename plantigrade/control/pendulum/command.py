@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from plantigrade.control.pendulum.path import Path, Timed
-from plantigrade.control.pendulum.upper import Pose
+from plantigrade.control.pendulum.upper_body import Pose
 from plantigrade.record import Record
 
 RECORDED = "recorded"

@@ -16,13 +16,13 @@ from plantigrade.control.gait.tasks import com_rows, turn_error
 from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.foothold import Sole
-from plantigrade.control.pendulum.frame import Underfoot
+from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
 from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.plan import Plan, reaction_of, turned
 from plantigrade.control.pendulum.settings import PendulumSettings
-from plantigrade.control.pendulum.swing import SwingPath, in_reach
+from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.wanted import (
     Weights,
@@ -125,6 +125,7 @@ class Pendulum:
         rest = BodyState(human, human.standing())
         hip = rest.origin(f"femur_{SIDES[0]}")
         self.leg = float(hip[2] - rest.origin(f"foot_{SIDES[0]}")[2])
+        self.reach = self.settings.swing.max_leg_extension * self.leg
         self.hip = float(rest.com[2] - hip[2])
         self.reaction = reaction_of(human)
         self.gravity = np.array(human.model.opt.gravity)
@@ -178,7 +179,7 @@ class Pendulum:
                 f"the walk is of a person with {self.human.model.nv} degrees of freedom; the one "
                 f"in the world has {world.human.model.nv}"
             )
-        self.ground: Ground | Underfoot = world.ground
+        self.ground: Ground | Terrain = world.ground
         self.normal = self.ground.normal
         self.friction = GRIP * self.ground.friction
         # What resists a rate holds a light toe back within a tick, as inertia does.
@@ -199,11 +200,11 @@ class Pendulum:
         self.hold = CommandHold(self.settings.tick, 1.0 / self._world.control_rate, nv)
         tick = 2.0 * self.hold.half
         own = self.leg, self.hip, self.reaction
-        self.plan = Plan(gait, self.reference, self.law, *own, tick)
-        self.paths = [SwingPath(self.leg) for _ in gait.feet]
-        self.soles = [Sole(self.leg, own.left) for own in gait.feet]
+        self.plan = Plan(gait, self.reference, self.law, *own, tick, self.settings.swing)
+        self.paths = [SwingPath(self.leg, self.settings.swing) for _ in gait.feet]
+        self.soles = [Sole(self.leg, own.left, self.settings.foothold) for own in gait.feet]
         for path, at in zip(self.paths, body.origins[self.feet], strict=True):
-            path.stands(at)
+            path.start(at)
         self.landing, self._clock = None, phase
         self._lifted = np.zeros(2)
         ref, foot = self.reference.at(phase), body.origins[self.feet]
@@ -373,12 +374,12 @@ class Pendulum:
             across = normal if own.stands else None
             rows.append(turn_rows(J[:3], bias[:3], speed[:3], error, goal, push, across))
             if own.stands:
-                self.paths[i].stands(foot[i])
+                self.paths[i].start(foot[i])
             else:
                 place, pace, push = self._swing(own, i, ref, rate, foot)
                 at = body.origins[self.hips[[i]]]
                 goes = body.rigid_points(self.hips[[i]], at).velocity[0]
-                in_reach(self.leg, at[0], goes, place, pace, push)
+                limit_to_reach(self.reach, at[0], goes, place, pace, push)
                 rows.append(place_rows(J[3:], bias[3:], speed[3:], place - foot[i], pace, push))
             if own.stands and own.touchdown >= newest and not (self.side_of[active] == i).any():
                 # What carries has lost the ground: it is led back there.

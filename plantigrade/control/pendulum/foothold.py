@@ -1,9 +1,10 @@
-"""Where a sole can stand on uneven ground: how it lies there, and a better place near by.
+"""How a sole lies on uneven ground, and a better position near a planned footstep.
 
 A foot that lands half on an edge along it rolls over that edge; people put it beside. An edge
 across it does little harm: heel and ball are far apart, and the foot lies on both.
 """
 
+from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
@@ -11,27 +12,36 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.phase import Foot
-from plantigrade.control.pendulum.frame import Underfoot
+from plantigrade.control.pendulum.frame import Terrain
 
-ALONG, ACROSS = (-0.07, 0.05, 0.17), 0.045
-"""Heel, middle and ball ahead of the ankle, and half the width of a sole [leg lengths]."""
-ROLLED, PITCHED = 0.15, 0.4
-"""A sole is tilted so much with the ground, at most, sideways and along it [rad]: over an edge it
-is kept level by the ankle."""
-ROLL, PITCH = 0.12, 0.3
-"""Tilts of the ground, sideways and along the sole, that cost 1 [rad]."""
-SHIFT = (0.09, 0.06)
-"""Shifts of a place ahead and sideways that cost 1 [leg lengths]."""
-AHEAD, ASIDE = (-0.1, -0.05, 0.0, 0.05, 0.1), (-0.07, -0.035, 0.0, 0.035, 0.07)
-"""Shifts that are tried, likewise."""
-STAYS = 0.3
-"""Another place is taken where it costs so much less."""
-SETTLED = 0.1
-"""So long before it lands a foot goes where it was to go [s]."""
-INWARD = 0.1
-"""A place is not shifted nearer to the other foot than that, sideways [leg lengths]."""
-AXIS = np.array([1.0, 0.0])
-"""Where a foot points that lands."""
+AHEAD = np.array([1.0, 0.0])  # where a foot points at touchdown
+
+
+@dataclass(frozen=True, kw_only=True)
+class FootholdSettings:
+    """The sole on uneven ground, and the search for a better footstep; values were chosen."""
+
+    sole_points: tuple[float, float, float] = (-0.07, 0.05, 0.17)
+    """Heel, middle and ball of a sole ahead of the ankle [leg lengths]."""
+    sole_half_width: float = 0.045
+    """Half the width of a sole [leg lengths]."""
+    max_tilt: tuple[float, float] = (0.15, 0.4)
+    """Greatest tilt of a sole with the ground, sideways and along it [rad]: over an edge the ankle
+    keeps it level."""
+    tilt_scale: tuple[float, float] = (0.12, 0.3)
+    """Tilts of the ground, sideways and along the sole, that cost 1 [rad]."""
+    shift_scale: tuple[float, float] = (0.09, 0.06)
+    """Shifts of a footstep ahead and sideways that cost 1 [leg lengths]."""
+    shifts_ahead: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
+    """Shifts ahead that are tried [leg lengths]."""
+    shifts_sideways: tuple[float, ...] = (-0.07, -0.035, 0.0, 0.035, 0.07)
+    """Shifts sideways that are tried [leg lengths]."""
+    hysteresis: float = 0.3
+    """Cost by which another shift must be better than the last."""
+    commitment_time: float = 0.1
+    """Time before touchdown from which the shift stays as it is [s]."""
+    min_lateral_distance: float = 0.1
+    """Least lateral distance of feet that a shift may lead to [leg lengths]."""
 
 
 class Sole:
@@ -40,113 +50,119 @@ class Sole:
     Args:
         leg: Length of the leg [m].
         left: 1 for the left foot, -1 for the right.
-
+        settings: Of the search.
     """
 
-    def __init__(self, leg: float, left: float):
+    def __init__(self, leg: float, left: float, settings: FootholdSettings | None = None):
+        self.settings = own = settings or FootholdSettings()
         self.leg, self.left = leg, left
-        self._normal = np.array([0.0, 0.0, 1.0])
-        self._shift = np.zeros(2)
-        n = [(x, y) for x in ALONG for y in (ACROSS, -ACROSS)]
-        self._points = leg * np.array(n)
-        self._tried = leg * np.array([(x, y) for x in AHEAD for y in ASIDE])
-        self._cost = ((self._tried / (leg * np.array(SHIFT))) ** 2).sum(axis=1)
+        self._normal, self._shift = np.array([0.0, 0.0, 1.0]), np.zeros(2)
+        width = own.sole_half_width
+        self._points = leg * np.array([(x, y) for x in own.sole_points for y in (width, -width)])
+        self._length = leg * (own.sole_points[2] - own.sole_points[0])
+        self._width = 2.0 * leg * width
+        self._scale = leg * np.array(own.shift_scale)
+        self._tried = leg * np.array(
+            [(x, y) for x in own.shifts_ahead for y in own.shifts_sideways]
+        )
+        self._cost = ((self._tried / self._scale) ** 2).sum(axis=1)
 
     def heights(
-        self, ground: Ground | Underfoot, places: Float[Array, "n 2"], ahead: Float[Array, " 2"]
+        self, ground: Ground | Terrain, ankles: Float[Array, "n 2"], ahead: Float[Array, " 2"]
     ) -> Float[Array, "n 3 2"]:
         """Return heights of the ground under heel, middle and ball, left and right [m].
 
         Args:
             ground: The ground.
-            places: Of the ankle [m].
+            ankles: Positions of the ankle [m].
             ahead: Where the foot points, of length one.
         """
         axes = np.array([ahead, [-ahead[1], ahead[0]]])
-        points = np.zeros((len(places), len(self._points), 3))
-        points[:, :, :2] = places[:, None] + self._points @ axes
+        points = np.zeros((len(ankles), len(self._points), 3))
+        points[:, :, :2] = ankles[:, None] + self._points @ axes
         normal = ground.normal
-        high = (ground.under(points) - points @ normal) / normal[2]
-        return high.reshape(-1, len(ALONG), 2)
+        height = (ground.under(points) - points @ normal) / normal[2]
+        return height.reshape(-1, len(self.settings.sole_points), 2)
 
     def normal(
         self,
-        ground: Ground | Underfoot,
-        own: Foot,
+        ground: Ground | Terrain,
+        foot: Foot,
         phase: float,
-        place: Float[Array, " 3"],
+        ankle: Float[Array, " 3"],
         ahead: Float[Array, " 2"],
-        goal: Float[Array, " 2"] | None,
+        footstep: Float[Array, " 2"] | None,
     ) -> Float[Array, " 3"]:
-        """Return the normal of the sole: as it stands, or on the way from there to its landing.
+        """Return the normal of the sole: in stance, or on the way from there to the footstep.
 
         Args:
             ground: The ground.
-            own: The foot.
+            foot: The foot.
             phase: Of the gait [s].
-            place: Of the ankle [m].
+            ankle: Its position [m].
             ahead: Where the foot points, over the ground.
-            goal: Where it lands; None if nobody knows [m].
+            footstep: Where it will land; None if that is not planned [m].
         """
-        if own.stands:
+        if foot.stands:
             ahead = ahead / max(hypot(*ahead), 1e-6)
-            self._normal, self._shift = self.under(ground, place[:2], ahead), np.zeros(2)
+            self._normal, self._shift = self.under(ground, ankle[:2], ahead), np.zeros(2)
             return self._normal
-        if goal is None:
+        if footstep is None:
             return self._normal
-        lasts = max(own.touchdown - own.lifted, 1e-3)
-        part = min(max((phase - own.lifted) / lasts, 0.0), 1.0)
-        normal = (1.0 - part) * self._normal + part * self.under(ground, goal, AXIS)
+        duration = max(foot.touchdown - foot.lifted, 1e-3)
+        part = min(max((phase - foot.lifted) / duration, 0.0), 1.0)
+        normal = (1.0 - part) * self._normal + part * self.under(ground, footstep, AHEAD)
         return normal / np.linalg.norm(normal)
 
     def under(
-        self, ground: Ground | Underfoot, place: Float[Array, " 2"], ahead: Float[Array, " 2"]
+        self, ground: Ground | Terrain, ankle: Float[Array, " 2"], ahead: Float[Array, " 2"]
     ) -> Float[Array, " 3"]:
-        """Return the normal of a sole that lies at a place.
+        """Return the normal of a sole that lies on the ground.
 
         It rests on what is highest under heel and ball; sideways it follows the ground a little.
 
         Args:
             ground: The ground.
-            place: Of the ankle [m].
+            ankle: Position of the ankle [m].
             ahead: Where the foot points, of length one.
         """
-        high = self.heights(ground, place[None], ahead)[0]
-        top = high.max(axis=1)
-        pitch = float(top[2] - top[0]) / (self.leg * (ALONG[2] - ALONG[0]))
-        roll = float((high[:, 0] - high[:, 1]).mean()) / (2.0 * self.leg * ACROSS)
-        pitch, roll = min(max(pitch, -PITCHED), PITCHED), min(max(roll, -ROLLED), ROLLED)
+        height = self.heights(ground, ankle[None], ahead)[0]
+        top, (max_roll, max_pitch) = height.max(axis=1), self.settings.max_tilt
+        pitch = float(top[2] - top[0]) / self._length
+        roll = float((height[:, 0] - height[:, 1]).mean()) / self._width
+        pitch, roll = min(max(pitch, -max_pitch), max_pitch), min(max(roll, -max_roll), max_roll)
         x, y = ahead.tolist()
         normal = np.array([-pitch * x + roll * y, -pitch * y - roll * x, 1.0])
         return normal / np.linalg.norm(normal)
 
     def shift(
         self,
-        ground: Ground | Underfoot,
-        place: Float[Array, " 2"],
+        ground: Ground | Terrain,
+        footstep: Float[Array, " 2"],
         other: Float[Array, " 2"],
-        left: float,
+        time: float,
     ) -> Float[Array, " 2"]:
-        """Return how far from a place the foot is to land, to stand well [m].
+        """Return how far from a planned footstep the foot lands better [m].
 
         Args:
             ground: The ground.
-            place: Where balance wants it [m].
+            footstep: As planned for balance [m].
             other: The other foot [m].
-            left: In how much time it lands [s].
+            time: To touchdown [s].
         """
-        if left < SETTLED:
+        own = self.settings
+        if time < own.commitment_time:
             return self._shift
         tried = np.vstack([self._tried, self._shift])
-        high = self.heights(ground, place + tried, AXIS)
-        roll = np.abs(high[:, :, 0] - high[:, :, 1]).max(axis=1) / (2.0 * self.leg * ACROSS)
-        top = high.max(axis=2)
-        pitch = np.abs(top[:, 2] - top[:, 0]) / (self.leg * (ALONG[2] - ALONG[0]))
-        cost = (roll / ROLL) ** 2 + (pitch / PITCH) ** 2
+        height = self.heights(ground, footstep + tried, AHEAD)
+        roll = np.abs(height[:, :, 0] - height[:, :, 1]).max(axis=1) / self._width
+        top = height.max(axis=2)
+        pitch = np.abs(top[:, 2] - top[:, 0]) / self._length
+        cost = (roll / own.tilt_scale[0]) ** 2 + (pitch / own.tilt_scale[1]) ** 2
         cost[:-1] += self._cost
-        cost[-1] += ((self._shift / (self.leg * np.array(SHIFT))) ** 2).sum() - STAYS
-        apart = self.left * (place[1] - other[1])
-        inward = apart + self.left * tried[:, 1] < min(INWARD * self.leg, apart)
+        cost[-1] += ((self._shift / self._scale) ** 2).sum() - own.hysteresis
+        apart = self.left * (footstep[1] - other[1])
+        inward = apart + self.left * tried[:, 1] < min(own.min_lateral_distance * self.leg, apart)
         cost[inward] = np.inf
         self._shift = tried[int(np.argmin(cost))]
         return self._shift

@@ -1,7 +1,7 @@
 """The frame of a walk: x along it, wherever it leads in the world.
 
-Torques of joints do not depend on where a person is and which way they look. A controller that
-walks along x walks along any line, if it is shown the world in the frame of that line.
+Torques of joints depend neither on the position of a person nor on their heading. A controller that
+walks along x walks along any line, if it observes the world in the frame of that line.
 """
 
 from functools import cached_property
@@ -21,7 +21,7 @@ class Frame:
     """A frame that is turned about the vertical.
 
     Attributes:
-        origin: Where it is, world [m].
+        origin: Its position, world [m].
         angle: From the x axis of the world to its own, to the left [rad].
     """
 
@@ -47,25 +47,25 @@ class Frame:
         return (points - [*self.origin, 0.0]) @ self.turn
 
     def steer(self, ahead: float, left: float, angle: float) -> None:
-        """Turn about a place.
+        """Turn about a point.
 
         Args:
-            ahead: Where that is, along x [m].
+            ahead: Its position along x [m].
             left: And along y [m].
-            angle: By how much, to the left [rad].
+            angle: Of the turn, to the left [rad].
         """
         local = np.array([ahead, left])
-        place = self.origin + self.turn[:2, :2] @ local
+        point = self.origin + self.turn[:2, :2] @ local
         self.angle += angle
-        self.origin = place - self.turn[:2, :2] @ local
+        self.origin = point - self.turn[:2, :2] @ local
 
     def shift(self, left: float) -> None:
         """Move it to the left [m]."""
         self.origin = self.origin + left * self.turn[:2, 1]
 
 
-class Seen(State):
-    """A state as it is in a frame.
+class ObservedState(State):
+    """A state of the world in a frame.
 
     Args:
         state: The state in the world.
@@ -93,10 +93,10 @@ class Seen(State):
         return self._state.contact_force @ self._turn
 
 
-class Underfoot:
-    """The ground of a world as it is in a frame, with the plate that may tilt upon it.
+class Terrain:
+    """The ground of a world in a frame, with the plate that may tilt upon it.
 
-    It has of :class:`~plantigrade.contact.ground.Ground` what a walk asks for.
+    It has those methods of :class:`~plantigrade.contact.ground.Ground` that a walk needs.
 
     Args:
         world: The world.
@@ -120,19 +120,19 @@ class Underfoot:
         return self._plate >= 0
 
     def _pose(self) -> tuple[Array, Array]:
-        """Return normal and a place of the plate, world."""
+        """Return normal and a point of the plate, world."""
         data = self._world.data
         turn = data.xmat[self._plate].reshape(3, 3)
         return turn[:, 2], data.xpos[self._plate] + self._top * turn[:, 2]
 
     @property
     def normal(self) -> Float[Array, " 3"]:
-        """Direction in which it pushes."""
+        """Its normal."""
         up = self.ground.normal if self._plate < 0 else self._pose()[0]
         return up @ self._frame.turn
 
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
-        """Return in which direction the ground under points pushes."""
+        """Return the normal of the ground under points."""
         if self._plate < 0 and self.uneven:
             return self.ground.normal_at(self._frame.to_world(points)) @ self._frame.turn
         normal = np.empty(points.shape)
@@ -143,8 +143,8 @@ class Underfoot:
         """Return its height along the normal, under points [m]."""
         origin = np.array([*self._frame.origin, 0.0])
         if self._plate >= 0:
-            normal, place = self._pose()
-            return np.full(points.shape[:-1], float(normal @ (place - origin)))
+            normal, point = self._pose()
+            return np.full(points.shape[:-1], float(normal @ (point - origin)))
         if not (self.uneven or self.steps):
             up = self.ground.normal
             return np.full(points.shape[:-1], self.ground.height - float(up @ origin))

@@ -11,8 +11,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.planner import AGAIN, LandingBox, easiest
-from plantigrade.control.pendulum.around import AHEAD, BESIDE, length
 from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, strike_angle
+from plantigrade.control.pendulum.swing import SwingSettings, detour_length
 
 RATES = np.array([0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
 """Rates at which a step may be finished, of the recording's own; slowly where the foot is late."""
@@ -209,6 +209,7 @@ class Reach(LandingBox):
         hips: Where it is at each time, from the standing foot along the axes [m].
         spans: How far from there the leg reaches on the ground then [m]; any distance if absent.
         may_cross: Whether the feet may cross; those of a walk that turns do not.
+        stance_foot_size: Half axes of the ellipse around the other foot [leg lengths].
     """
 
     speed: Float[Array, " 2"]
@@ -224,6 +225,7 @@ class Reach(LandingBox):
     widest: float = WIDEST
     over: float = CROSSED
     may_cross: bool = True
+    stance_foot_size: tuple[float, float] = SwingSettings().stance_foot_size
 
     def at(self, mass: Float[Array, "m 2"], time: Float[Array, " m"]) -> "Reach":
         """Return the reach at some times: high above the ground a leg does not reach far.
@@ -293,11 +295,12 @@ class Reach(LandingBox):
     def _around(self, offset: Float[Array, "m 2"]) -> Float[Array, " m"]:
         """Return by how much the ways around the other foot are longer than straight ones [m]."""
         outward = np.array([1.0, self.side])
-        size = self.leg * np.array([AHEAD, min(BESIDE, self.narrowest / self.leg)])
+        ahead, sideways = self.stance_foot_size
+        size = self.leg * np.array([ahead, min(sideways, self.narrowest / self.leg)])
         if size[1] <= 0.0:
             return np.zeros(len(offset))
         start, ends = ((self.nominal + x) @ self.axes * outward for x in (self.here, offset))
-        return length(start, ends, size)
+        return detour_length(start, ends, size)
 
     def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
         """Return what it costs that the foot would have to be faster than it can.

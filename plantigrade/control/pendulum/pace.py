@@ -15,8 +15,8 @@ from plantigrade.control.gait.instant import Instant, Layout, derivative_order, 
 from plantigrade.control.gait.reference import Reference
 from plantigrade.control.gait.schedule import Schedule
 from plantigrade.control.pendulum.crouch import Crouch
-from plantigrade.control.pendulum.switch import Crossing
-from plantigrade.control.pendulum.upper import Upper
+from plantigrade.control.pendulum.transition import Transition
+from plantigrade.control.pendulum.upper_body import UpperBody
 
 WIDER = 0.6
 """Feet that are no longer ahead of each other are so much farther apart sideways, by the part that
@@ -32,8 +32,8 @@ class Paced:
         stride: Length of its steps, by the recorded ones.
         cadence: Steps in a time, by the recorded ones.
         crouch: The crouched posture; None if it is as recorded.
-        upper: What spine, neck and arms do instead; None if as recorded.
-        crossing: The walk before, as long as it turns into this one.
+        upper: Of spine, neck and arms; None if as recorded.
+        transition: From the walk before, as long as it turns into this one.
     """
 
     def __init__(self, reference: Reference):
@@ -43,8 +43,8 @@ class Paced:
         self.duration, self.ends = reference.duration, reference.ends
         self.stride, self.cadence = 1.0, 1.0
         self.crouch: Crouch | None = None
-        self.upper: Upper | None = None
-        self.crossing: Crossing | None = None
+        self.upper: UpperBody | None = None
+        self.transition: Transition | None = None
         self._low = reference.rows.foot_position[:, :, 2].min(axis=0)
         self._along, self._moving = _on_axis(reference.layout, 0)
         self._across = np.logical_or(*_on_axis(reference.layout, 1))
@@ -74,16 +74,16 @@ class Paced:
             self.stride, self.cadence = stride, cadence
             self._settle()
 
-    def cross(self, crossing: Crossing | None, phase: float) -> None:
-        """Let another walk turn into this one; to be called whenever its part is another.
+    def blend(self, transition: Transition | None, phase: float) -> None:
+        """Let another walk turn into this one; to be called whenever its weight changes.
 
         Args:
-            crossing: The walk before; None once this one is reached.
+            transition: The walk before; None once this one is reached.
             phase: That of now [s].
         """
         self.set(self.stride, self.cadence, phase)
-        self.crossing, part = crossing, 1.0 if crossing is None else crossing.part
-        before = 0.0 if crossing is None else crossing.speed
+        self.transition, part = transition, 1.0 if transition is None else transition.part
+        before = 0.0 if transition is None else transition.speed
         self._speed = part * self._own + (1.0 - part) * before
 
     def shift(self, ahead: float) -> None:
@@ -105,8 +105,8 @@ class Paced:
     def at(self, phase: float) -> Instant:
         """Return the walk at a phase."""
         found = self.recorded.at(phase)
-        if self.crossing is not None:
-            found = self.crossing.at(found, phase, self.cadence)
+        if self.transition is not None:
+            found = self.transition.at(found, phase, self.cadence)
         same = self.stride == self.cadence == 1.0 and self._shift == 0.0
         if same and self.crouch is None and self.upper is None:
             return found
@@ -117,7 +117,7 @@ class Paced:
             com, pressure = found.com, found.cop
             pressure[:2] = com[:2] - self.cadence**2 * (com - pressure)[:2]
         if self.upper is not None:
-            self.upper.put(found, phase, self.cadence)
+            self.upper.apply(found, phase, self.cadence)
         if self.crouch is not None:
             found.com[2] -= self.crouch.lowering
             found.q[2] -= self.crouch.lowering

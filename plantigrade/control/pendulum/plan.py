@@ -12,9 +12,9 @@ from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.planner import decayed
 from plantigrade.control.gait.swing import NARROW, SLACK
-from plantigrade.control.pendulum.around import AHEAD, BESIDE, via
 from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
 from plantigrade.control.pendulum.pace import Paced
+from plantigrade.control.pendulum.swing import SwingSettings, detours
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
@@ -23,9 +23,8 @@ BACK = 0.85
 ASTRAY = 0.4
 """Who is farther than this from where the recording would be by now does not hurry back more
 [leg lengths]; along the path what is lost beyond it stays lost."""
-STRAIGHT, TIPTOE = 0.99, 0.12
-"""Legs are straight at so much of their length; a trailing one is longer by its ankle [leg
-lengths]."""
+TIPTOE = 0.12
+"""A trailing leg is longer by its ankle [leg lengths]."""
 LOWEST, RISING = 0.2, 0.5
 """So much lower the body goes for far feet, at most [leg lengths]; it comes up again in this time
 [s], lest it be thrown up between steps."""
@@ -50,6 +49,7 @@ class Plan:
         reaction: How far the extrapolated centre goes along with a foot that is led elsewhere, by
             its distance (:func:`reaction_of`).
         step: From one tick to the next [s].
+        swing: How feet swing.
 
     Attributes:
         error: What the divergent component of motion is off the plan, world [m].
@@ -75,7 +75,9 @@ class Plan:
         hip: float,
         reaction: float,
         step: float,
+        swing: SwingSettings,
     ):
+        self.swing = swing
         self.gait, self.law, self.leg, self.hip, self.step = gait, law, leg, hip, step
         self.reaction = reaction
         self.reference = reference
@@ -171,6 +173,7 @@ class Plan:
         swings = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), places[[i]])
         box = Reach(
             axes=np.eye(2),
+            stance_foot_size=self.swing.stance_foot_size,
             nominal=strike.lands - stands,
             side=foot.left,
             leg=self.leg,
@@ -234,10 +237,11 @@ class Plan:
             apart: How far aside of it the recorded one is now [m].
         """
         outward = np.array([1.0, left])
-        size = np.array([AHEAD * self.leg, min(BESIDE * self.leg, apart - SLACK)])
+        ahead, sideways = self.swing.stance_foot_size
+        size = np.array([ahead * self.leg, min(sideways * self.leg, apart - SLACK)])
         if size[1] <= SLACK:  # the recorded feet cross over themselves
             return None
-        points, around = via(outward * start, (outward * end)[None], size)
+        points, around = detours(outward * start, (outward * end)[None], size)
         return outward * points[0] if around[0] else None
 
     def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
@@ -251,7 +255,7 @@ class Plan:
             foot_ref: The foot in it [m].
             more: How much longer the leg is [leg lengths].
         """
-        leg = (STRAIGHT + more) * self.leg
+        leg = (self.swing.max_leg_extension + more) * self.leg
         high = []
         for c, f in ((com, foot), (com_ref, foot_ref)):
             x, y = (c - f).tolist()[:2]

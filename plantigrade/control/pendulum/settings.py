@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 from plantigrade.control.pendulum.crouch import CrouchSettings
 from plantigrade.control.pendulum.disturbance import DisturbanceSettings
+from plantigrade.control.pendulum.foothold import FootholdSettings
 from plantigrade.control.pendulum.landing import LAWS
 from plantigrade.control.pendulum.path import PathSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.standing import StandingSettings
+from plantigrade.control.pendulum.swing import SwingSettings
+from plantigrade.control.pendulum.upper_body import UpperBodySettings
 from plantigrade.errors import ParameterError
 
 MAX_TICK = 0.1  # [s] a step has a few of them
@@ -25,6 +28,9 @@ class PendulumSettings:
     path: PathSettings = PathSettings()
     crouch: CrouchSettings = CrouchSettings()
     standing: StandingSettings = StandingSettings()
+    upper_body: UpperBodySettings = UpperBodySettings()
+    swing: SwingSettings = SwingSettings()
+    foothold: FootholdSettings = FootholdSettings()
     disturbance: DisturbanceSettings = DisturbanceSettings()
 
     def __post_init__(self):

@@ -11,8 +11,9 @@ class SpeedSettings:
     """Longest steps [recorded steps]. Chosen."""
     acceleration: float = 0.5
     """Change of the desired speed [m/s²]. Chosen."""
-    mean_time: float = 1.2
-    """Time constant of the mean speed: about a stride [s]."""
+    stride_time: float = 1.2
+    """About the time of a stride: time constant of mean values, and least time in which one walk
+    turns into another [s]. Chosen."""
     correction_rate: float = 0.08
     """Rate at which an error of the mean speed is corrected [1/s]. Chosen."""
     max_correction: float = 0.25
@@ -24,6 +25,14 @@ class SpeedSettings:
     turn_overspeed: float = 2.0
     """Speed, by that which the turn to the path allows, above which the walk goes straight on: it
     would turn on a wide bend beside the path. Chosen."""
+
+    def transition_time(self, change: float) -> float:
+        """Return the time in which a walk turns into one of another mean speed [s].
+
+        Args:
+            change: Of the mean speed [m/s].
+        """
+        return max(self.stride_time, abs(change) / self.acceleration)
 
 
 class SpeedControl:
@@ -54,7 +63,7 @@ class SpeedControl:
             step: The time step [s].
         """
         own = self.settings
-        self.mean += step / own.mean_time * ((position - self._position) / step - self.mean)
+        self.mean += step / own.stride_time * ((position - self._position) / step - self.mean)
         self._position = position
         goal = min(desired / recorded, own.max_step_scale)
         change = own.acceleration / recorded * step

@@ -1,4 +1,4 @@
-"""The walks that somebody can walk, and what their upper body can do: chosen while they walk."""
+"""The walks and upper bodies of a person, chosen while they walk."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.pace import Paced
-from plantigrade.control.pendulum.switch import Clocks, Crossing
-from plantigrade.control.pendulum.upper import InStep, Pose, Source, Upper, source_of
+from plantigrade.control.pendulum.transition import PhaseMap, Transition
+from plantigrade.control.pendulum.upper_body import InStep, Pose, Source, UpperBody, source_of
 from plantigrade.control.pendulum.words import Switched
 from plantigrade.errors import ParameterError
 from plantigrade.world import Target
@@ -36,13 +36,13 @@ class Walk:
 
 
 class Styles:
-    """Changes the walk of a pendulum, and the upper body, when it is asked to.
+    """Changes the walk of a pendulum, and its upper body, when the targets say so.
 
     Args:
-        pendulum: Who walks.
-        own: Name of their own walk.
+        pendulum: The walk.
+        own: Its name.
         walks: Other walks.
-        uppers: What the upper body can do.
+        uppers: Other upper bodies.
 
     Attributes:
         targets: The walk and the upper body by number, to be chosen while it walks; only where
@@ -74,7 +74,7 @@ class Styles:
         self._walks = [Walk(own, first, pendulum.clearance), *(Walk.of(w) for w in walks)]
         for walk in self._walks[1:]:
             try:
-                Clocks(walk.reference.schedule, first.schedule)
+                PhaseMap(walk.reference.schedule, first.schedule)
             except ParameterError as error:
                 raise ParameterError(f"{own}, then {walk.name}: {error}") from error
         self._uppers: list[tuple[str, Reference | Pose | None]] = [(RECORDED, None)]
@@ -103,9 +103,9 @@ class Styles:
         return max(float(w.advance[0]) / w.duration if w.period else 0.0 for w in walks)
 
     @property
-    def crosses(self) -> bool:
+    def changing(self) -> bool:
         """Whether one walk turns into another now."""
-        return self._pendulum.reference.crossing is not None
+        return self._pendulum.reference.transition is not None
 
     def begin(self) -> None:
         """Start anew: with the first walk, as recorded."""
@@ -113,7 +113,7 @@ class Styles:
         if pendulum.reference.recorded is not first.reference:
             pendulum.reference = Paced(first.reference)
             pendulum.clearance = first.clearance
-        pendulum.reference.crossing = pendulum.reference.upper = None
+        pendulum.reference.transition = pendulum.reference.upper = None
         self._now = [0, 0]
         self._left = list(self._plan)
         for target in self.targets:
@@ -147,8 +147,8 @@ class Styles:
             target.set(float(i))
         style, upper = (0 if t is None else round(t.value) for t in self._chosen)
         paced = self._pendulum.reference
-        if paced.crossing is not None:
-            self._cross(time)
+        if paced.transition is not None:
+            self._blend(time)
         elif style != self._now[0]:
             self._switch(style, time, walks)
         paced = self._pendulum.reference
@@ -160,8 +160,8 @@ class Styles:
             paced.upper.time = time
 
     def count(self, error: float) -> None:
-        """Take note of how far the joints are from the walk now [rad]."""
-        if self.switched and not self.crosses:
+        """Record the distance of the joints from the walk now [rad]."""
+        if self.switched and not self.changing:
             self._squares, self._counted = self._squares + error**2, self._counted + 1
 
     def _source(self, upper: int, time: float) -> Source | None:
@@ -170,13 +170,13 @@ class Styles:
             return None
         return source_of(self._pendulum.human, what, self._pendulum.reference.recorded, time)
 
-    def _cross(self, time: float) -> None:
-        """Go on from one walk to the next."""
+    def _blend(self, time: float) -> None:
+        """Continue the transition."""
         pendulum = self._pendulum
-        paced, crossing = pendulum.reference, pendulum.reference.crossing
-        assert crossing is not None
-        goes = crossing.go(time - self._since)
-        paced.cross(crossing if goes else None, pendulum.gait.phase)
+        paced, transition = pendulum.reference, pendulum.reference.transition
+        assert transition is not None
+        goes = transition.advance(time - self._since)
+        paced.blend(transition if goes else None, pendulum.gait.phase)
 
     def _switch(self, style: int, time: float, walks: bool) -> None:
         """Begin to turn into another walk, where one foot stands and the other swings on time."""
@@ -195,9 +195,9 @@ class Styles:
             foot, stood = swings[0], gait.standing[0]
             if foot.caught or foot.waited or stood.early or gait.phase >= foot.touchdown:
                 return
-            crossing = Crossing(walk.reference, before.recorded)
-            clocks = crossing.clocks
-            phase = clocks.to_new(gait.phase)
+            transition = Transition(walk.reference, before.recorded, pendulum.settings.speed)
+            phases = transition.phases
+            phase = phases.to_new(gait.phase)
             new = Gait(walk.reference, gait.weight, phase)
             if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
                 return
@@ -205,15 +205,15 @@ class Styles:
             paced.crouch = before.crouch
             ahead = float(before.at(gait.phase).q[0])
             paced.start(before.stride, phase, 0.0)
-            paced.cross(crossing, phase)
-            paced.set(before.stride, crossing.cadence(phase), phase)
+            paced.blend(transition, phase)
+            paced.set(before.stride, transition.cadence(phase), phase)
             paced.shift(ahead - float(paced.at(phase).q[0]))
             for now, then in zip(new.feet, gait.feet, strict=True):
-                now.swing, now.lifted = then.swing, clocks.to_new(then.lifted)
+                now.swing, now.lifted = then.swing, phases.to_new(then.lifted)
                 assert now.number is not None and then.number is not None
                 new.offset(now.number)[:] = gait.offset(then.number)
             new.rate, new.touchdowns = gait.rate, gait.touchdowns
-            share = 100.0 * clocks.share(phase)
+            share = 100.0 * phases.share(phase)
             self._changed(paced, style, time, stood.side, share)
             pendulum.walk_on(new)
         self._since, self._squares, self._counted = time, 0.0, 0
@@ -224,8 +224,9 @@ class Styles:
 
     def _dressed(
         self, paced: Paced, source: Source | None, before: Source | None, since: float
-    ) -> Upper:
-        return Upper(self._pendulum.human, paced.recorded, source, before, since)
+    ) -> UpperBody:
+        settings = self._pendulum.settings.upper_body
+        return UpperBody(self._pendulum.human, paced.recorded, source, before, since, settings)
 
     def _renewed(self, source: Source | None, time: float) -> Source | None:
         """Return what the upper body does, on the legs of the walk that is walked now."""

@@ -1,6 +1,7 @@
-"""How a foot swings: the recorded path, rescaled to the predicted step, over what is in its way."""
+"""The path of a swing foot: over the ground in its way, around the stance foot, within reach."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
@@ -8,137 +9,203 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.phase import Foot
 
-CLEAR = 0.012
-"""A foot is swung so much higher than recorded, in the middle: recorded toes pass the ground within
-millimetres, and soles of fitted feet are somewhat in it [leg lengths]."""
-LIFT = 0.02
-"""And so much by how fast it is led elsewhere [s]."""
-HEEL, TOE, NEAR = -0.08, 0.24, 0.03
-"""How far a sole reaches behind the ankle and ahead of it; so far the ground about the ankle tells
-how it is tilted [leg lengths]."""
-ALONG = np.linspace(0.0, 1.0, 9)
-"""Where the ground on the way is looked at."""
-UP, DOWN = 0.35, 0.7
-"""Parts of a swing by which a foot is over what is in its way, and until which it stays there."""
-STRAIGHT = 0.99
-"""A swinging leg is stretched so far, hip to ankle [leg lengths]."""
+SAMPLES = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
 
-Level = Callable[[Array], float]
-"""Height of the ground at a place [m]."""
+Height = Callable[[Array], float]
+"""Height of the ground at a position [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwingSettings:
+    """How feet swing; values were chosen where no reason is given."""
+
+    clearance: float = 0.012
+    """Height above the recorded path in the middle of a swing [leg lengths]: recorded toes pass the
+    ground within millimetres, and soles of fitted feet are partly below it."""
+    clearance_by_speed: float = 0.02
+    """Further such height by the speed at which the foot departs from the recorded path [s]."""
+    max_departure_speed: float = 2.0
+    """Greatest such speed that counts [m/s]."""
+    sole_reach: tuple[float, float] = (-0.08, 0.24)
+    """Heel and toes ahead of the ankle [leg lengths]."""
+    tilt_base: float = 0.03
+    """Distance before and behind the ankle by which the ground tilts the foot [leg lengths]."""
+    raised_phase: tuple[float, float] = (0.35, 0.7)
+    """Parts of a swing between which the foot is above what is in its way."""
+    new_footstep: float = 0.02
+    """Change of a footstep after which the ground in the way is sampled anew [leg lengths]."""
+    max_leg_extension: float = 0.99
+    """Greatest distance of hip and ankle [leg lengths]."""
+    stance_foot_size: tuple[float, float] = (0.25, 0.1)
+    """Half axes of the ellipse around the stance foot that a swing foot goes around, ahead and
+    sideways [leg lengths]: as long and wide as a foot."""
 
 
 class SwingPath:
-    """The way of one foot from where it stood to where it lands.
+    """The height of one foot along its swing.
 
     Args:
         leg: Length of the leg [m].
+        settings: How it swings.
     """
 
-    def __init__(self, leg: float):
-        self.leg = leg
+    def __init__(self, leg: float, settings: SwingSettings | None = None):
+        self.leg, self.settings = leg, settings or SwingSettings()
         self._start = np.zeros(3)
-        self._goal, self._high = np.full(2, np.inf), 0.0
+        self._footstep, self._obstacle = np.full(2, np.inf), 0.0
 
-    def stands(self, place: Float[Array, " 3"]) -> None:
-        """Keep where the foot stands [m]."""
-        self._start, self._goal = np.array(place), np.full(2, np.inf)
+    def start(self, position: Float[Array, " 3"]) -> None:
+        """Begin where the foot stands [m]."""
+        self._start, self._footstep = np.array(position), np.full(2, np.inf)
 
     def height(
         self,
-        own: Foot,
+        foot: Foot,
         phase: float,
         rate: float,
-        place: Float[Array, " 3"],
-        pace: Float[Array, " 3"],
-        goal: Float[Array, " 2"] | None,
-        level: Level,
+        position: Float[Array, " 3"],
+        velocity: Float[Array, " 3"],
+        footstep: Float[Array, " 2"] | None,
+        ground: Height,
         normal: Float[Array, " 3"] | None,
     ) -> tuple[float, float]:
-        """Return how much higher than recorded the foot is to be, and how fast it rises so.
+        """Return the height above the recorded path [m], and its rate [m/s].
 
         Args:
-            own: The foot.
+            foot: The foot.
             phase: Of the gait [s].
             rate: Of the phase.
-            place: Where the foot is to be [m]; its height does not count.
-            pace: How fast it is to go there [m/s].
-            goal: Where it lands; None if nobody knows.
-            level: Height of the ground at a place [m].
+            position: Desired one of the foot [m]; its height does not count.
+            velocity: Desired one [m/s].
+            footstep: Where it will land; None if that is not planned.
+            ground: Height of the ground at a position [m].
             normal: Of the ground where it is a plane; else None.
         """
-        clear = CLEAR * self.leg + LIFT * min(hypot(*own.swing.velocity), 2.0)
-        lasts = max(own.touchdown - own.lifted, 1e-3)
-        u = min(max((phase - own.lifted) / lasts, 0.0), 1.0)
-        rises = 4.0 * clear * (1.0 - 2.0 * u) * rate / lasts
-        high = 4.0 * clear * u * (1.0 - u)
-        if normal is not None or goal is None:
+        own = self.settings
+        speed = min(hypot(*foot.swing.velocity), own.max_departure_speed)
+        clear = own.clearance * self.leg + own.clearance_by_speed * speed
+        duration = max(foot.touchdown - foot.lifted, 1e-3)
+        u = min(max((phase - foot.lifted) / duration, 0.0), 1.0)
+        rises = 4.0 * clear * (1.0 - 2.0 * u) * rate / duration
+        height = 4.0 * clear * u * (1.0 - u)
+        if normal is not None or footstep is None:
             if normal is not None:
-                rises -= float(normal[:2] @ pace[:2]) / float(normal[2])
-            return high + level(place), rises
-        start = level(self._start)
-        end = level(np.append(goal, 0.0))
-        if np.abs(goal - self._goal).max() > 0.02 * self.leg:
-            self._goal, self._high = goal.copy(), self._in_the_way(goal, start, end, level)
-        way = goal - self._start[:2]
-        far = max(float(way @ way), 1e-6)
-        part = min(max(float((place[:2] - self._start[:2]) @ way) / far, 0.0), 1.0)
+                rises -= float(normal[:2] @ velocity[:2]) / float(normal[2])
+            return height + ground(position), rises
+        start, end = ground(self._start), ground(np.append(footstep, 0.0))
+        if np.abs(footstep - self._footstep).max() > own.new_footstep * self.leg:
+            self._footstep = footstep.copy()
+            self._obstacle = self._highest_obstacle(footstep, start, end, ground)
+        way = footstep - self._start[:2]
+        squared = max(float(way @ way), 1e-6)
+        part = min(max(float((position[:2] - self._start[:2]) @ way) / squared, 0.0), 1.0)
         if 0.0 < part < 1.0:
-            rises += (end - start) * float(pace[:2] @ way) / far
-        up, down = u / UP, (1.0 - u) / (1.0 - DOWN)
-        over = min(up, down, 1.0)
-        if over < 1.0:
-            speed = (1.0 / UP if up < down else -1.0 / (1.0 - DOWN)) * rate / lasts
-            rises += self._high * 6.0 * over * (1.0 - over) * speed
-        high += self._high * over * over * (3.0 - 2.0 * over)
-        return high + start + (end - start) * part, rises
+            rises += (end - start) * float(velocity[:2] @ way) / squared
+        first, last = own.raised_phase
+        up, down = u / first, (1.0 - u) / (1.0 - last)
+        raised = min(up, down, 1.0)
+        if raised < 1.0:
+            speed = (1.0 / first if up < down else -1.0 / (1.0 - last)) * rate / duration
+            rises += self._obstacle * 6.0 * raised * (1.0 - raised) * speed
+        height += self._obstacle * raised * raised * (3.0 - 2.0 * raised)
+        return height + start + (end - start) * part, rises
 
-    def _in_the_way(self, goal: Array, start: float, end: float, level: Level) -> float:
-        """Return how much the ground is above the straight way, under any part of the sole [m]."""
-        way = goal - self._start[:2]
+    def _highest_obstacle(self, footstep: Array, start: float, end: float, ground: Height) -> float:
+        """Return the height of the ground above the straight way, under any part of the sole [m].
+
+        A foot tilts with the ground: on a slope toes are no lower over it than heels.
+        """
+        heel, toe = self.settings.sole_reach
+        base = self.settings.tilt_base
+        way = footstep - self._start[:2]
         ahead = way / max(float(np.linalg.norm(way)), 1e-6) * self.leg
-        most = 0.0
-        for part in ALONG:
+        highest = 0.0
+        for part in SAMPLES:
             line = start + (end - start) * part
-            at = [self._start[:2] + part * way + x * ahead for x in (HEEL, 0.0, 0.5 * TOE, TOE)]
-            under = [level(np.append(place, 0.0)) for place in (at if part > 0.0 else at[1:2])]
-            most = max(most, under[min(1, len(under) - 1)] - line)
-            if len(under) == 1:
+            ankle = self._start[:2] + part * way
+            under, *sole = (
+                ground(np.append(ankle + x * ahead, 0.0))
+                for x in ((0.0, heel, 0.5 * toe, toe) if part > 0.0 else (0.0,))
+            )
+            highest = max(highest, under - line)
+            if not sole:
                 continue
-            # A foot is tilted as the ground is; on a slope toes are no lower over it than heels.
-            near = [level(np.append(at[1] + x * ahead, 0.0)) for x in (-NEAR, NEAR)]
-            tilt = (near[1] - near[0]) / (2 * NEAR)
-            for x, high in zip((HEEL, 0.5 * TOE, TOE), (under[0], *under[2:]), strict=True):
-                most = max(most, high - tilt * x - line)
-        return most
+            near = [ground(np.append(ankle + x * ahead, 0.0)) for x in (-base, base)]
+            tilt = (near[1] - near[0]) / (2 * base)
+            for x, level in zip((heel, 0.5 * toe, toe), sole, strict=True):
+                highest = max(highest, level - tilt * x - line)
+        return highest
 
 
-def in_reach(
-    leg: float,
+def limit_to_reach(
+    reach: float,
     hip: Float[Array, " 3"],
-    goes: Float[Array, " 3"],
-    place: Float[Array, " 3"],
-    pace: Float[Array, " 3"],
-    push: Float[Array, " 3"],
+    hip_velocity: Float[Array, " 3"],
+    position: Float[Array, " 3"],
+    velocity: Float[Array, " 3"],
+    acceleration: Float[Array, " 3"],
 ) -> None:
-    """Keep what is wanted of a swinging foot where its leg reaches, at the height it is to have.
+    """Limit the desired motion of a swing foot to where its leg reaches, at its desired height.
 
-    A foot that is led farther pulls the body along with a straight leg, and hangs over the ground
-    meanwhile: landing places run away from it. It rather comes down nearer to the hip.
+    Farther away it would pull the body along with a straight leg, and hang over the ground
+    meanwhile, while footsteps move on. Therefore it touches down nearer to the hip.
 
     Args:
-        leg: Length of the leg [m].
+        reach: Of the leg [m].
         hip: Its hip [m].
-        goes: Velocity of the hip [m/s].
-        place: Where the foot is to be [m]; changed.
-        pace: How fast it is to go there [m/s]; changed.
-        push: Its acceleration [m/s²]; changed.
+        hip_velocity: Velocity of the hip [m/s].
+        position: Desired one of the foot [m]; changed.
+        velocity: Desired one [m/s]; changed.
+        acceleration: Desired one [m/s²]; changed.
     """
-    away = place - hip
-    down = min(abs(float(away[2])), STRAIGHT * leg)
-    far, most = hypot(*away[:2]), sqrt((STRAIGHT * leg) ** 2 - down**2)
+    away = position - hip
+    down = min(abs(float(away[2])), reach)
+    far, most = hypot(*away[:2]), sqrt(reach**2 - down**2)
     if far <= most:
         return
     out = away[:2] / far
-    place[:2] -= (far - most) * out
-    pace[:2] -= max(float((pace - goes)[:2] @ out), 0.0) * out
-    push[:2] -= max(float(push[:2] @ out), 0.0) * out
+    position[:2] -= (far - most) * out
+    velocity[:2] -= max(float((velocity - hip_velocity)[:2] @ out), 0.0) * out
+    acceleration[:2] -= max(float(acceleration[:2] @ out), 0.0) * out
+
+
+def detours(
+    start: Float[Array, " 2"], ends: Float[Array, "m 2"], size: Float[Array, " 2"]
+) -> tuple[Float[Array, "m 2"], Array]:
+    """Return points by which a foot goes around the stance foot, and which ways need them.
+
+    Seen from above, legs hang together at the hips: a foot gets from behind the stance foot to
+    ahead of it on its own side alone, however far it has crossed over on either side. The point is
+    on the ellipse, in the direction in which the straight way is nearest to the stance foot; half
+    way round where that would be on the wrong side.
+
+    Args:
+        start: Position of the foot: ahead of the stance foot, and outward from it [m].
+        ends: Where it could land, likewise [m].
+        size: Half axes of the ellipse around the stance foot [m].
+    """
+    a, b = start / size, ends / size
+    begins, turns = np.arctan2(a[0], a[1]), np.arctan2(b[:, 0], b[:, 1])
+    way = b - a
+    part = -(way @ a) / np.maximum((way * way).sum(axis=1), 1e-12)
+    near = a + part[:, None] * way
+    far = np.sqrt((near * near).sum(axis=1))
+    crosses = (part > 0.0) & (part < 1.0)
+    wrong = np.abs(turns - begins) >= np.pi  # through the stance leg
+    middle = 0.5 * (begins + turns)
+    out = near / np.maximum(far, 1e-9)[:, None]
+    out = np.where(wrong[:, None], np.stack([np.sin(middle), np.cos(middle)], axis=1), out)
+    return out * size, wrong | (crosses & (far < 1.0))
+
+
+def detour_length(
+    start: Float[Array, " 2"], ends: Float[Array, "m 2"], size: Float[Array, " 2"]
+) -> Float[Array, " m"]:
+    """Return how much longer ways around the stance foot are than straight ones [m].
+
+    Arguments as :func:`detours`.
+    """
+    point, around = detours(start, ends, size)
+    legs = ends - start, point - start, ends - point
+    straight, first, second = (np.sqrt((leg * leg).sum(axis=1)) for leg in legs)
+    return np.where(around, first + second - straight, 0.0)

@@ -11,7 +11,7 @@ from plantigrade.control.gait.support import beyond
 from plantigrade.control.pendulum.command import WalkCommand
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.crouch import CrouchControl
-from plantigrade.control.pendulum.frame import Frame, Seen, Underfoot
+from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
 from plantigrade.control.pendulum.path import Waypoints, angle_to
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.speed import SpeedControl
@@ -180,7 +180,7 @@ class Walker:
         pendulum.begin(state)
         self._turn = Turn(own.path.turn)
         pendulum.plan.heading = self._turn.predicted
-        self._ground = Underfoot(state.world, self.frame)
+        self._ground = Terrain(state.world, self.frame)
         self.walks, self._time = True, 0.0
         self._speed = SpeedControl(own.speed, 1.0, self._own, float(pendulum.place[0]))
         self._crouch = CrouchControl(state.human, state.world, own.crouch)
@@ -195,7 +195,7 @@ class Walker:
 
     def _seen(self, state: State) -> State:
         """Return the state as the pendulum sees it."""
-        return state if self.frame.is_world else Seen(state, self.frame)
+        return state if self.frame.is_world else ObservedState(state, self.frame)
 
     def _set_targets(self, time: float) -> None:
         """Set the targets to the command, where that has changed."""
@@ -237,7 +237,7 @@ class Walker:
         """Turn the frame to the desired heading."""
         own, pendulum, speed = self.settings, self.pendulum, self._speed.mean
         error = float(pendulum.place[1]) - self._here[1]
-        self._lateral_error += step / own.speed.mean_time * (error - self._lateral_error)
+        self._lateral_error += step / own.speed.stride_time * (error - self._lateral_error)
         self._max_deviation = max(self._max_deviation, self._deviation())
         error = angle_to(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
         if speed > own.speed.turn_overspeed * self._speed_limit:
@@ -262,14 +262,14 @@ class Walker:
     def _set_speed(self, step: float) -> None:
         """Make steps longer or shorter, to the desired speed."""
         reference = self.pendulum.reference
-        crossing, phase = reference.crossing, self.pendulum.gait.phase
-        own = reference.speed * (1.0 if crossing is None else crossing.mean_cadence)
+        transition, phase = reference.transition, self.pendulum.gait.phase
+        own = reference.speed * (1.0 if transition is None else transition.mean_cadence)
         own = max(own, 1e-3)
         if abs(self.targets[0].value - self._own) < SAME:  # as fast as the walk itself is
             self.targets[0].set(min(own, self.targets[0].high))
         self._own, desired = own, min(self.targets[0].value, self._speed_limit)
         scale = self._speed.update(desired, own, float(self.pendulum.place[0]), step)
-        cadence = 1.0 if crossing is None else crossing.cadence(phase)
+        cadence = 1.0 if transition is None else transition.cadence(phase)
         reference.set(scale, cadence, phase)
 
     def _may_stand(self, state: State) -> bool:

@@ -1,4 +1,4 @@
-r"""From one walk to another while it goes on: at a like instant of the stride, blended.
+r"""The transition from one walk to another, at a like instant of the stride, blended.
 
 Two walks of one person are brought to one clock: strikes and lifts of the feet fall on each other,
 and times in between are stretched evenly. So the old walk can be changed into the new one,
@@ -17,28 +17,24 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant, derivative_order
 from plantigrade.control.gait.reference import STEP, Reference
 from plantigrade.control.gait.schedule import Schedule
+from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.errors import ParameterError
 
-BLENDED = 1.2
-"""So long one walk turns into the other at least: about a stride [s]."""
-FASTER = 0.5
-"""And so long that its speed changes no faster, on the mean [m/s²]."""
-LOOKS = 50
-"""Instants of a stride by which both walks are laid over each other."""
+INSTANTS = 50  # of a stride, by which both walks are laid over each other
 
 
-class Clocks:
-    """The clocks of two walks: which instants of their strides are alike.
+class PhaseMap:
+    """Maps instants of the stride of one walk to like instants of another.
 
     Args:
         new: Stances of the new walk.
         old: Those of the old one.
-        lifts: Whether feet also lift at like instants, not only strike. Nobody who runs has both
-            feet on the ground: then they do not.
+        lifts: Whether feet also lift at like instants, not only strike; in a run, which has no
+            double support, they do not.
 
     Attributes:
         period: Of the new walk [s].
-        rate: Mean seconds of the old walk in one of the new.
+        mean_rate: Mean seconds of the old walk in one of the new.
 
     Raises:
         ParameterError: If one of them is not repeated, or a foot does not stand once in a stride.
@@ -48,7 +44,7 @@ class Clocks:
         ours, theirs = instants(new), instants(old)
         self._begin = float(ours[0])
         self.period, self._period = float(new.period or 0.0), float(old.period or 0.0)
-        self.rate = self._period / self.period
+        self.mean_rate = self._period / self.period
         order = [np.argsort(x) for x in (ours, theirs)]
         near = min(float(np.diff(np.sort(x)).min()) for x in (ours, theirs))
         if not lifts or (order[0] != order[1]).any() or near < STEP:
@@ -56,7 +52,7 @@ class Clocks:
         rounds = np.arange(-2, 4)[:, None]
         self._new = (np.sort(ours) + rounds * self.period).ravel()
         self._old = (np.sort(theirs) + rounds * self._period).ravel()
-        self._pace = np.diff(self._old) / np.diff(self._new)
+        self._rate_between = np.diff(self._old) / np.diff(self._new)
 
     def to_old(self, phase: float) -> float:
         """Return the instant of the old walk that is like one of the new [s]."""
@@ -74,10 +70,10 @@ class Clocks:
         """Return what part of the new stride is over, from the right foot's strike on."""
         return (phase - self._begin) / self.period % 1.0
 
-    def pace(self, phase: float) -> float:
+    def rate(self, phase: float) -> float:
         """Return seconds of the old walk in one of the new, at a phase of the new."""
         i = int(np.searchsorted(self._new, phase % self.period, side="right")) - 1
-        return float(self._pace[i])
+        return float(self._rate_between[i])
 
 
 def instants(schedule: Schedule) -> Float[Array, " 4"]:
@@ -100,77 +96,75 @@ def instants(schedule: Schedule) -> Float[Array, " 4"]:
     return begin % period + after
 
 
-def lasting(new: Reference, old: Reference) -> float:
-    """Return how long one walk takes to turn into another [s]."""
-    speeds = [float(walk.advance[0]) / walk.duration for walk in (new, old)]
-    return max(BLENDED, abs(speeds[0] - speeds[1]) / FASTER)
-
-
-class Crossing:
+class Transition:
     """One walk that turns into another.
 
     Args:
         new: The new walk.
         old: The one before.
+        settings: How speeds change.
 
     Attributes:
-        clocks: Of both.
+        phases: From the new walk to the old one.
         speed: Of the old walk, on the clock of the new one [m/s].
-        part: How far it is the new one, from 0 to 1.
+        part: Weight of the new one, from 0 to 1.
+        duration: Of the transition [s].
 
     Raises:
         ParameterError: If the walks are of different bodies, or not to be compared.
     """
 
-    def __init__(self, new: Reference, old: Reference):
+    def __init__(self, new: Reference, old: Reference, settings: SpeedSettings | None = None):
         if new.layout != old.layout:
             raise ParameterError("only walks of the same joints and feet can be compared")
-        self.clocks, self._old = Clocks(new.schedule, old.schedule), old
-        self._lasts, self.part, self._rate = lasting(new, old), 0.0, 0.0
+        self.phases, self._old = PhaseMap(new.schedule, old.schedule), old
+        self.part, self._rate = 0.0, 0.0
         self.speed = float(old.advance[0]) / new.duration
         self._order = derivative_order(new.layout)
         self._along = new.translation[:, 0] != 0.0
         own = float(new.advance[0]) / new.duration
-        phases = np.arange(LOOKS) / LOOKS * new.duration
+        change = own - float(old.advance[0]) / old.duration
+        self.duration = (settings or SpeedSettings()).transition_time(change)
+        phases = np.arange(INSTANTS) / INSTANTS * new.duration
         self._off = float(
             np.mean(
                 [
-                    new.at(p).q[0] - old.at(self.clocks.to_old(p)).q[0] - (own - self.speed) * p
+                    new.at(p).q[0] - old.at(self.phases.to_old(p)).q[0] - (own - self.speed) * p
                     for p in phases.tolist()
                 ]
             )
         )
 
-    def go(self, since: float) -> bool:
-        """Go on to a time since the beginning [s]; return whether it is not over."""
-        u = min(since / self._lasts, 1.0)
+    def advance(self, since: float) -> bool:
+        """Advance to a time since the beginning [s]; return whether it goes on."""
+        u = min(since / self.duration, 1.0)
         self.part = u * u * (3.0 - 2.0 * u)
-        self._rate = 6.0 * u * (1.0 - u) / self._lasts
+        self._rate = 6.0 * u * (1.0 - u) / self.duration
         return u < 1.0
 
     @property
     def mean_cadence(self) -> float:
         """Strides in a time, by those of the new walk."""
-        return 1.0 / ((1.0 - self.part) * self.clocks.rate + self.part)
+        return 1.0 / ((1.0 - self.part) * self.phases.mean_rate + self.part)
 
     def cadence(self, phase: float) -> float:
-        """Return how fast the clock of the new walk goes, at a phase of it."""
-        return 1.0 / ((1.0 - self.part) * self.clocks.pace(phase) + self.part)
+        """Return the strides in a time, by those of the new walk, at a phase of it."""
+        return 1.0 / ((1.0 - self.part) * self.phases.rate(phase) + self.part)
 
     def at(self, new: Instant, phase: float, cadence: float) -> Instant:
-        """Return what is between both walks, as seen by who goes at a cadence.
+        """Return the walk between both, for a cadence that it will be multiplied by.
 
         Args:
             new: The new walk at a phase.
             phase: That [s].
             cadence: By how much rates will be multiplied, and changes of rates twice.
         """
-        old, pace = self._old.at(self.clocks.to_old(phase)), self.clocks.pace(phase)
+        old, rate = self._old.at(self.phases.to_old(phase)), self.phases.rate(phase)
         faster = self.cadence(phase) / cadence
         q, before = np.array(new.q), old.q
         if before[3:7] @ q[3:7] < 0.0:
             before[3:7] *= -1.0
-        for walk, times in ((new, faster), (old, faster * pace)):
+        for walk, times in ((new, faster), (old, faster * rate)):
             off = walk.cop[:2] - walk.com[:2]
             walk.cop[:2] = walk.com[:2] + times**2 * off
             walk.row[:] *= times**self._order

@@ -1,8 +1,8 @@
-"""Spine, neck and arms of something else, on the legs of a walk.
+"""Spine, neck and arms of another motion, on the legs of a walk.
 
-What the upper body does is another walk, in step with the legs; another motion, in its own time; or
-a pose. Of a recording it is taken how the trunk leans in the world, not how it is bent against the
-pelvis, which everybody's markers have tilted otherwise.
+The upper body is that of another walk, in step with the legs; of another motion, in its own time;
+or a pose. From a recording the lean of the trunk in the world is taken, not its angle against the
+pelvis, which the markers of each person tilt differently.
 
 The mass stays over the feet where the walk has it: the pelvis goes back under a trunk that leans
 forward. It is as much lower as such a posture has it, and as legs need to reach as far as before
@@ -18,19 +18,23 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.reference import Reference
-from plantigrade.control.pendulum.switch import Clocks
+from plantigrade.control.pendulum.transition import PhaseMap
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
-SOON = 1.0
-"""In this time one upper body turns into another [s]."""
-SPINE = "lumbar_extension"
-"""Coordinate that takes up how differently the pelvis is tilted."""
-LOOKS = 12
-"""Instants of a stride by which it is found how high the mass is."""
+SPINE = "lumbar_extension"  # takes up the different tilt of the pelvis
+INSTANTS = 12  # of a stride, by which the mean height of the mass is found
 LEGS = ("femur", "patella", "tibia", "talus", "foot", "heel", "toes", "medial", "lateral")
-"""What the names of bodies begin with that are no upper body."""
+"""What the names of bodies of the legs begin with."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UpperBodySettings:
+    """How upper bodies change."""
+
+    blend_time: float = 1.0
+    """Time in which one upper body turns into another [s]. Chosen."""
 
 
 def upper_hinges(human: Human) -> Bool[Array, " n_hinges"]:
@@ -93,8 +97,8 @@ class Pose:
             hinges[i], values[i] = True, angle
         return cls(hinges, values[hinges])
 
-    def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
-        """Put it into an instant of a walk."""
+    def apply(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+        """Apply it to an instant of a walk."""
         hinges = self.hinges
         row.q[7:][hinges] = self.angles
         row.v[6:][hinges] = row.a[6:][hinges] = 0.0
@@ -106,20 +110,20 @@ class InStep:
 
     Attributes:
         other: That walk.
-        clocks: Of the one that is walked, and of that.
+        phases: From the one that is walked to that.
         hinges: Which are taken from it.
-        more: What their angles are more here [rad].
+        offset: Added to their angles [rad].
     """
 
     other: Reference
-    clocks: Clocks
+    phases: PhaseMap
     hinges: Bool[Array, " n_hinges"]
-    more: Float[Array, " n_upper"]
+    offset: Float[Array, " n_upper"]
 
-    def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
-        """Put it into an instant of a walk."""
-        other, pace = self.other.at(self.clocks.to_old(phase)), self.clocks.pace(phase)
-        taken(other, row, self.hinges, self.more, cadence * pace)
+    def apply(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+        """Apply it to an instant of a walk."""
+        other, pace = self.other.at(self.phases.to_old(phase)), self.phases.rate(phase)
+        _take(other, row, self.hinges, self.offset, cadence * pace)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,21 +135,21 @@ class OwnTime:
     Attributes:
         motion: The motion.
         hinges: Which are taken from it.
-        more: What their angles are more here [rad].
+        offset: Added to their angles [rad].
         begins: When [s].
     """
 
     motion: Reference
     hinges: Bool[Array, " n_hinges"]
-    more: Float[Array, " n_upper"]
+    offset: Float[Array, " n_upper"]
     begins: float
 
-    def put(self, row: Instant, phase: float, time: float, cadence: float) -> None:
-        """Put it into an instant of a walk."""
+    def apply(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+        """Apply it to an instant of a walk."""
         at = time - self.begins
         now = self.motion.at(max(at, 0.0))
         over = self.motion.period is None and at >= self.motion.duration
-        taken(now.still() if over else now, row, self.hinges, self.more, 1.0)
+        _take(now.still() if over else now, row, self.hinges, self.offset, 1.0)
 
 
 Source = Pose | InStep | OwnTime
@@ -168,8 +172,8 @@ def source_of(human: Human, other: Reference | Pose, walk: Reference, time: floa
         straight[human.hinge(SPINE)] = tilt_of(human, other) - tilt_of(human, walk)
     straight = straight[hinges]
     try:
-        clocks = Clocks(walk.schedule, other.schedule, lifts=False)
-        return InStep(other, clocks, hinges, straight)
+        phases = PhaseMap(walk.schedule, other.schedule, lifts=False)
+        return InStep(other, phases, hinges, straight)
     except ParameterError:  # no walk, or none whose strides can be compared
         return OwnTime(other, hinges, straight, time)
 
@@ -180,15 +184,15 @@ def tilt_of(human: Human, walk: Reference) -> float:
     return float(np.mean(values[:, names.index("pelvis_tilt")]))
 
 
-def taken(
+def _take(
     other: Instant,
     row: Instant,
     hinges: Bool[Array, " n_hinges"],
-    more: Float[Array, " n_upper"],
+    offset: Float[Array, " n_upper"],
     cadence: float,
 ) -> None:
     """Take hinges, and how they move, from another instant."""
-    row.q[7:][hinges] = other.q[7:][hinges] + more
+    row.q[7:][hinges] = other.q[7:][hinges] + offset
     row.v[6:][hinges] = cadence * other.v[6:][hinges]
     row.a[6:][hinges] = cadence**2 * other.a[6:][hinges]
 
@@ -199,33 +203,34 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     Args:
         human: The person.
         walk: The walk of the legs.
-        source: What the upper body does; None: as recorded.
+        source: Of the upper body; None: as recorded.
         time: When that begins [s].
     """
     if source is None:
         return 0.0
     body, moved = State(human, human.standing()), []
     leg = float(np.ptp([body.origin(name)[2] for name in ("femur_r", "foot_r")]))
-    for part in np.arange(LOOKS) / LOOKS:
+    for part in np.arange(INSTANTS) / INSTANTS:
         phase = float(part) * walk.duration
         row = walk.at(phase)
         before = body.moved_to(np.array(row.q)).com
-        source.put(row, phase, time + phase, 1.0)
+        source.apply(row, phase, time + phase, 1.0)
         moved.append(body.moved_to(np.array(row.q)).com - before)
     ahead, _, up = np.mean(moved, axis=0).tolist()
     half = 0.25 * float(np.linalg.norm(walk.advance))  # of a step
     return abs(ahead) * half / leg - up
 
 
-class Upper:
-    """What the upper body does, and what it did before, as long as it turns into it.
+class UpperBody:
+    """The upper body of a walk, blended with the one before.
 
     Args:
         human: The person.
         walk: The walk of the legs.
-        source: What it does; None: as recorded.
-        before: What it did.
-        since: From when on it does so [s].
+        source: Of its motion; None: as recorded.
+        before: Of its motion before.
+        since: When it changed [s].
+        settings: How it changes.
 
     Attributes:
         time: Now [s].
@@ -238,7 +243,9 @@ class Upper:
         source: Source | None,
         before: Source | None,
         since: float,
+        settings: UpperBodySettings | None = None,
     ):
+        self.settings = settings or UpperBodySettings()
         self.source, self.before, self.since = source, before, since
         self.time = since
         self._lower = [lowering(human, walk, each, since) for each in (before, source)]
@@ -246,11 +253,11 @@ class Upper:
     @property
     def part(self) -> float:
         """How far it is the new one, from 0 to 1."""
-        u = min(max((self.time - self.since) / SOON, 0.0), 1.0)
+        u = min(max((self.time - self.since) / self.settings.blend_time, 0.0), 1.0)
         return u * u * (3.0 - 2.0 * u)
 
-    def put(self, row: Instant, phase: float, cadence: float) -> None:
-        """Put it into an instant of a walk.
+    def apply(self, row: Instant, phase: float, cadence: float) -> None:
+        """Apply it to an instant of a walk.
 
         Args:
             row: The instant, which is changed.
@@ -264,12 +271,12 @@ class Upper:
         cuts = [row.q[7:], row.v[6:], row.a[6:]]
         recorded = [np.array(cut) for cut in cuts] if part < 1.0 else []
         if part < 1.0 and self.before is not None:
-            self.before.put(row, phase, self.time, cadence)
+            self.before.apply(row, phase, self.time, cadence)
         old = [np.array(cut) for cut in cuts] if part < 1.0 else []
         for cut, own in zip(cuts, recorded, strict=False):
             cut[:] = own
         if self.source is not None:
-            self.source.put(row, phase, self.time, cadence)
+            self.source.apply(row, phase, self.time, cadence)
         for cut, own in zip(cuts, old, strict=False):
             cut *= part
             cut += (1.0 - part) * own
