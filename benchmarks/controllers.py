@@ -99,8 +99,8 @@ def replayed(record: Record) -> tuple[np.ndarray, float]:
     world = World(
         record.human,
         record.ground,
-        rate=controller.rate,
-        control_rate=controller.control_rate,
+        rate=controller.rates.physics,
+        control_rate=controller.rates.control,
         recording=False,
         qpos=record.motion.qpos[0],
         qvel=record.motion.qvel[0],

@@ -72,13 +72,13 @@ def walked(record: Record, tick: float) -> tuple[np.ndarray, float, int]:
     world = World(
         record.human,
         record.ground,
-        rate=controller.rate,
-        control_rate=controller.control_rate,
+        rate=controller.rates.physics,
+        control_rate=controller.rates.control,
         recording=False,
         qpos=motion.qpos[0],
         qvel=motion.qvel[0],
     )
-    own = round(SPAN * controller.control_rate)
+    own = round(SPAN * controller.rates.control)
     looks, programs, falls, lasted = [], 0, 0, 0.0
     while lasted < SECONDS:
         state, clocks = world.reset(), {"command": 0.0, "program": 0.0}

@@ -12,15 +12,22 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
-from plantigrade.world import Command, StablePD, State, Target, standing_on
+from plantigrade.world import Command, Controller, StablePD, State, Target, standing_on
 
 CHANGING = 0.8
 """So long another posture takes to be reached [s]."""
 
 
-def passive(state: State) -> Command:
-    """Leave every joint to its passive moments."""
-    return Command()
+class Passive(Controller):
+    """Leaves every joint to its passive moments."""
+
+    def __call__(self, state: State) -> Command:
+        """Return no command."""
+        return Command()
+
+
+passive = Passive()
+"""The one controller of its kind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +45,7 @@ class Held:
         )
 
 
-class Posture:
+class Posture(Controller):
     """Springs and dampers that hold the joints where they are at the start.
 
     On the ground they also give the torques that the posture needs at rest, so that it does not

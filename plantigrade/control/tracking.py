@@ -4,10 +4,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.motion import Motion
-from plantigrade.world import Command, StablePD, State
+from plantigrade.world import Command, Controller, StablePD, State
 
 
-class Tracking:
+class Tracking(Controller):
     """Springs and dampers to a motion, joint by joint, by stable PD [Tan2011]_.
 
     The target is the motion at the end of the control step, with its velocities; after the last

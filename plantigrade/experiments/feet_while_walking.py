@@ -31,7 +31,7 @@ from plantigrade.experiments.walking import (
 )
 from plantigrade.report.section import Section
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.harness import Going, PushedWalk, walk, world_for
+from plantigrade.workflows.harness import Going, PushedWalk, walk, world_of
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.other_bodies import on_body
 from plantigrade.workflows.simulate_settings import LEARNED
@@ -79,8 +79,8 @@ def walking_on(controller: str, data: Path | None, feet: str) -> Walker:
 def level(controller: str, data: Path | None, feet: str, seconds: float) -> Result:
     """Return a walk on level ground: ankle moments over the cycle, landings on the heel."""
     one = walking_on(controller, data, feet)
-    acts = one.make(one.record)
-    going = Going(one, acts, world_for(one, acts, recording=True))
+    acts = one.controller()
+    going = Going(one, acts, world_of(one, acts, recording=True))
     while going.on and going.world.time < seconds - 1e-9:
         going.step()
     found, record = going.walked(), going.world.record()

@@ -1,7 +1,7 @@
 """Walking with the learned policies of the package, one for each kind of foot: what is measured."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from plantigrade.learn import Policy, PolicyController
 from plantigrade.motion.filters import lowpass
 from plantigrade.record import Record
 from plantigrade.workflows.policies import file_of, is_policy, shipped
-from plantigrade.world import Disturbance, World
+from plantigrade.world import Disturbance, InitialState, World, world_for
 from plantigrade.world.grounds import ground_named
 from plantigrade.world.start import on_ground
 
@@ -83,18 +83,9 @@ class Walk:
         qpos = start.motion.qpos[0]
         if self.ground != "flat":
             qpos = on_ground(start.human, ground, qpos)
-        return World(
-            start.human,
-            ground,
-            acting,
-            rate=RATE,
-            control_rate=controller.control_rate,
-            record_rate=controller.record_rate if recording else None,
-            recording=recording,
-            passive=controller.passive,
-            qpos=qpos,
-            qvel=start.motion.qvel[0],
-        )
+        initial = InitialState(start.human, ground, qpos, start.motion.qvel[0])
+        controller.rates = replace(controller.rates, physics=RATE)
+        return world_for(controller, initial, acting, recording=recording)
 
 
 _RULES = ("form", "gains", "base", "reach", "rate", "control_rate", "passive", "mirrored")
@@ -150,7 +141,7 @@ def measure(walk: Walk, duration: float) -> dict[str, Any]:
     smooth = lowpass(time, force.sum(axis=1), cutoff=PLATE)[late]
     found["peak_force"] = float(smooth.max() / record.weight)
     found |= _feet(record, force)
-    decided = np.arange(len(stiffness)) / controller.control_rate
+    decided = np.arange(len(stiffness)) / controller.rates.control
     table = np.array(stiffness)
     for side in SIDES:
         mine = [i for i, name in enumerate(controller.joints) if name.endswith(f"_{side}")]

@@ -21,8 +21,8 @@ from plantigrade.experiments.table import ResultTable, Row, at_most
 from plantigrade.models import FEET, JOINT_SETS, Human
 from plantigrade.record.jobs import run_jobs
 from plantigrade.world import (
+    AnyController,
     Box,
-    Controller,
     Disturbance,
     FloorShift,
     Push,
@@ -59,7 +59,7 @@ class Outcome:
     speed: float
 
 
-def random_world(seed: int) -> tuple[World, Controller]:
+def random_world(seed: int) -> tuple[World, AnyController]:
     """Return the world of a seed, and what moves the person."""
     rng = np.random.default_rng(seed)
     height = rng.uniform(1.2, 2.0)
@@ -112,7 +112,7 @@ def _disturbances(rng: np.random.Generator) -> list[Disturbance]:
     return found
 
 
-def _controller(rng: np.random.Generator) -> Controller:
+def _controller(rng: np.random.Generator) -> AnyController:
     kind, size = rng.integers(4), float(rng.uniform(0.1, 1.0))
 
     def targets(state: State) -> StablePD:

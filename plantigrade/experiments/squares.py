@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.reference import period_of
 from plantigrade.experiments.kept_results import Result
 from plantigrade.experiments.walking import figures, recorded
@@ -23,7 +24,7 @@ AGAIN = 4
 def square(controller: str, path: Path, way: str, seconds: float) -> Result:
     """Return a recorded walk along a square; the speed is that along its own way."""
     one = walks_as(controller, recorded(path))
-    if period_of(one.record)[0] is None or not hasattr(one.make(one.record), "follow"):
+    if period_of(one.record)[0] is None or not one.controller().follow(_corners(way)):
         return {"left_out": "is walked once, or cannot be led"}
     found = walk(_round(one, way), duration=seconds)
     went = float(np.linalg.norm(np.diff(found.com[:, :2], axis=0), axis=1).sum())
@@ -32,15 +33,19 @@ def square(controller: str, path: Path, way: str, seconds: float) -> Result:
 
 def _round(one: Walker, way: str) -> Walker:
     """Return somebody who is led along a square."""
-    corners = SIDE * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * AGAIN)
-    places = corners * [1.0, SIDES[way]]
 
-    def make(record: Record) -> Controller:
-        made = one.make(record)
-        made.follow(places)  # pyright: ignore[reportAttributeAccessIssue]
+    def make(_: Record) -> Controller:
+        made = one.controller()
+        made.follow(_corners(way))
         return made
 
     return Walker(one.record, make, one.name)
+
+
+def _corners(way: str) -> Float[Array, "n 2"]:
+    """Return the corners of a square, to be walked to in turn [m]."""
+    corners = SIDE * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * AGAIN)
+    return corners * [1.0, SIDES[way]]
 
 
 def cases(quick: bool, data: Path | None, names: tuple[str, ...]) -> dict[str, Any]:

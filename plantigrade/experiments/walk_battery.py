@@ -119,11 +119,11 @@ def flat(controller: str, data: Path | None, seconds: float) -> Result:
 
 
 def _led(one: Walker, record: Record) -> Controller:
-    """Return a controller that is led along the line of its walk, if it has ``follow``."""
-    made = one.make(record)
+    """Return a controller that is led along the line of its walk, if it can be."""
+    made = one.controller()
     far = one.way / max(float(np.linalg.norm(one.way)), 1e-9)
-    if hasattr(made, "follow") and period_of(record)[0] is not None:
-        made.follow(FAR * far[None])  # pyright: ignore[reportAttributeAccessIssue]
+    if period_of(record)[0] is not None:
+        made.follow(FAR * far[None])
     return made
 
 
@@ -169,7 +169,7 @@ def recording(controller: str, path: Path, seconds: float) -> Result:
     if one.speed < STANDS:
         return {"left_out": "stands, no walk"}
     try:
-        one.make(one.record)
+        one.controller()
     except ParameterError as error:
         if "level ground" not in str(error):
             raise

@@ -15,7 +15,7 @@ from plantigrade.learn.reference import Frame, Reference
 from plantigrade.learn.view import View
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.world import Command, StablePD, State
+from plantigrade.world import Command, Controller, Rates, StablePD, State
 
 ROWS = 100.0
 """Frames of the reference that is handed out [1/s]."""
@@ -24,7 +24,7 @@ Decide = Callable[[Float[np.ndarray, "n size"]], Float[np.ndarray, "n k"]]
 """What is seen, one row → what is done, one row, within ±1."""
 
 
-class PolicyController:
+class PolicyController(Controller):
     """Lets a policy move a person.
 
     It sees and commands as in :class:`~plantigrade.learn.Walk`, from a state alone, so that noise
@@ -41,12 +41,10 @@ class PolicyController:
     Attributes:
         rules: What it was trained under.
         reference: The walk that it follows.
-        control_rate: Decisions per second [1/s].
-        record_rate: Frames that a run of it keeps [1/s].
-        passive: Whether joints resist by themselves in the world that it knows.
     """
 
-    record_rate = 150.0
+    frame_rate = 150.0
+    """Frames that a run of it keeps [1/s]."""
 
     def __init__(self, policy: Decide, reference: Any = None, *, begin: float = 0.0, **rules: Any):
         if isinstance(policy, Policy):
@@ -55,7 +53,8 @@ class PolicyController:
             self.rules = Rules(reference=reference, **rules)
         self.reference = Reference.of(self.rules.reference if reference is None else reference)
         human = self.reference.human
-        self.control_rate, self.passive = float(self.rules.control_rate), self.rules.passive
+        self.passive = self.rules.passive
+        self.rates = Rates(control=float(self.rules.control_rate), frames=self.frame_rate)
         self._policy, self._form = policy, Form(human, self.rules)
         self._begin = begin * self.reference.period
         self._data = mujoco.MjData(human.model)
@@ -92,7 +91,7 @@ class PolicyController:
         frame, phase = self._at(now), np.asarray(self.reference.phase(now + self._begin))
         seen = form.seen(self._view, frame, phase)
         action = form.meant(np.asarray(self._policy(seen), dtype=float), phase)
-        following = self._at(now + 1.0 / self.control_rate)
+        following = self._at(now + 1.0 / self.rates.control)
         stiffness, damping = form.action.gains_of(action)
         off = state.qpos[7:] - frame.qpos[0, 7:]
         signals: dict[str, Any] = {"tracking_error": float(np.sqrt(np.mean(off**2)))}

@@ -24,7 +24,6 @@ from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.world import Controller, Disturbance, Load, Target, World
 from plantigrade.world.load import pack_of
-from plantigrade.world.offers import drawings_of, targets_of
 from plantigrade.world.scene import GROUND
 
 SPEEDS = (1.0, 0.5, 0.25, 0.1)
@@ -141,7 +140,7 @@ class Session:
     @property
     def targets(self) -> tuple[Target, ...]:
         """What may be set of the controller."""
-        return targets_of(self._controller)
+        return tuple(self._controller.targets)
 
     @property
     def tilts(self) -> bool:
@@ -200,7 +199,7 @@ class Session:
         """
         if (choice.feet, choice.joints) == (self.choice.feet, self.choice.joints):
             controller = self._cast.controller(choice.controller)
-            if getattr(controller, "control_rate", 0.0) > self.world.control_rate + 1e-6:
+            if controller.rates.control > self.world.control_rate + 1e-6:
                 self._take(choice, self._director(choice, self._hand, None))
                 self.message = f"{choice.controller} wants other rates: it starts anew."
                 return
@@ -327,7 +326,7 @@ class Session:
             pushes=world.pushes,
             pack=pack_of(self._load),
             worn=self._cast.load.place(world),
-            drawings=tuple(drawings_of(self._controller, self._state)),
+            drawings=tuple(self._controller.drawings(self._state)),
             past=self._history.past(),
             ended=self._ended(),
         )

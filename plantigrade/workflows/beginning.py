@@ -37,6 +37,7 @@ from plantigrade.world import (
     Controller,
     Disturbance,
     FloorShift,
+    InitialState,
     Load,
     Push,
     Rope,
@@ -44,6 +45,7 @@ from plantigrade.world import (
     World,
     on_ground,
     standing_on,
+    world_for,
 )
 from plantigrade.world.grounds import ground_named, platform_named
 from plantigrade.world.world import CONTROL_RATE, RATE
@@ -350,30 +352,19 @@ def world_of(
     otherwise: Otherwise,
     how: SimulateSettings,
     acting: Sequence[Disturbance],
-    controller: Controller | None = None,
+    controller: Controller,
 ) -> World:
     """Return the world in which somebody starts, at the rates of their controller."""
-    qpos, qvel = state_of(begin, otherwise, how)
-    qvel = getattr(controller, "starts", lambda rates: rates)(qvel)
-    rate = how.rate or getattr(controller, "rate", RATE)
-    wanted = getattr(controller, "control_rate", CONTROL_RATE)
-    if hasattr(controller, "control_rate") and how.rate:  # as near to it as the physics allow
-        wanted = how.rate / np.ceil(how.rate / wanted)
-    control_rate = how.control_rate or float(wanted)
-    frames = None if how.control_rate or how.rate else getattr(controller, "record_rate", None)
-    world = World(
-        begin.human,
-        otherwise.under(begin.ground),
+    ground = otherwise.under(begin.ground)
+    world = world_for(
+        controller,
+        InitialState(begin.human, ground, *state_of(begin, otherwise, how)),
         acting,
-        rate=rate,
-        control_rate=control_rate,
-        record_rate=frames,
+        physics_rate=how.rate,
+        control_rate=how.control_rate,
         torque_rise=how.torque_rise,
-        seed=how.seed,
-        passive=getattr(controller, "passive", True),
         sites=begin.sites,
-        qpos=qpos,
-        qvel=qvel,
+        seed=how.seed,
     )
     otherwise.change(world)
     return world

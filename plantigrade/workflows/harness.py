@@ -27,9 +27,18 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.replays import DEEP, Legs
 from plantigrade.workflows.walked import Landing, Walked
 from plantigrade.workflows.walkers import Walker
-from plantigrade.world import Command, Disturbance, PhasePush, State, World, on_ground
+from plantigrade.world import (
+    Command,
+    Controller,
+    Disturbance,
+    InitialState,
+    PhasePush,
+    State,
+    World,
+    on_ground,
+    world_for,
+)
 from plantigrade.world.disturbance import LIFTED, LOADED, SWING, Steps, trunk
-from plantigrade.world.world import CONTROL_RATE, RATE
 
 # Settings that nobody can change are copied with their walker, which Python would refuse.
 copyreg.pickle(MappingProxyType, lambda fixed: (MappingProxyType, (dict(fixed),)))
@@ -57,9 +66,9 @@ def tracks(walker: Walker) -> tuple[float, Float[Array, " 2"]]:
     return float(np.mean(heights)) - float(record.ground.height), axis
 
 
-def world_for(
+def world_of(
     walker: Walker,
-    controller: Any,
+    controller: Controller,
     ground: Ground | None = None,
     disturbances: Sequence[Disturbance] = (),
     *,
@@ -69,33 +78,24 @@ def world_for(
 ) -> World:
     """Return a world in which a walk starts, as its controller wants it.
 
-    A controller may have ``rate`` and ``control_rate`` [1/s], ``passive`` and ``exact_limits`` as
-    of :class:`~plantigrade.world.World`, ``starts(qvel)``, which returns the velocities to start
-    with given those of the first frame, and ``prepare(world)``, called once.
+    Args:
+        walker: Who walks.
+        controller: What moves them.
+        ground: What they walk on, if not on that of the gait.
+        disturbances: What acts.
+        seed: Of the noise of the start, and of the world.
+        noise: Standard deviation of what is added to every velocity of the start [m/s, rad/s].
+        recording: Whether frames are kept.
     """
     record = walker.record
     motion = record.motion
     ground = ground or record.ground
     rng = np.random.default_rng(seed)
     qvel = motion.qvel[0] + noise * rng.standard_normal(motion.qvel.shape[1])
-    qvel = getattr(controller, "starts", lambda rates: rates)(qvel)
-    rate = float(getattr(controller, "rate", RATE))
-    world = World(
-        record.human,
-        ground,
-        disturbances,
-        rate=rate,
-        control_rate=float(getattr(controller, "control_rate", CONTROL_RATE)),
-        record_rate=getattr(controller, "record_rate", None) if recording else None,
-        recording=recording,
-        passive=bool(getattr(controller, "passive", True)),
-        exact_limits=bool(getattr(controller, "exact_limits", True)),
-        qpos=on_ground(record.human, ground, motion.qpos[0]),
-        qvel=qvel,
-        seed=seed,
+    initial = InitialState(
+        record.human, ground, on_ground(record.human, ground, motion.qpos[0]), qvel
     )
-    getattr(controller, "prepare", lambda _: None)(world)
-    return world
+    return world_for(controller, initial, disturbances, recording=recording, seed=seed)
 
 
 @on_one_thread
@@ -121,8 +121,8 @@ def walk(
         seed: Of the noise of the start, and of the world.
         noise: Standard deviation of what is added to every velocity of the start [m/s, rad/s].
     """
-    controller = walker.make(walker.record)
-    world = world_for(walker, controller, ground, disturbances, seed=seed, noise=noise)
+    controller = walker.controller()
+    world = world_of(walker, controller, ground, disturbances, seed=seed, noise=noise)
     going = Going(walker, controller, world)
     if duration is None and not disturbances:
         duration = max(walker.period, 10.0)
@@ -151,7 +151,7 @@ class Going:
         state: Of the person, now.
     """
 
-    def __init__(self, walker: Walker, controller: Any, world: World):
+    def __init__(self, walker: Walker, controller: Controller, world: World):
         self.walker, self.controller, self.world = walker, controller, world
         self.height, axis = tracks(walker)
         self.frame = np.array([axis, [-axis[1], axis[0]]])
@@ -219,7 +219,7 @@ class Going:
         """Return the same walk, to go on by itself; models and gaits are shared."""
         world, controller = self.world, self.controller
         shared = [world.model, world.human, world.ground, self.walker, self.walker.record]
-        shared += [getattr(controller, "reference", None), getattr(controller, "record", None)]
+        shared += controller.shared
         memo: dict[int, Any] = {id(x): x for x in shared if x is not None}
         memo[id(self._legs)] = None  # it looks at the data of its own world
         other = copy.deepcopy(self, memo)
@@ -254,8 +254,8 @@ class PushedWalk:
     @on_one_thread
     def _walked(self) -> Going:
         """Return the walk up to the push."""
-        controller = self.walker.make(self.walker.record)
-        world = world_for(self.walker, controller)
+        controller = self.walker.controller()
+        world = world_of(self.walker, controller)
         going, steps = Going(self.walker, controller, world), Steps()
         push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase)
         mine = np.array([site.side == "r" for site in world.sites])

@@ -27,7 +27,14 @@ from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate import run_of
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.world import Controller, Disturbance, Load, Platform
+from plantigrade.world import (
+    AnyController,
+    Controller,
+    Disturbance,
+    Load,
+    Platform,
+    controller_from,
+)
 
 BY_HAND = Info(
     "A live session: pushes by hand are contact sites of their own (push_…); friction and target "
@@ -56,11 +63,12 @@ class Stage:
         otherwise: Otherwise,
         how: SimulateSettings,
         acting: Sequence[Disturbance] = (),
-        own: Controller | None = None,
+        own: AnyController | None = None,
     ):
         self.first, self.otherwise, self.how = begin, otherwise, how
         self.ground = ground = otherwise.under(begin.ground)
-        self.acting, self.own = tuple(acting), own
+        self.acting = tuple(acting)
+        self.own = None if own is None else controller_from(own)
         self.begin = begin
         moving = any(isinstance(d, Platform) for d in acting)
         self._level = ground == Ground(friction=ground.friction) and not moving
@@ -70,7 +78,7 @@ class Stage:
         """What is chosen by the settings."""
         word = self.how.controller or usual(self.first.motion, self.first.record, self.first.script)
         if self.own is not None:
-            word = getattr(self.own, "__name__", type(self.own).__name__)
+            word = self.own.name
         return Choice(word, self.first.human.feet, self.first.human.joints)
 
     def __call__(
@@ -143,7 +151,7 @@ def prepare(
     source: Any = None,
     settings: SimulateSettings | None = None,
     *,
-    controller: str | Controller | None = None,
+    controller: str | AnyController | None = None,
     disturbances: Sequence[Disturbance] = (),
     step: Step = silent,
     command: str = "",
@@ -159,7 +167,7 @@ def prepare(
     how = SimulateSettings.given("simulate", settings, options)
     otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
-    own = controller if callable(controller) else None
+    own = None if controller is None or isinstance(controller, str) else controller
     stage = Stage(begin, otherwise, how, (*acting, *disturbances), own)
     session = Session(stage, stage.choice, until=how.duration)
     return Live(session=session, stage=stage, began=clock.perf_counter())

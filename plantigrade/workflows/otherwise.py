@@ -2,7 +2,6 @@
 
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,7 +14,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.world import Controller, State, World, laid, on_ground
+from plantigrade.world import Controller, State, World, WrappedController, laid, on_ground
 from plantigrade.world.command import Commanded
 
 FARTHEST = 0.05
@@ -125,15 +124,13 @@ def stands(
     return all(min(g for g, s in zip(gap, sites, strict=True) if s.side == x) < ON for x in "rl")
 
 
-class _Seen:
+class _Seen(WrappedController):
     """A controller that sees with noise and acts with delay; all else is that of its own."""
 
     def __init__(self, controller: Controller, how: Otherwise):
-        self._controller, self._how = controller, how
+        super().__init__(controller)
+        self._how = how
         self._waiting: deque[Commanded] = deque()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._controller, name)
 
     def __call__(self, state: State) -> Commanded:
         world, noise = state.world, self._how.sensors
@@ -144,7 +141,7 @@ class _Seen:
             state.qvel = state.qvel + RATES * noise * world.random.standard_normal(n)
             state.qpos = state.qpos.copy()
             state.qpos[7:] += noise * world.random.standard_normal(n - 6)
-        self._waiting.append(self._controller(state))
+        self._waiting.append(self.inner(state))
         if len(self._waiting) > round(self._how.delay * world.control_rate):
             return self._waiting.popleft()
         return self._waiting[0]

@@ -12,7 +12,7 @@ from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.world import Command, Disturbance, Push, World
+from plantigrade.world import Command, Disturbance, InitialState, Push, World, world_for
 
 NOISE = 0.05
 """Of disturbed starts: standard deviation of every velocity [m/s, rad/s]."""
@@ -75,16 +75,12 @@ def replay_once(
     how = replace(otherwise or Otherwise(), start=noise if seed else 0.0)
     motion = record.motion
     qpos, qvel = how.beginning(record.human, motion, record.ground, seed)
-    world = World(
-        record.human,
-        how.under(record.ground),
+    world = world_for(
+        controller,
+        InitialState(record.human, how.under(record.ground), qpos, qvel),
         acting,
-        rate=controller.rate,
-        control_rate=controller.control_rate,
         recording=False,
         sites=[s for s in controller.sites if not s.side],
-        qpos=qpos,
-        qvel=qvel,
         seed=seed,
     )
     how.change(world)
@@ -100,7 +96,7 @@ def replay_once(
         state = world.step(command)
         legs.look()
     survived = world.fall is None and world.diverged is None
-    figures = controller.figures()
+    figures = dict(controller.summary().figures)
     error = float(np.sqrt(np.mean(squares)))
     off = float(figures["off_path_end_m"])
     return Outcome(survived, world.time, error, off, figures, legs.deepest)

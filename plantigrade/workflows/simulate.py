@@ -24,11 +24,19 @@ from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, timed
-from plantigrade.world import Controller, Disturbance, PhasePush, State, World
-from plantigrade.world.command import Commanded
+from plantigrade.world import (
+    AnyController,
+    Controller,
+    Disturbance,
+    PhasePush,
+    World,
+    controller_from,
+)
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
+AFTER_FALL = 1.0
+"""How long a simulation goes on after a fall, for the body to come to lie [s]."""
 SHORTEST = 0.01
 """Shortest simulation of a motion [s]."""
 FOLLOWED = "motion"
@@ -40,7 +48,7 @@ def simulate(
     source: str | Path | Run | None = None,
     settings: SimulateSettings | None = None,
     *,
-    controller: str | Controller | None = None,
+    controller: str | AnyController | None = None,
     disturbances: Sequence[Disturbance] = (),
     step: Step = silent,
     command: str = "",
@@ -81,12 +89,12 @@ def simulate(
     otherwise, acting = around(how)
     begin = start_of(source, how, step, command)
     ground = otherwise.under(begin.ground)
-    moved_by = controller if callable(controller) else None
     word = how.controller or usual(begin.motion, begin.record, begin.script)
-    if moved_by is None:
+    if controller is None or isinstance(controller, str):
         moved_by = controller_of(begin, ground, how, word)
-    elif how.controller is None:
-        word = getattr(controller, "__name__", type(controller).__name__)
+    else:
+        moved_by = controller_from(controller)
+        word = how.controller or moved_by.name
     how.refuse_unused(word)
     lasts = _duration(begin, how, moved_by)
     begins = [(_called(each), min(each.edges(), default=0.0)) for each in (*acting, *disturbances)]
@@ -96,11 +104,10 @@ def simulate(
                 f"{what} would begin at {first:g} s, but the simulation lasts {lasts:g} s: give it "
                 "a longer duration or an earlier time"
             )
-    moved_by = UntilFall(moved_by)
     with step("simulating"):
         began = clock.perf_counter()
         world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
-        record = world.simulate(otherwise.seen(moved_by), lasts)
+        record = world.simulate(otherwise.seen(moved_by), lasts, after_fall=AFTER_FALL)
         seconds = clock.perf_counter() - began
     return run_of(begin, otherwise, how, world, record, word, seconds, moved_by)
 
@@ -110,44 +117,12 @@ def _called(disturbance: Disturbance) -> str:
     return "a " + re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(disturbance).__name__).lower()
 
 
-class UntilFall:
-    """A controller whose account of itself ends where the person falls; all else is its own.
-
-    Args:
-        controller: The controller.
-    """
-
-    def __init__(self, controller: Controller):
-        self._controller = controller
-        self._told: tuple[tuple[str, ...], dict[str, Any]] | None = None
-
-    def __getattr__(self, name: str) -> Any:
-        """Return what the controller has."""
-        return getattr(self._controller, name)
-
-    def __call__(self, state: State) -> Commanded:
-        """Return its command."""
-        fell = state.world.fall is not None
-        self._told = (self._told or (self.said(), self.figures())) if fell else None
-        return self._controller(state)
-
-    def said(self) -> tuple[str, ...]:
-        """Return what it says it did, one sentence each."""
-        own = getattr(self._controller, "said", tuple)
-        return tuple(own()) if self._told is None else self._told[0]
-
-    def figures(self) -> dict[str, Any]:
-        """Return its figures."""
-        own = getattr(self._controller, "figures", dict)
-        return dict(own()) if self._told is None else self._told[1]
-
-
 def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> float:
     if how.duration is not None:
         return how.duration
     if begin.motion is None:
         return STANDS
-    return max(getattr(controller, "lasts", begin.motion.duration), SHORTEST)
+    return max(controller.duration or begin.motion.duration, SHORTEST)
 
 
 def _followed(motion: Motion, record: Record | None, lasts: float) -> Motion:
@@ -178,7 +153,8 @@ def run_of(
     controller: Controller,
 ) -> Run:
     """Return the run of a simulation, with what its controller says of it."""
-    said = map(Info, getattr(controller, "said", tuple)())
+    summary = controller.summary()
+    said = map(Info, summary.sentences)
     waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
     missed = [sentence for sentence in waited if sentence]
     record = replace(record, notes=(*record.notes, *said, *missed, *_passed(record)))
@@ -200,7 +176,7 @@ def run_of(
         **({} if world.diverged is None else {"diverged_at_s": world.diverged}),
         **figures_of(record, until),
         **_leaning(record, references.get(FOLLOWED), until),
-        **getattr(controller, "figures", dict)(),
+        **summary.figures,
         **personal_figures(how),
     }
     notes = tuple(dict.fromkeys((*begin.notes, *record.notes)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.harness import Going, world_for
+from plantigrade.workflows.harness import Going, world_of
 from plantigrade.workflows.walkers import Walker
 from plantigrade.world import Push
 
@@ -84,9 +84,8 @@ def tour(
 ) -> Toured:
     """Simulate a tour.
 
-    A controller with a method ``follow(waypoints)`` is told the waypoints before it starts, world
-    [m], rows of x and y; the walk starts at the origin along x. Who has none goes straight on, and
-    so do its waypoints.
+    The waypoints of a controller that follows points lead around corners; those of any other lead
+    straight on. The walk starts at the origin along x.
 
     Args:
         walker: Who walks.
@@ -94,13 +93,13 @@ def tour(
         n: How many waypoints, five seconds for each.
     """
     rng = np.random.default_rng(seed)
-    controller = walker.make(walker.record)
+    controller = walker.controller()
     acting = punches(walker, rng, n)
-    follow = getattr(controller, "follow", None)
-    goals = waypoints(walker, rng, n, straight=follow is None)
-    if follow is not None:
-        follow(goals)
-    world = world_for(walker, controller, disturbances=acting, seed=seed)
+    goals = waypoints(walker, rng, n)
+    straight = not controller.follow(goals)
+    if straight:
+        goals = waypoints(walker, rng, n, straight=True)
+    world = world_of(walker, controller, disturbances=acting, seed=seed)
     going, reached, last = Going(walker, controller, world), 0, n * SECONDS / WAYPOINTS
     while going.on and reached < n and world.time < last - 1e-9:
         going.step()
@@ -109,4 +108,4 @@ def tour(
     found = going.walked()
     end = found.end or ("" if reached == n else "too late")
     came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < world.time)
-    return Toured(not end, reached, end, world.time, follow is None, came)
+    return Toured(not end, reached, end, world.time, straight, came)

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +22,9 @@ from plantigrade.options import shown
 from plantigrade.record import Record
 from plantigrade.workflows.policies import is_policy, shipped
 from plantigrade.workflows.simulate_settings import LEARNED
-from plantigrade.world import Controller
+from plantigrade.world import AnyController, Controller, controller_from
 
-Make = Callable[[Record], Controller]
+Make = Callable[[Record], AnyController]
 """What makes a controller for a walk: called anew for every simulation.
 
 One that can only walk as a person of its own, as a policy does, has that walk as ``record``.
@@ -45,6 +45,10 @@ class Walker:
     record: Record
     make: Make
     name: str = "controller"
+
+    def controller(self) -> Controller:
+        """Return a new controller for the gait."""
+        return controller_from(self.make(self.record))
 
     @property
     def period(self) -> float:
@@ -195,7 +199,7 @@ class _Outside:
             raise _refused(self.word, error) from error
         if not callable(made):
             raise ParameterError(f"{self.word} returned no controller, but {shown(made)}")
-        return cast(Controller, made)
+        return controller_from(made)
 
 
 def _module(name: str, word: str) -> Any:

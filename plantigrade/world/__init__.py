@@ -8,20 +8,31 @@ What is named here is public: a :class:`World` with a ``controller(state) -> com
 
 from plantigrade.world.barrier import Barrier
 from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
+from plantigrade.world.controller import (
+    AnyController,
+    Controller,
+    InitialState,
+    Rates,
+    Summary,
+    WrappedController,
+    controller_from,
+)
 from plantigrade.world.disturbance import Disturbance, PhasePush, Push
 from plantigrade.world.falls import Fall
 from plantigrade.world.load import Load
 from plantigrade.world.offers import Drawing, Target
 from plantigrade.world.platform import FloorShift, Platform, Tilting
 from plantigrade.world.start import laid, on_ground, standing_on
+from plantigrade.world.started import world_for
 from plantigrade.world.state import State
 from plantigrade.world.things import Box, Rope, ThrownBox
-from plantigrade.world.world import Controller, World
+from plantigrade.world.world import World
 
 __all__ = [
     "Barrier",
     "PD",
     "Acceleration",
+    "AnyController",
     "Box",
     "Command",
     "Controller",
@@ -29,19 +40,25 @@ __all__ = [
     "Drawing",
     "Fall",
     "FloorShift",
+    "InitialState",
     "Load",
     "PhasePush",
     "Platform",
     "Push",
+    "Rates",
     "Rope",
     "StablePD",
     "State",
+    "Summary",
     "ThrownBox",
     "Target",
     "Tilting",
     "Torque",
     "World",
+    "WrappedController",
+    "controller_from",
     "laid",
     "on_ground",
     "standing_on",
+    "world_for",
 ]

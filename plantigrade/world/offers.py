@@ -1,28 +1,11 @@
-"""What a controller may offer to whoever watches it: targets to be set, and drawings.
+"""Targets of a controller, to be set while it runs, and what it draws."""
 
-Both are optional and looked up by name, so any object that is called with a state may have them::
-
-    class Sway:
-        def __init__(self):
-            self.targets = (Target("lean", -5.0, 5.0, 0.0, "deg"),)
-
-        def __call__(self, state):
-            lean = np.deg2rad(self.targets[0].value)
-            ...
-
-        def drawings(self, state):
-            return (Drawing("where the weight is to be", points=self.goal[None]),)
-"""
-
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.world.state import State
 
 
 @dataclass(eq=False)
@@ -82,14 +65,3 @@ class Drawing:
     points: Float[Array, "n_points 3"] | None = None
     lines: Float[Array, "n_lines 2 3"] | None = None
     colour: str = "#7e57c2"
-
-
-def targets_of(controller: Any) -> tuple[Target, ...]:
-    """Return what may be set of a controller; nothing where it offers nothing."""
-    return tuple(getattr(controller, "targets", ()))
-
-
-def drawings_of(controller: Any, state: State) -> Sequence[Drawing]:
-    """Return what a controller draws of a state; nothing where it offers nothing."""
-    draws = getattr(controller, "drawings", None)
-    return () if draws is None else tuple(draws(state))

@@ -23,10 +23,11 @@ from plantigrade.contact.site import GEOM
 from plantigrade.errors import ParameterError
 from plantigrade.record.jobs import Done, run_jobs
 from plantigrade.threads import on_one_thread
+from plantigrade.world.controller import AnyController
 from plantigrade.world.disturbance import Disturbance, Push, trunk
-from plantigrade.world.world import Controller, World
+from plantigrade.world.world import World
 
-Situation = Callable[[Sequence[Disturbance]], tuple[World, Controller]]
+Situation = Callable[[Sequence[Disturbance]], tuple[World, AnyController]]
 """What is pushed: a new world with these disturbances in it, and a new controller."""
 NEAR = 0.005
 """What is no higher than this above the ground stands on it [m]."""

@@ -12,7 +12,7 @@ The physics runs at ``rate``, the controller at ``control_rate``; its command is
 """
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -28,8 +28,9 @@ from plantigrade.record import Record
 from plantigrade.record.things import PLACES
 from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
-from plantigrade.world.command import Commanded
+from plantigrade.world.command import Command, Commanded
 from plantigrade.world.contacts import Contacts
+from plantigrade.world.controller import AnyController, Rates, controller_from
 from plantigrade.world.disturbance import Disturbance
 from plantigrade.world.falls import Fall, FallWatch
 from plantigrade.world.recorded import record_of
@@ -38,7 +39,7 @@ from plantigrade.world.scene import world_model
 from plantigrade.world.start import standing_on
 from plantigrade.world.state import State
 
-RATE, CONTROL_RATE = 1800.0, 100.0
+RATE, CONTROL_RATE = Rates().physics, Rates().control
 """Steps of the physics and of the controller, by default [1/s]."""
 FASTEST = 300.0
 """A body of which anything is faster than this has diverged [m/s, rad/s]."""
@@ -46,9 +47,6 @@ LOOK = 0.002
 """So often the rise of torques is looked at [s]."""
 LONGEST = 3600.0
 """Longest simulation [s]."""
-
-Controller = Callable[[State], Commanded]
-"""What moves a person: what it sees → what the joints shall do until it is asked again."""
 
 
 class World:
@@ -247,7 +245,12 @@ class World:
 
     @on_one_thread
     def simulate(
-        self, controller: Controller, duration: float, *, seed: int | None = None
+        self,
+        controller: AnyController,
+        duration: float,
+        *,
+        seed: int | None = None,
+        after_fall: float = np.inf,
     ) -> Record:
         """Start anew, let a controller move the person, and return what happened.
 
@@ -255,15 +258,21 @@ class World:
             controller: What moves them.
             duration: How long, if the simulation does not diverge before [s].
             seed: As in :meth:`reset`.
+            after_fall: How long it goes on after a fall [s]. Where that is limited, joints are
+                passive from the fall on: controllers are made for people on their feet.
 
         Raises:
             ParameterError: If the duration is not positive, or a command does not fit.
         """
         if not 0.0 < duration <= LONGEST:
             raise ParameterError(f"duration={duration:g} s must be above 0 and at most {LONGEST:g}")
-        state = self.reset(seed)
-        while self.time < duration - 0.5 / self.rate and self.diverged is None:
-            state = self.step(controller(state))
+        control, state, end = controller_from(controller), self.reset(seed), duration
+        while self.time < end - 0.5 / self.rate and self.diverged is None:
+            if self.fall is not None and after_fall < np.inf:
+                end = min(duration, self.fall.time + after_fall)
+                state = self.step(Command())
+            else:
+                state = self.step(control(state))
         return self.record()
 
     def record(self) -> Record:

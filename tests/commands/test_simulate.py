@@ -12,7 +12,7 @@ from plantigrade.commands import main as cli
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.workflows.live import prepare
-from plantigrade.world import Torque
+from plantigrade.world import Controller, Summary, Torque
 
 STORED = Path(__file__).parents[1] / "stored"
 SMALL = ("--joints", "42", "--feet", "rigid", "--rate", "300")
@@ -62,7 +62,7 @@ def test_a_controller_of_ones_own(folder):
 
 
 def test_what_a_controller_says_of_itself_ends_with_a_fall():
-    class Counts:
+    class Counts(Controller):
         ticks = 0
 
         def __call__(self, state):
@@ -70,11 +70,8 @@ def test_what_a_controller_says_of_itself_ends_with_a_fall():
             still = np.zeros(len(state.angles))
             return Torque(still, signals={"tracking_error": state.time})
 
-        def said(self):
-            return (f"It had {self.ticks} ticks.",)
-
-        def figures(self):
-            return {"ticks": self.ticks}
+        def summary(self):
+            return Summary((f"It had {self.ticks} ticks.",), {"ticks": self.ticks})
 
     options = {"rate": 300.0, "joints": "42", "feet": "rigid", "push": ("80,0.2,0,0",)}
     run = pg.simulate(controller=Counts(), duration=1.2, **options)

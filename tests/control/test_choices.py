@@ -13,8 +13,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.workflows.simulate_settings import LEARNED
-from plantigrade.world import Target, World, standing_on
-from plantigrade.world.offers import drawings_of, targets_of
+from plantigrade.world import Rates, Summary, Target, World, controller_from, standing_on
 
 USAGE = Path(__file__).parents[2] / "docs" / "usage.md"
 
@@ -60,6 +59,21 @@ def test_a_target_keeps_to_its_range():
         Target("lean", 1.0, 1.0, 1.0)
 
 
-def test_what_offers_nothing_has_no_targets_and_no_drawings(situation):
+def test_a_plain_function_is_a_controller_with_every_default(situation):
     state = World(situation.human, rate=300.0, recording=False).reset()
-    assert targets_of(len) == () and tuple(drawings_of(len, state)) == ()
+    control = controller_from(lambda state: None)
+    assert control(state) is None and control.name == "<lambda>"
+    assert tuple(control.targets) == tuple(control.drawings(state)) == ()
+    assert control.summary() == Summary() and not control.follow(np.zeros((1, 2)))
+    assert control.rates == Rates(1800.0, 100.0) and controller_from(control) is control
+    for wrong in (3, Posture):
+        with pytest.raises(ParameterError, match="a controller is a Controller or a function"):
+            controller_from(wrong)
+
+
+def test_rates_that_a_user_sets_fit_each_other():
+    rates = Rates(600.0, 200.0, 100.0)
+    assert rates.changed() is rates
+    assert rates.changed(physics=1000.0) == Rates(1000.0, 200.0)
+    assert rates.changed(physics=500.0) == Rates(500.0, 500.0 / 3)
+    assert rates.changed(control=50.0) == Rates(600.0, 50.0)

@@ -91,8 +91,8 @@ def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, w
     motion = walk.motion
     world = World(
         walk.human,
-        rate=led.rate,
-        control_rate=led.control_rate,
+        rate=led.rates.physics,
+        control_rate=led.rates.control,
         recording=False,
         qpos=motion.qpos[0],
         qvel=motion.qvel[0],
@@ -106,7 +106,7 @@ def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, w
         state = world.step(led(state))
     assert world.fall is None and not led.walks
     assert state.body.com[:2] == pytest.approx(led.command.path.points[-1], abs=1.2)
-    assert "It did not come to the end" not in " ".join(led.said())
+    assert "It did not come to the end" not in " ".join(led.summary().sentences)
 
 
 def test_how_far_a_walk_is_from_its_way_is_measured_in_the_world():
@@ -134,7 +134,7 @@ def test_a_walk_that_cuts_a_corner_or_overshoots_it_says_so(walk):
     led.command.path.heading(0.1, 0.9, 0.0)
     led.frame.shift(0.7)  # 0.7 m aside of all of it
     led(state)
-    assert led.figures()["astray_max_m"] == pytest.approx(0.7, abs=0.15)
+    assert led.summary().figures["astray_max_m"] == pytest.approx(0.7, abs=0.15)
 
 
 def test_who_is_at_a_point_of_the_way_does_not_circle_about_it():

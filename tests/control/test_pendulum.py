@@ -53,8 +53,8 @@ def begun(walk):
     world = World(
         walk.human,
         walk.ground,
-        rate=controller.rate,
-        control_rate=controller.control_rate,
+        rate=controller.rates.physics,
+        control_rate=controller.rates.control,
         recording=False,
         qpos=motion.qpos[0],
         qvel=motion.qvel[0],
@@ -76,7 +76,7 @@ def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alo
     whole = walk_of(replace(walk, motion=part))
     assert "walked once, unchanged" in whole.notes[-1]
     once = Pendulum(whole)
-    assert once.lasts == part.duration and Pendulum(walk).lasts == 10.0
+    assert once.duration == part.duration and Pendulum(walk).duration == 10.0
     run = simulate(
         Run(replace(whole, notes=("Of before.",)), "fit"), controller="pendulum", duration=0.01
     )
@@ -143,10 +143,10 @@ def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun
     assert len(controller.landings) >= 1
     assert controller.landings[0].error < 0.08
     assert "pendulum" in {d.name for d in controller.drawings(state)}
-    figures = controller.figures()
+    figures = controller.summary().figures
     assert figures["landings"] == len(controller.landings)
     assert figures["recorded_speed_m_s"] == pytest.approx(1.2, rel=0.1)
-    assert figures["landings"] == 1 and "1 step, in the median" in controller.said()[0]
+    assert figures["landings"] == 1 and "1 step, in the median" in controller.summary().sentences[0]
 
 
 def test_what_feet_cannot_hold_is_asked_of_the_whole_body(begun, monkeypatch):
@@ -223,8 +223,8 @@ def test_a_push_is_felt_beside_the_ground(walk):
     world = World(
         walk.human,
         walk.ground,
-        rate=controller.rate,
-        control_rate=controller.control_rate,
+        rate=controller.rates.physics,
+        control_rate=controller.rates.control,
         recording=False,
         qpos=motion.qpos[0],
         qvel=motion.qvel[0],
@@ -317,17 +317,17 @@ def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs
     solved, solve = [], BoxProgram.solve
     monkeypatch.setattr(BoxProgram, "solve", lambda *a, **k: solved.append(1) or solve(*a, **k))
     controller, motion = Pendulum(walk, settings=PendulumSettings(tick=0.02)), walk.motion
-    assert controller.control_rate == 100.0 == 0.5 * Pendulum(walk).control_rate  # soles looked at
+    assert controller.rates.control == 100.0 == 0.5 * Pendulum(walk).rates.control
     start = {"qpos": motion.qpos[0], "qvel": motion.qvel[0]}
     world = World(
-        walk.human, rate=1000.0, control_rate=controller.control_rate, recording=False, **start
+        walk.human, rate=1000.0, control_rate=controller.rates.control, recording=False, **start
     )
     state = world.reset()
     while world.time < 0.6:
         state = world.step(controller(state))
     assert 30 <= len(solved) < 48 and world.fall is None
     assert controller.landings[0].error < 0.08
-    assert controller.figures()["speed_m_s"] == pytest.approx(1.2, rel=0.15)
+    assert controller.summary().figures["speed_m_s"] == pytest.approx(1.2, rel=0.15)
 
 
 def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():

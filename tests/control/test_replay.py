@@ -38,8 +38,8 @@ def world_for(replay: Replay, *acting) -> World:
         replay.human,
         replay.ground,
         acting,
-        rate=replay.rate,
-        control_rate=replay.control_rate,
+        rate=replay.rates.physics,
+        control_rate=replay.rates.control,
         recording=False,
         qpos=motion.qpos[0],
         qvel=motion.qvel[0],
@@ -215,7 +215,7 @@ def test_who_is_pushed_while_standing_takes_a_step_and_the_motion_goes_on_after_
     assert replay.catch.steps >= 1
     assert replay.gait.phase < world.time - 0.3
     assert max(t.offset[0] for t in replay.gait.touchdowns) > 0.1
-    assert "Stepped" in " ".join(replay.said())
+    assert "Stepped" in " ".join(replay.summary().sentences)
 
 
 def test_points_that_are_down_a_little_sooner_than_planned_stay_down(replay):

@@ -136,7 +136,7 @@ def test_who_is_pushed_too_hard_steps(towards, force):
             if world.time > 4.5:
                 opposing.append(abs(balance.recovery.opposing_force(state)))
         calm = max(opposing) < 0.15 * state.body.mass * 9.81
-        said = balance.said()[0]
+        said = balance.summary().sentences[0]
         assert "recovery step" in said
         if towards == 90.0:
             assert "to the left" in said
@@ -152,4 +152,4 @@ def test_without_steps_such_a_push_is_too_hard():
     state = world.reset()
     while world.time < 3.0 and world.fall is None:
         state = world.step(balance(state))
-    assert world.fall is not None and balance.said() == ()
+    assert world.fall is not None and balance.summary().sentences == ()

@@ -80,8 +80,8 @@ def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(wal
     world = World(
         walk.human,
         walk.ground,
-        rate=walker.rate,
-        control_rate=walker.control_rate,
+        rate=walker.rates.physics,
+        control_rate=walker.rates.control,
         recording=False,
         qpos=walk.motion.qpos[0],
         qvel=walk.motion.qvel[0],
@@ -99,8 +99,8 @@ def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(wal
     assert jumps.max() < np.deg2rad(8.0)  # of two control steps at most
     assert sum(foot.stands for foot in gait.feet) == 1
     assert paced.speed * paced.transition.mean_cadence == pytest.approx(own, rel=1e-3)
-    assert "Went over to stroll at" in " ".join(walker.said())
-    assert walker.figures()["switched_s"] == switched.time
+    assert "Went over to stroll at" in " ".join(walker.summary().sentences)
+    assert walker.summary().figures["switched_s"] == switched.time
 
 
 def test_what_cannot_be_walked_is_refused(walk, begun_by_another):

@@ -7,7 +7,7 @@ from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.path import path_of
 from plantigrade.control.pendulum.turn import PredictedTurn, Turn, TurnSettings
 from plantigrade.experiments.walking import walking
-from plantigrade.workflows.harness import world_for
+from plantigrade.workflows.harness import world_of
 
 SPEED, OMEGA, STEP, DURATION = 1.3, 3.2, 0.005, 0.55
 FASTEST = TurnSettings().max_rate
@@ -89,7 +89,7 @@ def test_bearings_that_change_to_and_fro_are_walked(data, sign):
     walk = walk_of(one.record)
     words = [f"{sign * 30 * (k % 2)}@{2.0 + 2.7 * k:g}" for k in range(1, 5)]
     walker = Walker(walk, WalkCommand(path=path_of("bearing:0," + ",".join(words))))
-    world = world_for(one, walker)
+    world = world_of(one, walker)
     state, landings, apart = world.reset(), 0, []
     while world.time < 16.0 and world.fall is None:
         state = world.step(walker(state))

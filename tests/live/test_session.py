@@ -19,7 +19,7 @@ from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.world import Drawing, StablePD, Target
+from plantigrade.world import Controller, Drawing, Rates, StablePD, Target
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 HOW = SimulateSettings(rate=300.0, control_rate=50.0)
@@ -37,7 +37,7 @@ def session(stage):
     return Session(stage, stage.choice)
 
 
-class Offering:
+class Offering(Controller):
     """A controller that holds a posture, with a target and a drawing."""
 
     def __init__(self):
@@ -233,7 +233,7 @@ def test_the_loop_goes_on_until_it_is_stopped(session):
 
 def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypatch):
     class Fast(Posture):
-        control_rate = 150.0
+        rates = Rates(physics=300.0, control=150.0)
 
     how = SimulateSettings(rate=300.0)
     stage = Stage(stage.first, Otherwise(), how)

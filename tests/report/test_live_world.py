@@ -19,7 +19,7 @@ from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.world import Drawing, StablePD, Target
+from plantigrade.world import Controller, Drawing, StablePD, Target
 from tests.browser import wait_for
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
@@ -51,7 +51,7 @@ def go(page: LiveWorld, seconds: float) -> None:
     page.draw(page.session.frame)
 
 
-class Pointing:
+class Pointing(Controller):
     """A controller that points at the left forefoot, and may be bent."""
 
     def __init__(self):

@@ -8,12 +8,12 @@ from plantigrade.errors import FileError, ParameterError
 from plantigrade.report.live_world import LiveWorld
 from plantigrade.workflows import live as module
 from plantigrade.workflows.live import live, prepare
-from plantigrade.world import StablePD
+from plantigrade.world import Controller, StablePD, Summary
 
 SMALL = {"joints": "42", "feet": "rigid", "rate": 300.0, "control_rate": 50.0}
 
 
-class Standing:
+class Standing(Controller):
     """Holds the posture and ends the session after a while of its time."""
 
     def __init__(self, stop: Event, until: float = 0.2):
@@ -37,17 +37,14 @@ def test_a_session_runs_until_it_is_stopped_and_is_a_run():
     assert not any("ground moved" in note for note in run.record.notes)  # it lay still
 
 
-class Telling:
+class Telling(Controller):
     """Holds the posture, and has something to say of it."""
 
     def __call__(self, state):
         return StablePD(state.human.standing()[7:])
 
-    def said(self):
-        return ("Held the posture.",)
-
-    def figures(self):
-        return {"held_s": 0.2}
+    def summary(self):
+        return Summary(("Held the posture.",), {"held_s": 0.2})
 
 
 def test_a_saved_session_has_what_its_controller_says():

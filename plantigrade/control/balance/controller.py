@@ -22,10 +22,20 @@ from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.whole_body import WholeBody
-from plantigrade.world import Command, Drawing, StablePD, State, Target, World
+from plantigrade.world import (
+    Command,
+    Controller,
+    Drawing,
+    Rates,
+    StablePD,
+    State,
+    Summary,
+    Target,
+    World,
+)
 
 
-class Balance:
+class Balance(Controller):
     """Keeps a person on the feet, in a posture or along a reference.
 
     Args:
@@ -37,8 +47,7 @@ class Balance:
         goal: Goal of the centre of mass at the last tick [m].
     """
 
-    rate, control_rate = 1000.0, 100.0
-    """Steps of the physics and of the controller [1/s], where no others are asked for."""
+    rates = Rates(physics=1000.0, control=100.0)
 
     def __init__(
         self, reference: Reference | None = None, *, settings: BalanceSettings | None = None
@@ -51,9 +60,9 @@ class Balance:
             Target("height", -15.0, 2.0, 0.0, "cm"),
         )
 
-    def said(self) -> tuple[str, ...]:
+    def summary(self) -> Summary:
         """Return what steps were taken in the last simulation."""
-        return () if self._world is None else self.recovery.said()
+        return Summary(() if self._world is None else self.recovery.said())
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
         """Return the goal of the centre of mass, and the line to it."""

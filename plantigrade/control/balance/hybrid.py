@@ -39,7 +39,7 @@ from plantigrade.control.balance.reference import Reference, ReferenceState, pos
 from plantigrade.control.balance.settings import JointGains
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
-from plantigrade.world import Acceleration, State
+from plantigrade.world import Acceleration, Controller, State
 
 REGULARISATION = 1e-6  # of the multipliers of the constraint, by the mean of its diagonal
 
@@ -74,7 +74,7 @@ class HybridSettings:
     """Least-squares solutions of a tick: joints too fast for their range are held. Chosen."""
 
 
-class Hybrid:
+class Hybrid(Controller):
     """Keeps standing in a posture by the paper's own formulation.
 
     Args:

@@ -42,7 +42,17 @@ from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import about_vertical
 from plantigrade.wbc.whole_body import PointRows, Rows, Touching
-from plantigrade.world import Command, Drawing, StablePD, State, World
+from plantigrade.world import (
+    Command,
+    Controller,
+    Drawing,
+    InitialState,
+    Rates,
+    StablePD,
+    State,
+    Summary,
+    World,
+)
 
 AROUND = 0.3
 """The body goes by the mean height of the ground so far around it [leg lengths]."""
@@ -67,7 +77,7 @@ WALKS = 10.0
 """How long a walk is repeated where no duration is named [s]."""
 
 
-class Pendulum:
+class Pendulum(Controller):
     """Walk as recorded, and stay on the feet.
 
     Args:
@@ -76,10 +86,6 @@ class Pendulum:
         settings: The numbers of the controller.
 
     Attributes:
-        rate: Steps of the physics per second that it wants [1/s].
-        control_rate: Commands per second that it wants [1/s].
-        record_rate: Frames per second that are enough [1/s].
-        lasts: How long it goes on where nobody says [s].
         landing: Where and when the swinging foot is to land; None in double support.
         place: Where the centre of mass is [m].
         low: The lowest place of each contact sphere [m].
@@ -90,7 +96,7 @@ class Pendulum:
             two frames.
     """
 
-    rate, control_rate, record_rate = 600.0, 200.0, 100.0
+    rates = Rates(physics=600.0, control=200.0, frames=100.0)
 
     def __init__(self, record: Record, *, settings: PendulumSettings | None = None):
         self.settings = settings or PendulumSettings()
@@ -106,11 +112,11 @@ class Pendulum:
         self.record, self.human = record, record.human
         self.law: LandingLaw = LAWS[self.settings.law]
         if self.settings.tick >= LONG:
-            self.control_rate = 0.5 * type(self).control_rate
+            self.rates = replace(self.rates, control=0.5 * self.rates.control)
         self.clearance = clearance_of(record)
         self.reference = Paced(borne(reference_of(record, self.clearance, lands=True)))
         repeats = self.reference.period is not None
-        self.lasts = max(record.motion.duration, WALKS if repeats else 0.0)
+        self.duration = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)
         self.points = PointSet.of(human, self.sites)
         self.radius = np.array([[s.radius] for s in self.sites])
@@ -133,13 +139,15 @@ class Pendulum:
         self.landing: Landing | None = None
         self.landings: list[Landed] = []
 
-    def said(self) -> tuple[str, ...]:
-        """Return what it did in the last simulation, one sentence each."""
-        return walk_told(self.landings, self.speeds())
+    def summary(self) -> Summary:
+        """Return speed and footsteps of the last simulation."""
+        speeds = self.speeds()
+        return Summary(walk_told(self.landings, speeds), walk_figures(self.landings, speeds))
 
-    def figures(self) -> dict[str, float]:
-        """Return figures of the last simulation."""
-        return walk_figures(self.landings, self.speeds())
+    @property
+    def shared(self) -> tuple[object, ...]:
+        """The walk, as it was recorded and as it is followed."""
+        return self.reference, self.record
 
     def speeds(self) -> tuple[float, float, float]:
         """Return mean speed, that of the recording, and how far beside the line it ended."""
@@ -212,20 +220,16 @@ class Pendulum:
             if own.stands and own.number is not None:
                 gait.offset(own.number)[:2] = (foot[i] - ref.foot_position[i])[:2]
 
-    def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
-        """Return the velocities with which the walk starts [m/s, rad/s].
+    def start(self, initial: InitialState) -> InitialState:
+        """Return a start at which the centre of mass is as fast as in the walk that is followed.
 
-        Those of the first frame, moved over the ground so that the centre of mass is as fast as in
-        the walk that is followed, which its feet can bear; a recording's own may be off by 1 m/s.
-
-        Args:
-            qvel: Velocities of the first frame, root in the world.
+        The feet can bear that velocity; the one of a recording's first frame is off by up to 1 m/s.
         """
         motion = self.record.motion
         own = BodyState(self.human, motion.qpos[0], motion.qvel[0]).com_velocity
-        started = qvel.copy()
-        started[:2] += (self.reference.at(0.0).com_velocity - own)[:2]
-        return started
+        qvel = initial.qvel.copy()
+        qvel[:2] += (self.reference.at(0.0).com_velocity - own)[:2]
+        return replace(initial, qvel=qvel)
 
     def walk_on(self, gait: Gait) -> None:
         """Go on as the reference is now, with the gait of another walk at a like instant."""

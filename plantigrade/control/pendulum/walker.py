@@ -1,5 +1,6 @@
 """A walk that is led: how fast, which way, when it stops, and when it goes on."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -21,12 +22,22 @@ from plantigrade.control.pendulum.turn import Turn
 from plantigrade.control.pendulum.words import led_told, switched_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
-from plantigrade.world import Command, Drawing, State, Target, World, standing_on
+from plantigrade.world import (
+    Command,
+    Controller,
+    Drawing,
+    InitialState,
+    State,
+    Summary,
+    Target,
+    World,
+    standing_on,
+)
 
 SAME = 1e-6  # [m/s] speeds nearer than this are one
 
 
-class Walker:
+class Walker(Controller):
     """Walk as recorded at a commanded speed along a commanded path; stand where it is zero.
 
     The pendulum walks along x; it is shown the world in a frame that turns and goes with the path.
@@ -46,8 +57,7 @@ class Walker:
             stride that could be repeated.
     """
 
-    rate, control_rate = Pendulum.rate, Pendulum.control_rate
-    record_rate = Pendulum.record_rate
+    rates = Pendulum.rates
 
     def __init__(
         self,
@@ -58,7 +68,7 @@ class Walker:
     ):
         self.settings = settings or PendulumSettings()
         self.pendulum = Pendulum(record, settings=self.settings)
-        self.record, self.lasts = record, self.pendulum.lasts
+        self.record, self.duration = record, self.pendulum.duration
         self.command = command = command or WalkCommand()
         reference = self.pendulum.reference
         self._own = reference.speed
@@ -83,11 +93,11 @@ class Walker:
         )
         self.walks, self._world, self._balance = True, None, Balance()
 
-    def starts(self, qvel: Float[Array, " nv"]) -> Float[Array, " nv"]:
-        """Return the velocities with which the walk starts, given those of its first frame."""
-        return self.pendulum.starts(qvel)
+    def start(self, initial: InitialState) -> InitialState:
+        """Return how the walk starts."""
+        return self.pendulum.start(initial)
 
-    def follow(self, points: Float[Array, "n 2"]) -> None:
+    def follow(self, points: Float[Array, "n 2"]) -> bool:
         """Walk from point to point, and stand at the last.
 
         Args:
@@ -95,22 +105,28 @@ class Walker:
         """
         path = Waypoints(tuple((float(x), float(y)) for x, y in points), self.settings.path)
         self.command = replace(self.command, path=path)
+        return True
 
-    def said(self) -> tuple[str, ...]:
-        """Return what it did in the last simulation, one sentence each."""
+    def summary(self) -> Summary:
+        """Return speed, way, footsteps and changes of gait of the last simulation."""
         if self._world is None:
-            return ()
-        own = self.command
+            return Summary()
+        own, walked = self.command, self.pendulum.summary()
         speed = None if own.speed is None else (self.targets[0].value, self._speed.mean)
         astray = None if own.path is None else self._max_deviation
         switched = switched_told(self.styles.switched, self.styles.off)
         led = led_told(speed, astray, self._stood, own.path)
-        return (*self.pendulum.said(), *switched, *led)
+        return Summary((*walked.sentences, *switched, *led), self._figures(walked.figures))
 
-    def figures(self) -> dict[str, float]:
-        """Return figures of the last simulation."""
-        figures = self.pendulum.figures()
-        if self._world is not None and self.command.leads:
+    @property
+    def shared(self) -> tuple[object, ...]:
+        """The recorded walk."""
+        return (self.record,)
+
+    def _figures(self, walked: Mapping[str, float]) -> dict[str, float]:
+        """Return figures of the last simulation, given those of the walk."""
+        figures = dict(walked)
+        if self.command.leads:
             figures["speed_wanted_m_s"] = self.targets[0].value
             figures["speed_at_end_m_s"] = self._speed.mean if self.walks else 0.0
             if self.command.path is not None:
@@ -118,7 +134,7 @@ class Walker:
             if isinstance(self.command.path, Waypoints):
                 figures["points_passed"] = self.command.path.passed
             figures["stood_s"] = sum(end - start for start, end in self._stood)
-        if self._world is not None and self.styles.switched:
+        if self.styles.switched:
             figures["switched_s"] = self.styles.switched[-1].time
             figures["off_after_switch_deg"] = float(np.rad2deg(self.styles.off))
         return figures

@@ -20,7 +20,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.record import Record
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.whole_body import Touching, WholeBody
-from plantigrade.world import Command, StablePD, State
+from plantigrade.world import Command, Controller, Rates, StablePD, State, Summary
 
 FASTER = 2.5
 """Rate by which the motion's own velocities are scaled, at most."""
@@ -48,19 +48,15 @@ GRIP = 0.75
 """Part of the friction that is counted on."""
 
 
-class Replay:
+class Replay(Controller):
     """Carry out a whole motion and stay on the feet.
 
     Args:
         record: The motion, with its forces and torques where it has them.
 
-    Attributes:
-        rate: Steps of the physics per second that it wants [1/s].
-        control_rate: Commands per second that it wants [1/s].
-        record_rate: Frames per second that are enough [1/s].
     """
 
-    rate, control_rate, record_rate = 1000.0, 500.0, 100.0
+    rates = Rates(physics=1000.0, control=500.0, frames=100.0)
 
     def __init__(self, record: Record):
         self.record, self.human, self.ground = record, record.human, record.ground
@@ -117,8 +113,8 @@ class Replay:
             ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot, step)
 
-    def said(self) -> tuple[str, ...]:
-        """Return what it did in the last simulation, one sentence each."""
+    def summary(self) -> Summary:
+        """Return the steps of the last simulation, and what was moved apart."""
         told = [*steps_told(self.gait.touchdowns), touchdowns_told(self.gait.touchdowns)]
         apart = np.rad2deg(self.clearance.abduction)
         if apart.any():
@@ -132,12 +128,14 @@ class Replay:
                 f"The motion has one leg up to {1e3 * self.clearance.legs:.0f} mm in the other; "
                 "the swinging foot was led past it."
             )
-        return tuple(each for each in told if each)
-
-    def figures(self) -> dict[str, float | int]:
-        """Return figures of the last simulation."""
         figures = replay_figures(self.gait.touchdowns)
-        return {**figures, "off_path_end_m": float(np.linalg.norm(self.off))}
+        off_path = {"off_path_end_m": float(np.linalg.norm(self.off))}
+        return Summary(tuple(each for each in told if each), {**figures, **off_path})
+
+    @property
+    def shared(self) -> tuple[object, ...]:
+        """The motion, as it was given and as it is followed."""
+        return self.reference, self.record
 
     def _stand(self) -> None:
         """Forget what was done."""
