@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control.pendulum.landing import LAWS
+from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.experiments.kept_results import Result
 from plantigrade.experiments.measured import Cases
 from plantigrade.experiments.page import Grid

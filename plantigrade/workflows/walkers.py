@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.choices import CONTROLLERS, Situation
 from plantigrade.control.pendulum import PendulumSettings, walk_of
 from plantigrade.control.pendulum import Walker as Led
-from plantigrade.control.pendulum.landing import LAWS
+from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.learn.controller import PolicyController, policy_named
 from plantigrade.options import shown
@@ -37,7 +37,7 @@ class Walker:
 
     Attributes:
         record: The gait: who walks, and how; one closed stride, or a motion that ends
-            (:func:`~plantigrade.control.pendulum.cycle.walk_of`).
+            (:func:`~plantigrade.control.pendulum.walk.walk_of`).
         make: Makes the controller.
         name: What it is called.
     """

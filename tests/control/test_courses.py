@@ -10,8 +10,8 @@ from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.crouch import Crouch, CrouchSettings
 from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
-from plantigrade.control.pendulum.pace import Paced
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
+from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.words import led_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
@@ -22,10 +22,10 @@ from plantigrade.world import World
 
 def test_longer_and_quicker_steps_keep_the_pendulum_true(walk):
     recorded = reference_of(walk)
-    paced = Paced(recorded)
+    paced = ScaledReference(recorded)
     assert paced.speed == pytest.approx(1.2, rel=0.1)
     before = paced.at(0.5).com.copy()
-    paced.set(1.3, 1.1, 0.5)
+    paced.scale(1.3, 1.1, 0.5)
     # Nothing jumps but the step, which is as much longer about the mean place.
     assert paced.at(0.5).com == pytest.approx(before, abs=0.02)
     now, own = paced.at(0.7), recorded.at(0.7)
@@ -34,7 +34,7 @@ def test_longer_and_quicker_steps_keep_the_pendulum_true(walk):
     # What moves the mass is its distance from the pressure, by the cadence squared.
     off, was = ((x.com - x.cop)[:2] for x in (now, own))
     assert off == pytest.approx(was * [1.573, 1.21])
-    paced.set(0.5, 1.0, 0.9)
+    paced.scale(0.5, 1.0, 0.9)
     stride = paced.at(0.9 + paced.period).com - paced.at(0.9).com
     assert stride[0] == pytest.approx(0.5 * recorded.advance[0])
 
@@ -185,7 +185,7 @@ def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):
     head = stands.origin("head")[2] - (low.origin("head")[2] - ankle)
     head -= 0.5 * sum(State(human, human.standing()).origin(f"foot_{s}")[2] for s in "rl")
     assert head == pytest.approx(0.25, abs=0.08)
-    paced = Paced(reference_of(walk))
+    paced = ScaledReference(reference_of(walk))
     before = paced.at(0.3).com[2]
     paced.crouch = crouch
     assert before - paced.at(0.3).com[2] == pytest.approx(crouch.lowering)

@@ -11,7 +11,6 @@ from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.reference import STEP, reference_of
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
-from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.swing import (
@@ -22,6 +21,7 @@ from plantigrade.control.pendulum.swing import (
     limit_to_reach,
 )
 from plantigrade.control.pendulum.velocities import BoxProgram
+from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
 from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.errors import ParameterError
@@ -85,7 +85,7 @@ def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alo
 
 def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(walk):
     recorded = reference_of(walk_of(walk))
-    found = borne(recorded)
+    found = with_feasible_com(recorded)
     n = len(found.table) - 1
     rows = found.rows
     com, velocity, acceleration, pressure = (
@@ -111,7 +111,7 @@ def test_the_mass_of_a_walk_that_is_done_once_does_so_between_its_ends(walk):
     motion = walk_of(walk).motion
     part = replace(walk, motion=motion.frames(np.arange(4 * motion.n_frames // 5)))
     recorded = reference_of(part, lands=True)
-    found = borne(recorded)
+    found = with_feasible_com(recorded)
     assert recorded.period is None and not recorded.ends
     rows = found.rows
     com, was, velocity, acceleration, pressure = (

@@ -13,17 +13,18 @@ from plantigrade.control.gait.phase import DOWN, JUST, Foot, Gait
 from plantigrade.control.gait.planner import hurried
 from plantigrade.control.gait.reference import reference_of, world_sites
 from plantigrade.control.gait.tasks import com_rows, turn_error
-from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.control.pendulum.hold import CommandHold
-from plantigrade.control.pendulum.landing import LAWS, Landing, LandingLaw
-from plantigrade.control.pendulum.pace import Paced
+from plantigrade.control.pendulum.landing import Landing
+from plantigrade.control.pendulum.landing_laws import LAWS, LandingLaw
 from plantigrade.control.pendulum.plan import Plan, reaction_of, turned
+from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
+from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.control.pendulum.wanted import (
     Weights,
     held_rows,
@@ -82,7 +83,7 @@ class Pendulum(Controller):
 
     Args:
         record: The walk; a closed stride is repeated for ever
-            (:func:`plantigrade.control.pendulum.cycle.walk_of`), any other motion ends.
+            (:func:`plantigrade.control.pendulum.walk.walk_of`), any other motion ends.
         settings: The numbers of the controller.
 
     Attributes:
@@ -114,7 +115,8 @@ class Pendulum(Controller):
         if self.settings.tick >= LONG:
             self.rates = replace(self.rates, control=0.5 * self.rates.control)
         self.clearance = clearance_of(record)
-        self.reference = Paced(borne(reference_of(record, self.clearance, lands=True)))
+        recorded = with_feasible_com(reference_of(record, self.clearance, lands=True))
+        self.reference = ScaledReference(recorded, self.settings.speed)
         repeats = self.reference.period is not None
         self.duration = max(record.motion.duration, WALKS if repeats else 0.0)
         human, self.sites = self.human, world_sites(record)

@@ -5,13 +5,12 @@ will be then, goes on as the recorded one does. Undisturbed, they return the rec
 """
 
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.planner import AGAIN, LandingBox, easiest
-from plantigrade.control.pendulum.pendulum import carried, energy, leg_length, strike_angle
+from plantigrade.control.pendulum.landing_laws import LandingLaw, Strike, carried
 from plantigrade.control.pendulum.swing import SwingSettings, detour_length
 
 RATES = np.array([0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
@@ -27,147 +26,6 @@ step of 1.2 m in 0.4 s needs 40 m/s²."""
 STRETCHED, DROPS, DEEPEST = 1.1, 3.0, 0.25
 """A leg reaches so far from the hip, where the pelvis leans towards the foot [leg lengths]; as fast
 the body can go down for it [m/s²], and so far at most [leg lengths]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Strike:
-    """What the recording has when its foot strikes; world axes, horizontal.
-
-    Attributes:
-        com: The mass [m].
-        velocity: Its velocity [m/s].
-        height: Its height over the standing foot [m].
-        stands: The standing foot [m].
-        lands: The foot that strikes [m].
-        axes: Ahead and to the left, as columns.
-        omega: Root of gravity by height [1/s].
-        kept: How much the standing foot still moves the pendulum, of what all feet do.
-        later: How much the foot that lands does, with those after it; the rest if absent.
-        slope: How far the ground rises along each axis [rad].
-    """
-
-    com: Float[Array, " 2"]
-    velocity: Float[Array, " 2"]
-    height: float
-    stands: Float[Array, " 2"]
-    lands: Float[Array, " 2"]
-    axes: Float[Array, "2 2"]
-    omega: float
-    kept: float = 0.0
-    later: float = 1.0
-    slope: tuple[float, float] = (0.0, 0.0)
-
-
-@runtime_checkable
-class LandingLaw(Protocol):
-    """Where a foot is to land."""
-
-    def place(
-        self,
-        com: Float[Array, "m 2"],
-        velocity: Float[Array, "m 2"],
-        stands: Float[Array, " 2"],
-        strike: Strike,
-    ) -> Float[Array, "m 2"]:
-        """Return landing places for states of the mass at the strike.
-
-        Args:
-            com: The mass when the foot strikes [m].
-            velocity: Its velocity then [m/s].
-            stands: The standing foot [m].
-            strike: What the recording has then.
-        """
-        ...
-
-
-class DivergentLaw:
-    r"""The extrapolated centre of mass is to be as far ahead of the foot as in the recording.
-
-    :math:`\xi = x + \dot x / \omega` [Hof2005]_. A constant offset of the foot from it makes any
-    walk of a linear pendulum stable in one step ([Hof2008]_). While both feet stand, the old one
-    carries on for a part ``kept`` of what the pendulum still feels of it.
-    """
-
-    def place(
-        self,
-        com: Float[Array, "m 2"],
-        velocity: Float[Array, "m 2"],
-        stands: Float[Array, " 2"],
-        strike: Strike,
-    ) -> Float[Array, "m 2"]:
-        """Return landing places for states of the mass at the strike."""
-        off = com + velocity / strike.omega - strike.com - strike.velocity / strike.omega
-        off = (off - strike.kept * (stands - strike.stands)) / strike.later
-        return strike.lands + off
-
-
-@dataclass(frozen=True)
-class EnergyLaw:
-    r"""After the strike the mass is to have the energy that the recorded one has: Eqs. 5 to 8.
-
-    The paper takes :math:`\theta_{SW2}` and :math:`V_{SW2}` from the recording; but a person
-    pushes off and loses less than Eq. 3 says, so that Eq. 5 does not hold of any recording. Here
-    the goal is what Eqs. 5 to 7 leave of the recording's own strike, so that they return the
-    recorded step. The equations know squares of speeds alone: of a mass that moves the other way
-    than the recorded one, the foot goes along with its extrapolated centre, from where it lands at
-    no speed.
-
-    In the frontal plane the mass swings out to the foot and back. Its energy fixes how near it
-    comes, not when it is back, and steps come at the recording's times: nothing brings a swing that
-    is late into step again, and walks with Eq. 5 in both planes fall sideways within seconds.
-    Therefore the frontal plane is left to :class:`DivergentLaw`, unless ``frontal``.
-
-    Attributes:
-        frontal: Whether Eq. 5 decides in the frontal plane, too, as in the paper.
-    """
-
-    frontal: bool = False
-
-    def place(
-        self,
-        com: Float[Array, "m 2"],
-        velocity: Float[Array, "m 2"],
-        stands: Float[Array, " 2"],
-        strike: Strike,
-    ) -> Float[Array, "m 2"]:
-        """Return landing places for states of the mass at the strike."""
-        along = DivergentLaw().place(com, velocity, stands, strike) @ strike.axes
-        for i, axis in enumerate(strike.axes.T):
-            if i == 0 or self.frontal:
-                along[:, i] = _in_plane(
-                    com @ axis,
-                    velocity @ axis,
-                    float(stands @ axis),
-                    strike,
-                    axis,
-                    strike.slope[i],
-                )
-        return along @ strike.axes.T
-
-
-def _in_plane(com, speed, stands: float, strike: Strike, axis, slope: float) -> Array:
-    """Return the landing place along one axis."""
-    own = float(strike.velocity @ axis)
-    way = 1.0 if own >= 0.0 else -1.0
-    h = strike.height
-    ahead = way * float((strike.lands - strike.com) @ axis)
-    behind = way * float((strike.com - strike.stands) @ axis)
-    trailing, leading = np.arctan2(behind, h), np.arctan2(ahead, h)
-    tilt = way * slope
-    goal = float(energy(abs(own), trailing, leading, leg_length(h, trailing, leading, tilt)))
-    now = np.arctan2(way * (com - stands), h)
-    with_it = np.maximum(way * speed, 0.0)
-    angle = strike_angle(with_it, now, h, goal, tilt)
-    back = np.minimum(way * speed, 0.0) / strike.omega
-    return com + way * (h * np.tan(angle) + back)
-
-
-LAWS: dict[str, LandingLaw] = {
-    "divergent": DivergentLaw(),
-    "energy": EnergyLaw(),
-    "energy-both": EnergyLaw(frontal=True),
-}
-"""Name of a law → the law."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,9 @@ from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.planner import decayed
 from plantigrade.control.gait.swing import NARROW, SLACK
-from plantigrade.control.pendulum.landing import Landing, LandingLaw, Reach, Strike, landing
-from plantigrade.control.pendulum.pace import Paced
+from plantigrade.control.pendulum.landing import Landing, Reach, landing
+from plantigrade.control.pendulum.landing_laws import LandingLaw, Strike
+from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.swing import SwingSettings, detours
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -69,7 +70,7 @@ class Plan:
     def __init__(
         self,
         gait: Gait,
-        reference: Paced,
+        reference: ScaledReference,
         law: LandingLaw,
         leg: float,
         hip: float,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from plantigrade.control.pendulum.crouch import CrouchSettings
 from plantigrade.control.pendulum.disturbance import DisturbanceSettings
 from plantigrade.control.pendulum.foothold import FootholdSettings
-from plantigrade.control.pendulum.landing import LAWS
+from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.standing import StandingSettings
@@ -21,7 +21,7 @@ class PendulumSettings:
     """The settings of :class:`~plantigrade.control.pendulum.Pendulum` and its ``Walker``."""
 
     law: str = "divergent"
-    """Landing law, one of :data:`~plantigrade.control.pendulum.landing.LAWS`."""
+    """Landing law, one of :data:`~plantigrade.control.pendulum.landing_laws.LAWS`."""
     tick: float = 0.005
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
     speed: SpeedSettings = SpeedSettings()

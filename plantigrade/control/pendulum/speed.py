@@ -22,6 +22,10 @@ class SpeedSettings:
     """Time after a change of speed from which the mean speed is corrected [s]. Chosen."""
     min_corrected_scale: float = 0.35
     """Shortest steps whose speed is corrected [recorded steps]. Chosen."""
+    step_widening: float = 0.6
+    """Widening of steps by their shortening: feet are no longer ahead of each other. Chosen."""
+    lift_reduction: float = 0.5
+    """Reduction of the height of swing feet by the shortening of steps. Chosen."""
     turn_overspeed: float = 2.0
     """Speed, by that which the turn to the path allows, above which the walk goes straight on: it
     would turn on a wide bend beside the path. Chosen."""

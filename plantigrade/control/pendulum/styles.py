@@ -8,12 +8,12 @@ import numpy as np
 from plantigrade.control.gait.clearance import Clearance, clearance_of
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.reference import Reference, reference_of
-from plantigrade.control.pendulum.borne import borne
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
-from plantigrade.control.pendulum.pace import Paced
+from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.transition import PhaseMap, Transition
 from plantigrade.control.pendulum.upper_body import InStep, Pose, Source, UpperBody, source_of
+from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.control.pendulum.words import Switched
 from plantigrade.errors import ParameterError
 from plantigrade.world import Target
@@ -32,7 +32,7 @@ class Walk:
         """Return the walk of a style."""
         assert style.record is not None
         clearance = clearance_of(style.record)
-        return cls(style.name, borne(reference_of(style.record, clearance)), clearance)
+        return cls(style.name, with_feasible_com(reference_of(style.record, clearance)), clearance)
 
 
 class Styles:
@@ -111,7 +111,7 @@ class Styles:
         """Start anew: with the first walk, as recorded."""
         pendulum, first = self._pendulum, self._walks[0]
         if pendulum.reference.recorded is not first.reference:
-            pendulum.reference = Paced(first.reference)
+            pendulum.reference = ScaledReference(first.reference, pendulum.settings.speed)
             pendulum.clearance = first.clearance
         pendulum.reference.transition = pendulum.reference.upper = None
         self._now = [0, 0]
@@ -146,18 +146,18 @@ class Styles:
             assert target is not None
             target.set(float(i))
         style, upper = (0 if t is None else round(t.value) for t in self._chosen)
-        paced = self._pendulum.reference
-        if paced.transition is not None:
+        scaled = self._pendulum.reference
+        if scaled.transition is not None:
             self._blend(time)
         elif style != self._now[0]:
             self._switch(style, time, walks)
-        paced = self._pendulum.reference
+        scaled = self._pendulum.reference
         if upper != self._now[1]:
-            before = None if paced.upper is None else paced.upper.source
+            before = None if scaled.upper is None else scaled.upper.source
             self._now[1] = upper
-            paced.upper = self._dressed(paced, self._source(upper, time), before, time)
-        if paced.upper is not None:
-            paced.upper.time = time
+            scaled.upper = self._dressed(scaled, self._source(upper, time), before, time)
+        if scaled.upper is not None:
+            scaled.upper.time = time
 
     def count(self, error: float) -> None:
         """Record the distance of the joints from the walk now [rad]."""
@@ -173,10 +173,10 @@ class Styles:
     def _blend(self, time: float) -> None:
         """Continue the transition."""
         pendulum = self._pendulum
-        paced, transition = pendulum.reference, pendulum.reference.transition
+        scaled, transition = pendulum.reference, pendulum.reference.transition
         assert transition is not None
         goes = transition.advance(time - self._since)
-        paced.blend(transition if goes else None, pendulum.gait.phase)
+        scaled.blend(transition if goes else None, pendulum.gait.phase)
 
     def _switch(self, style: int, time: float, walks: bool) -> None:
         """Begin to turn into another walk, where one foot stands and the other swings on time."""
@@ -184,9 +184,9 @@ class Styles:
         before = pendulum.reference
         upper = before.upper
         if not walks:
-            paced = Paced(walk.reference)
-            paced.crouch = before.crouch
-            self._changed(paced, style, time, "", float("nan"))
+            scaled = ScaledReference(walk.reference, pendulum.settings.speed)
+            scaled.crouch = before.crouch
+            self._changed(scaled, style, time, "", float("nan"))
         else:
             gait = pendulum.gait
             swings = [f for f in gait.feet if not f.stands and f.number is not None]
@@ -201,32 +201,32 @@ class Styles:
             new = Gait(walk.reference, gait.weight, phase)
             if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
                 return
-            paced = Paced(walk.reference)
-            paced.crouch = before.crouch
+            scaled = ScaledReference(walk.reference, pendulum.settings.speed)
+            scaled.crouch = before.crouch
             ahead = float(before.at(gait.phase).q[0])
-            paced.start(before.stride, phase, 0.0)
-            paced.blend(transition, phase)
-            paced.set(before.stride, transition.cadence(phase), phase)
-            paced.shift(ahead - float(paced.at(phase).q[0]))
+            scaled.start(before.step_scale, phase, 0.0)
+            scaled.blend(transition, phase)
+            scaled.scale(before.step_scale, transition.cadence(phase), phase)
+            scaled.shift(ahead - float(scaled.at(phase).q[0]))
             for now, then in zip(new.feet, gait.feet, strict=True):
                 now.swing, now.lifted = then.swing, phases.to_new(then.lifted)
                 assert now.number is not None and then.number is not None
                 new.offset(now.number)[:] = gait.offset(then.number)
             new.rate, new.touchdowns = gait.rate, gait.touchdowns
             share = 100.0 * phases.share(phase)
-            self._changed(paced, style, time, stood.side, share)
+            self._changed(scaled, style, time, stood.side, share)
             pendulum.walk_on(new)
         self._since, self._squares, self._counted = time, 0.0, 0
         pendulum.clearance = walk.clearance
         if upper is not None:
             sources = [self._renewed(source, time) for source in (upper.source, upper.before)]
-            paced.upper = self._dressed(paced, sources[0], sources[1], upper.since)
+            scaled.upper = self._dressed(scaled, sources[0], sources[1], upper.since)
 
     def _dressed(
-        self, paced: Paced, source: Source | None, before: Source | None, since: float
+        self, scaled: ScaledReference, source: Source | None, before: Source | None, since: float
     ) -> UpperBody:
         settings = self._pendulum.settings.upper_body
-        return UpperBody(self._pendulum.human, paced.recorded, source, before, since, settings)
+        return UpperBody(self._pendulum.human, scaled.recorded, source, before, since, settings)
 
     def _renewed(self, source: Source | None, time: float) -> Source | None:
         """Return what the upper body does, on the legs of the walk that is walked now."""
@@ -236,7 +236,9 @@ class Styles:
             self._pendulum.human, source.other, self._pendulum.reference.recorded, time
         )
 
-    def _changed(self, paced: Paced, style: int, time: float, foot: str, percent: float) -> None:
-        self._pendulum.reference = paced
+    def _changed(
+        self, scaled: ScaledReference, style: int, time: float, foot: str, percent: float
+    ) -> None:
+        self._pendulum.reference = scaled
         self._now[0] = style
         self.switched.append(Switched(self._walks[style].name, time, foot, percent))

@@ -286,7 +286,7 @@ class Walker(Controller):
         self._own, desired = own, min(self.targets[0].value, self._speed_limit)
         scale = self._speed.update(desired, own, float(self.pendulum.place[0]), step)
         cadence = 1.0 if transition is None else transition.cadence(phase)
-        reference.set(scale, cadence, phase)
+        reference.scale(scale, cadence, phase)
 
     def _may_stand(self, state: State) -> bool:
         """Return whether balance could take over now, and should."""

@@ -1,7 +1,7 @@
 r"""A walk at another speed: longer steps, and quicker ones.
 
-What a linear pendulum does stays true when its way is multiplied, feet and mass alike: steps of
-another length at the same cadence need no other pressure within the foot. At another cadence
+The motion of a linear pendulum stays one when feet and mass are scaled alike: steps of another
+length at the same cadence need no other pressure within the foot. At another cadence
 :math:`c` accelerations are :math:`c^2` times as great, and so must the mass be as much farther from
 the pressure, :math:`x - p' = c^2 (x - p)`; the sole is long enough for small changes.
 """
@@ -15,33 +15,34 @@ from plantigrade.control.gait.instant import Instant, Layout, derivative_order, 
 from plantigrade.control.gait.reference import Reference
 from plantigrade.control.gait.schedule import Schedule
 from plantigrade.control.pendulum.crouch import Crouch
+from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import Transition
 from plantigrade.control.pendulum.upper_body import UpperBody
 
-WIDER = 0.6
-"""Feet that are no longer ahead of each other are so much farther apart sideways, by the part that
-steps are shorter."""
-LIFTED = 0.5
-"""Feet are lifted less in shorter steps by this part of what these are shorter."""
 
-
-class Paced:
+class ScaledReference:
     """A reference walked at another speed; everything else as :class:`Reference`.
 
+    Args:
+        reference: The reference.
+        settings: How steps change with their length.
+
     Attributes:
-        stride: Length of its steps, by the recorded ones.
+        recorded: The reference.
+        step_scale: Length of steps [recorded steps].
         cadence: Steps in a time, by the recorded ones.
         crouch: The crouched posture; None if it is as recorded.
         upper: Of spine, neck and arms; None if as recorded.
         transition: From the walk before, as long as it turns into this one.
     """
 
-    def __init__(self, reference: Reference):
+    def __init__(self, reference: Reference, settings: SpeedSettings | None = None):
+        self.settings = settings or SpeedSettings()
         self.recorded = reference
         self.schedule: Schedule = reference.schedule
         self.omega, self.period = reference.omega, reference.period
         self.duration, self.ends = reference.duration, reference.ends
-        self.stride, self.cadence = 1.0, 1.0
+        self.step_scale, self.cadence = 1.0, 1.0
         self.crouch: Crouch | None = None
         self.upper: UpperBody | None = None
         self.transition: Transition | None = None
@@ -52,36 +53,36 @@ class Paced:
         ends = reference.rows.q[[0, -1], 0]
         self._own = self._speed = float(ends[1] - ends[0]) / reference.duration
         self._phase = self._ahead = 0.0
-        self._settle()
+        self._update_factors()
 
     @property
     def speed(self) -> float:
         """Mean speed of the recording along its line, at its own cadence [m/s]."""
         return self._speed
 
-    def set(self, stride: float, cadence: float, phase: float) -> None:
-        """Walk otherwise from a phase on.
+    def scale(self, step_scale: float, cadence: float, phase: float) -> None:
+        """Scale the walk from a phase on.
 
         Args:
-            stride: Length of steps, by the recorded ones.
+            step_scale: Length of steps [recorded steps].
             cadence: Steps in a time, by the recorded ones.
-            phase: That of now [s].
+            phase: Now [s].
         """
-        # What is at the mean place of the recording now, stays there.
-        self._ahead += self.stride * self._speed * (phase - self._phase)
+        # The mean position of the recording stays where it is now.
+        self._ahead += self.step_scale * self._speed * (phase - self._phase)
         self._phase = phase
-        if (stride, cadence) != (self.stride, self.cadence):
-            self.stride, self.cadence = stride, cadence
-            self._settle()
+        if (step_scale, cadence) != (self.step_scale, self.cadence):
+            self.step_scale, self.cadence = step_scale, cadence
+            self._update_factors()
 
     def blend(self, transition: Transition | None, phase: float) -> None:
         """Let another walk turn into this one; to be called whenever its weight changes.
 
         Args:
             transition: The walk before; None once this one is reached.
-            phase: That of now [s].
+            phase: Now [s].
         """
-        self.set(self.stride, self.cadence, phase)
+        self.scale(self.step_scale, self.cadence, phase)
         self.transition, part = transition, 1.0 if transition is None else transition.part
         before = 0.0 if transition is None else transition.speed
         self._speed = part * self._own + (1.0 - part) * before
@@ -90,24 +91,24 @@ class Paced:
         """Move it along its line [m]."""
         self._ahead += ahead
 
-    def start(self, stride: float, phase: float, ahead: float) -> None:
+    def start(self, step_scale: float, phase: float, ahead: float) -> None:
         """Begin anew.
 
         Args:
-            stride: Length of steps, by the recorded ones; the cadence is the recorded one.
-            phase: With which [s].
-            ahead: Where the mean place of the recording is then, along its line [m].
+            step_scale: Length of steps [recorded steps]; the cadence is the recorded one.
+            phase: At the beginning [s].
+            ahead: Mean position of the recording then, along its line [m].
         """
         self._phase, self._ahead = phase, ahead
-        self.stride, self.cadence = stride, 1.0
-        self._settle()
+        self.step_scale, self.cadence = step_scale, 1.0
+        self._update_factors()
 
     def at(self, phase: float) -> Instant:
         """Return the walk at a phase."""
         found = self.recorded.at(phase)
         if self.transition is not None:
             found = self.transition.at(found, phase, self.cadence)
-        same = self.stride == self.cadence == 1.0 and self._shift == 0.0
+        same = self.step_scale == self.cadence == 1.0 and self._shift == 0.0
         if same and self.crouch is None and self.upper is None:
             return found
         row: Array = found.row * self._factor
@@ -122,34 +123,37 @@ class Paced:
             found.com[2] -= self.crouch.lowering
             found.q[2] -= self.crouch.lowering
             found.q[7:] += self.crouch.angles
-        if self.stride < 1.0:
+        if self.step_scale < 1.0:
             self._flatten(found)
         return found
 
     def _flatten(self, found: Instant) -> None:
-        """Let feet roll and lift less, in steps that are shorter: nobody pushes off in place."""
-        less = 1.0 - self.stride
-        place = found.foot_position
-        place[:, 2] -= LIFTED * less * (place[:, 2] - self._low)
+        """Roll and lift feet less in shorter steps: there is no push-off in place."""
+        less = 1.0 - self.step_scale
+        lower = self.settings.lift_reduction * less
+        height = found.foot_position[:, 2]
+        height -= lower * (height - self._low)
         for turn in found.foot_rotation:
             x, y, z = turn[:, 2]
             far = hypot(x, y)
             if far > 1e-6:
                 back = less * atan2(far, z)
-                turn[:] = rotated(-y / far, x / far, -back) @ turn
-        found.foot_angular_velocity[:, :2] *= self.stride
-        found.foot_angular_acceleration[:, :2] *= self.stride
-        found.foot_velocity[:, 2] *= 1.0 - LIFTED * less
-        found.foot_acceleration[:, 2] *= 1.0 - LIFTED * less
+                turn[:] = _rotation(-y / far, x / far, -back) @ turn
+        found.foot_angular_velocity[:, :2] *= self.step_scale
+        found.foot_angular_acceleration[:, :2] *= self.step_scale
+        found.foot_velocity[:, 2] *= 1.0 - lower
+        found.foot_acceleration[:, 2] *= 1.0 - lower
 
     @property
     def _shift(self) -> float:
-        return self._ahead - self.stride * self._speed * self._phase
+        return self._ahead - self.step_scale * self._speed * self._phase
 
-    def _settle(self) -> None:
-        self._factor = np.where(self._along | self._moving, self.stride, 1.0)
+    def _update_factors(self) -> None:
+        self._factor = np.where(self._along | self._moving, self.step_scale, 1.0)
         self._factor *= self.cadence**self._order
-        self._factor[self._across] *= 1.0 + WIDER * max(1.0 - self.stride, 0.0)
+        self._factor[self._across] *= 1.0 + self.settings.step_widening * max(
+            1.0 - self.step_scale, 0.0
+        )
 
 
 def _on_axis(
@@ -170,14 +174,8 @@ def _on_axis(
     return places.row, rates.row
 
 
-def rotated(x: float, y: float, angle: float) -> Float[Array, "3 3"]:
-    """Return the rotation about a level axis.
-
-    Args:
-        x: Of the axis.
-        y: Likewise; together of length one.
-        angle: By how much [rad].
-    """
+def _rotation(x: float, y: float, angle: float) -> Float[Array, "3 3"]:
+    """Return the rotation by an angle about the horizontal axis (x, y) of length one."""
     c, s = cos(angle), sin(angle)
     k = 1.0 - c
     return np.array(
