@@ -107,6 +107,35 @@ class PointRows:
     right: Float[Array, "k 3"]
     weight: float
 
+    @classmethod
+    def still(
+        cls,
+        points: RigidPoints,
+        chosen: Bool[Array, " k"],
+        gap: Float[Array, " k"],
+        normal: Float[Array, "*k 3"],
+        *,
+        stiffness: float,
+        damping: float,
+        weight: float,
+        drift: Float[Array, "k 3"] | float = 0.0,
+    ) -> "PointRows":
+        """Return rows that bring points to rest, on the ground.
+
+        Args:
+            points: The points.
+            chosen: Which of them.
+            gap: How high each is above the ground [m].
+            normal: Normal of the ground, there or everywhere.
+            stiffness: By which those above it come down [1/s²].
+            damping: By which all come to rest [1/s].
+            weight: Cost of a squared unit missed [per (m/s²)²].
+            drift: Velocity of the ground [m/s].
+        """
+        right = damping * (drift - points.velocity) - points.bias
+        right -= (stiffness * np.maximum(gap, 0.0))[:, None] * normal
+        return cls(points, chosen, right, weight)
+
     @property
     def matrix(self) -> Float[Array, "d nv"]:
         """Jacobian of the bodies."""

@@ -63,7 +63,7 @@ def every_task(human, state, rng):
         SoleContactTask(points, lambda time: all_on),
         PostureTask(state.qpos),
         TimedPosture(lambda time: (state.qpos, 1.0)),
-        LinearMomentumTask(waving(rng)),
+        LinearMomentumTask(human.mass, waving(rng)),
     ]
     for task in tasks:
         task.begin(state, NOW)

@@ -1,4 +1,4 @@
-"""What a replay asks of the whole body at an instant: rows, weights and forces of its program."""
+"""Whole-body tasks of a motion that is carried out: weights, gains, and what joints are to do."""
 
 from dataclasses import dataclass
 from math import hypot
@@ -9,69 +9,197 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.gait.instant import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
+from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
+from plantigrade.wbc.tasks import LinearMomentumTask, OrientationTask, PointTask
+from plantigrade.wbc.tasks.point import rotation_to as turn_error
+from plantigrade.wbc.tasks.task import Target
 
-SPINE, LIGHT, LEG, TOES = 1.0, 0.25, 0.6, 0.3
-"""Weights of joints: spine; arms and neck; hips, knees and ankles; toes and bones of the foot."""
-PELVIS, FOOT, SWING_TURN, STANCE_TURN, HELD = 3.0, 10.0, 2.0, 0.5, 30.0
-"""Weights: turn of the pelvis, place and turn of a swinging foot, turn of a standing one, what
-touches."""
-COM = np.array([12.0, 12.0, 5.0])
-"""Weights of the acceleration of the centre of mass."""
-TORQUE = 0.01 * 50.0
-"""Weight of a torque off the motion's, by the strength of the joint."""
-PLANNED, UNPLANNED = 0.07, 0.35
-"""Weights of a force [0.1 body weights] off the motion's, where it plans one and where not."""
-JOINT_GAINS, PELVIS_GAINS = (100.0, 18.0), (100.0, 20.0)
-PLACE_GAINS, TURN_GAINS = (400.0, 40.0), (200.0, 28.0)
-"""Stiffness and damping by mass [1/s², 1/s]."""
-HANGING_GAINS = (800.0, 40.0)
-"""The same of the turn of a foot that stands and hangs off the ground in part: until it lies, the
-pressure is under its heel (or toes) alone. With those of the others that takes half a step."""
-FARTHEST = 0.15
-"""A foot's error counts no further than this [m]."""
-_ONE = np.eye(3)
+__all__ = ["TaskSettings", "TrackingTasks", "com_rows", "heading", "joint_weights", "leg_joints",
+           "root_error", "turn_error", "wanted_accelerations", "within_foot"]  # fmt: skip
 LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
 TRUNK = ("lumbar_", "thor")
 
 
-def joint_weights(human: Human) -> Float[Array, " n_hinges"]:
-    """Return the weight of every hinge."""
+@dataclass(frozen=True, kw_only=True)
+class TaskSettings:
+    """Weights and gains of the tasks; a weight is the root of the cost of a squared unit missed."""
+
+    spine_weight: float = 1.0
+    """Joints of the spine [per rad/s²]. The unit of all weights."""
+    arm_weight: float = 0.25
+    """Joints of arms and neck [per rad/s²]. Chosen: arms are free to balance."""
+    leg_weight: float = 0.6
+    """Hips, knees and ankles [per rad/s²]. Chosen: tasks of feet and pelvis lead the legs."""
+    toe_weight: float = 0.3
+    """Joints within the foot [per rad/s²]. Chosen: they take the shape of the ground."""
+    pelvis_weight: float = 3.0
+    """Rotation of the pelvis [per rad/s²]. Chosen."""
+    com_weight: tuple[float, float, float] = (12.0, 12.0, 5.0)
+    """Centre of mass along world axes [per m/s²]. Chosen: balance before height."""
+    foot_weight: float = 10.0
+    """Position of a swinging foot [per m/s²]. Chosen."""
+    swing_rotation_weight: float = 2.0
+    """Rotation of a swinging foot, and of a standing one that hangs off the ground in part
+    [per rad/s²]. Chosen."""
+    stance_rotation_weight: float = 0.5
+    """Rotation of a standing foot about horizontal axes [per rad/s²]. Chosen: contacts lead it."""
+    contact_weight: float = 30.0
+    """Points held on the ground [per m/s²]. Chosen: above all others."""
+    torque_weight: float = 0.5
+    """Torque off the motion's, as a part of the joint's strength. Chosen."""
+    planned_force_weight: float = 0.07
+    """Force along a pyramid's edge [per 0.1 body weights] off the motion's, where it has one.
+    Chosen."""
+    unplanned_force_weight: float = 0.35
+    """The same where the motion has none. Chosen."""
+    joint_stiffness: float = 100.0
+    """Stiffness of joints [1/s²], and, critically damped, of the pelvis' rotation. Chosen."""
+    joint_damping: float = 18.0
+    """Damping of joints [1/s]. Chosen: a little below critical."""
+    foot_stiffness: float = 400.0
+    """Stiffness of a foot's position [1/s²], and of the gap below points that are held; critically
+    damped. Chosen."""
+    rotation_stiffness: float = 200.0
+    """Stiffness of a foot's rotation [1/s²]. Chosen."""
+    rotation_damping: float = 28.0
+    """Its damping [1/s]. Chosen: about critical."""
+    hanging_stiffness: float = 800.0
+    """Rotational stiffness of a standing foot that hangs off the ground in part [1/s²]: until it
+    lies, the pressure is under its heel (or toes) alone. With that of the others this takes half a
+    step."""
+    hanging_damping: float = 40.0
+    """Its damping [1/s]. Chosen."""
+    max_foot_error: float = 0.15
+    """Error of a foot's position beyond which the pull grows no further [m]. Chosen."""
+
+    @property
+    def foot_damping(self) -> float:
+        """Critical damping of a foot's position [1/s]."""
+        return 2.0 * self.foot_stiffness**0.5
+
+    @property
+    def pelvis_damping(self) -> float:
+        """Critical damping of the pelvis' rotation [1/s]."""
+        return 2.0 * self.joint_stiffness**0.5
+
+    def posture(self, human: Human) -> Float[Array, " nv"]:
+        """Return the cost of every coordinate's acceleration; none for the position of the root."""
+        root = [0.0, 0.0, 0.0, *[self.pelvis_weight] * 3]
+        return np.concatenate([root, joint_weights(human, self)]) ** 2
+
+    def torque(self, human: Human) -> Float[Array, " n_hinges"]:
+        """Return the cost of every torque [1/(N m)²]."""
+        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
+        return (self.torque_weight / np.maximum(-low, high)) ** 2
+
+
+class TrackingTasks:
+    """The tasks of feet and centre of mass.
+
+    Args:
+        feet: Origin of each foot, right first.
+        settings: Weights and gains.
+
+    Attributes:
+        com: The centre of mass; its desired acceleration is given.
+        swing: Position of each foot.
+    """
+
+    def __init__(self, feet: PointSet, settings: TaskSettings):
+        s = self.settings = settings
+        self.com = LinearMomentumTask(feet.human.mass, weight=np.array(s.com_weight) ** 2)
+        sides = range(len(feet))
+        self.swing = [
+            PointTask(
+                feet,
+                which=i,
+                max_error=s.max_foot_error,
+                stiffness=s.foot_stiffness,
+                weight=s.foot_weight**2,
+            )
+            for i in sides
+        ]
+        turns, hangs = (
+            (s.rotation_stiffness, s.rotation_damping),
+            (s.hanging_stiffness, s.hanging_damping),
+        )
+        kinds = (
+            (turns, s.swing_rotation_weight),
+            (turns, s.stance_rotation_weight),
+            (hangs, s.swing_rotation_weight),
+        )
+        self._turns = [
+            [
+                OrientationTask(int(feet.body[i]), stiffness=k, damping=d, weight=w**2)
+                for (k, d), w in kinds
+            ]
+            for i in sides
+        ]
+
+    def rotation(
+        self, i: int, target: Target, normal: Array | None, hangs: bool
+    ) -> OrientationTask:
+        """Return the task of a foot's rotation; one that stands is left to its own heading.
+
+        Args:
+            i: Which foot.
+            target: Rotation, angular velocity and acceleration.
+            normal: Normal of the ground where the foot stands; none where it swings.
+            hangs: Whether a standing foot hangs off the ground in part. It is laid on the ground as
+                firmly as one that swings.
+        """
+        swing, stance, hanging = self._turns[i]
+        task = swing if normal is None else hanging if hangs else stance
+        task.target = target
+        task.directions = None if normal is None else np.eye(3) - normal[:, None] * normal
+        return task
+
+    def held(self, points: RigidPoints, held: Array, gap: Array, normal: Array) -> PointRows:
+        """Return rows that hold points on the ground still."""
+        s = self.settings
+        return PointRows.still(
+            points,
+            held,
+            gap,
+            normal,
+            stiffness=s.foot_stiffness,
+            damping=s.foot_damping,
+            weight=s.contact_weight**2,
+        )
+
+
+def joint_weights(human: Human, settings: TaskSettings) -> Float[Array, " n_hinges"]:
+    """Return the weight of every hinge [per rad/s²]."""
     weights = []
-    foot = {name for name in human.coordinates if _below_ankle(human, name)}
-    for name in human.coordinates:
+    for name, within in zip(human.coordinates, within_foot(human), strict=True):
         if name.startswith(TRUNK):
-            weights.append(SPINE)
-        elif name in foot:
-            weights.append(TOES)
+            weights.append(settings.spine_weight)
+        elif within:
+            weights.append(settings.toe_weight)
         elif name.startswith(LEGS):
-            weights.append(LEG)
+            weights.append(settings.leg_weight)
         else:
-            weights.append(LIGHT)
+            weights.append(settings.arm_weight)
     return np.array(weights)
 
 
-def _below_ankle(human: Human, name: str) -> bool:
-    """Return whether a hinge moves a part of the foot against its hindfoot."""
-    model = human.model
-    body = int(model.jnt_bodyid[model.joint(name).id])
-    feet = {human.body(f"foot_{side}") for side in ("r", "l")}
-    parent = int(model.body_parentid[body])
-    while parent > 0:
-        if parent in feet:
-            return True
-        parent = int(model.body_parentid[parent])
-    return False
+def within_foot(human: Human) -> Bool[Array, " n_hinges"]:
+    """Return which hinges move a part of the foot against its hindfoot."""
+    model, feet = human.model, {human.body(f"foot_{side}") for side in ("r", "l")}
+
+    def below(body: int) -> bool:
+        parent = int(model.body_parentid[body])
+        return parent > 0 and (parent in feet or below(parent))
+
+    bodies = [int(model.jnt_bodyid[model.joint(name).id]) for name in human.coordinates]
+    return np.array([below(body) for body in bodies])
 
 
-def turn_error(wanted: Float[Array, "3 3"], now: Float[Array, "3 3"]) -> Float[Array, " 3"]:
-    """Return the rotation vector that leads one orientation to another, world axes [rad]."""
-    goal, have, error = np.empty(4), np.empty(4), np.empty(3)
-    mujoco.mju_mat2Quat(goal, wanted.ravel())
-    mujoco.mju_mat2Quat(have, now.ravel())
-    mujoco.mju_subQuat(error, goal, have)  # in the axes of what is now
-    return now @ error
+def leg_joints(human: Human) -> Bool[Array, " n_hinges"]:
+    """Return which hinges are those of hips, knees and ankles."""
+    return np.array([name.startswith(LEGS) for name in human.coordinates])
 
 
 def root_error(wanted: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Array, " 3"]:
@@ -91,79 +219,35 @@ def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
     return np.array([[c, -s], [s, c]])
 
 
-def place_rows(J, bias, wanted, error, rate_error) -> Rows:
-    """Return rows that lead a point: its acceleration with stiffness and damping."""
-    error = error * min(1.0, FARTHEST / max(hypot(*error), 1e-9))
-    k, d = PLACE_GAINS
-    return Rows(J, wanted + k * error + d * rate_error - bias, FOOT**2)
-
-
-def turn_rows(J, bias, wanted, error, rate_error, *, normal=None, hangs: bool = False) -> Rows:
-    """Return rows that turn a foot; one that stands is left to its own heading.
-
-    One that stands but hangs off the ground, in part, is laid on it as firmly as one that swings.
-    """
-    k, d = HANGING_GAINS if hangs and normal is not None else TURN_GAINS
-    right = wanted + k * error + d * rate_error - bias
-    if normal is None:
-        return Rows(J, right, SWING_TURN**2)
-    across = _ONE - normal[:, None] * normal
-    return Rows(across @ J, across @ right, (SWING_TURN if hangs else STANCE_TURN) ** 2)
-
-
-def held_rows(points: RigidPoints, held, gap, normal) -> PointRows:
-    """Return rows that hold points on the ground still."""
-    right = -40.0 * points.velocity - points.bias
-    right -= 400.0 * np.maximum(gap, 0.0)[:, None] * normal
-    return PointRows(points, held, right, HELD**2)
-
-
 def com_rows(M, h, mass: float, gravity, wanted) -> Rows:
     """Return rows of the acceleration of the centre of mass: the root's own equations."""
-    return Rows(M[:3] / mass, wanted - (h[:3] / mass + gravity), COM**2)
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights of a person's joints, by coordinate.
-
-    Attributes:
-        posture: Cost of accelerations off what is wanted.
-        torque: Cost of torques off the motion's [1/(N m)²].
-    """
-
-    posture: Float[Array, " nv"]
-    torque: Float[Array, " n_hinges"]
-
-    @classmethod
-    def of(cls, human: Human) -> "Weights":
-        """Return those of a person."""
-        joints = joint_weights(human)
-        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
-        root = np.array([0.0, 0.0, 0.0, PELVIS, PELVIS, PELVIS])
-        return cls(np.concatenate([root, joints]) ** 2, (TORQUE / np.maximum(-low, high)) ** 2)
-
-
-def leg_joints(human: Human) -> Bool[Array, " n_hinges"]:
-    """Return which hinges are those of hips, knees and ankles."""
-    return np.array([name.startswith(LEGS) for name in human.coordinates])
+    weight = np.array(TaskSettings().com_weight) ** 2
+    return Rows(M[:3] / mass, wanted - (h[:3] / mass + gravity), weight)
 
 
 def wanted_accelerations(
-    ref: Instant, rate: float, qpos: Array, qvel: Array, slack: Array | None = None
-) -> Array:
-    """Return the accelerations of pelvis and joints that lead back to the motion.
+    ref: Instant,
+    rate: float,
+    body: State,
+    settings: TaskSettings,
+    free: Bool[Array, " n_hinges"] | None = None,
+) -> Float[Array, " nv"]:
+    """Return the accelerations of pelvis and joints that lead back to the motion [rad/s²].
 
-    Joints that are slack are only slowed: they are where something else has led them.
+    Args:
+        ref: The motion at its phase.
+        rate: Rate of the phase.
+        body: The person now.
+        settings: Gains.
+        free: Joints that are only slowed: they are where something else has led them.
     """
     wanted = rate**2 * ref.a
-    late = rate * ref.v - qvel
-    k, d = JOINT_GAINS
-    off = ref.q[7:] - qpos[7:]
-    if slack is not None:
-        off[slack] = 0.0
-    wanted[6:] += k * off + d * late[6:]
-    k, d = PELVIS_GAINS
-    wanted[3:6] += k * root_error(ref.q[3:7], qpos[3:7]) + d * late[3:6]
+    late = rate * ref.v - body.qvel
+    off = ref.q[7:] - body.qpos[7:]
+    if free is not None:
+        off[free] = 0.0
+    wanted[6:] += settings.joint_stiffness * off + settings.joint_damping * late[6:]
+    turn = settings.joint_stiffness * root_error(ref.q[3:7], body.qpos[3:7])
+    wanted[3:6] += turn + settings.pelvis_damping * late[3:6]
     wanted[:3] = 0.0
     return wanted

@@ -14,7 +14,12 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.tasks import COM, FARTHEST, TOES, joint_weights, root_error
+from plantigrade.control.gait.tasks import (
+    TaskSettings,
+    joint_weights,
+    root_error,
+    within_foot,
+)
 from plantigrade.control.pendulum.plan import Plan
 from plantigrade.control.pendulum.velocities import REACHED, bell
 from plantigrade.kinematics.rigid_points import RigidPoints
@@ -79,11 +84,12 @@ class Weights:
     @classmethod
     def of(cls, human: Human) -> "Weights":
         """Return those of a person."""
-        joints, names = joint_weights(human), human.coordinates
+        joints, names = joint_weights(human, TaskSettings()), human.coordinates
         weight = np.concatenate([np.zeros(3), np.full(3, PELVIS), joints]) ** 2
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
         neck = 6 + np.flatnonzero(["neck_" in name for name in names])
-        return cls(weight, neck, sides & (joints == TOES), np.array([*COM[:2], HEIGHT]) ** 2)
+        centre = np.array([*TaskSettings.com_weight[:2], HEIGHT]) ** 2
+        return cls(weight, neck, sides & within_foot(human), centre)
 
     def at(self, error: Float[Array, " n_hinges"]) -> Float[Array, " nv"]:
         """Return the weights where hinges are off by so much [rad]."""
@@ -188,7 +194,7 @@ def mass_acceleration(
 def place_rows(J, bias, speed, error, velocity, acceleration) -> Rows:
     """Return rows that lead a point."""
     size = sqrt(error @ error)
-    error = error * min(1.0, FARTHEST / max(size, 1e-9))
+    error = error * min(1.0, TaskSettings.max_foot_error / max(size, 1e-9))
     wanted = velocity + PLACE[0] * error
     return Rows(J, acceleration + (wanted - speed) / PLACE[1] - bias, SWING**2)
 

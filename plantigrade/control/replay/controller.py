@@ -6,11 +6,16 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.control.gait import tasks
 from plantigrade.control.gait.clearance import clearance_of
 from plantigrade.control.gait.phase import JUST, Gait
 from plantigrade.control.gait.reference import Reference, reference_of, world_sites
-from plantigrade.control.gait.tasks import heading
+from plantigrade.control.gait.tasks import (
+    TaskSettings,
+    TrackingTasks,
+    heading,
+    leg_joints,
+    wanted_accelerations,
+)
 from plantigrade.control.replay.catch import Catch
 from plantigrade.control.replay.footsteps import Footsteps
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
@@ -70,13 +75,14 @@ class Replay(Controller):
         self.normal = self.ground.normal
         self.normals = np.tile(self.normal, (len(self.points), 1))
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
-        self.weights, self.legs = tasks.Weights.of(human), tasks.leg_joints(human)
+        weights = TaskSettings()
+        self.tasks, self.legs = TrackingTasks(self.feet, weights), leg_joints(human)
+        self.posture_cost, self.torque_cost = weights.posture(human), weights.torque(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.damping = SOFT * np.maximum(-low, high)
         self.body = BodyState(human, human.standing())
         hip = self.body.origin(f"femur_{SIDES[0]}")
         self.leg = float(hip[2] - self.body.origin(f"foot_{SIDES[0]}")[2])
-        self.gravity = np.array(human.model.opt.gravity)
         self.friction = GRIP * self.ground.friction
         self.program: WholeBody | None = None
         self._stand()
@@ -167,7 +173,7 @@ class Replay(Controller):
     def _command(self, state, body, ref, low, height, foot, step) -> Command:
         """Return the command of the whole-body program."""
         gait, reference, normal = self.gait, self.reference, self.normal
-        qpos, qvel = state.qpos, state.qvel
+        qvel = state.qvel
         rate = min(gait.rate, FASTER)
         on, soon = ref.contact > 0.5, ref.contact_soon > 0.5
         for i, own in enumerate(gait.feet):
@@ -179,44 +185,37 @@ class Replay(Controller):
         active, held = self._touching(on, soon, gap)
         points = body.rigid_points(self.points.body[active], low[active])
         # Feet that steps have put elsewhere bend the legs otherwise than the motion has them.
-        slack = self.legs if self.catch.displaced(gait) else None
-        wanted = tasks.wanted_accelerations(ref, rate, qpos, qvel, slack)
+        free = self.legs if self.catch.displaced(gait) else None
+        tasks = self.tasks
+        wanted = wanted_accelerations(ref, rate, body, tasks.settings, free)
         centre = self._com_acceleration(body, ref, rate, low, active)
-        M, h = body.mass_matrix, body.bias
-        rows: list[Rows | PointRows] = [tasks.com_rows(M, h, self.human.mass, self.gravity, centre)]
-        Jf, speed_f, bias_f = (
-            f(self.feet) for f in (body.jacobian, body.velocity, body.bias_acceleration)
-        )
+        rows: list[Rows | PointRows] = [tasks.com.rows(body, acceleration=centre)]
         hanging = self.side_of[on & (gap > PLANNED)]
         for i, own in enumerate(gait.feet):
-            name = f"foot_{own.side}"
-            at = int(self.feet.body[i])
-            Jr, Br = body.angular_jacobian(at), body.angular_bias_acceleration(name)
-            error = tasks.turn_error(ref.foot_rotation[i], body.rotation(at))
-            spin = Jr @ qvel
-            goal, speed = (
-                rate**2 * ref.foot_angular_acceleration[i],
+            target = (
+                ref.foot_rotation[i],
                 rate * ref.foot_angular_velocity[i],
+                rate**2 * ref.foot_angular_acceleration[i],
             )
-            planes = normal if own.stands else None
             hangs = bool((hanging == i).any())
-            rows.append(
-                tasks.turn_rows(Jr, Br, goal, error, speed - spin, normal=planes, hangs=hangs)
-            )
+            rotation = tasks.rotation(i, target, normal if own.stands else None, hangs)
+            rows.append(rotation.rows(body))
             if not own.stands:
-                place, pace, push = self._swing(own, i, ref, rate, foot, state.time)
-                rows.append(
-                    tasks.place_rows(Jf[i], bias_f[i], push, place - foot[i], pace - speed_f[i])
-                )
+                tasks.swing[i].target = self._swing(own, i, ref, rate, foot, state.time)
+                rows.append(tasks.swing[i].rows(body))
         if held.any():
-            rows.append(tasks.held_rows(points, held, gap[active], normal))
+            rows.append(tasks.held(points, held, gap[active], normal))
         touching = Touching(
             self.points.body[active],
             low[active],
             self.normals[: len(active)],
             self.friction,
         )
-        weight = np.where(held, tasks.PLANNED, tasks.UNPLANNED) ** 2
+        planned, unplanned = (
+            tasks.settings.planned_force_weight,
+            tasks.settings.unplanned_force_weight,
+        )
+        weight = np.where(held, planned, unplanned) ** 2
         goal = np.where(held[:, None], ref.force[active], 0.0)
         data = state.world.data
         passive = (data.qfrc_passive + data.qfrc_applied)[6 : 6 + len(self.damping)]
@@ -226,11 +225,11 @@ class Replay(Controller):
             touching,
             rows,
             wanted=wanted,
-            weight=self.weights.posture,
+            weight=self.posture_cost,
             force=goal,
             force_weight=weight,
             torque=ref.tau - passive,
-            torque_weight=self.weights.torque,
+            torque_weight=self.torque_cost,
             passive=passive,
             points=points,
         )

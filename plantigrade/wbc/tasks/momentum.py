@@ -52,15 +52,25 @@ class ComTask(Task):
 
 
 class LinearMomentumTask(ComTask):
-    """The same, with the Jacobian from the root's rows of the mass matrix.
+    """The same by the linear momentum, the root's rows of the equations of motion.
 
-    Linear momentum is body mass times the velocity of the centre of mass. Where the equations of
-    motion are needed anyway, its rows are there.
+    Where these are needed anyway, its Jacobian costs nothing.
+
+    Args:
+        mass: Body mass [kg].
     """
+
+    def __init__(self, mass: float, target: Target = None, axes: str = "xyz", **gains):
+        super().__init__(target, axes, **gains)
+        self.mass = mass
 
     def jacobian(self, state, time):
         """Return the Jacobian of the centre of mass."""
-        return state.mass_matrix[:3][self._axes] / state.mass
+        return (state.mass_matrix[:3] / self.mass)[self._axes]
+
+    def bias_acceleration(self, state, time):
+        """Return its acceleration where nothing accelerates [m/s²]."""
+        return (state.bias[:3] / self.mass + state.model.opt.gravity)[self._axes]
 
 
 class AngularMomentumTask(Task):

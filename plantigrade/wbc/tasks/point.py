@@ -112,14 +112,18 @@ class OrientationTask(Task):
     ):
         super().__init__(name or f"orientation of {body}", target, **gains)
         self.body, self.directions = body, directions
+        self._of: State | None = None
+        self._jacobian = np.zeros((3, 0))
 
     def error(self, state, time):
         """Return the rotation vector from the target to the body, about all axes [rad]."""
-        return -rotation_between(state.rotation(self.body), self.aim(time)[0])
+        return -rotation_to(self.aim(time)[0], state.rotation(self.body))
 
     def jacobian(self, state, time):
         """Return the Jacobian of the body's angular velocity."""
-        return state.angular_jacobian(self.body)
+        if self._of is not state:
+            self._of, self._jacobian = state, state.angular_jacobian(self.body)
+        return self._jacobian
 
     def bias_acceleration(self, state, time):
         """Return its angular acceleration where nothing accelerates [rad/s²]."""
@@ -130,10 +134,10 @@ class OrientationTask(Task):
         return rows if self.directions is None else rows.along(self.directions)
 
 
-def rotation_between(now: Float[Array, "3 3"], then: Float[Array, "3 3"]) -> Float[Array, " 3"]:
-    """Return the rotation vector that leads one orientation to another, world axes [rad]."""
-    goal, have, error = np.empty(4), np.empty(4), np.empty(3)
-    mujoco.mju_mat2Quat(goal, np.ascontiguousarray(then).ravel())
-    mujoco.mju_mat2Quat(have, np.ascontiguousarray(now).ravel())
-    mujoco.mju_subQuat(error, goal, have)  # in the axes of what is now
+def rotation_to(goal: Float[Array, "3 3"], now: Float[Array, "3 3"]) -> Float[Array, " 3"]:
+    """Return the rotation vector that leads to one orientation from another, world axes [rad]."""
+    to, start, error = np.empty(4), np.empty(4), np.empty(3)
+    mujoco.mju_mat2Quat(to, np.ascontiguousarray(goal).ravel())
+    mujoco.mju_mat2Quat(start, np.ascontiguousarray(now).ravel())
+    mujoco.mju_subQuat(error, to, start)  # in the axes of what is now
     return now @ error
