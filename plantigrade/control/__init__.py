@@ -4,14 +4,16 @@ The world knows none of them; anything that is called with a state and returns a
 """
 
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
-from plantigrade.control.posture import Posture, passive
-from plantigrade.control.tracking import Tracking
+from plantigrade.control.posture import Posture, PostureSettings, passive
+from plantigrade.control.tracking import Tracking, TrackingSettings
 
 __all__ = [
     "CONTROLLERS",
     "Posture",
+    "PostureSettings",
     "Situation",
     "Tracking",
+    "TrackingSettings",
     "controller_named",
     "passive",
 ]

@@ -10,9 +10,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, MotionReference
 from plantigrade.control.pendulum import WalkCommand, Walker
-from plantigrade.control.posture import Posture, passive
+from plantigrade.control.posture import Posture, PostureSettings, passive
 from plantigrade.control.replay import Replay
-from plantigrade.control.tracking import Tracking
+from plantigrade.control.tracking import Tracking, TrackingSettings
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -85,10 +85,12 @@ class Situation:
 
 CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
     "passive": lambda at: passive,
-    "posture": lambda at: Posture(at.stiffness, at.standing),
+    "posture": lambda at: Posture(at.standing, settings=PostureSettings(stiffness=at.stiffness)),
     "balance": lambda at: Balance(at.reference, settings=BalanceSettings(stepping=at.stepping)),
     "hybrid": lambda at: Hybrid(),
-    "stable-pd": lambda at: Tracking(at.followed("stable-pd"), at.stiffness),
+    "stable-pd": lambda at: Tracking(
+        at.followed("stable-pd"), settings=TrackingSettings(stiffness=at.stiffness)
+    ),
     "replay": lambda at: Replay(at.recorded("replay")),
     "pendulum": lambda at: Walker(at.recorded("pendulum"), at.walk),
 }

@@ -14,8 +14,21 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.world import Command, Controller, StablePD, State, Target, standing_on
 
-CHANGING = 0.8
-"""So long another posture takes to be reached [s]."""
+
+@dataclass(frozen=True, kw_only=True)
+class PostureSettings:
+    """Springs that hold a posture, and the torques it needs at rest."""
+
+    stiffness: float = 1.0
+    """Stiffness and damping of the springs; 1 is four times the joint's strength per radian."""
+    transition_duration: float = 0.8
+    """Time in which another posture is reached [s]. Chosen."""
+    contact_height: float = 0.005
+    """Height of a sphere above the ground up to which it carries load at rest [m]. Chosen."""
+    cop_tolerance: float = 0.05
+    """Error of the centre of pressure that counts as much as the whole body weight [m]. Chosen."""
+    evenness: float = 1e-3
+    """Weight of evenly shared load beside that of the body weight. Chosen."""
 
 
 class Passive(Controller):
@@ -30,21 +43,6 @@ passive = Passive()
 """The one controller of its kind."""
 
 
-@dataclass(frozen=True, eq=False)
-class Held:
-    """Angles of the hinges [rad], and torques that hold them [N m]."""
-
-    angles: Float[Array, " n_hinges"]
-    torque: Float[Array, " n_hinges"]
-
-    def towards(self, other: "Held", share: float) -> "Held":
-        """Return what lies between this and another."""
-        return Held(
-            (1 - share) * self.angles + share * other.angles,
-            (1 - share) * self.torque + share * other.torque,
-        )
-
-
 class Posture(Controller):
     """Springs and dampers that hold the joints where they are at the start.
 
@@ -53,41 +51,40 @@ class Posture(Controller):
     pressure stays under the soles.
 
     Args:
-        stiffness: Of the springs, by what is usual: by the strength of a joint.
         qpos: The posture, feet on the ground; that of the first state if absent.
+        settings: Stiffness of the springs, and how load is shared at rest.
 
     Attributes:
-        targets: The stiffness; where the person stands, how far knees and hips bend, too.
+        targets: The stiffness; where the posture is given, also how far knees and hips bend.
     """
 
-    def __init__(self, stiffness: float = 1.0, qpos: Float[Array, " nq"] | None = None):
-        self.qpos = qpos
-        self._stiff = Target("stiffness", 0.0, max(3.0, stiffness), stiffness)
+    def __init__(
+        self, qpos: Float[Array, " nq"] | None = None, *, settings: PostureSettings | None = None
+    ):
+        self.qpos, self.settings = qpos, settings or PostureSettings()
+        stiffness = self.settings.stiffness
+        self._stiffness = Target("stiffness", 0.0, max(3.0, stiffness), stiffness)
         self._bends = (
             Target("knees bent", 0.0, 60.0, 0.0, "deg"),
             Target("bowed", 0.0, 45.0, 0.0, "deg"),
         )
-        self.targets = (self._stiff, *(() if qpos is None else self._bends))
-        self._held: Held | None = None
-
-    @property
-    def stiffness(self) -> float:
-        """Of the springs, by what is usual."""
-        return self._stiff.value
+        self.targets = (self._stiffness, *(() if qpos is None else self._bends))
+        self._held: Array | None = None
 
     def __call__(self, state: State) -> Command:
         """Hold the posture."""
-        actuators, held = state.world.actuators, self._now(state)
+        actuators, stiffness = state.world.actuators, self._stiffness.value
+        angles, torque = self._now(state)
         return StablePD(
-            held.angles,
-            torque=held.torque,
-            stiffness=self.stiffness * actuators.stiffness,
-            damping=self.stiffness * actuators.damping,
-            signals={"posture_error": float(np.linalg.norm(state.angles - held.angles))},
+            angles,
+            torque=torque,
+            stiffness=stiffness * actuators.stiffness,
+            damping=stiffness * actuators.damping,
+            signals={"posture_error": float(np.linalg.norm(state.angles - angles))},
         )
 
-    def _now(self, state: State) -> Held:
-        """Return what is held now: smoothly from one posture to the next."""
+    def _now(self, state: State) -> Float[Array, "2 n_hinges"]:
+        """Return angles and torques now, which go smoothly from one posture to the next."""
         bends = tuple(target.value for target in self._bends)
         if self._held is None or state.time == 0.0:
             self._held = self._from = self._to = self._at(state, bends)
@@ -96,13 +93,13 @@ class Posture(Controller):
             self._from, self._to = self._held, self._at(state, bends)
             self._since, self._bent = state.time, bends
         if self._held is not self._to:
-            u = min((state.time - self._since) / CHANGING, 1.0)
+            u = min((state.time - self._since) / self.settings.transition_duration, 1.0)
             share = u * u * (3 - 2 * u)
-            self._held = self._to if u == 1.0 else self._from.towards(self._to, share)
+            self._held = self._to if u == 1.0 else (1 - share) * self._from + share * self._to
         return self._held
 
-    def _at(self, state: State, bends: tuple[float, ...]) -> Held:
-        """Return the posture with knees and hips bent so far [deg], and its torques."""
+    def _at(self, state: State, bends: tuple[float, ...]) -> Float[Array, "2 n_hinges"]:
+        """Return angles and torques of the posture with knees and hips bent so far [deg]."""
         human, ground = state.human, state.world.ground
         qpos = np.array(state.qpos if self.qpos is None else self.qpos)
         knee, hip = np.deg2rad(bends)
@@ -110,38 +107,39 @@ class Posture(Controller):
             half = knee / 2
             bent = {"knee_angle": knee, "hip_flexion": half + hip, "ankle_angle": half - hip}
             qpos = standing_on(human, ground, bent=bent)
-        torque = resting_torques(human, ground, qpos) - state.world.actuators.resistance(qpos[7:])
-        return Held(qpos[7:], torque)
+        torque = resting_torques(human, ground, qpos, self.settings)
+        return np.stack([qpos[7:], torque - state.world.actuators.resistance(qpos[7:])])
 
 
 def resting_torques(
-    human: Human, ground: Ground, qpos: Float[Array, " nq"], *, near: float = 0.005
+    human: Human,
+    ground: Ground,
+    qpos: Float[Array, " nq"],
+    settings: PostureSettings | None = None,
 ) -> Float[Array, " n_hinges"]:
     """Return the torques that hold a posture at rest on the ground [N m].
 
     Vertical forces of the spheres near the ground carry the weight, about the centre of mass if
-    they can; no friction is needed.
+    they can, as even as can be; no friction is needed.
 
     Args:
         human: The person.
-        ground: What they stand on.
+        ground: The ground.
         qpos: The posture.
-        near: What is no higher than this carries [m].
+        settings: Which spheres carry load, and how it is shared.
     """
-    sites = contact_sites(human)
+    s, sites = settings or PostureSettings(), contact_sites(human)
     body = BodyState(human, qpos)
     points = PointSet.of(human, sites)
-    low = body.position(points) - np.array([[s.radius] for s in sites]) * ground.normal
-    standing = low @ ground.normal - ground.under(low) < near
-    gravity = human.mass * GRAVITY * body.com_jacobian[2]  # what holds the body up
-    if not standing.any():
-        return np.zeros(len(human.coordinates))
-    J = body.jacobian(points)[standing, 2]  # of the heights
+    low = body.position(points) - np.array([[site.radius] for site in sites]) * ground.normal
+    loaded = low @ ground.normal - ground.under(low) < s.contact_height
     weight = human.mass * GRAVITY
-    # The forces that carry the weight at the centre of mass, as even as can be.
-    place = (low[standing, :2] - body.com[:2]).T
-    even = np.full(standing.sum(), 1e-3)
-    rows = np.vstack([np.ones(len(even)), place / 0.05, np.diag(even)])
+    if not loaded.any():
+        return np.zeros(len(human.coordinates))
+    offset = (low[loaded, :2] - body.com[:2]).T
+    even = np.full(loaded.sum(), s.evenness)
+    rows = np.vstack([np.ones(len(even)), offset / s.cop_tolerance, np.diag(even)])
     share, _ = nnls(rows, np.r_[1.0, 0.0, 0.0, even / len(even)])
     force = weight * share / share.sum()
-    return (gravity - J.T @ force)[6:]
+    J = body.jacobian(points)[loaded, 2]  # of the heights
+    return (weight * body.com_jacobian[2] - J.T @ force)[6:]

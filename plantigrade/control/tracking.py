@@ -1,5 +1,7 @@
 """Stable PD to a motion."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -7,31 +9,38 @@ from plantigrade.motion import Motion
 from plantigrade.world import Command, Controller, StablePD, State
 
 
+@dataclass(frozen=True, kw_only=True)
+class TrackingSettings:
+    """Springs that follow a motion."""
+
+    stiffness: float = 1.0
+    """Stiffness and damping of the springs; 1 is four times the joint's strength per radian."""
+
+
 class Tracking(Controller):
     """Springs and dampers to a motion, joint by joint, by stable PD [Tan2011]_.
 
     The target is the motion at the end of the control step, with its velocities; after the last
-    frame it stands still. Nothing looks at balance, so a walk soon falls: what follows a motion and
-    stays on its feet needs more.
+    frame it stands still. Nothing looks at balance, so a walk soon falls.
 
     Args:
         motion: A motion of the person in the world; its first frame is the start.
-        stiffness: Of the springs, by what is usual: by the strength of a joint.
+        settings: Stiffness of the springs.
     """
 
-    def __init__(self, motion: Motion, stiffness: float = 1.0):
-        self.motion, self.stiffness = motion, stiffness
+    def __init__(self, motion: Motion, *, settings: TrackingSettings | None = None):
+        self.motion, self.settings = motion, settings or TrackingSettings()
 
     def __call__(self, state: State) -> Command:
-        """Go where the motion is next."""
-        actuators = state.world.actuators
+        """Return springs to the next state of the motion."""
+        actuators, stiffness = state.world.actuators, self.settings.stiffness
         target, velocity = self.at(state.time + 1.0 / state.world.control_rate)
         now, _ = self.at(state.time)
         return StablePD(
             target,
             velocity,
-            stiffness=self.stiffness * actuators.stiffness,
-            damping=self.stiffness * actuators.damping,
+            stiffness=stiffness * actuators.stiffness,
+            damping=stiffness * actuators.damping,
             signals={"tracking_error": float(np.sqrt(np.mean((state.angles - now) ** 2)))},
         )
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control import Posture, passive
+from plantigrade.control import Posture, PostureSettings, passive
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.table import ResultTable, Row, at_most
 from plantigrade.models import FEET, JOINT_SETS, Human
@@ -124,7 +124,7 @@ def _controller(rng: np.random.Generator) -> AnyController:
         low, high = np.array(state.human.model.jnt_actfrcrange[1:]).T
         return np.asarray(size * state.world.random.uniform(low, high))
 
-    return (passive, Posture(size), targets, torques)[kind]
+    return (passive, Posture(settings=PostureSettings(stiffness=size)), targets, torques)[kind]
 
 
 def outcome(seed: int, duration: float = DURATION) -> Outcome:

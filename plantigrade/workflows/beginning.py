@@ -11,7 +11,7 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
-from plantigrade.control import Posture, Situation, controller_named
+from plantigrade.control import Posture, PostureSettings, Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
 from plantigrade.control.pendulum import WalkCommand, walk_of
@@ -337,7 +337,7 @@ def state_of(begin: Start, otherwise: Otherwise, how: SimulateSettings) -> tuple
         recording=False,
         qpos=stands,
     )
-    hold, state = Posture(how.stiffness, stands), world.reset()
+    hold, state = Posture(stands, settings=PostureSettings(stiffness=how.stiffness)), world.reset()
     while world.time < SETTLING and world.fall is None and world.diverged is None:
         state = world.step(hold(state))
     first = BodyState(begin.human, stands).com

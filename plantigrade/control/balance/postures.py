@@ -1,4 +1,6 @@
-"""Postures over feet that are posed, with the centre of mass where it is to be."""
+"""Postures over feet that are posed, with the centre of mass over its goal."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,141 +13,175 @@ from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
 from plantigrade.world import standing_on
 
-ROUNDS = 12
-"""Gauss-Newton steps for the first frame; each of the others takes three from the one before."""
-ANKLE, FOOT, OVER, HIGH, UPRIGHT, JOINT, STILL = 30.0, 10.0, 10.0, 10.0, 2.0, 0.3, 3.0
-"""How much the rows of a posture weigh, those of ankles, turn of the feet, centre of mass over the
-ground and its height, pelvis upright, joints as in standing, and of no angular momentum, over
-body mass [m²/s]."""
+
+@dataclass(frozen=True, kw_only=True)
+class PostureSolverSettings:
+    """Weights and iterations of inverse kinematics over posed feet."""
+
+    ankle_weight: float = 30.0
+    """Weight of the positions of the ankles [1/m]. Chosen."""
+    foot_weight: float = 10.0
+    """Weight of the orientations of feet that press [1/rad]. Chosen."""
+    com_weight: float = 10.0
+    """Weight of the centre of mass [1/m]. Chosen."""
+    pelvis_weight: float = 2.0
+    """Weight of the pelvis upright [1/rad]. Chosen."""
+    joint_weight: float = 0.3
+    """Weight of joint angles as in standing [1/rad]. Chosen."""
+    momentum_weight: float = 3.0
+    """Weight of no angular momentum over body mass, for motions that fly [s/m²]. Chosen."""
+    n_first_iterations: int = 12
+    """Gauss-Newton steps of the first frame. Chosen."""
+    n_iterations: int = 3
+    """Gauss-Newton steps of every other frame, from the one before. Chosen."""
+    max_step: float = 0.3
+    """Greatest change of a coordinate in one step [rad, m]. Chosen."""
 
 
-class Postures:
-    """Postures of one person over feet that are posed."""
+class PostureSolver:
+    """Finds postures of one person over feet that are posed.
 
-    def __init__(self, human: Human):
-        self.human, self.posers = human, [FootPoser(human, side) for side in SIDES]
-        self.start = standing_on(human, Ground())
-        state = State(human, self.start)
-        self.over, self.high = state.com[:2], float(state.com[2])
-        self.foot = [human.body(f"foot_{side}") for side in SIDES]
-        self.ankle = np.array([state.origin(foot) for foot in self.foot])
-        self.ankle[:, 2] = [poser.standing for poser in self.posers]
-        ahead = [state.rotation(foot)[:2, 0] for foot in self.foot]
+    Args:
+        human: The person.
+        settings: Weights and iterations.
+
+    Attributes:
+        com: Centre of mass in standing [m].
+        side: Side of every contact sphere.
+    """
+
+    def __init__(self, human: Human, settings: PostureSolverSettings | None = None):
+        self.human, self.settings = human, settings or PostureSolverSettings()
+        self._posers = [FootPoser(human, side) for side in SIDES]
+        self._standing = standing_on(human, Ground())
+        state = State(human, self._standing)
+        self.com = state.com
+        self._feet = [human.body(f"foot_{side}") for side in SIDES]
+        self._ankles = np.array([state.origin(foot) for foot in self._feet])
+        self._ankles[:, 2] = [poser.standing for poser in self._posers]
+        ahead = [state.rotation(foot)[:2, 0] for foot in self._feet]
         turn = [np.arctan2(y, x) for x, y in ahead]
-        self.facing = np.array(
+        self._facing = np.array(
             [[[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1.0]] for t in turn]
         )
-        self.hinges = [np.array([human.hinge(c) for c in p.coordinates]) for p in self.posers]
+        self._hinges = [np.array([human.hinge(c) for c in p.coordinates]) for p in self._posers]
         within = np.zeros(len(human.coordinates), dtype=bool)
-        within[np.concatenate(self.hinges)] = True
-        self.free = np.flatnonzero(np.concatenate([np.ones(6, bool), ~within]))
+        within[np.concatenate(self._hinges)] = True
+        self._free = np.flatnonzero(np.concatenate([np.ones(6, bool), ~within]))
         names = [name for name, _, _ in human.contact_points]
-        self.order = [np.array([names.index(n) for n in p.spheres]) for p in self.posers]
-        self.n_sites = len(names)
+        self._order = [np.array([names.index(n) for n in p.spheres]) for p in self._posers]
+        self._n_sites = len(names)
         self.side = np.array([name[-1] for name in names])
 
     def spheres_of(self, marked: Bool[Array, "n 2 n_marks"]) -> Bool[Array, "n n_sites"]:
         """Return which spheres belong to segments that press."""
-        on = np.zeros((len(marked), self.n_sites), dtype=bool)
-        for k, poser in enumerate(self.posers):
-            mine = marked[:, k]
-            pressing = mine[:, : len(SEGMENTS)][:, poser.segment]
+        on = np.zeros((len(marked), self._n_sites), dtype=bool)
+        for k, poser in enumerate(self._posers):
+            own = marked[:, k]
+            pressing = own[:, : len(SEGMENTS)][:, poser.segment]
             edge = np.array(["heel_back" in name for name in poser.spheres])
             tips = np.array(["toe" in name.split("phalanges")[-1] for name in poser.spheres])
-            pressing = pressing | (mine[:, [4]] & edge) | (mine[:, [5]] & tips)
-            on[:, self.order[k]] = pressing
+            on[:, self._order[k]] = pressing | (own[:, [4]] & edge) | (own[:, [5]] & tips)
         return on
 
-    def places(self, ankle: Array, presses: Array, lasting: Array) -> tuple[Array, Array]:
-        """Return where spheres are with ankles so far from standing, and which of them last."""
-        goal = np.array([[*self.over, self.high + ankle[:, 2].min()]])
-        qpos = self.path(ankle[None], presses[None], goal, 0.0)
-        state, out = State(self.human, qpos[0]), np.zeros((self.n_sites, 3))
+    def spheres(
+        self, ankle: Float[Array, "2 3"], marked: Bool[Array, "2 n_marks"]
+    ) -> Float[Array, "n_sites 3"]:
+        """Return the positions of the spheres with ankles so far from standing [m]."""
+        goal = np.array([[*self.com[:2], self.com[2] + ankle[:, 2].min()]])
+        qpos = self.path(ankle[None], marked[None], goal)
+        state, out = State(self.human, qpos[0]), np.zeros((self._n_sites, 3))
         for i, site in enumerate(contact_sites(self.human)):
             out[i] = state.origin(site.body) + state.rotation(site.body) @ np.array(site.position)
-        return out, self.spheres_of(lasting[None])[0]
+        return out
 
     def path(
         self,
         ankle: Float[Array, "n 2 3"],
         marked: Bool[Array, "n 2 n_marks"],
         goal: Float[Array, "n 3"],
-        still: float,
+        flight_rate: float = 0.0,
     ) -> Float[Array, "n nq"]:
         """Return the configuration of every frame.
 
         Args:
-            ankle: How far each ankle is from standing [m].
+            ankle: Offset of each ankle from standing [m].
             marked: Which segments press.
-            goal: Where the centre of mass is to be [m].
-            still: Frames a second where the body is not to turn; 0 where it may [1/s].
+            goal: Goal of the centre of mass [m].
+            flight_rate: Frames per second of a motion that flies and is not to turn; 0 for one that
+                may [1/s].
         """
-        turns, shifts, qpos = [], [], np.tile(self.start, (len(ankle), 1))
-        for k, poser in enumerate(self.posers):
-            facing = np.tile(self.facing[k], (len(ankle), 1, 1))
-            pose = poser.pose(self.ankle[k] + ankle[:, k], facing, marked[:, k])
-            low, high = self.human.limits[:, self.hinges[k]]
-            qpos[:, 7 + self.hinges[k]] = np.clip(pose.angles, low, high)
+        turns, shifts, qpos = [], [], np.tile(self._standing, (len(ankle), 1))
+        for k, poser in enumerate(self._posers):
+            facing = np.tile(self._facing[k], (len(ankle), 1, 1))
+            pose = poser.pose(self._ankles[k] + ankle[:, k], facing, marked[:, k])
+            low, high = self.human.limits[:, self._hinges[k]]
+            qpos[:, 7 + self._hinges[k]] = np.clip(pose.angles, low, high)
             turns.append(pose.rotation)
             shifts.append(pose.shift)
-        state, stands = State(self.human, self.start), np.any(marked, axis=2)
-        within = np.concatenate(self.hinges) + 7
+        state, stands = State(self.human, self._standing), np.any(marked, axis=2)
+        within, s = np.concatenate(self._hinges) + 7, self.settings
         for i, q in enumerate(qpos):
             before = None
             if i:
-                fresh, q[:] = q[within].copy(), qpos[i - 1]
-                q[within], before = fresh, qpos[i - 1]
-            feet = self.ankle + ankle[i]
+                posed, q[:] = q[within].copy(), qpos[i - 1]
+                q[within], before = posed, qpos[i - 1]
+            feet = self._ankles + ankle[i]
             feet[:, 2] += [shift[i] for shift in shifts]
-            wanted = feet, [t[i] for t in turns], goal[i], stands[i]
-            for _ in range(3 if i else ROUNDS):
+            rotations = [turn[i] if on else None for turn, on in zip(turns, stands[i], strict=True)]
+            for _ in range(s.n_iterations if i else s.n_first_iterations):
                 state = state.moved_to(q)
-                q[:] = self._nearer(state, *wanted, before, still)
+                q[:] = self._improved(state, feet, rotations, goal[i], before, flight_rate)
         return qpos
 
-    def _nearer(
+    def _improved(
         self,
         state: State,
         feet: Array,
-        turns: list[Array],
+        rotations: list[Array | None],
         goal: Array,
-        stands: Array,
         before: Array | None,
-        still: float,
+        flight_rate: float,
     ) -> Array:
-        """Return a configuration nearer to what is wanted, by a Gauss-Newton step."""
-        J, _, _ = state.touched(np.array(self.foot), np.array([state.origin(f) for f in self.foot]))
-        rows, right = (
-            [J.reshape(6, -1) * ANKLE],
-            [(feet - [state.origin(f) for f in self.foot]).ravel() * ANKLE],
-        )
-        for foot, turn, on in zip(self.foot, turns, stands, strict=True):
-            if not on:  # a foot in the air hangs as it likes
-                continue
-            now = state.rotation(foot)
-            rows.append(FOOT * state.angular_jacobian(foot))
-            right.append(FOOT * 0.5 * np.cross(now, turn, axis=0).sum(axis=1))
-        weight = np.array([OVER, OVER, HIGH])
-        rows.append(state.com_jacobian * weight[:, None])
-        right.append((goal - state.com) * weight)
-        if before is not None and still:
-            spin = state.angular_momentum_jacobian * (STILL * still / state.mass)
+        """Return a configuration nearer to its goals, by a Gauss-Newton step.
+
+        Args:
+            state: The configuration so far.
+            feet: Positions of the ankles [m].
+            rotations: Orientations of the feet; None for one in the air.
+            goal: Goal of the centre of mass [m].
+            before: Configuration of the frame before.
+            flight_rate: As for :meth:`path`.
+        """
+        s, origins = self.settings, [state.origin(foot) for foot in self._feet]
+        J, _, _ = state.touched(np.array(self._feet), np.array(origins))
+        rows = [J.reshape(6, -1) * s.ankle_weight]
+        right = [(feet - origins).ravel() * s.ankle_weight]
+        for foot, rotation in zip(self._feet, rotations, strict=True):
+            if rotation is not None:
+                rows.append(s.foot_weight * state.angular_jacobian(foot))
+                turned = np.cross(state.rotation(foot), rotation, axis=0).sum(axis=1)
+                right.append(s.foot_weight * 0.5 * turned)
+        rows.append(state.com_jacobian * s.com_weight)
+        right.append((goal - state.com) * s.com_weight)
+        if before is not None and flight_rate:
+            spin = state.angular_momentum_jacobian * (s.momentum_weight * flight_rate / state.mass)
             rows.append(spin)
             right.append(-spin @ state.difference(before))
-        back = -state.difference(self.start)
-        own = np.concatenate([np.zeros(3), np.full(3, UPRIGHT), np.full(len(back) - 6, JOINT)])
-        A, b = np.concatenate(rows)[:, self.free], np.concatenate(right)
-        w = own[self.free]
+        back = -state.difference(self._standing)
+        n = len(back) - 6
+        own = np.r_[np.zeros(3), np.full(3, s.pelvis_weight), np.full(n, s.joint_weight)]
+        A, b = np.concatenate(rows)[:, self._free], np.concatenate(right)
+        w = own[self._free]
         H = A.T @ A + np.diag(w**2 + 1e-6)
         step = np.zeros(len(back))
-        step[self.free] = np.linalg.solve(H, A.T @ b + w**2 * back[self.free])
-        q = integrate(state.model, state.qpos, np.clip(step, -0.3, 0.3))
-        low, high = self.human.limits
-        q[7:] = np.clip(q[7:], low, high)
+        step[self._free] = np.linalg.solve(H, A.T @ b + w**2 * back[self._free])
+        q = integrate(state.model, state.qpos, np.clip(step, -s.max_step, s.max_step))
+        q[7:] = np.clip(q[7:], *self.human.limits)
         return q
 
 
-def rates_of(human: Human, qpos: Float[Array, "n nq"], rate: float) -> Float[Array, "n nv"]:
+def velocities_of(human: Human, qpos: Float[Array, "n nq"], rate: float) -> Float[Array, "n nv"]:
     """Return the velocities of configurations, so many of them a second [1/s]."""
     state = State(human, qpos[0])
     steps = np.array(

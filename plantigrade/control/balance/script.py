@@ -10,19 +10,18 @@ A script is a TOML file that anyone can edit (those of :data:`MOTIONS` are in ``
     [[frame]]
     time = 6.0
 
-Every frame says where the feet are at a time: ``right``, ``left`` or ``both``, with ``ankle``, how
-far the ankle is from where it is in standing, forward, to the left and up, in metres of a person of
-1.74 m; and ``presses``, the segments on the ground (names of
-:data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a foot in the air. What a frame does
-not say stays as it was; before the first one the person stands. ``body`` moves the centre of mass
-likewise, from where it would be by itself. ``toward`` says where within what presses of a foot the
-pressure is to be, forward and to the left, from -1 to 1: ``[0, 1]`` for its left border. A foot
-that was not told presses as evenly as it can. On the way from one frame to the next those segments
-press that do at both ends. Between frames where no foot does the body flies for just so long
-(:mod:`plantigrade.control.balance.paths`): the one before it is the take-off, the one after it the
-landing, and those beside them are how deep it crouches. A script that asks for more force than
-people have is refused; one whose flight or landing comes sooner or later than written is followed
-from when it does (:mod:`plantigrade.control.balance.flight`).
+A frame has the feet at a time: ``right``, ``left`` or ``both``, with ``ankle``, the offset of the
+ankle from standing, forward, to the left and up, in metres of a person of 1.74 m; and ``presses``,
+the segments on the ground (names of :data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a
+foot in the air. What a frame does not mention stays as it was; before the first one the person
+stands. ``body`` offsets the centre of mass likewise from where it would be by itself. ``toward`` is
+the desired pressure within what presses of a foot, forward and to the left, from -1 to 1:
+``[0, 1]`` for its left border; a foot without it presses as evenly as it can. From one frame to the
+next those segments press that do at both ends. Between frames where no foot does the body flies for
+just as long (:mod:`plantigrade.control.balance.paths`): the one before it is the take-off, the one
+after it the touchdown, and those beside them give the depth of the crouch. A script that needs more
+force than people have is refused; one whose flight or touchdown comes earlier or later than written
+is followed from when it does (:mod:`plantigrade.control.balance.flight`).
 
 The feet are posed by the paper's controller (:mod:`plantigrade.kinematics.foot_pose`), and the body
 above them by least squares: joints as in standing, the centre of mass over what presses now and
@@ -44,22 +43,30 @@ from plantigrade.toml import parse_toml, read_toml
 
 MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jump")
 """Scripts that come with the package."""
-SHORTEST, LONGEST = 0.1, 600.0
-"""Shortest and longest script [s]."""
-FARTHEST = 0.5
-"""Farthest an ankle or the body may be from where it stands [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScriptLimits:
+    """Scripts beyond these are refused."""
+
+    min_duration: float = 0.1
+    """Shortest script [s]. Chosen."""
+    max_duration: float = 600.0
+    """Longest script [s]. Chosen."""
+    max_offset: float = 0.5
+    """Greatest offset of an ankle or the body along an axis [m]. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where the feet are to be at a time.
+    """Desired feet at a time.
 
     Attributes:
-        time: When [s].
-        ankle: How far each ankle, right first, is from where it is in standing [m].
+        time: The time [s].
+        ankle: Offset of each ankle from standing, right first [m].
         presses: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot.
-        body: How far the centre of mass is from where it would be by itself [m].
-        toward: Where within what presses each foot presses most, forward and to the left, from -1
+        body: Offset of the centre of mass from where it would be by itself [m].
+        toward: Desired pressure within what presses of each foot, forward and to the left, from -1
             to 1; NaN where that is left open.
     """
 
@@ -75,7 +82,7 @@ class Script:
     """A script.
 
     Attributes:
-        title: What it is called.
+        title: Its title.
         frames: Its frames, the first at time zero: standing.
     """
 
@@ -84,34 +91,35 @@ class Script:
 
     @property
     def duration(self) -> float:
-        """When it ends [s]."""
+        """Time of the last frame [s]."""
         return self.frames[-1].time
 
 
-def script_named(word: str) -> Script:
+def script_named(word: str, limits: ScriptLimits | None = None) -> Script:
     """Return one of :data:`MOTIONS`, or the script in a TOML file.
+
+    Args:
+        word: Name of a motion, or the file.
+        limits: Limits of a script.
 
     Raises:
         ParameterError: If there is no such script, or it is no script.
     """
     if word in MOTIONS:
         text = files("plantigrade.control.balance").joinpath("motions", f"{word}.toml")
-        return _read(Path(str(text)), word)
+        return _read(Path(str(text)), word, limits)
     if not word.endswith(".toml"):
         raise ParameterError(f"no motion {word!r}; there are {', '.join(MOTIONS)}, or a TOML file")
-    return _read(Path(word), word)
+    return _read(Path(word), word, limits)
 
 
-def _read(path: Path, name: str) -> Script:
-    return _script(parse_toml(read_toml(path), path), name)
-
-
-def _script(told: Mapping[str, Any], name: str) -> Script:
-    if unknown := set(told) - {"title", "frame"}:
+def _read(path: Path, name: str, limits: ScriptLimits | None) -> Script:
+    table, limits = parse_toml(read_toml(path), path), limits or ScriptLimits()
+    if unknown := set(table) - {"title", "frame"}:
         raise ParameterError(
             f"{name} says {', '.join(sorted(unknown))}; it may say title and frame"
         )
-    rows = told.get("frame")
+    rows = table.get("frame")
     if not isinstance(rows, list) or not rows:
         raise ParameterError(f"{name} has no [[frame]]")
     flat = np.tile(marks(*SEGMENTS), (2, 1))
@@ -120,35 +128,34 @@ def _script(told: Mapping[str, Any], name: str) -> Script:
         where = f"{name}, frame {i + 1}"
         if not isinstance(row, Mapping):
             raise ParameterError(f"{where} is no table")
-        frames.append(_frame(row, frames[-1], where))
-    if frames[-1].time < SHORTEST:
-        raise ParameterError(
-            f"{name} ends at {frames[-1].time:g} s; a script lasts {SHORTEST:g} s at least"
-        )
-    return Script(str(told.get("title", name)), tuple(frames))
+        frames.append(_frame(row, frames[-1], where, limits))
+    if frames[-1].time < limits.min_duration:
+        least = f"a script lasts {limits.min_duration:g} s at least"
+        raise ParameterError(f"{name} ends at {frames[-1].time:g} s; {least}")
+    return Script(str(table.get("title", name)), tuple(frames))
 
 
-def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
-    """Return a frame, what it does not say as in the one before."""
+def _frame(row: Mapping[str, Any], before: Frame, where: str, limits: ScriptLimits) -> Frame:
+    """Return a frame; what it does not mention is as in the one before."""
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
-    time = row.get("time")
-    if time is None or not _is_number(time) or not before.time < time <= LONGEST:
+    time, latest = row.get("time"), limits.max_duration
+    if time is None or not _is_number(time) or not before.time < time <= latest:
         raise ParameterError(
-            f"{where}: time={time!r} must be after {before.time:g} s and at most {LONGEST:g} s"
+            f"{where}: time={time!r} must be after {before.time:g} s and at most {latest:g} s"
         )
     ankle, presses, toward = before.ankle.copy(), before.presses.copy(), before.toward.copy()
     for word, feet in (("both", (0, 1)), ("right", (0,)), ("left", (1,))):
-        told = row.get(word, {})
-        if not isinstance(told, Mapping) or set(told) - {"ankle", "presses", "toward"}:
+        entry = row.get(word, {})
+        if not isinstance(entry, Mapping) or set(entry) - {"ankle", "presses", "toward"}:
             raise ParameterError(f"{where}: {word} may say ankle, presses and toward")
         for foot in feet:
-            if "ankle" in told:
-                ankle[foot] = _numbers(told["ankle"], 3, FARTHEST, f"{where}: ankle [m]")
-            if "toward" in told:
-                toward[foot] = _numbers(told["toward"], 2, 1.0, f"{where}: toward")
-            if "presses" in told:
-                names = told["presses"]
+            if "ankle" in entry:
+                ankle[foot] = _numbers(entry["ankle"], 3, limits.max_offset, f"{where}: ankle [m]")
+            if "toward" in entry:
+                toward[foot] = _numbers(entry["toward"], 2, 1.0, f"{where}: toward")
+            if "presses" in entry:
+                names = entry["presses"]
                 if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
                     raise ParameterError(f"{where}: presses is a list of {', '.join(MARKS)}")
                 if wrong := set(names) - set(MARKS):
@@ -159,17 +166,17 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
                 presses[foot] = marks(*names)
     body = before.body
     if "body" in row:
-        body = _numbers(row["body"], 3, FARTHEST, f"{where}: body [m]")
+        body = _numbers(row["body"], 3, limits.max_offset, f"{where}: body [m]")
     return Frame(float(time), ankle, presses, body, toward)
 
 
-def _is_number(told: Any) -> bool:
-    return isinstance(told, int | float) and not isinstance(told, bool)
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _numbers(told: Any, n: int, most: float, where: str) -> Array:
-    numbers = isinstance(told, list) and all(_is_number(x) for x in told)
-    if not numbers or len(told) != n or not np.abs(told).max() <= most:
+def _numbers(values: Any, n: int, most: float, where: str) -> Array:
+    numbers = isinstance(values, list) and all(_is_number(x) for x in values)
+    if not numbers or len(values) != n or not np.abs(values).max() <= most:
         count = {2: "two", 3: "three"}[n]
-        raise ParameterError(f"{where} is {count} numbers, none beyond {most:g}, not {told!r}")
-    return np.array(told, dtype=float)
+        raise ParameterError(f"{where} is {count} numbers, none beyond {most:g}, not {values!r}")
+    return np.array(values, dtype=float)
