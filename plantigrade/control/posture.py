@@ -85,18 +85,19 @@ class Posture(Controller):
 
     def _now(self, state: State) -> Float[Array, "2 n_hinges"]:
         """Return angles and torques now, which go smoothly from one posture to the next."""
-        bends = tuple(target.value for target in self._bends)
-        if self._held is None or state.time == 0.0:
-            self._held = self._from = self._to = self._at(state, bends)
+        bends, held = tuple(target.value for target in self._bends), self._held
+        if held is None or state.time == 0.0:
+            held = self._from = self._to = self._at(state, bends)
             self._since, self._bent = state.time, bends
         if bends != self._bent:
-            self._from, self._to = self._held, self._at(state, bends)
+            self._from, self._to = held, self._at(state, bends)
             self._since, self._bent = state.time, bends
-        if self._held is not self._to:
+        if held is not self._to:
             u = min((state.time - self._since) / self.settings.transition_duration, 1.0)
             share = u * u * (3 - 2 * u)
-            self._held = self._to if u == 1.0 else (1 - share) * self._from + share * self._to
-        return self._held
+            held = self._to if u == 1.0 else (1 - share) * self._from + share * self._to
+        self._held = held
+        return held
 
     def _at(self, state: State, bends: tuple[float, ...]) -> Float[Array, "2 n_hinges"]:
         """Return angles and torques of the posture with knees and hips bent so far [deg]."""
