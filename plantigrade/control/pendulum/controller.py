@@ -22,6 +22,7 @@ from plantigrade.control.pendulum.landing_laws import LAWS, LandingLaw
 from plantigrade.control.pendulum.plan import Plan, reaction_of, turned
 from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.settings import PendulumSettings
+from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
 from plantigrade.control.pendulum.velocities import BoxProgram
 from plantigrade.control.pendulum.walk import with_feasible_com
@@ -34,7 +35,6 @@ from plantigrade.control.pendulum.wanted import (
     tilted,
     turn_rows,
 )
-from plantigrade.control.pendulum.words import Landed, walk_figures, walk_told
 from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, TOUCHING
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -139,19 +139,18 @@ class Pendulum(Controller):
         self.gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
         self.landing: Landing | None = None
-        self.landings: list[Landed] = []
+        self.landings: list[Footfall] = []
 
     def summary(self) -> Summary:
         """Return speed and footsteps of the last simulation."""
-        speeds = self.speeds()
-        return Summary(walk_told(self.landings, speeds), walk_figures(self.landings, speeds))
+        return walk_summary(self.landings, *self._speeds(), self.settings.reported_shortening)
 
     @property
     def shared(self) -> tuple[object, ...]:
         """The walk, as it was recorded and as it is followed."""
         return self.reference, self.record
 
-    def speeds(self) -> tuple[float, float, float]:
+    def _speeds(self) -> tuple[float, float, float]:
         """Return mean speed, that of the recording, and how far beside the line it ended."""
         if self._world is None:
             return 0.0, 0.0, 0.0
@@ -330,7 +329,7 @@ class Pendulum(Controller):
         if self.landing is not None:
             off = float(np.linalg.norm(self._foot[SIDES.index(side), :2] - self.landing.place))
             short = self.landing.short
-        self.landings.append(Landed(time, side, off, short))
+        self.landings.append(Footfall(time, side, off, short))
 
     def _command(self, state, body, ref, low, height, foot) -> Command:
         """Return the command of the boxed program."""

@@ -24,6 +24,8 @@ class PendulumSettings:
     """Landing law, one of :data:`~plantigrade.control.pendulum.landing_laws.LAWS`."""
     tick: float = 0.005
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
+    reported_shortening: float = 0.01
+    """Shortening from which a footstep counts as shortened in the summary [m]. Chosen."""
     speed: SpeedSettings = SpeedSettings()
     path: PathSettings = PathSettings()
     crouch: CrouchSettings = CrouchSettings()

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance import Reference, ReferenceState
+from plantigrade.control.gait.reference import Reference as GaitReference
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 
@@ -75,3 +77,40 @@ class Settling(Reference):
             body.position(self._points), self._everywhere,
         )  # fmt: skip
         return self._wanted
+
+
+@dataclass(frozen=True)
+class GaitStart:
+    """The instant of a recording with which a person who stands begins to walk.
+
+    Attributes:
+        phase: Of the recording, when a foot is about to leave the ground [s].
+        stance: Which foot stays.
+        lateral_offset: Of the extrapolated centre of mass from that foot, to the left [m].
+    """
+
+    phase: float
+    stance: int
+    lateral_offset: float
+
+    @classmethod
+    def of(cls, recorded: GaitReference, ahead: float) -> "GaitStart":
+        """Return that of a walk.
+
+        Args:
+            recorded: The walk.
+            ahead: How far the right foot is ahead of the left one [m]; that stays on.
+        """
+        stance = 0 if ahead >= 0.0 else 1
+        times = np.arange(0.0, recorded.duration, 0.01).tolist()
+        both = [all(recorded.schedule.standing(s, t) is not None for s in SIDES) for t in times]
+        ends = (k for k in range(len(times)) if both[k] and not both[(k + 1) % len(times)])
+        front = (t for t in (times[k] for k in ends) if _front_foot(recorded, t) == stance)
+        phase = next(front, 0.0)
+        now = recorded.at(phase)
+        xi = now.com + now.com_velocity / recorded.omega
+        return cls(phase, stance, float(xi[1] - now.foot_position[stance, 1]))
+
+
+def _front_foot(recorded: GaitReference, phase: float) -> int:
+    return int(recorded.at(phase).foot_position[:, 0].argmax())

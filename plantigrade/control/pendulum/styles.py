@@ -11,10 +11,10 @@ from plantigrade.control.gait.reference import Reference, reference_of
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.scaled_reference import ScaledReference
+from plantigrade.control.pendulum.summary import StyleChange
 from plantigrade.control.pendulum.transition import PhaseMap, Transition
 from plantigrade.control.pendulum.upper_body import InStep, Pose, Source, UpperBody, source_of
 from plantigrade.control.pendulum.walk import with_feasible_com
-from plantigrade.control.pendulum.words import Switched
 from plantigrade.errors import ParameterError
 from plantigrade.world import Target
 
@@ -47,8 +47,8 @@ class Styles:
     Attributes:
         targets: The walk and the upper body by number, to be chosen while it walks; only where
             there are several.
-        switched: What was changed, in order.
-        off: Root mean square of the joints' distance from the walk since the last change was
+        changes: From one walk to another, in order.
+        error: Root mean square of the joints' distance from the walk since the last change was
             over [rad]; NaN before.
 
     Raises:
@@ -118,11 +118,11 @@ class Styles:
         self._left = list(self._plan)
         for target in self.targets:
             target.set(0.0)
-        self.switched: list[Switched] = []
+        self.changes: list[StyleChange] = []
         self._since, self._squares, self._counted = 0.0, 0.0, 0
 
     @property
-    def off(self) -> float:
+    def error(self) -> float:
         """Root mean square of the joints' distance from the walk it was changed to [rad]."""
         return float(np.sqrt(self._squares / self._counted)) if self._counted else float("nan")
 
@@ -131,7 +131,7 @@ class Styles:
         """Name of the walk that is walked."""
         return self._walks[self._now[0]].name
 
-    def look(self, time: float, walks: bool) -> None:
+    def update(self, time: float, walks: bool) -> None:
         """Change what is to be changed now, if that can be.
 
         Args:
@@ -161,7 +161,7 @@ class Styles:
 
     def count(self, error: float) -> None:
         """Record the distance of the joints from the walk now [rad]."""
-        if self.switched and not self.changing:
+        if self.changes and not self.changing:
             self._squares, self._counted = self._squares + error**2, self._counted + 1
 
     def _source(self, upper: int, time: float) -> Source | None:
@@ -241,4 +241,4 @@ class Styles:
     ) -> None:
         self._pendulum.reference = scaled
         self._now[0] = style
-        self.switched.append(Switched(self._walks[style].name, time, foot, percent))
+        self.changes.append(StyleChange(self._walks[style].name, time, foot, percent))

@@ -1,6 +1,5 @@
-"""A walk that is led: how fast, which way, when it stops, and when it goes on."""
+"""A commanded walk: its speed and path, its stops, and what follows them."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,10 +15,10 @@ from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
 from plantigrade.control.pendulum.path import Waypoints, angle_to
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.speed import SpeedControl
-from plantigrade.control.pendulum.standing import Settling
+from plantigrade.control.pendulum.standing import GaitStart, Settling
 from plantigrade.control.pendulum.styles import Styles
+from plantigrade.control.pendulum.summary import command_summary, style_summary
 from plantigrade.control.pendulum.turn import Turn
-from plantigrade.control.pendulum.words import led_told, switched_told
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.world import (
@@ -51,6 +50,7 @@ class Walker(Controller):
         targets: Speed, heading and stoop, and the walk and the upper body where there are several,
             to be set while it walks.
         walks: Whether it walks; else it stands.
+        stops: From when to when it stood [s].
 
     Raises:
         ParameterError: As the pendulum does; or if the walk is too slow for the speed, or has no
@@ -68,7 +68,8 @@ class Walker(Controller):
     ):
         self.settings = settings or PendulumSettings()
         self.pendulum = Pendulum(record, settings=self.settings)
-        self.record, self.duration = record, self.pendulum.duration
+        self.rates, self.duration = self.pendulum.rates, self.pendulum.duration
+        self.record = record
         self.command = command = command or WalkCommand()
         reference = self.pendulum.reference
         self._own = reference.speed
@@ -108,36 +109,35 @@ class Walker(Controller):
         return True
 
     def summary(self) -> Summary:
-        """Return speed, way, footsteps and changes of gait of the last simulation."""
+        """Return speed, path, footsteps and changes of gait of the last simulation."""
         if self._world is None:
             return Summary()
-        own, walked = self.command, self.pendulum.summary()
-        speed = None if own.speed is None else (self.targets[0].value, self._speed.mean)
-        astray = None if own.path is None else self._max_deviation
-        switched = switched_told(self.styles.switched, self.styles.off)
-        led = led_told(speed, astray, self._stood, own.path)
-        return Summary((*walked.sentences, *switched, *led), self._figures(walked.figures))
+        own, styles, walked = self.command, self.styles, self.pendulum.summary()
+        figures, mean = dict(walked.figures), self._speed.mean
+        if own.leads:
+            figures["speed_wanted_m_s"] = self.targets[0].value
+            figures["speed_at_end_m_s"] = mean if self.walks else 0.0
+            if own.path is not None:
+                figures["astray_max_m"] = self._max_deviation
+            if isinstance(own.path, Waypoints):
+                figures["points_passed"] = own.path.passed
+            figures["stood_s"] = sum(end - start for start, end in self.stops)
+        if styles.changes:
+            figures["switched_s"] = styles.changes[-1].time
+            figures["off_after_switch_deg"] = float(np.rad2deg(styles.error))
+        speed = None if own.speed is None else (self.targets[0].value, mean)
+        deviation = None if own.path is None else self._max_deviation
+        sentences = (
+            *walked.sentences,
+            *style_summary(styles.changes, styles.error),
+            *command_summary(speed, deviation, self.stops, own.path),
+        )
+        return Summary(sentences, figures)
 
     @property
     def shared(self) -> tuple[object, ...]:
         """The recorded walk."""
         return (self.record,)
-
-    def _figures(self, walked: Mapping[str, float]) -> dict[str, float]:
-        """Return figures of the last simulation, given those of the walk."""
-        figures = dict(walked)
-        if self.command.leads:
-            figures["speed_wanted_m_s"] = self.targets[0].value
-            figures["speed_at_end_m_s"] = self._speed.mean if self.walks else 0.0
-            if self.command.path is not None:
-                figures["astray_max_m"] = self._max_deviation
-            if isinstance(self.command.path, Waypoints):
-                figures["points_passed"] = self.command.path.passed
-            figures["stood_s"] = sum(end - start for start, end in self._stood)
-        if self.styles.switched:
-            figures["switched_s"] = self.styles.switched[-1].time
-            figures["off_after_switch_deg"] = float(np.rad2deg(self.styles.off))
-        return figures
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
         """Return the pendulum and where the swinging foot is to land; what balance has."""
@@ -165,13 +165,13 @@ class Walker(Controller):
             self._begin(state)
         self._time = state.time
         self._set_targets(state.time)
-        self.styles.look(state.time, self.walks)
+        self.styles.update(state.time, self.walks)
         if self.walks and self._may_stand(state):
             self._stop(state)
         elif not self.walks and self.targets[0].value > 0.0:
             self._shift_weight(state)
         if not self.walks:
-            self._stood[-1] = (self._stood[-1][0], state.time)
+            self.stops[-1] = (self.stops[-1][0], state.time)
             return self._balance(state)
         pendulum, frame, step = self.pendulum, self.frame, 1.0 / state.world.control_rate
         self._turn_frame(step)
@@ -207,7 +207,7 @@ class Walker(Controller):
         self._barrier_depth, self._speed_limit = 0.0, np.inf
         self._since: float | None = None
         self._lateral_error = self._max_deviation = 0.0
-        self._stood: list[tuple[float, float]] = []
+        self.stops: list[tuple[float, float]] = []
 
     def _seen(self, state: State) -> State:
         """Return the state as the pendulum sees it."""
@@ -306,7 +306,7 @@ class Walker(Controller):
         """Hand over to balance."""
         world, human = state.world, state.human
         self.walks = False
-        self._stood.append((state.time, state.time))
+        self.stops.append((state.time, state.time))
         if self._ground.moves:
             self._balance = Balance(settings=BalanceSettings(stepping=True))
             return
@@ -319,60 +319,30 @@ class Walker(Controller):
         self._balance = Balance(settling, settings=BalanceSettings(stepping=True))
 
     def _shift_weight(self, state: State) -> None:
-        """Bring the weight over the foot that is to stand first; then walk, in place at first."""
-        pendulum, paced = self.pendulum, self.pendulum.reference
+        """Bring the weight over the first stance foot; then walk, in place at first."""
+        pendulum, reference, own = self.pendulum, self.pendulum.reference, self.settings
         body = self._seen(state).body
         feet = body.origins[pendulum.feet]
         if self._since is None:
-            self._since, self._from = state.time, self._lift(float(feet[0, 0] - feet[1, 0]))
-        phase, stands, off = self._from
-        goal = float(feet[stands, 1]) + off
-        xi = float((body.com + body.com_velocity / paced.omega)[1])
-        toward_it = 1.0 if stands else -1.0
-        own, since = self.settings.standing, state.time - self._since
-        if (
-            goal - xi
-        ) * toward_it > own.weight_shift_accuracy and since < own.max_weight_shift_time:
+            ahead = float(feet[0, 0] - feet[1, 0])
+            self._since, self._start = state.time, GaitStart.of(reference.recorded, ahead)
+        start, since = self._start, state.time - self._since
+        goal = float(feet[start.stance, 1]) + start.lateral_offset
+        xi = float((body.com + body.com_velocity / reference.omega)[1])
+        left = (goal - xi) * (1.0 if start.stance else -1.0)
+        if left > own.standing.weight_shift_accuracy and since < own.standing.max_weight_shift_time:
             middle = float(feet[:, 1].mean())
-            way = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
-            for target, far in zip(self._balance.targets[:2], way, strict=True):
-                target.set(min(max(float(far), target.low), target.high))
+            shift = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
+            for target, value in zip(self._balance.targets[:2], shift, strict=True):
+                target.set(min(max(float(value), target.low), target.high))
             return
-        ahead, left = feet[:, :2].mean(axis=0)
-        paced.start(0.0, phase, float(ahead))
-        now = paced.at(phase).foot_position[stands, 1]
-        self.frame.shift(float(feet[stands, 1] - now))
+        ahead = float(feet[:, 0].mean())
+        reference.start(0.0, start.phase, ahead)
+        now = reference.at(start.phase).foot_position[start.stance, 1]
+        self.frame.shift(float(feet[start.stance, 1] - now))
         pendulum.place = np.array([ahead, 0.0])
-        pendulum.resume(self._seen(state).body, phase)
-        self._turn = Turn(self.settings.path.turn)
+        pendulum.resume(self._seen(state).body, start.phase)
+        self._turn = Turn(own.path.turn)
         pendulum.plan.heading = self._turn.predicted
         self.walks, self._since = True, None
-        self._speed = SpeedControl(self.settings.speed, 0.0, 0.0, float(ahead))
-
-    def _lift(self, ahead: float) -> tuple[float, int, float]:
-        """Return with what the recording a walk begins: a foot is about to leave the ground.
-
-        Args:
-            ahead: How far the right foot is in front of the left one [m]; that stays on.
-
-        Returns:
-            The phase [s]; which foot stands; how far the extrapolated centre of mass is then to the
-            left of it [m].
-        """
-        recorded = self.pendulum.reference.recorded
-        stands = 0 if ahead >= 0.0 else 1
-        times = np.arange(0.0, recorded.duration, 0.01)
-        both = [
-            all(recorded.schedule.standing(side, float(t)) is not None for side in SIDES)
-            for t in times
-        ]
-        front = [recorded.at(float(t)).foot_position[:, 0] for t in times]
-        ends = [
-            k
-            for k in range(len(times))
-            if both[k] and not both[(k + 1) % len(times)] and front[k].argmax() == stands
-        ]
-        phase = float(times[ends[0]]) if ends else 0.0
-        now = recorded.at(phase)
-        xi = now.com + now.com_velocity / recorded.omega
-        return phase, stands, float(xi[1] - now.foot_position[stands, 1])
+        self._speed = SpeedControl(own.speed, 0.0, 0.0, ahead)
