@@ -8,7 +8,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.reference import period_of, reference_of, world_sites
+from plantigrade.control.gait.person import world_sites
+from plantigrade.control.gait.reference import period_of, reference_of
 from plantigrade.control.gait.schedule import Schedule
 from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp, trapezoid
 
 from plantigrade.arrays import Array
 from plantigrade.constants import GRAVITY
-from plantigrade.control.pendulum.landing import CROSSES, DEEPEST, DROPS, STRETCHED, Reach
+from plantigrade.control.pendulum.landing import DEEPEST, DROPS, STRETCHED, Reach
 from plantigrade.control.pendulum.landing import landing as predicted
 from plantigrade.control.pendulum.landing_laws import (
     LAWS,
@@ -130,10 +130,12 @@ def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(strike):
 
 
 def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(strike):
-    still = {"here": np.zeros(2), "speed": np.zeros(2), "hip": np.zeros(2)}
+    still = {"swing_offset": np.zeros(2), "speed": np.zeros(2), "hip": np.zeros(2)}
     still |= {"high": 0.8, "rises": 0.0}
     still |= {"moved": np.zeros(2), "moves": np.zeros(2), "reaction": 0.0}
-    reach = Reach(axes=np.eye(2), nominal=strike.lands, side=1.0, leg=0.9, narrowest=0.06, **still)
+    reach = Reach(
+        axes=np.eye(2), nominal=strike.lands, side=1.0, leg_length=0.9, min_width=0.06, **still
+    )
     half = np.array([0.0, -0.02])
     slow = predicted(
         DivergentLaw(), half, strike.velocity, np.zeros(2), np.zeros(2), 0.2, strike, reach
@@ -144,32 +146,33 @@ def test_what_is_out_of_reach_is_taken_sooner_or_shortened_and_feet_may_cross(st
     )  # fmt: skip
     assert fast.rate > slow.rate and fast.after < slow.after
     assert fast.place[0] > slow.place[0]
+    past = reach.settings.crossover_length * 0.9
     asked = np.array([[3.0, 0.1], [0.1, 0.03], [0.8, -0.1], [0.0, 2.0]])
-    beside, ahead, behind = (strike.lands + way for way in reach.places(asked - strike.lands))
-    np.testing.assert_allclose(beside[0], [reach.farthest * 0.9, 0.1])
+    beside, ahead, behind = (strike.lands + way for way in reach.constrained(asked - strike.lands))
+    np.testing.assert_allclose(beside[0], [reach.max_length, 0.1])
     np.testing.assert_allclose(beside[1], [0.1, 0.06])  # beside the other foot: not through it
-    np.testing.assert_allclose(beside[3], [0.0, reach.widest * 0.9])
-    np.testing.assert_allclose(ahead[1:3], [[CROSSES * 0.9, 0.03], [0.8, -0.1]])
-    np.testing.assert_allclose(behind[1:3], [[-CROSSES * 0.9, 0.03], [-CROSSES * 0.9, -0.1]])
-    assert len(replace(reach, may_cross=False).places(asked)) == 1
-    late = reach.hasty(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
+    np.testing.assert_allclose(beside[3], [0.0, reach.max_width])
+    np.testing.assert_allclose(ahead[1:3], [[past, 0.03], [0.8, -0.1]])
+    np.testing.assert_allclose(behind[1:3], [[-past, 0.03], [-past, -0.1]])
+    assert len(replace(reach, may_cross=False).constrained(asked)) == 1
+    late = reach.swing_cost(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert late[0] == 0.0 < late[1]  # feet are no faster than they can be
     time = np.array([0.05, 0.1, 0.6])
     later = reach.at(np.zeros((3, 2)), time)
-    place = strike.lands + later.places(np.tile([0.0, 2.0], (3, 1)))[0]
+    place = strike.lands + later.constrained(np.tile([0.0, 2.0], (3, 1)))[0]
     # No farther than a leg reaches from a hip that goes down; then no wider than the box.
     high = np.maximum(0.8 - 0.5 * DROPS * time[:2] ** 2, (STRETCHED - DEEPEST) * 0.9)
     span = np.linalg.norm(place, axis=1)
     np.testing.assert_allclose(span[:2], np.sqrt((STRETCHED * 0.9) ** 2 - high**2))
-    assert span[0] < span[1] < span[2] and np.all(place[:, 1] <= reach.widest * 0.9)
+    assert span[0] < span[1] < span[2] and np.all(place[:, 1] <= reach.max_width)
 
 
 def test_a_landing_place_makes_up_for_the_leg_that_is_led_there(strike):
     omega, time, kappa = 3.3, 0.4, 0.05
     moved, moves = np.array([0.05, -0.1]), np.array([0.3, -0.6])
     reach = Reach(
-        axes=np.eye(2), nominal=strike.lands, side=1.0, leg=0.9, narrowest=0.06,
-        here=np.zeros(2), speed=np.zeros(2), hip=np.zeros(2), high=0.8, rises=0.0,
+        axes=np.eye(2), nominal=strike.lands, side=1.0, leg_length=0.9, min_width=0.06,
+        swing_offset=np.zeros(2), speed=np.zeros(2), hip=np.zeros(2), high=0.8, rises=0.0,
         moved=moved, moves=moves, reaction=kappa,
     )  # fmt: skip
     asked = np.array([0.1, -0.3])

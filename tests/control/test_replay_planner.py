@@ -7,7 +7,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.ground import Step as GroundStep
 from plantigrade.control.gait.edges import lifts, on_one_side
 from plantigrade.control.gait.offsets import offset_weights
-from plantigrade.control.gait.planner import BACK, LandingBox, decayed, next_step
+from plantigrade.control.gait.planner import FootstepLimits, FootstepSettings, next_step
 from plantigrade.control.gait.swing import SwingOffset
 
 OMEGA, STEP = 3.2, 0.002
@@ -45,8 +45,8 @@ def pendulum(xi, foot, seconds):
     return foot + np.exp(OMEGA * seconds) * (xi - foot)
 
 
-def wide(side=1.0):
-    return LandingBox(np.eye(2), np.array([0.5, 0.1 * side]), side, 5.0, -5.0, np.zeros(2))
+def wide(**settings):
+    return FootstepLimits(np.eye(2), np.array([0.5, 0.1]), 1.0, 5.0, -5.0, np.zeros(2), **settings)
 
 
 def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
@@ -60,7 +60,9 @@ def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
         xi[k] = planned
     offsets = np.zeros((STEPS, 2))
     offsets[0] = [0.05, -0.02]
-    offsets[1:] = np.array([0.08, 0.03]) * BACK ** np.arange(STEPS - 1)[:, None]
+    offsets[1:] = (
+        np.array([0.08, 0.03]) * FootstepSettings().offset_decay ** np.arange(STEPS - 1)[:, None]
+    )
     start = xi[0] + beta[0] @ offsets
     gone = 0.2
     now = pendulum(start, feet[0] + offsets[0], gone)
@@ -73,9 +75,8 @@ def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
         offsets[0],
         offsets[0],
         float(beta[n, 0]),
-        decayed(beta[n, 1:]),
-        wide(),
-        np.array([1.0]),
+        FootstepSettings().decayed(beta[n, 1:]),
+        wide(settings=FootstepSettings(rates=(1.0,))),
     )
     np.testing.assert_allclose(step.offset, offsets[1], atol=2e-3)
     assert step.rate == 1.0
@@ -93,12 +94,12 @@ def test_what_is_undisturbed_steps_as_planned_in_its_own_time():
 def test_a_push_outward_is_answered_by_a_sooner_step_within_the_limits():
     xi, foot, zero = np.array([0.05, 0.02]), np.zeros(2), np.zeros(2)
     then = pendulum(xi, foot, 0.4)
-    box = LandingBox(np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07, np.array([-0.5, 0.0]))
+    box = FootstepLimits(np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07, np.array([-0.5, 0.0]))
     pushed = xi - [0.0, 0.12]  # to the side of the foot that stands: the other cannot follow
     step = next_step(pushed, xi, then, OMEGA, 0.4, zero, zero, 0.0, 1.0, box)
     assert step.rate > 1.0
-    assert 0.1 + step.offset[1] >= box.crossed - 1e-9  # no farther across than in front
-    assert step.free[1] < step.offset[1]
+    assert 0.1 + step.offset[1] >= box.crossover_width - 1e-9  # no farther across than in front
+    assert step.unconstrained[1] < step.offset[1]
 
 
 def test_a_swinging_foot_reaches_its_offset_in_time_at_rest():
@@ -110,23 +111,23 @@ def test_a_swinging_foot_reaches_its_offset_in_time_at_rest():
 
 
 def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_own_side():
-    box = LandingBox(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
+    box = FootstepLimits(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
     missed = np.array([[0.0, -0.2], [0.0, 0.2]])  # the left foot lands; the right one comes next
-    outward, inward = box.after(missed)
+    outward, inward = box.next_step_cost(missed)
     assert outward < 0.1 * inward
-    assert box.after(np.array([[0.0, -0.8]]))[0] > 10.0 * outward  # no leg is so long
+    assert box.next_step_cost(np.array([[0.0, -0.8]]))[0] > 10.0 * outward  # no leg is so long
 
 
 def test_a_foot_crosses_over_only_in_front_of_the_other():
-    box = LandingBox(np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
-    ((beside, ahead),) = box.places(np.array([[0.1, -0.4], [0.5, -0.4]]))
+    box = FootstepLimits(np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
+    ((beside, ahead),) = box.constrained(np.array([[0.1, -0.4], [0.5, -0.4]]))
     assert 0.1 + beside[1] == pytest.approx(0.07)
-    assert box.crossed < 0.0 and 0.1 + ahead[1] == pytest.approx(box.crossed)
+    assert box.crossover_width < 0.0 and 0.1 + ahead[1] == pytest.approx(box.crossover_width)
 
 
 def test_a_foot_that_would_have_to_be_too_fast_costs_more():
-    box = LandingBox(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.array([-0.6, 0.0]))
-    slow, fast = box.hasty(np.zeros((2, 2)), np.array([0.4, 0.1]))
+    box = FootstepLimits(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.array([-0.6, 0.0]))
+    slow, fast = box.swing_cost(np.zeros((2, 2)), np.array([0.4, 0.1]))
     assert slow == 0.0 < fast
 
 

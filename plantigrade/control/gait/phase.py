@@ -13,24 +13,59 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.reference import Reference
-from plantigrade.control.gait.swing import SwingOffset
+from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 
-TOUCH, LOADED = 0.035, 0.028
-"""A foot touches, or its place is known, from this load on [body weights]."""
-BEGUN = 0.6
-"""Part of a swing after which a touch is a touchdown."""
-HURRY = 1.5
-"""Rate of the phase after an early touchdown."""
-DOWN, LOWEST = 0.5, 0.12
-"""A foot that misses the ground is let down so fast [m/s], and so far [m]."""
-LONGEST = 0.3
-"""So long the phase waits for a foot [s]."""
-SETTLE, FOLLOW = 0.05, 0.02
-"""Time constants: of the place of a standing foot, of the rate [s]."""
-REGAIN, MOST = 0.3, 0.05
-"""Rate at which the phase gives back what it gained [1/s], and the most that it gives."""
-JUST = 0.006
-"""A foot that is down early stands as it does so long after its touchdown [s]."""
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSettings:
+    """When a foot touches, and which of its points do."""
+
+    touchdown_load: float = 0.035
+    """Load from which a swing foot has touched down [body weights]. Chosen."""
+    stance_load: float = 0.028
+    """Load from which the position of a stance foot counts [body weights]. Chosen."""
+    max_height: float = 0.002
+    """Height of a point of a stance foot above the ground up to which it touches [m]. Chosen."""
+    max_planned_height: float = 0.006
+    """The same of a point that the motion has in contact [m]. Chosen."""
+    friction_fraction: float = 0.75
+    """Part of the friction coefficient that a controller uses. Chosen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GaitSettings:
+    """The clock of a gait, and its contacts and swing feet."""
+
+    contact: ContactSettings = ContactSettings()
+    swing: SwingOffsetSettings = SwingOffsetSettings()
+    min_touchdown_phase: float = 0.6
+    """Part of a swing after which contact is a touchdown. Chosen."""
+    early_rate: float = 1.5
+    """Least rate of the phase after an early touchdown. Chosen."""
+    early_lookahead: float = 0.006
+    """Time after touchdown whose contacts a foot has that is down early [s]. Chosen."""
+    late_descent_speed: float = 0.5
+    """Speed at which a foot descends that misses the ground [m/s]. Chosen."""
+    max_late_descent: float = 0.12
+    """How far it descends [m]. Chosen."""
+    max_wait: float = 0.3
+    """Time for which the phase waits for a foot [s]. Chosen."""
+    stance_time: float = 0.05
+    """Time constant of the offset of a stance foot [s]. Chosen."""
+    rate_time: float = 0.02
+    """Time constant of the rate of the phase [s]. Chosen."""
+    recovery_gain: float = 0.3
+    """Gain by which the phase returns to the time [1/s]. Chosen."""
+    max_recovery: float = 0.05
+    """Greatest change of the rate for that. Chosen."""
+    min_lead_rate: float = 0.2
+    """Least rate of the phase by which the time until a touchdown is counted. Chosen."""
+    max_velocity_rate: float = 2.5
+    """Greatest rate by which the velocities of the motion are scaled. Chosen."""
+    initial_swing_duration: float = 0.4
+    """Duration of a swing that began before the motion [s]. Chosen."""
+    joint_damping: float = 0.012
+    """Damping of the joints about the planned velocity, by their strength [s/rad]. Chosen."""
 
 
 @dataclass
@@ -52,7 +87,7 @@ class Foot:
 
     side: str
     number: int | None
-    stands: bool
+    stands: bool = True
     touchdown: float = -np.inf
     lifted: float = 0.0
     swing: SwingOffset = field(default_factory=lambda: SwingOffset(np.zeros(2)))
@@ -89,6 +124,12 @@ class Touchdown:
 class Gait:
     """Phase, feet and their offsets.
 
+    Args:
+        reference: The motion.
+        weight: Weight of the person [N].
+        phase: Time of the motion at the start [s].
+        settings: Its numbers.
+
     Attributes:
         phase: Time of the motion [s].
         rate: Its rate.
@@ -96,23 +137,29 @@ class Gait:
         touchdowns: All of them so far.
     """
 
-    def __init__(self, reference: Reference, weight: float, phase: float = 0.0):
+    def __init__(
+        self,
+        reference: Reference,
+        weight: float,
+        phase: float = 0.0,
+        settings: GaitSettings | None = None,
+    ):
         self.reference, self.weight = reference, weight
+        self.settings = settings or GaitSettings()
         self.phase, self.rate = phase, 1.0
         self._offsets = np.zeros((64, 3))
         self.touchdowns: list[Touchdown] = []
         self.feet: list[Foot] = []
         schedule = reference.schedule
         for side in SIDES:
-            number = schedule.standing(side, phase)
-            if number is not None:
-                self.feet.append(Foot(side, number, True))
-                continue
-            ahead = schedule.after(side, phase)
-            foot = Foot(side, None, False, np.inf)
-            if ahead is not None:
-                foot.number, foot.touchdown = ahead
-                foot.lifted = ahead[1] - SWING
+            foot = Foot(side, schedule.standing(side, phase))
+            foot.swing = SwingOffset(np.zeros(2), self.settings.swing)
+            if foot.number is None:
+                foot.stands, foot.touchdown = False, np.inf
+                ahead = schedule.after(side, phase)
+                if ahead is not None:
+                    foot.number, foot.touchdown = ahead
+                    foot.lifted = ahead[1] - self.settings.initial_swing_duration
             self.feet.append(foot)
 
     def offset(self, number: int) -> Array:
@@ -179,18 +226,18 @@ class Gait:
                 foot.early = foot.early and self.phase < foot.touchdown
                 if not foot.early and self.phase >= stop:
                     self._lift(foot, beside[i, :2])
-                elif load[i] > LOADED * self.weight:
+                elif load[i] > self.settings.contact.stance_load * self.weight:
                     own = self.offset(foot.number)
-                    own += step / SETTLE * (beside[i] - own)
+                    own += step / self.settings.stance_time * (beside[i] - own)
                 continue
             if foot.number is None or foot.caught:
                 continue
             left = foot.touchdown - self.phase
             begun = 1.0 - left / max(foot.touchdown - foot.lifted, 1e-3)
-            touches = load[i] > TOUCH * self.weight and (
-                left <= 0.0 or (begun > BEGUN and not far[i])
+            touches = load[i] > self.settings.contact.touchdown_load * self.weight and (
+                left <= 0.0 or (begun > self.settings.min_touchdown_phase and not far[i])
             )
-            if touches or foot.waited > LONGEST:
+            if touches or foot.waited > self.settings.max_wait:
                 foot.stands, foot.early = True, left > 0.0
                 self.offset(foot.number)[:] = beside[i]
                 late = left if left > 0.0 else -foot.waited
@@ -207,7 +254,7 @@ class Gait:
         """
         ahead = self.reference.schedule.after(foot.side, self.phase)
         foot.stands, foot.early, foot.lifted = False, False, self.phase
-        foot.swing = SwingOffset(beside)
+        foot.swing = SwingOffset(beside, self.settings.swing)
         foot.number, foot.touchdown = (None, np.inf) if ahead is None else ahead
 
     def advance(self, time: float, step: float, wanted: float) -> None:
@@ -218,21 +265,19 @@ class Gait:
             step: Until the next look [s].
             wanted: Rate that the planner wants.
         """
+        settings, most = self.settings, self.settings.max_recovery
         missing = [f for f in self.feet if not f.stands and self.phase >= f.touchdown]
         for foot in missing:
-            foot.lowered = min(foot.lowered + DOWN * step, LOWEST)
+            lowered = foot.lowered + settings.late_descent_speed * step
+            foot.lowered = min(lowered, settings.max_late_descent)
             foot.waited += step
         if missing:
             self.rate = 0.0
             return
         if any(f.early for f in self.feet):
-            wanted = max(wanted, HURRY)
+            wanted = max(wanted, settings.early_rate)
         else:
-            wanted *= 1.0 - min(max(REGAIN * (self.phase - time), -MOST), MOST)
-        self.rate += min(step / FOLLOW, 1.0) * (wanted - self.rate)
+            wanted *= 1.0 - min(max(settings.recovery_gain * (self.phase - time), -most), most)
+        self.rate += min(step / settings.rate_time, 1.0) * (wanted - self.rate)
         ends = [f.touchdown for f in self.feet if not f.stands]
         self.phase = min([self.phase + step * self.rate, *[t for t in ends if t > self.phase]])
-
-
-SWING = 0.4
-"""Length of a swing whose beginning is not known [s]."""

@@ -1,17 +1,17 @@
-r"""Where and when the next foot lands: the divergent component of motion decides.
+r"""Offset and time of the next footstep from the divergent component of motion.
 
-While one foot swings, the deviation of the divergent component from the motion grows about the
-effective pivot of this step, and is known for the instant of touchdown. The next foot is put where
-what is left then is just what the feet's offsets explain
+During a swing the deviation of the divergent component from the motion grows about the effective
+pivot of this step, so that it is known for the instant of touchdown. The next foot steps where the
+deviation left then is just what the offsets of the feet explain
 (:mod:`plantigrade.control.gait.offsets`), so that the motion goes on from there undisturbed. A step
 taken sooner leaves less to explain.
 
-What a step within the limits misses is not lost: the step after it, of the other foot, has room on
-the other side. So of all rates the one is taken after which the two steps together are easiest:
-pushed outward, a person sets the foot down sooner and near, and catches the rest with the next.
+What a step within the limits misses is left to the step after it, of the other foot, which has room
+on the other side. The planner takes the rate with the least cost of both steps together: pushed
+outward, a person sets the foot down sooner and near, and catches the rest with the next.
 
-Offsets are led back: of the stance after the next, the offset is planned to be :data:`BACK` times
-that of the next, and so on, so that the person comes back onto the planned path.
+Offsets decay: the stance after the next is planned with :attr:`FootstepSettings.offset_decay` times
+the offset of the next, and so on, so that the person comes back onto the planned path.
 """
 
 from dataclasses import dataclass
@@ -22,62 +22,85 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-RATES = np.array([0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0])
-"""Rates at which a step may be finished, of the motion's own."""
-BACK = 0.75
-"""What is left of an offset after a step."""
-FORWARD, SIDEWAYS, SOONER = 0.16, 0.065, 36.0
-"""Cost of a step: offsets along and across that cost 1 [leg lengths], and of ln(rate)²."""
-FARTHEST, WIDEST = 1.2, 0.75
-"""Limits of a landing place from the standing foot [leg lengths]: ahead, and to its side."""
-CROSSES, CROSSED = 0.35, -0.04
-"""A foot that lands so far ahead of the other may cross over, to this place beside it; likewise."""
-OUTSIDE = 1e4
-"""Cost of leaving the limits, per square metre."""
-LATER, NEXT = 0.3, 0.08
-"""Cost of what the step after the next has to make up, by that of the next; how much wider than
-the narrowest that step is planned [leg lengths]."""
-SPEED, HASTY = 4.5, 2e3
-"""Mean speed of a swinging foot, at most [leg lengths/s]; cost of what it falls short [1/m²]."""
-HURRIED, MISSED = 0.75, (0.04, 0.16)
-"""With both feet on the ground the phase runs so much faster where the divergent component is
-missed by that much: not at all, and fully [m]."""
-AGAIN = 0.35
-"""So long after a step the next one can land [s]."""
 
+@dataclass(frozen=True, kw_only=True)
+class FootstepSettings:
+    """Limits and costs of the footsteps of a gait; costs are relative to those of offsets."""
 
-def hurried(error: Float[Array, " 2"]) -> float:
-    """Return the rate at which the weight goes over to the other foot.
+    rates: tuple[float, ...] = (0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0)
+    """Rates of the phase until touchdown that the planner compares. Chosen."""
+    offset_decay: float = 0.75
+    """Part of a footstep's offset that is left after the next step. Chosen."""
+    forward_scale: float = 0.16
+    """Offset ahead or behind that costs 1 [leg lengths]. Chosen."""
+    lateral_scale: float = 0.065
+    """Offset to the side that costs 1 [leg lengths]. Chosen."""
+    rate_cost: float = 36.0
+    """Cost of ln(rate)². Chosen."""
+    max_step_length: float = 1.2
+    """Greatest distance of a footstep ahead of or behind the stance foot [leg lengths]. Chosen."""
+    max_step_width: float = 0.75
+    """Greatest distance of a footstep beside the stance foot [leg lengths]. Chosen."""
+    crossover_length: float = 0.35
+    """Step length from which the foot may cross over in front of the other [leg lengths]. Chosen.
 
-    Args:
-        error: By how much the divergent component is missed [m].
+    Nearer, the legs are in each other's way.
     """
-    return 1.0 + HURRIED * min(max(hypot(*error) - MISSED[0], 0.0) / (MISSED[1] - MISSED[0]), 1.0)
+    crossover_width: float = -0.04
+    """Least step width of a crossover step, negative beyond the other foot [leg lengths].
+    Chosen."""
+    limit_cost: float = 1e4
+    """Cost of leaving the limits [1/m²]. Chosen."""
+    next_step_cost: float = 0.3
+    """Cost of what the step after the next has to make up, by that of the next. Chosen."""
+    next_step_margin: float = 0.08
+    """Width beyond the narrowest at which the step after the next is planned [leg lengths].
+    Chosen."""
+    next_step_time: float = 0.35
+    """Least time from one touchdown to the next [s]. Chosen."""
+    max_foot_speed: float = 4.5
+    """Greatest mean speed of a swing foot [leg lengths/s]. Chosen."""
+    foot_speed_cost: float = 2e3
+    """Cost of the distance that a swing foot falls short of the footstep [1/m²]. Chosen."""
+    double_support_speedup: float = 0.75
+    """Greatest increase of the phase rate in double support. Chosen."""
+    min_speedup_error: float = 0.04
+    """Error of the divergent component from which double support is sped up [m]. Chosen."""
+    max_speedup_error: float = 0.16
+    """Error of the divergent component with the full speed-up [m]. Chosen."""
+
+    def double_support_rate(self, dcm_error: Float[Array, " 2"]) -> float:
+        """Return the phase rate in double support.
+
+        Args:
+            dcm_error: Error of the divergent component [m].
+        """
+        low, high = self.min_speedup_error, self.max_speedup_error
+        part = min(max(hypot(*dcm_error) - low, 0.0) / (high - low), 1.0)
+        return 1.0 + self.double_support_speedup * part
+
+    def decayed(self, weights: Float[Array, " k"]) -> float:
+        """Return the weight of successive stances whose offsets decay from one to the next.
+
+        Args:
+            weights: Weights of the next stance and of all after it.
+        """
+        return float(weights @ self.offset_decay ** np.arange(len(weights)))
 
 
 @dataclass(frozen=True)
-class Step:
-    """A step to be taken.
+class StepAdjustment:
+    """How a step differs from that of the motion.
 
     Attributes:
-        offset: Of the place from that of the motion, world [m].
-        free: The same without limits [m].
-        rate: At which it is taken, of the motion's own.
+        offset: Of its footstep, world [m].
+        unconstrained: The offset without limits [m].
+        rate: Rate of the phase until touchdown.
     """
 
     offset: Float[Array, " 2"]
-    free: Float[Array, " 2"]
+    unconstrained: Float[Array, " 2"]
     rate: float
-
-
-def decayed(weights: Float[Array, " k"], back: float = BACK) -> float:
-    """Return the weight of stances that follow one another, offsets led back from one to the next.
-
-    Args:
-        weights: Weights of the next stance and all after it.
-        back: What is left of an offset from one to the next.
-    """
-    return float(weights @ back ** np.arange(len(weights)))
 
 
 def next_step(
@@ -90,11 +113,9 @@ def next_step(
     standing_offset: Float[Array, " 2"],
     standing_weight: float,
     later_weight: float,
-    box: "LandingBox",
-    rates: Float[Array, " m"] = RATES,
-    grows: float = 1.0,
-) -> Step:
-    r"""Return place and rate of the next step.
+    limits: "FootstepLimits",
+) -> StepAdjustment:
+    r"""Return offset and rate of the next step.
 
     With the effective pivot :math:`\bar p` of the motion itself and :math:`T` the time left,
 
@@ -107,125 +128,142 @@ def next_step(
         xi_touchdown: That of the motion at touchdown.
         omega: Rate of the pendulum [1/s].
         left: Time until the motion's touchdown [s].
-        pivot_offset: Of the centre of pressure, by the feet that stand now [m].
-        standing_offset: Of the feet that still stand after touchdown, weighted [m].
+        pivot_offset: Offset of the centre of pressure by the stance feet [m].
+        standing_offset: Weighted offset of the feet that still stand after touchdown [m].
         standing_weight: Their weight at touchdown.
-        later_weight: That of the next stance and those after it.
-        box: Where the foot may land.
-        rates: To choose from.
-        grows: By how much what this step misses has grown when the next one lands.
+        later_weight: Weight of the next stance and those after it.
+        limits: Where the foot can step.
     """
-    grown = np.exp(omega * left)
-    pivot = (xi_touchdown - grown * xi_now) / (1.0 - grown)
-    growth = np.exp(omega * left / rates)[:, None]
+    growth = np.exp(omega * left)
+    pivot = (xi_touchdown - growth * xi_now) / (1.0 - growth)
+    growth = np.exp(omega * left / limits.rates)[:, None]
     deviation = growth * (xi - pivot - pivot_offset) + pivot + pivot_offset - xi_touchdown
-    free = (deviation - standing_weight * standing_offset) / later_weight
-    best, placed = easiest(free, standing_offset, left, box, rates, grows)
-    return Step(placed, free[best], float(rates[best]))
+    offsets = (deviation - standing_weight * standing_offset) / later_weight
+    best, offset = least_cost(offsets, standing_offset, left, limits, omega)
+    return StepAdjustment(offset, offsets[best], float(limits.rates[best]))
 
 
-def easiest(
-    free: Float[Array, "m 2"],
+def least_cost(
+    offsets: Float[Array, "m 2"],
     standing_offset: Float[Array, " 2"],
     left: float,
-    box: "LandingBox",
-    rates: Float[Array, " m"] = RATES,
-    grows: float = 1.0,
+    limits: "FootstepLimits",
+    omega: float,
 ) -> tuple[int, Float[Array, " 2"]]:
-    """Return which of some steps is the easiest, with the one after it, and its place in reach.
+    """Return the rate of least cost, by its index, and the offset within the limits.
 
     Args:
-        free: Offset by rate, without limits [m].
-        standing_offset: Of the foot that stands [m].
+        offsets: Desired offset at each rate [m].
+        standing_offset: Offset of the stance foot [m].
         left: Time until the motion's touchdown [s].
-        box: Where the foot may land.
-        rates: At which the steps are taken.
-        grows: By how much what a step misses has grown when the next one lands.
+        limits: Where the foot can step.
+        omega: Rate of the pendulum, at which what a step misses grows until the next [1/s].
     """
-    moved = (free - standing_offset) @ (box.axes / box.scale)
-    effort = (moved * moved).sum(axis=1) + SOONER * np.log(rates) ** 2
-    placed = np.stack(box.places(free))
+    settings, rates = limits.settings, limits.rates
+    growth = float(np.exp(omega * settings.next_step_time))
+    moved = (offsets - standing_offset) @ (limits.axes / limits.scale)
+    effort = (moved * moved).sum(axis=1) + settings.rate_cost * np.log(rates) ** 2
+    tried = np.stack(limits.constrained(offsets))
     cost = np.stack(
         [
-            effort + box.after(grows * (free - each)) + box.hasty(each, left / rates)
-            for each in placed
+            effort
+            + limits.next_step_cost(growth * (offsets - each))
+            + limits.swing_cost(each, left / rates)
+            for each in tried
         ]
     )
     way, best = np.unravel_index(int(np.argmin(cost)), cost.shape)
-    return int(best), placed[way, best]
+    return int(best), tried[way, best]
 
 
 @dataclass(frozen=True)
-class LandingBox:
-    """Where the next foot may land, beside the one that stands.
+class FootstepLimits:
+    """Where the next foot can step, beside the one that stands.
 
     Attributes:
         axes: Ahead and to the left, as columns.
-        nominal: Landing place of the motion from where the other foot really stands [m].
+        nominal: Footstep of the motion, from where the stance foot really is [m].
         side: 1 for the left foot, -1 for the right.
-        leg: Length of the leg [m].
-        narrowest: Least distance to the side [m].
-        here: Offset at which the foot would land where it is now [m].
-        farthest: Reach ahead or behind [leg lengths].
-        widest: Reach to the side, likewise.
-        crosses: A foot that lands so far ahead of the other may cross over.
-        over: To this place beside it.
+        leg_length: Length of the leg [m].
+        min_width: Least step width [m].
+        swing_offset: Offset at which the foot would land where it is now [m].
+        settings: Limits and costs.
     """
 
     axes: Float[Array, "2 2"]
     nominal: Float[Array, " 2"]
     side: float
-    leg: float
-    narrowest: float
-    here: Float[Array, " 2"]
-    farthest: float = FARTHEST
-    widest: float = WIDEST
-    crosses: float = CROSSES
-    over: float = CROSSED
+    leg_length: float
+    min_width: float
+    swing_offset: Float[Array, " 2"]
+    settings: FootstepSettings = FootstepSettings()
+
+    @cached_property
+    def rates(self) -> Float[Array, " m"]:
+        """Rates of the phase that are compared."""
+        return np.array(self.settings.rates)
 
     @property
-    def crossed(self) -> float:
-        """Place beside the other foot of one that crosses over in front of it, at most [m]."""
-        return min(self.over * self.leg, self.narrowest)
+    def crossover_width(self) -> float:
+        """Least width of a crossover step [m]."""
+        return min(self.settings.crossover_width * self.leg_length, self.min_width)
+
+    @property
+    def max_length(self) -> float:
+        """Greatest step length [m]."""
+        return self.settings.max_step_length * self.leg_length
+
+    @property
+    def max_width(self) -> float:
+        """Greatest step width [m]."""
+        return self.settings.max_step_width * self.leg_length
 
     @cached_property
     def scale(self) -> Float[Array, " 2"]:
         """Offsets that cost 1 [m]."""
-        return self.leg * np.array([FORWARD, SIDEWAYS])
+        return self.leg_length * np.array(
+            [self.settings.forward_scale, self.settings.lateral_scale]
+        )
 
-    def places(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
-        """Return offsets with the place within its limits, one way or more."""
-        place = (self.nominal + offset) @ self.axes
-        ahead = _within(place[:, 0], -self.farthest * self.leg, self.farthest * self.leg)
-        nearest = np.where(ahead > self.crosses * self.leg, self.crossed, self.narrowest)
-        aside = _within(self.side * place[:, 1], nearest, self.widest * self.leg)
-        return [np.stack([ahead, self.side * aside], axis=1) @ self.axes.T - self.nominal]
+    def constrained(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
+        """Return offsets within the limits, one way or more."""
+        position = (self.nominal + offset) @ self.axes
+        ahead = _clipped(position[:, 0], -self.max_length, self.max_length)
+        crosses = ahead > self.settings.crossover_length * self.leg_length
+        nearest = np.where(crosses, self.crossover_width, self.min_width)
+        width = _clipped(self.side * position[:, 1], nearest, self.max_width)
+        return [np.stack([ahead, self.side * width], axis=1) @ self.axes.T - self.nominal]
 
-    def after(self, missed: Float[Array, "m 2"]) -> Float[Array, " m"]:
-        """Return what it costs that the step after this one, of the other foot, must make up.
-
-        Args:
-            missed: By how much it must land elsewhere than planned [m].
-        """
-        aside = missed @ self.axes
-        width = self.narrowest + NEXT * self.leg - self.side * aside[:, 1]
-        over = width - _within(width, self.narrowest, self.widest * self.leg)
-        over = over**2 + np.maximum(np.abs(aside[:, 0]) - 0.5 * self.farthest * self.leg, 0.0) ** 2
-        aside /= self.scale
-        return LATER * (aside * aside).sum(axis=1) + OUTSIDE * over
-
-    def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
-        """Return what it costs that the foot would have to be faster than it can.
+    def next_step_cost(self, missed: Float[Array, "m 2"]) -> Float[Array, " m"]:
+        """Return the cost of what the step after this one, of the other foot, must make up.
 
         Args:
-            offset: Where it lands [m].
-            left: In what time [s].
+            missed: Its offset for what this step misses [m].
         """
-        away = offset - self.here
+        settings, missed = self.settings, missed @ self.axes
+        margin = settings.next_step_margin * self.leg_length
+        width = self.min_width + margin - self.side * missed[:, 1]
+        over = width - _clipped(width, self.min_width, self.max_width)
+        # Half a step longer than the motion's is all there is ahead.
+        over = over**2 + np.maximum(np.abs(missed[:, 0]) - 0.5 * self.max_length, 0.0) ** 2
+        missed /= self.scale
+        return settings.next_step_cost * (missed * missed).sum(axis=1) + settings.limit_cost * over
+
+    def swing_cost(
+        self, offset: Float[Array, "m 2"], left: Float[Array, " m"]
+    ) -> Float[Array, " m"]:
+        """Return the cost of footsteps that the swing foot does not reach in time.
+
+        Args:
+            offset: Offset of the footstep [m].
+            left: Time until touchdown [s].
+        """
+        away = offset - self.swing_offset
         far = np.sqrt((away * away).sum(axis=1))
-        return HASTY * np.maximum(far - SPEED * self.leg * left, 0.0) ** 2
+        short = np.maximum(far - self.settings.max_foot_speed * self.leg_length * left, 0.0)
+        return self.settings.foot_speed_cost * short**2
 
 
-def _within(x: Array, low: Array | float, high: float) -> Array:
-    """Return numbers between limits; ``np.clip`` takes its time."""
+def _clipped(x: Array, low: Array | float, high: float) -> Array:
+    """Return numbers between limits; ``np.clip`` is slower."""
     return np.minimum(np.maximum(x, low), high)

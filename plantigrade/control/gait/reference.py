@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.contact.site import ContactSite
 from plantigrade.control.gait.clearance import Clearance, held_out
 from plantigrade.control.gait.edges import lifts
 from plantigrade.control.gait.instant import (
@@ -23,6 +23,7 @@ from plantigrade.control.gait.instant import (
     width_of,
 )
 from plantigrade.control.gait.offsets import offset_weights
+from plantigrade.control.gait.person import world_sites
 from plantigrade.control.gait.schedule import Schedule, Stance, carrying, settled, stances_of
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
@@ -198,13 +199,6 @@ def period_of(record: Record) -> tuple[float | None, Float[Array, " 3"]]:
     if max(turned, float(apart)) > 1e-4 or faster > 1e-2:
         return None, none
     return m.duration, m.qpos[-1, :3] - m.qpos[0, :3]
-
-
-def world_sites(record: Record) -> tuple[ContactSite, ...]:
-    """Return the contact spheres of the feet, and the places that seats carry, as a world has."""
-    seats = {seat.site for seat in record.ground.seats}
-    carried = [s for s in record.sites if s.name in seats and not s.measured]
-    return (*contact_sites(record.human), *carried)
 
 
 def linear(time: Array, values: Array, at: Array) -> Array:

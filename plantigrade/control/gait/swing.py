@@ -1,55 +1,69 @@
-"""The offset of a swinging foot from the motion: how it gets to its landing place."""
+"""The offset of a swing foot from the motion, until it reaches its footstep."""
 
+from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-FASTEST = 60.0
-"""Acceleration of the offset, or of a foot that goes its own way [m/s²]."""
-NARROW = 0.08
-"""Feet are at least so far apart sideways, of the leg length, unless the motion has them nearer."""
-BESIDE = 0.30
-"""A swinging foot nearer than this to the other fore and aft, of the leg, passes it on its side."""
-SLACK = 0.005
-"""So much nearer than planned it may pass [m]."""
-SLANT = 0.5
-"""Farther away it may be so much nearer to the line ahead, by its distance."""
-APART, WIDER = 0.005, 0.12
-"""Legs that overlap in the motion are led so far apart [m], up to this part of the leg length."""
+_MIN_SEGMENT = 0.02  # [s] keeps the duration of both parts of a path off zero
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwingOffsetSettings:
+    """How the offset of a swing foot reaches that of its footstep, past the other leg."""
+
+    max_acceleration: float = 60.0
+    """Greatest acceleration of the offset, or of a foot on a path of its own [m/s²]. Chosen."""
+    arrival_lead: float = 0.02
+    """Time before touchdown at which the foot is over its footstep [s]. Chosen."""
+    min_arrival_time: float = 0.05
+    """Least time in which the path ends [s]. Chosen."""
+    min_foot_distance: float = 0.08
+    """Least lateral distance of the feet, unless the motion has less [leg lengths]. Chosen."""
+    passing_length: float = 0.30
+    """Distance ahead or behind within which a foot passes the other on its side [leg lengths].
+    Chosen."""
+    passing_slope: float = 0.5
+    """Decrease of the lateral distance by the distance beyond that. Chosen."""
+    passing_margin: float = 0.005
+    """Deviation from the lateral distance of the motion [m]: feet may pass this much nearer; legs
+    that overlap in the motion pass this much apart. Chosen."""
+    max_overlap_distance: float = 0.12
+    """Greatest lateral distance for legs that overlap in the motion [leg lengths]. Chosen."""
 
 
 class SwingOffset:
-    """The offset of a swinging foot, led to that of its landing by a cubic, anew at every tick.
+    """The offset of a swing foot, on a cubic to that of its footstep, planned anew at every tick.
 
     Args:
-        offset: Where the foot left the ground, beside the motion [m].
+        offset: Offset from the motion at lift-off [m].
+        settings: Limits.
 
     Attributes:
-        offset: Where it is, beside the motion [m].
-        velocity: How fast that changes [m/s].
-        acceleration: And how fast that does [m/s²].
-        own: Velocity [m/s] and acceleration [m/s²] over the ground of a foot that no longer goes
-            along with the motion; else None.
+        offset: Offset from the motion [m].
+        velocity: Its velocity [m/s].
+        acceleration: Its acceleration [m/s²].
+        own: Velocity [m/s] and acceleration [m/s²] over the ground of a foot that has left the path
+            of the motion; else None.
     """
 
-    def __init__(self, offset: Float[Array, " 2"]):
+    def __init__(self, offset: Float[Array, " 2"], settings: SwingOffsetSettings | None = None):
         self.offset, self.velocity = np.array(offset, dtype=float), np.zeros(2)
         self.acceleration = np.zeros(2)
+        self.settings = settings or SwingOffsetSettings()
         self.own: tuple[Array, Array] | None = None
 
     def lead(self, target: Float[Array, " 2"], left: float, step: float) -> None:
-        """Go on for a time step, to be at rest at the target when the time left is over.
-
-        The end is planned 20 ms early, and no sooner than in 50 ms.
+        """Advance by a time step, to be at rest at the target at touchdown.
 
         Args:
-            target: The offset to be reached [m].
-            left: In what time [s].
+            target: Offset of the footstep [m].
+            left: Time until touchdown [s].
             step: The time step [s].
         """
-        a = self.acceleration = _cubic(target - self.offset, self.velocity, left)
+        a = self.acceleration = self._cubic(target - self.offset, self.velocity, left)
         self.offset = self.offset + step * self.velocity + 0.5 * step**2 * a
         self.velocity = self.velocity + step * a
         self.own = None
@@ -61,31 +75,34 @@ class SwingOffset:
         goal: Float[Array, " 2"],
         left: float,
         step: float,
-        by: Float[Array, " 2"] | None = None,
+        via: Float[Array, " 2"] | None = None,
     ) -> None:
-        """Go straight to a place from where the foot is, and no longer along with the motion.
+        """Go straight to a footstep from where the foot is, off the path of the motion.
 
-        A step that is taken at twice its rate or more, or around the other foot, has little in
-        common with the recorded one, which would swing out far beyond a cubic beside it. Begun
-        with the rate of the recorded foot, or led on while the real one is held up, the path ends
-        decimetres beyond its goal; therefore it begins anew at every tick.
+        A step at twice its rate or more, or around the other foot, has little in common with the
+        recorded one, which would swing out far beyond a cubic beside it. Begun with the rate of the
+        recorded foot, or led on while the real one is held up, the path ends decimetres beyond its
+        goal; therefore it begins anew at every tick.
 
         Args:
-            foot: Where the foot is [m], and its velocity [m/s].
+            foot: Position [m] and velocity [m/s] of the foot.
             motion: The same of the motion, at the rate of now.
-            goal: The place to be reached [m].
-            left: In what time [s].
+            goal: The footstep [m].
+            left: Time until touchdown [s].
             step: The time step [s].
-            by: A point on the way [m].
+            via: A point on the way [m].
         """
-        at, pace = foot
-        a = _cubic(goal - at, pace, left) if by is None else _past(by - at, goal - by, pace, left)
-        self.offset = at + step * pace + 0.5 * step**2 * a - motion[0]
-        self.own = pace + step * a, a
+        at, speed = foot
+        if via is None:
+            a = self._cubic(goal - at, speed, left)
+        else:
+            a = self._two_cubics(via - at, goal - via, speed, left)
+        self.offset = at + step * speed + 0.5 * step**2 * a - motion[0]
+        self.own = speed + step * a, a
         self.velocity, self.acceleration = self.own[0] - motion[1], a
 
     def hold_back(self, outward: Float[Array, " 2"], by: float) -> None:
-        """Go on from so far outward, and no longer inward: the other leg is in the way."""
+        """Move the foot outward, and stop its inward motion: the other leg is in the way."""
         self.offset = self.offset + by * outward
         self.velocity = _no_less(self.velocity, outward)
         self.acceleration = _no_less(self.acceleration, outward)
@@ -98,57 +115,65 @@ class SwingOffset:
         planned: Float[Array, " 2"],
         axes: Float[Array, "2 2"],
         side: float,
-        leg: float,
+        leg_length: float,
         overlap: float,
     ) -> None:
         """Hold the foot on its side of the other one while it passes it.
 
         Args:
-            off: Where the motion has it now, less where the other foot really is [m].
+            off: Position in the motion, from where the other foot really is [m].
             planned: The same as the motion has both [m].
             axes: Ahead and to the left, as columns.
             side: 1 for the left foot, -1 for the right.
-            leg: Length of the leg [m].
-            overlap: How deep one leg is in the other in the motion itself, at most [m].
+            leg_length: Length of the leg [m].
+            overlap: Greatest depth of one leg in the other in the motion itself [m].
         """
-        outward = side * axes[:, 1]
+        settings, outward = self.settings, side * axes[:, 1]
         ahead = float((off + self.offset) @ axes[:, 0])
-        aside = float((off + self.offset) @ outward)
+        distance = float((off + self.offset) @ outward)
         width = abs(float(planned @ axes[:, 1]))
-        narrow = min(NARROW * leg, width - SLACK)
+        least = min(settings.min_foot_distance * leg_length, width - settings.passing_margin)
         if overlap > 0.0:
-            narrow = max(narrow, min(width + overlap + APART, WIDER * leg))
-        narrow -= SLANT * max(abs(ahead) - BESIDE * leg, 0.0)
-        if aside < narrow:
-            self.hold_back(outward, narrow - aside)
+            apart = width + overlap + settings.passing_margin
+            least = max(least, min(apart, settings.max_overlap_distance * leg_length))
+        beyond = max(abs(ahead) - settings.passing_length * leg_length, 0.0)
+        least -= settings.passing_slope * beyond
+        if distance < least:
+            self.hold_back(outward, least - distance)
+
+    def _cubic(
+        self, way: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float
+    ) -> Float[Array, " 2"]:
+        """Return the acceleration at the beginning of a cubic that ends at rest [m/s²]."""
+        T = self._duration(left)
+        return self._limited((6.0 * way - 4.0 * velocity * T) / T**2)
+
+    def _two_cubics(
+        self,
+        first: Float[Array, " 2"],
+        then: Float[Array, " 2"],
+        velocity: Float[Array, " 2"],
+        left: float,
+    ) -> Float[Array, " 2"]:
+        """Return the acceleration at the beginning of two cubics that end at rest [m/s²].
+
+        Acceleration is continuous between them; their durations are proportional to their lengths.
+        """
+        T = self._duration(left)
+        near, far = hypot(*first), hypot(*then)
+        h = max(T * near / max(near + far, 1e-9), _MIN_SEGMENT)
+        rest = max(T - h, _MIN_SEGMENT)
+        passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
+        passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
+        return self._limited((6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h)
+
+    def _duration(self, left: float) -> float:
+        return max(left - self.settings.arrival_lead, self.settings.min_arrival_time)
+
+    def _limited(self, a: Float[Array, " 2"]) -> Float[Array, " 2"]:
+        return a * min(1.0, self.settings.max_acceleration / max(hypot(*a), 1e-9))
 
 
-def _cubic(
-    way: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float
-) -> Float[Array, " 2"]:
-    """Return the acceleration at the beginning of a cubic that ends at rest [m/s²]."""
-    T = max(left - 0.02, 0.05)
-    a = (6.0 * way - 4.0 * velocity * T) / T**2
-    return a * min(1.0, FASTEST / max(hypot(*a), 1e-9))
-
-
-def _past(
-    first: Float[Array, " 2"], then: Float[Array, " 2"], velocity: Float[Array, " 2"], left: float
-) -> Float[Array, " 2"]:
-    """Return the acceleration at the beginning of two cubics that end at rest [m/s²].
-
-    Acceleration is steady where one goes over into the other; their times are as their lengths.
-    """
-    T = max(left - 0.02, 0.05)
-    near, far = hypot(*first), hypot(*then)
-    h = max(T * near / max(near + far, 1e-9), 0.02)
-    rest = max(T - h, 0.02)
-    passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
-    passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
-    a = (6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h
-    return a * min(1.0, FASTEST / max(hypot(*a), 1e-9))
-
-
-def _no_less(vector: Float[Array, " 2"], way: Float[Array, " 2"]) -> Float[Array, " 2"]:
-    """Return a vector without what it has against a direction."""
-    return vector + way * max(-float(vector @ way), 0.0)
+def _no_less(vector: Float[Array, " 2"], direction: Float[Array, " 2"]) -> Float[Array, " 2"]:
+    """Return a vector without its part against a direction."""
+    return vector + direction * max(-float(vector @ direction), 0.0)

@@ -9,9 +9,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.clearance import clearance_of
-from plantigrade.control.gait.phase import DOWN, JUST, Foot, Gait
-from plantigrade.control.gait.planner import hurried
-from plantigrade.control.gait.reference import reference_of, world_sites
+from plantigrade.control.gait.person import Person
+from plantigrade.control.gait.phase import Foot, Gait
+from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.gait.tasks import com_rows, turn_error
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.foothold import Sole
@@ -35,9 +35,7 @@ from plantigrade.control.pendulum.wanted import (
     tilted,
     turn_rows,
 )
-from plantigrade.control.replay.controller import FASTER, GRIP, PLANNED, SOFT, TOUCHING
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
@@ -119,22 +117,16 @@ class Pendulum(Controller):
         self.reference = ScaledReference(recorded, self.settings.speed)
         repeats = self.reference.period is not None
         self.duration = max(record.motion.duration, WALKS if repeats else 0.0)
-        human, self.sites = self.human, world_sites(record)
-        self.points = PointSet.of(human, self.sites)
-        self.radius = np.array([[s.radius] for s in self.sites])
-        self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
-        self.of_side = [(self.side_of == i).nonzero()[0] for i in range(len(SIDES))]
+        human, person = self.human, Person.of(record)
+        self.points, self.radius = person.points, person.radius
+        self.side_of, self.of_side = person.side_of, person.of_side
         self.feet, self.hips = (
             np.array([human.body(f"{bone}_{s}") for s in SIDES]) for bone in ("foot", "femur")
         )
         self.weights = Weights.of(human)
-        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
-        self.damping = SOFT * np.maximum(-low, high)
-        rest = BodyState(human, human.standing())
-        hip = rest.origin(f"femur_{SIDES[0]}")
-        self.leg = float(hip[2] - rest.origin(f"foot_{SIDES[0]}")[2])
+        self.damping = self.settings.gait.joint_damping * person.strength
+        self.leg, self.hip = person.leg_length, person.com_height
         self.reach = self.settings.swing.max_leg_extension * self.leg
-        self.hip = float(rest.com[2] - hip[2])
         self.reaction = reaction_of(human)
         self.gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
@@ -190,7 +182,7 @@ class Pendulum(Controller):
             )
         self.ground: Ground | Terrain = world.ground
         self.normal = self.ground.normal
-        self.friction = GRIP * self.ground.friction
+        self.friction = self.settings.gait.contact.friction_fraction * self.ground.friction
         # What resists a rate holds a light toe back within a tick, as inertia does.
         still = np.zeros(len(state.rates))
         rests, turns = (world.actuators.passive(state.angles, v) for v in (still, still + 1.0))
@@ -204,12 +196,23 @@ class Pendulum(Controller):
     def resume(self, body: BodyState, phase: float) -> None:
         """Go on, on the feet as they are, from a phase of the recording [s]."""
         assert self._world is not None  # it has begun
-        gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase)
+        gait = self.gait = Gait(
+            self.reference.recorded, self.record.weight, phase, self.settings.gait
+        )
         nv = self.human.model.nv
         self.hold = CommandHold(self.settings.tick, 1.0 / self._world.control_rate, nv)
         tick = 2.0 * self.hold.half
-        own = self.leg, self.hip, self.reaction
-        self.plan = Plan(gait, self.reference, self.law, *own, tick, self.settings.swing)
+        self.plan = Plan(
+            gait,
+            self.reference,
+            self.law,
+            self.leg,
+            self.hip,
+            self.reaction,
+            tick,
+            self.settings.swing,
+            self.settings.footsteps,
+        )
         self.paths = [SwingPath(self.leg, self.settings.swing) for _ in gait.feet]
         self.soles = [Sole(self.leg, own.left, self.settings.foothold) for own in gait.feet]
         for path, at in zip(self.paths, body.origins[self.feet], strict=True):
@@ -285,12 +288,16 @@ class Pendulum(Controller):
         self.place, self._now = body.com[:2].copy(), self._now + step
         rotation = turned(self.plan.turning * step)
         self.disturbance.update(body, state.contact_force, step, rotation)
-        holds = self.hold.still_holds(height < TOUCHING, [f.stands for f in gait.feet])
+        touching = height < self.settings.gait.contact.max_height
+        holds = self.hold.still_holds(touching, [f.stands for f in gait.feet])
         if not holds:
             rise, foothold = self._slope(body.com)[1], self._foothold if self._rough else None
             push = self.disturbance.acceleration
             self.landing = self.plan.next(body, ref, foot, rise, self._level, push, foothold)
-        pace = hurried(self.plan.error) if self.landing is None else self.landing.rate
+        if self.landing is None:
+            pace = self.settings.footsteps.double_support_rate(self.plan.error)
+        else:
+            pace = self.landing.rate
         own = step * reference.cadence  # seconds of the recording
         self._clock += own
         gait.advance(self._clock, own, pace)
@@ -333,16 +340,16 @@ class Pendulum(Controller):
 
     def _command(self, state, body, ref, low, height, foot) -> Command:
         """Return the command of the boxed program."""
-        gait = self.gait
-        rate = min(gait.rate, FASTER)
+        gait, settings = self.gait, self.settings.gait
+        rate = min(gait.rate, settings.max_velocity_rate)
         on = ref.contact > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
-                just = self.reference.at(max(gait.phase, own.touchdown + JUST))
+                just = self.reference.at(max(gait.phase, own.touchdown + settings.early_lookahead))
                 on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
         stands = np.array([*(f.stands for f in gait.feet), False])[self.side_of]
-        planned = on & stands & (height < PLANNED)
-        active = (planned | (stands & (height < TOUCHING))).nonzero()[0]
+        planned = on & stands & (height < settings.contact.max_planned_height)
+        active = (planned | (stands & (height < settings.contact.max_height))).nonzero()[0]
         held = planned[active]
         where, up = low[active], self.normals[active]
         touching = Touching(self.points.body[active], where, up, self.friction)
@@ -463,6 +470,6 @@ class Pendulum(Controller):
         place[2] += high + self._lifted[i]
         pace[2] += rises
         if own.lowered:
-            place[2] -= own.lowered * LOWERED / DOWN
+            place[2] -= own.lowered * LOWERED / self.gait.settings.late_descent_speed
             pace[2] = -0.8 * LOWERED
         return place, pace, push

@@ -9,20 +9,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.gait.planner import AGAIN, LandingBox, easiest
+from plantigrade.control.gait.planner import FootstepLimits, FootstepSettings, least_cost
 from plantigrade.control.pendulum.landing_laws import LandingLaw, Strike, carried
 from plantigrade.control.pendulum.swing import SwingSettings, detour_length
 
-RATES = np.array([0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5])
-"""Rates at which a step may be finished, of the recording's own; slowly where the foot is late."""
-FARTHEST, WIDEST = 1.3, 1.0
-"""Reach from the standing foot: ahead or behind, and to its side [leg lengths]; the body goes down
-for it."""
-CROSSES, CROSSED = 0.3, -0.3
-"""A foot that lands so far ahead of the other or behind it may cross over, to this place."""
-SWINGS, HASTY = 70.0, 1e4
-"""Acceleration of a swinging foot, at most [m/s²]; cost of what it falls short [1/m²]. A recorded
-step of 1.2 m in 0.4 s needs 40 m/s²."""
+FOOTSTEPS = FootstepSettings(
+    rates=(0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5),
+    offset_decay=0.85,
+    max_step_length=1.3,
+    max_step_width=1.0,
+    crossover_length=0.3,
+    crossover_width=-0.3,
+    foot_speed_cost=1e4,
+)
+"""Footsteps of a pendulum: slowly where the foot is late, and wider, for the body goes down for
+them."""
+SWINGS = 70.0
+"""Acceleration of a swinging foot, at most [m/s²]. A recorded step of 1.2 m in 0.4 s needs 40."""
 STRETCHED, DROPS, DEEPEST = 1.1, 3.0, 0.25
 """A leg reaches so far from the hip, where the pelvis leans towards the foot [leg lengths]; as fast
 the body can go down for it [m/s²], and so far at most [leg lengths]."""
@@ -53,7 +56,7 @@ class Landing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach(LandingBox):
+class Reach(FootstepLimits):
     """Where a foot can land, and how soon it can be there.
 
     Attributes:
@@ -79,9 +82,7 @@ class Reach(LandingBox):
     reaction: float
     hips: Float[Array, "m 2"] | None = None
     spans: Float[Array, " m"] | None = None
-    farthest: float = FARTHEST
-    widest: float = WIDEST
-    over: float = CROSSED
+    settings: FootstepSettings = FOOTSTEPS
     may_cross: bool = True
     stance_foot_size: tuple[float, float] = SwingSettings().stance_foot_size
 
@@ -94,9 +95,9 @@ class Reach(LandingBox):
             mass: The mass then, from the standing foot [m].
             time: From now [s].
         """
-        longest = STRETCHED * self.leg
+        longest = STRETCHED * self.leg_length
         high = self.high + self.rises * time - 0.5 * DROPS * time**2
-        high = np.maximum(high, longest - DEEPEST * self.leg)
+        high = np.maximum(high, longest - DEEPEST * self.leg_length)
         spans = np.sqrt(np.maximum(longest**2 - high**2, 0.0))
         return replace(self, hips=(mass + self.hip) @ self.axes, spans=spans)
 
@@ -123,18 +124,19 @@ class Reach(LandingBox):
         by = self.reaction * grown
         return (offset - by * (self.moved + grown * self.moves / omega)) / (1.0 - by)
 
-    def places(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
+    def constrained(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
         """Return offsets with the place in reach: beside the other foot, or across, at its ends.
 
         People who are pushed outward cross in front of the foot that stands or behind it,
         whichever is nearer.
         """
         place = (self.nominal + offset) @ self.axes
-        far, widest, past = (self.leg * part for part in (self.farthest, self.widest, CROSSES))
+        far, widest = self.max_length, self.max_width
+        past = self.settings.crossover_length * self.leg_length
         ahead = np.minimum(np.maximum(place[:, 0], -far), far)
         beside, across = (
             np.minimum(np.maximum(self.side * place[:, 1], least), widest)
-            for least in (self.narrowest, self.crossed)
+            for least in (self.min_width, self.crossover_width)
         )
         ways = [(ahead, beside)]
         if self.may_cross:
@@ -154,13 +156,17 @@ class Reach(LandingBox):
         """Return by how much the ways around the other foot are longer than straight ones [m]."""
         outward = np.array([1.0, self.side])
         ahead, sideways = self.stance_foot_size
-        size = self.leg * np.array([ahead, min(sideways, self.narrowest / self.leg)])
+        size = self.leg_length * np.array([ahead, min(sideways, self.min_width / self.leg_length)])
         if size[1] <= 0.0:
             return np.zeros(len(offset))
-        start, ends = ((self.nominal + x) @ self.axes * outward for x in (self.here, offset))
+        start, ends = (
+            (self.nominal + x) @ self.axes * outward for x in (self.swing_offset, offset)
+        )
         return detour_length(start, ends, size)
 
-    def hasty(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
+    def swing_cost(
+        self, offset: Float[Array, "m 2"], left: Float[Array, " m"]
+    ) -> Float[Array, " m"]:
         """Return what it costs that the foot would have to be faster than it can.
 
         It goes along a cubic, whose acceleration is greatest at its ends.
@@ -169,9 +175,9 @@ class Reach(LandingBox):
             offset: Where it lands [m].
             left: In what time [s].
         """
-        away = offset - self.here - 2.0 / 3.0 * left[:, None] * self.speed
+        away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.speed
         far = np.sqrt((away * away).sum(axis=1)) + self._around(offset)
-        return HASTY * np.maximum(far - SWINGS * left**2 / 6.0, 0.0) ** 2
+        return self.settings.foot_speed_cost * np.maximum(far - SWINGS * left**2 / 6.0, 0.0) ** 2
 
 
 def landing(
@@ -188,7 +194,7 @@ def landing(
 
     The mass is carried over the pivot to every time at which the foot could strike; the law says
     where it should. Of all times the one is taken after which this step and the next together are
-    easiest, as in a replay (:func:`plantigrade.control.gait.planner.easiest`).
+    easiest, as in a replay (:func:`plantigrade.control.gait.planner.least_cost`).
 
     Args:
         law: Says where.
@@ -200,13 +206,13 @@ def landing(
         strike: What the recording has then.
         box: Where and how soon the foot can land, beside the place of the recording's.
     """
-    time = left / RATES
+    rates = box.rates
+    time = left / rates
     there, speed = carried(com, velocity, pivot, strike.omega, time[:, None])
     free = law.place(there, speed, stands, strike)
     free = strike.lands + box.made_up(free - strike.lands, time, strike.omega)
-    grows = float(np.exp(strike.omega * AGAIN))
     moved = stands - strike.stands
     box = box.at(there - stands, time)
-    i, offset = easiest(free - strike.lands, moved, left, box, RATES, grows)
+    i, offset = least_cost(free - strike.lands, moved, left, box, strike.omega)
     place = strike.lands + offset
-    return Landing(place, free[i], float(time[i]), float(RATES[i]), there[i])
+    return Landing(place, free[i], float(time[i]), float(rates[i]), there[i])

@@ -10,8 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.planner import decayed
-from plantigrade.control.gait.swing import NARROW, SLACK
+from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.pendulum.landing import Landing, Reach, landing
 from plantigrade.control.pendulum.landing_laws import LandingLaw, Strike
 from plantigrade.control.pendulum.scaled_reference import ScaledReference
@@ -19,8 +18,6 @@ from plantigrade.control.pendulum.swing import SwingSettings, detours
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
-BACK = 0.85
-"""What is left of a foot's offset from the path after a step."""
 ASTRAY = 0.4
 """Who is farther than this from where the recording would be by now does not hurry back more
 [leg lengths]; along the path what is lost beyond it stays lost."""
@@ -51,6 +48,7 @@ class Plan:
             its distance (:func:`reaction_of`).
         step: From one tick to the next [s].
         swing: How feet swing.
+        footsteps: Limits and costs of footsteps.
 
     Attributes:
         error: What the divergent component of motion is off the plan, world [m].
@@ -77,8 +75,9 @@ class Plan:
         reaction: float,
         step: float,
         swing: SwingSettings,
+        footsteps: FootstepSettings,
     ):
-        self.swing = swing
+        self.swing, self.footsteps = swing, footsteps
         self.gait, self.law, self.leg, self.hip, self.step = gait, law, leg, hip, step
         self.reaction = reaction
         self.reference = reference
@@ -114,7 +113,7 @@ class Plan:
             foothold: How far from a place a foot is to land to stand well, given which foot, the
                 place, the other foot [m] and in what time [s]; it lands there if absent.
         """
-        gait, reference = self.gait, self.reference
+        gait, reference, footsteps = self.gait, self.reference, self.footsteps
         omega = reference.omega
         velocity = body.com_velocity[:2] + push / (2.0 * omega)
         xi = body.com[:2] + velocity / omega
@@ -140,7 +139,7 @@ class Plan:
                 return None
             last = max((f.number for f in standing if f.number is not None), default=first)
             known = np.arange(first, first + len(beta)) <= last
-            later = decayed(beta[~known], BACK) * BACK
+            later = footsteps.decayed(beta[~known]) * footsteps.offset_decay
             newest = gait.offset(last)[:2] - path
             self.error = deviation - beta[known] @ (offsets[known, :2] - path) - later * newest
             return None
@@ -162,7 +161,7 @@ class Plan:
             axes=np.eye(2),
             omega=omega,
             kept=float(weights[before].sum()),
-            later=decayed(weights[~before], BACK),
+            later=footsteps.decayed(weights[~before]),
             slope=(atan(rise[0]), atan(rise[1])),
         )
         # By then the walk looks another way.
@@ -177,9 +176,9 @@ class Plan:
             stance_foot_size=self.swing.stance_foot_size,
             nominal=strike.lands - stands,
             side=foot.left,
-            leg=self.leg,
-            narrowest=min(NARROW * self.leg, apart),
-            here=here[i] - strike.lands,
+            leg_length=self.leg,
+            min_width=min(gait.settings.swing.min_foot_distance * self.leg, apart),
+            swing_offset=here[i] - strike.lands,
             speed=turn @ swings.velocity[0, :2],
             hip=turn @ (hip - body.com)[:2],
             high=float(hip[2] - then.foot_position[i, 2]) - level(np.append(lands, 0.0)),
@@ -188,6 +187,7 @@ class Plan:
             moves=turn @ foot.swing.velocity,
             reaction=self.reaction,
             may_cross=not angle,
+            settings=footsteps,
         )
         # The recording's own effective pivot, where the foot really stands.
         grown = exp(omega * left)
@@ -202,7 +202,7 @@ class Plan:
         self.swept[i] = -self.toes  # as it is to land
         pivot, speed = com + turn @ (pivot - com), turn @ velocity
         found = landing(self.law, com, speed, pivot, stands, left, strike, box)
-        home = strike.lands + BACK * (self.shift[:2] - path)
+        home = strike.lands + footsteps.offset_decay * (self.shift[:2] - path)
         self.error = exp(-omega * found.after) * strike.later * (found.free - home)
         self._bend(level, found.com, found.place, then.com, then.foot_position[i])
         self._bend(level, found.com, here[k], then.com, then.foot_position[k], TIPTOE)
@@ -213,7 +213,7 @@ class Plan:
             shift = foothold(i, found.place, places[k, :2], found.after)
             found = replace(found, place=found.place + shift)
             self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
-        time = left / max(gait.rate, 0.2)
+        time = left / max(gait.rate, gait.settings.min_lead_rate)
         apart = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
         other, goal, aside = places[k, :2], found.place, abs(float(self.error[1]))
         by = self._around(foot.left, places[i, :2] - other, goal - other, apart)
@@ -239,8 +239,9 @@ class Plan:
         """
         outward = np.array([1.0, left])
         ahead, sideways = self.swing.stance_foot_size
-        size = np.array([ahead * self.leg, min(sideways * self.leg, apart - SLACK)])
-        if size[1] <= SLACK:  # the recorded feet cross over themselves
+        margin = self.gait.settings.swing.passing_margin
+        size = np.array([ahead * self.leg, min(sideways * self.leg, apart - margin)])
+        if size[1] <= margin:  # the recorded feet cross over themselves
             return None
         points, around = detours(outward * start, (outward * end)[None], size)
         return outward * points[0] if around[0] else None

@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass
 
+from plantigrade.control.gait.phase import GaitSettings
+from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
 from plantigrade.control.pendulum.disturbance import DisturbanceSettings
 from plantigrade.control.pendulum.foothold import FootholdSettings
+from plantigrade.control.pendulum.landing import FOOTSTEPS
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
@@ -26,6 +29,8 @@ class PendulumSettings:
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
     reported_shortening: float = 0.01
     """Shortening from which a footstep counts as shortened in the summary [m]. Chosen."""
+    gait: GaitSettings = GaitSettings()
+    footsteps: FootstepSettings = FOOTSTEPS
     speed: SpeedSettings = SpeedSettings()
     path: PathSettings = PathSettings()
     crouch: CrouchSettings = CrouchSettings()

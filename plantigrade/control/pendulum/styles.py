@@ -198,7 +198,7 @@ class Styles:
             transition = Transition(walk.reference, before.recorded, pendulum.settings.speed)
             phases = transition.phases
             phase = phases.to_new(gait.phase)
-            new = Gait(walk.reference, gait.weight, phase)
+            new = Gait(walk.reference, gait.weight, phase, gait.settings)
             if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
                 return
             scaled = ScaledReference(walk.reference, pendulum.settings.speed)

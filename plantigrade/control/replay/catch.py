@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
-from plantigrade.control.gait.phase import TOUCH, Foot, Gait, Touchdown
+from plantigrade.control.gait.phase import Foot, Gait, Touchdown
 from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside
 from plantigrade.control.gait.swing import SwingOffset
@@ -154,7 +154,7 @@ class Catch:
         foot = gait.feet[self.swing.footstep.side]
         assert foot.number is not None
         foot.stands, foot.caught = False, True
-        foot.swing = SwingOffset(gait.offset(foot.number)[:2])
+        foot.swing = SwingOffset(gait.offset(foot.number)[:2], gait.settings.swing)
         self.waits, self.steps, self._since = True, self.steps + 1, time
         self._sole = now.feet[self.swing.footstep.side] - foot.swing.offset
 
@@ -163,7 +163,10 @@ class Catch:
         assert self.swing is not None
         side = self.swing.footstep.side
         foot, part = gait.feet[side], self.swing.phase(time)
-        if self.swing.may_end(time) and load[side] > TOUCH * self.weight:
+        if (
+            self.swing.may_end(time)
+            and load[side] > gait.settings.contact.touchdown_load * self.weight
+        ):
             self.land(time, foot, gait, now)
             return
         self.swing = self.swing.replanned(now, time)

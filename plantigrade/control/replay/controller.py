@@ -1,5 +1,6 @@
 """The controller that carries out a motion: reference, planner, whole-body program, world."""
 
+from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
@@ -7,8 +8,10 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import clearance_of
-from plantigrade.control.gait.phase import JUST, Gait
-from plantigrade.control.gait.reference import Reference, reference_of, world_sites
+from plantigrade.control.gait.person import SEAT, Person
+from plantigrade.control.gait.phase import Gait, GaitSettings
+from plantigrade.control.gait.planner import FootstepSettings
+from plantigrade.control.gait.reference import Reference, reference_of
 from plantigrade.control.gait.tasks import (
     TaskSettings,
     TrackingTasks,
@@ -17,7 +20,7 @@ from plantigrade.control.gait.tasks import (
     wanted_accelerations,
 )
 from plantigrade.control.replay.catch import Catch
-from plantigrade.control.replay.footsteps import Footsteps
+from plantigrade.control.replay.footsteps import FootstepPlanner, PathSettings
 from plantigrade.control.replay.words import replay_figures, steps_told, touchdowns_told
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet
@@ -27,16 +30,10 @@ from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.whole_body import Touching, WholeBody
 from plantigrade.world import Command, Controller, Rates, StablePD, State, Summary
 
-FASTER = 2.5
-"""Rate by which the motion's own velocities are scaled, at most."""
 FIRM = 3.0
 """Feedback of the divergent component by the centre of pressure, by its own rate."""
 INSIDE = 0.01
 """The centre of pressure stays so far inside of what touches [m]."""
-SOFT = 0.012
-"""Damping of the joints about the planned velocity, by their strength [s]."""
-TOUCHING, PLANNED = 0.002, 0.006
-"""Points this near to the ground touch: any of a standing foot, and those planned to [m]."""
 VERTICAL = (80.0, 16.0)
 """Stiffness and damping of the height of the centre of mass, by mass [1/s², 1/s]."""
 HEIGHTS = (-7.0, 12.0)
@@ -47,10 +44,16 @@ BOUNCE = 1.2
 """Rate by which the height's own acceleration is scaled, at most."""
 OVERLAP = 0.002
 """Legs that overlap more than this in the motion are told of [m]."""
-SEAT = len(SIDES)
-"""Among the sides: what is on no foot."""
-GRIP = 0.75
-"""Part of the friction that is counted on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReplaySettings:
+    """The settings of :class:`Replay`."""
+
+    gait: GaitSettings = GaitSettings()
+    footsteps: FootstepSettings = FootstepSettings()
+    path: PathSettings = PathSettings()
+    tasks: TaskSettings = TaskSettings()
 
 
 class Replay(Controller):
@@ -58,32 +61,30 @@ class Replay(Controller):
 
     Args:
         record: The motion, with its forces and torques where it has them.
+        settings: The numbers of the controller.
 
     """
 
     rates = Rates(physics=1000.0, control=500.0, frames=100.0)
 
-    def __init__(self, record: Record):
+    def __init__(self, record: Record, *, settings: ReplaySettings | None = None):
+        self.settings = settings or ReplaySettings()
         self.record, self.human, self.ground = record, record.human, record.ground
         self.clearance = clearance_of(record)
         self.reference: Reference = reference_of(record, self.clearance)
-        human, self.sites = self.human, world_sites(record)
-        self.points = PointSet.of(human, self.sites)
-        self.radius = np.array([[s.radius] for s in self.sites])
-        self.side_of = np.array([(*SIDES, "").index(s.side) for s in self.sites])
-        self.of_side = [(self.side_of == i).nonzero()[0] for i in range(SEAT + 1)]
+        human, person = self.human, Person.of(record)
+        self.points, self.radius = person.points, person.radius
+        self.side_of, self.of_side = person.side_of, person.of_side
         self.normal = self.ground.normal
         self.normals = np.tile(self.normal, (len(self.points), 1))
         self.feet = PointSet(human, [f"foot_{s}" for s in SIDES], np.zeros((2, 3)))
-        weights = TaskSettings()
+        weights = self.settings.tasks
         self.tasks, self.legs = TrackingTasks(self.feet, weights), leg_joints(human)
         self.posture_cost, self.torque_cost = weights.posture(human), weights.torque(human)
-        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
-        self.damping = SOFT * np.maximum(-low, high)
+        self.damping = self.settings.gait.joint_damping * person.strength
         self.body = BodyState(human, human.standing())
-        hip = self.body.origin(f"femur_{SIDES[0]}")
-        self.leg = float(hip[2] - self.body.origin(f"foot_{SIDES[0]}")[2])
-        self.friction = GRIP * self.ground.friction
+        self.leg = person.leg_length
+        self.friction = self.settings.gait.contact.friction_fraction * self.ground.friction
         self.program: WholeBody | None = None
         self._stand()
 
@@ -109,13 +110,15 @@ class Replay(Controller):
             plan, ref = None, ref.still()
             footsteps.rest(body, ref)
         else:
-            footsteps.lead_back(body, ref, step)
+            footsteps.return_to_path(body, ref, step)
             plan = footsteps.plan(body, ref, foot, step)
         self._catch(state.time, step, body, ref, low, height, load)
         if self.catch.waits:
             gait.rate, ref = 0.0, ref.still()
         else:
-            gait.advance(state.time, step, footsteps.hurried() if plan is None else plan.rate)
+            gait.advance(
+                state.time, step, footsteps.double_support_rate() if plan is None else plan.rate
+            )
             ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, foot, step)
 
@@ -145,8 +148,15 @@ class Replay(Controller):
 
     def _stand(self) -> None:
         """Forget what was done."""
-        self.gait = Gait(self.reference, self.record.weight)
-        self.footsteps = Footsteps(self.gait, self.leg, self.ground, self.side_of)
+        self.gait = Gait(self.reference, self.record.weight, settings=self.settings.gait)
+        self.footsteps = FootstepPlanner(
+            self.gait,
+            self.leg,
+            self.ground,
+            self.side_of,
+            self.settings.footsteps,
+            self.settings.path,
+        )
         self.catch = Catch(self.leg, self.record.weight)
         self.off = np.zeros(2)
 
@@ -163,22 +173,22 @@ class Replay(Controller):
 
     def _catch(self, time: float, step: float, body: BodyState, ref, low, height, load) -> None:
         """Take a step that the motion does not have, where nothing else helps."""
-        if self.footsteps.seat > 0.0 and not self.catch.waits:
+        if self.footsteps.seat_load > 0.0 and not self.catch.waits:
             return
         feet = [low[self.of_side[i]] for i in (0, 1)]
         gaps = [height[self.of_side[i]] for i in (0, 1)]
-        missed, ahead = hypot(*self.footsteps.error), heading(ref.q[3:7])[:, 0]
+        missed, ahead = hypot(*self.footsteps.dcm_error), heading(ref.q[3:7])[:, 0]
         self.catch.look(time, step, self.gait, body, feet, gaps, ahead, load, missed)
 
     def _command(self, state, body, ref, low, height, foot, step) -> Command:
         """Return the command of the whole-body program."""
         gait, reference, normal = self.gait, self.reference, self.normal
         qvel = state.qvel
-        rate = min(gait.rate, FASTER)
+        rate = min(gait.rate, self.settings.gait.max_velocity_rate)
         on, soon = ref.contact > 0.5, ref.contact_soon > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
-                just = reference.at(own.touchdown + JUST)
+                just = reference.at(own.touchdown + self.settings.gait.early_lookahead)
                 on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
                 soon[self.of_side[i]] = just.contact_soon[self.of_side[i]] > 0.5
         gap = height - self._lifted()
@@ -190,7 +200,7 @@ class Replay(Controller):
         wanted = wanted_accelerations(ref, rate, body, tasks.settings, free)
         centre = self._com_acceleration(body, ref, rate, low, active)
         rows: list[Rows | PointRows] = [tasks.com.rows(body, acceleration=centre)]
-        hanging = self.side_of[on & (gap > PLANNED)]
+        hanging = self.side_of[on & (gap > self.settings.gait.contact.max_planned_height)]
         for i, own in enumerate(gait.feet):
             target = (
                 ref.foot_rotation[i],
@@ -257,10 +267,10 @@ class Replay(Controller):
         A point that is down a little sooner than the motion has it stays down: to lift it again,
         as the motion does not yet have it there, leaves the foot on its heel for a whole step.
         """
-        gait = self.gait
+        gait, contact = self.gait, self.settings.gait.contact
         stands = np.array([*(f.stands for f in gait.feet), True])[self.side_of]
-        touches = stands & (gap < TOUCHING) & (self.side_of != SEAT)
-        planned = (on & stands & (gap < PLANNED)) | (soon & touches)
+        touches = stands & (gap < contact.max_height) & (self.side_of != SEAT)
+        planned = (on & stands & (gap < contact.max_planned_height)) | (soon & touches)
         touching = planned | touches
         active = touching.nonzero()[0]
         return active, planned[active]
@@ -275,8 +285,8 @@ class Replay(Controller):
 
     def _com_acceleration(self, body, ref, rate, low, active) -> Array:
         """Return the acceleration of the centre of mass that is wanted."""
-        omega, shift = self.reference.omega, self.footsteps.shift
-        moved = shift[:2] + (1.0 + FIRM / omega) * self.footsteps.error
+        omega, shift = self.reference.omega, self.footsteps.stance_offset
+        moved = shift[:2] + (1.0 + FIRM / omega) * self.footsteps.dcm_error
         if len(active):
             moved = self._inside(ref.cop[:2], moved, low[active, :2])
         c, v = body.com, body.com_velocity
@@ -299,7 +309,7 @@ class Replay(Controller):
         """Return a shift of the centre of pressure that stays among what touches."""
         wanted = pressure + moved
         low, high = places.min(axis=0) + INSIDE, places.max(axis=0) - INSIDE
-        nominal = pressure + self.footsteps.shift[:2]
+        nominal = pressure + self.footsteps.stance_offset[:2]
         low, high = np.minimum(low, nominal), np.maximum(high, nominal)
         return np.minimum(np.maximum(wanted, low), high) - pressure
 

@@ -1,0 +1,69 @@
+"""What gait controllers derive from the person: contact spheres, lengths and strength."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
+from plantigrade.record import Record
+
+SEAT = len(SIDES)
+"""Side of the points that are on no foot."""
+
+
+def world_sites(record: Record) -> tuple[ContactSite, ...]:
+    """Return the contact spheres of the feet, and the places that seats carry, as a world has."""
+    seats = {seat.site for seat in record.ground.seats}
+    seated = [s for s in record.sites if s.name in seats and not s.measured]
+    return (*contact_sites(record.human), *seated)
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """A person, as gait controllers see them.
+
+    Attributes:
+        human: The person.
+        sites: Contact spheres.
+        points: Their centres.
+        radius: Their radii [m].
+        side_of: Side of each sphere: 0 right, 1 left, :data:`SEAT`.
+        of_side: Spheres of each side.
+        leg_length: Height of the hip above the ankle, standing [m].
+        com_height: Height of the centre of mass above the hips, standing [m].
+        strength: Greatest torque of every hinge [N m].
+    """
+
+    human: Human
+    sites: tuple[ContactSite, ...]
+    points: PointSet
+    radius: Float[Array, "n_sites 1"]
+    side_of: Int[Array, " n_sites"]
+    of_side: tuple[Int[Array, " _"], ...]
+    leg_length: float
+    com_height: float
+    strength: Float[Array, " n_hinges"]
+
+    @classmethod
+    def of(cls, record: Record) -> "Person":
+        """Return the person of a record, with the contact spheres of its world."""
+        human, sites = record.human, world_sites(record)
+        side_of = np.array([(*SIDES, "").index(s.side) for s in sites])
+        standing = State(human, human.standing())
+        hip, ankle = (standing.origin(f"{bone}_{SIDES[0]}") for bone in ("femur", "foot"))
+        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
+        return cls(
+            human=human,
+            sites=sites,
+            points=PointSet.of(human, sites),
+            radius=np.array([[s.radius] for s in sites]),
+            side_of=side_of,
+            of_side=tuple((side_of == i).nonzero()[0] for i in range(SEAT + 1)),
+            leg_length=float(hip[2] - ankle[2]),
+            com_height=float(standing.com[2] - hip[2]),
+            strength=np.maximum(-low, high),
+        )
