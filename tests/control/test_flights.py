@@ -6,7 +6,8 @@ import pytest
 from plantigrade.constants import GRAVITY
 from plantigrade.control.balance import Balance, script_named, scripted
 from plantigrade.control.balance.flight import FlightClock, FlightSettings
-from plantigrade.control.balance.paths import PathSettings, com_height, flights_of, through
+from plantigrade.control.balance.script import ScriptSettings
+from plantigrade.control.balance.script_motion import com_height, through
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -49,11 +50,7 @@ def test_what_passes_through_keeps_its_slope_and_what_turns_does_not():
 def test_a_push_beyond_strength_is_refused(crouch, long):
     at = np.array([0.0, 1.0, 1 + long, 1.4 + long, 2.0 + long, 3.0 + long])
     with pytest.raises(ParameterError, match="body weights"):
-        com_height(at, np.array([0, crouch, 0, 0, -0.2, 0.0]), [(2, 3)], at, PathSettings())
-
-
-def test_flights_are_rows_of_what_flies():
-    assert flights_of(np.array([False, True, True, False, True])) == [(1, 3), (4, 5)]
+        com_height(at, np.array([0, crouch, 0, 0, -0.2, 0.0]), [(2, 3)], at, ScriptSettings())
 
 
 LANDED = "[[frame]]\ntime = 3\nboth = { presses = ['heel'] }\n[[frame]]\ntime = 6\n"

@@ -17,7 +17,8 @@ from plantigrade.control.balance.flight import FlightClock, landing_rows
 from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
 from plantigrade.control.balance.recovery import Recovery
 from plantigrade.control.balance.reference import Reference, ReferenceState, posture_reference
-from plantigrade.control.balance.settings import BalanceSettings, JointStopSettings, foot_joints
+from plantigrade.control.balance.settings import BalanceSettings, JointStopSettings
+from plantigrade.control.gait.tasks import within_foot
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.rows import PointRows, Rows
@@ -80,7 +81,7 @@ class Balance(Controller):
         self._weight, self._gain = s.joint_weights(human), s.joint_gains.of(human)
         self._follows = self.reference or posture_reference(world, np.array(state.qpos), s.platform)
         strength = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
-        within = foot_joints(human)
+        within = within_foot(human)
         self._damping = np.where(within, s.foot_joint_damping, s.joint_damping * strength)
         self._stiffness = np.where(within, s.foot_joint_stiffness, 0.0)
         self.recovery = Recovery(human, self.contact, s.recovery)

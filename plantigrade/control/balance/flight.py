@@ -21,8 +21,6 @@ class FlightSettings:
     """Time before the planned take-off from which a body without contact flies [s]. Chosen."""
     max_wait: float = 0.4
     """Longest time the clock waits for a touchdown after the planned one [s]. Chosen."""
-    foot_gain: float = 200.0
-    """Stiffness of position and orientation of the feet, critically damped [1/s²]. Chosen."""
     foot_weight: float = 100.0
     """Weight of the positions of the feet [per (m/s²)²]. Chosen."""
     max_foot_shift: float = 0.2
@@ -92,10 +90,11 @@ def landing_rows(
 
     That is :math:`\dot c / \omega` ahead of the centre of mass, as in [Hof2005]_, wherever the
     reference has them: both move on with :math:`\dot c` until touchdown. The feet are turned as
-    they are in the reference.
+    they are in the reference. Position and orientation have the stiffness that orientation has in
+    recovery steps, critically damped.
     """
-    s, steps = settings, feet.settings.step
-    damping = 2 * np.sqrt(s.foot_gain)
+    s, steps, gain = settings, feet.settings.step, feet.settings.foot_orientation_gain
+    damping = 2 * np.sqrt(gain)
     omega = np.sqrt(GRAVITY / max(float(desired.com[2]), steps.min_pendulum_height))
     soles = feet.soles(body)
     J, velocity, bias = body.touched(np.array(feet.feet), soles)
@@ -103,13 +102,13 @@ def landing_rows(
     ahead = body.com_velocity / omega
     ahead *= min(1.0, s.max_foot_shift / max(float(np.linalg.norm(ahead[:2])), 1e-9))
     error: Float[Array, "2 3"] = middle - desired.com + ahead - (soles - body.com)
-    acceleration = s.foot_gain * error - damping * (velocity - body.com_velocity)
+    acceleration = gain * error - damping * (velocity - body.com_velocity)
     right = acceleration - bias + body.com_bias_acceleration
     rows = [Rows(J[k, :2] - body.com_jacobian[:2], right[k, :2], s.foot_weight) for k in (0, 1)]
     rotations = body.moved_to(desired.qpos).rotations[feet.feet]
     for foot, rotation in zip(feet.feet, rotations, strict=True):
         spin = body.angular_jacobian(foot)
         turned = 0.5 * np.cross(body.rotation(foot), rotation, axis=0).sum(axis=1)
-        right = s.foot_gain * turned - damping * (spin @ body.qvel)
+        right = gain * turned - damping * (spin @ body.qvel)
         rows.append(Rows(spin, right, feet.settings.foot_orientation_weight))
     return rows

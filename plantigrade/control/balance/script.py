@@ -18,10 +18,10 @@ stands. ``body`` offsets the centre of mass likewise from where it would be by i
 the desired pressure within what presses of a foot, forward and to the left, from -1 to 1:
 ``[0, 1]`` for its left border; a foot without it presses as evenly as it can. From one frame to the
 next those segments press that do at both ends. Between frames where no foot does the body flies for
-just as long (:mod:`plantigrade.control.balance.paths`): the one before it is the take-off, the one
-after it the touchdown, and those beside them give the depth of the crouch. A script that needs more
-force than people have is refused; one whose flight or touchdown comes earlier or later than written
-is followed from when it does (:mod:`plantigrade.control.balance.flight`).
+just as long (:mod:`plantigrade.control.balance.script_motion`): the frame before is the take-off,
+the one after it the touchdown, and those beside them give the depth of the crouch. A script that
+needs more force than people have is refused; one whose flight or touchdown comes earlier or later
+than written is followed from when it does (:mod:`plantigrade.control.balance.flight`).
 
 The feet are posed by the paper's controller (:mod:`plantigrade.kinematics.foot_pose`), and the body
 above them by least squares: joints as in standing, the centre of mass over what presses now and
@@ -29,7 +29,7 @@ next, and as little angular momentum as that allows.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -37,6 +37,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.control.balance.postures import PostureSolverSettings
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.foot_pose import MARKS, SEGMENTS, marks
 from plantigrade.toml import parse_toml, read_toml
@@ -46,15 +47,33 @@ MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jum
 
 
 @dataclass(frozen=True, kw_only=True)
-class ScriptLimits:
-    """Scripts beyond these are refused."""
+class ScriptSettings:
+    """Limits of scripts, and how they become motions."""
 
+    solver: PostureSolverSettings = field(default_factory=PostureSolverSettings)
+    """Postures over the feet."""
     min_duration: float = 0.1
     """Shortest script [s]. Chosen."""
     max_duration: float = 600.0
     """Longest script [s]. Chosen."""
     max_offset: float = 0.5
     """Greatest offset of an ankle or the body along an axis [m]. Chosen."""
+    max_force: float = 3.0
+    """Greatest ground force a script may need [body weights]. Jumps for height take 2 to 2.5."""
+    reference_height: float = 1.74
+    """Stature that lengths in a script are meant for [m]. Chosen."""
+    rate: float = 50.0
+    """Frames of the motion [1/s]. Chosen."""
+    max_crouch_acceleration: float = 1.5
+    """Greatest acceleration tried at the bottom of a crouch [g]. Chosen."""
+    heel_rise_powers: tuple[float, float] = (3.0, 12.0)
+    """Least and greatest power of time by which a heel rises before a flight. Chosen."""
+    heel_off_height: float = 0.003
+    """Rise of an ankle from which its heel has left the ground [m], at the reference height."""
+    cop_spread: tuple[float, float] = (0.5, 0.15)
+    """Standard deviation of pressure about ``toward``, along and across what presses. Chosen."""
+    max_cost_exponent: float = 7.0
+    """Logarithm of the greatest factor of the cost of a force far from ``toward``. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,26 +114,26 @@ class Script:
         return self.frames[-1].time
 
 
-def script_named(word: str, limits: ScriptLimits | None = None) -> Script:
+def script_named(word: str, settings: ScriptSettings | None = None) -> Script:
     """Return one of :data:`MOTIONS`, or the script in a TOML file.
 
     Args:
         word: Name of a motion, or the file.
-        limits: Limits of a script.
+        settings: Limits of a script.
 
     Raises:
         ParameterError: If there is no such script, or it is no script.
     """
     if word in MOTIONS:
         text = files("plantigrade.control.balance").joinpath("motions", f"{word}.toml")
-        return _read(Path(str(text)), word, limits)
+        return _read(Path(str(text)), word, settings)
     if not word.endswith(".toml"):
         raise ParameterError(f"no motion {word!r}; there are {', '.join(MOTIONS)}, or a TOML file")
-    return _read(Path(word), word, limits)
+    return _read(Path(word), word, settings)
 
 
-def _read(path: Path, name: str, limits: ScriptLimits | None) -> Script:
-    table, limits = parse_toml(read_toml(path), path), limits or ScriptLimits()
+def _read(path: Path, name: str, settings: ScriptSettings | None) -> Script:
+    table, settings = parse_toml(read_toml(path), path), settings or ScriptSettings()
     if unknown := set(table) - {"title", "frame"}:
         raise ParameterError(
             f"{name} says {', '.join(sorted(unknown))}; it may say title and frame"
@@ -128,18 +147,18 @@ def _read(path: Path, name: str, limits: ScriptLimits | None) -> Script:
         where = f"{name}, frame {i + 1}"
         if not isinstance(row, Mapping):
             raise ParameterError(f"{where} is no table")
-        frames.append(_frame(row, frames[-1], where, limits))
-    if frames[-1].time < limits.min_duration:
-        least = f"a script lasts {limits.min_duration:g} s at least"
+        frames.append(_frame(row, frames[-1], where, settings))
+    if frames[-1].time < settings.min_duration:
+        least = f"a script lasts {settings.min_duration:g} s at least"
         raise ParameterError(f"{name} ends at {frames[-1].time:g} s; {least}")
     return Script(str(table.get("title", name)), tuple(frames))
 
 
-def _frame(row: Mapping[str, Any], before: Frame, where: str, limits: ScriptLimits) -> Frame:
+def _frame(row: Mapping[str, Any], before: Frame, where: str, settings: ScriptSettings) -> Frame:
     """Return a frame; what it does not mention is as in the one before."""
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
-    time, latest = row.get("time"), limits.max_duration
+    time, latest = row.get("time"), settings.max_duration
     if time is None or not _is_number(time) or not before.time < time <= latest:
         raise ParameterError(
             f"{where}: time={time!r} must be after {before.time:g} s and at most {latest:g} s"
@@ -151,7 +170,9 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str, limits: ScriptLimi
             raise ParameterError(f"{where}: {word} may say ankle, presses and toward")
         for foot in feet:
             if "ankle" in entry:
-                ankle[foot] = _numbers(entry["ankle"], 3, limits.max_offset, f"{where}: ankle [m]")
+                ankle[foot] = _numbers(
+                    entry["ankle"], 3, settings.max_offset, f"{where}: ankle [m]"
+                )
             if "toward" in entry:
                 toward[foot] = _numbers(entry["toward"], 2, 1.0, f"{where}: toward")
             if "presses" in entry:
@@ -166,7 +187,7 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str, limits: ScriptLimi
                 presses[foot] = marks(*names)
     body = before.body
     if "body" in row:
-        body = _numbers(row["body"], 3, limits.max_offset, f"{where}: body [m]")
+        body = _numbers(row["body"], 3, settings.max_offset, f"{where}: body [m]")
     return Frame(float(time), ankle, presses, body, toward)
 
 

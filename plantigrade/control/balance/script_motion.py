@@ -1,66 +1,48 @@
-"""Scripts as motions: paths of ankles and body, and the postures over them."""
+r"""Scripts as motions: paths of ankles and centre of mass, and the postures over them.
 
-from dataclasses import dataclass, field
+Between frames every number runs along a quintic through values, slopes and accelerations: at rest
+where it turns or stays, with the slope of a monotone cubic where it goes on. From rest to rest that
+is the path of least jerk.
+
+Where no foot presses the centre of mass falls freely: it leaves the ground and meets it with the
+speed :math:`g T / 2` of a flight of :math:`T` between equal heights, and with the acceleration
+:math:`-g`, which is to say with no force. The acceleration at the bottom of the crouch before it,
+and of the landing after it, is the one that needs the least force.
+"""
 
 import numpy as np
+from scipy.interpolate import BPoly, PchipInterpolator
 
-from plantigrade.arrays import Array
-from plantigrade.constants import SIDES
-from plantigrade.control.balance.paths import (
-    PathSettings,
-    ankle_path,
-    com_height,
-    flights_of,
-    through,
-)
-from plantigrade.control.balance.postures import (
-    PostureSolver,
-    PostureSolverSettings,
-    velocities_of,
-)
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.control.balance.postures import PostureSolver, velocities_of
 from plantigrade.control.balance.reference import MotionReference
-from plantigrade.control.balance.script import Frame, Script
+from plantigrade.control.balance.script import Frame, Script, ScriptSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
-
-@dataclass(frozen=True, kw_only=True)
-class ScriptMotionSettings:
-    """How a script becomes a motion."""
-
-    path: PathSettings = field(default_factory=PathSettings)
-    """Paths between frames."""
-    solver: PostureSolverSettings = field(default_factory=PostureSolverSettings)
-    """Postures over the feet."""
-    reference_height: float = 1.74
-    """Stature that lengths in a script are meant for [m]. Chosen."""
-    rate: float = 50.0
-    """Frames of the motion [1/s]. Chosen."""
-    heel_off_height: float = 0.003
-    """Rise of an ankle from which its heel has left the ground [m], at the reference height."""
-    cop_spread: tuple[float, float] = (0.5, 0.15)
-    """Standard deviation of pressure about ``toward``, along and across what presses. Chosen."""
-    max_cost_exponent: float = 7.0
-    """Logarithm of the greatest factor of the cost of a force far from ``toward``. Chosen."""
+N_SAMPLES = 60  # between two frames, where the force is looked at
+N_ACCELERATIONS = 31  # tried at the bottom of a crouch
+FORCE_TOLERANCE = 0.05  # [body weights] of a pull that is the quintic's, not the script's
 
 
 def scripted(
-    human: Human, script: Script, settings: ScriptMotionSettings | None = None
+    human: Human, script: Script, settings: ScriptSettings | None = None
 ) -> MotionReference:
     """Return a script as a motion of a person on level ground.
 
     Args:
         human: The person; with multi-segment feet.
         script: The script.
-        settings: How it becomes a motion.
+        settings: Limits, rate and weights.
 
     Raises:
         ParameterError: If the feet are of another kind, the script begins or ends in the air, or
             the ground cannot push as hard as a flight asks for.
     """
-    s = settings or ScriptMotionSettings()
+    s = settings or ScriptSettings()
     time = np.arange(round(script.duration * s.rate) + 1) / s.rate
     solver = PostureSolver(human, s.solver)
     frames, scale = script.frames, human.height / s.reference_height
@@ -77,9 +59,9 @@ def scripted(
             "frame before the flight which segments press at take-off"
         )
     ankles = scale * np.array([f.ankle for f in frames])
-    ankle = np.stack([ankle_path(at, ankles[:, k], flights, time, s.path) for k in (0, 1)], axis=1)
+    ankle = np.stack([ankle_path(at, ankles[:, k], flights, time, s) for k in (0, 1)], axis=1)
     body = scale * np.array([f.body for f in frames])
-    rise = com_height(at, body[:, 2] + ankles[..., 2].min(axis=1), flights, time, s.path)
+    rise = com_height(at, body[:, 2] + ankles[..., 2].min(axis=1), flights, time, s)
     goals = _goals(solver, frames, between, scale, {a for a, _ in flights}) + body[:, :2]
     for a, b in flights:  # straight up before a flight, and straight down after it
         goals[max(a - 1, 0)], goals[min(b + 1, len(goals) - 1)] = goals[a], goals[b]
@@ -113,7 +95,7 @@ def _toward(at: Array, toward: Array, time: Array, segment: Array) -> Array:
     return np.where((given[segment] & given[segment + 1])[:, None], path, np.nan)
 
 
-def _force_cost(spheres: Array, own: Array, toward: Array, settings: ScriptMotionSettings) -> Array:
+def _force_cost(spheres: Array, own: Array, toward: Array, settings: ScriptSettings) -> Array:
     """Return the factor of the cost of every force by its distance from the desired pressure."""
     cost = np.ones(own.shape)
     for i in np.flatnonzero(own.any(axis=1) & ~np.isnan(toward).any(axis=1)):
@@ -147,3 +129,134 @@ def _goals(
         support = spheres[solver.spheres_of(lasting[None])[0], :2]
         goals.append(support.mean(axis=0) if i in off else inside(support, standing, np.inf))
     return np.array(goals)
+
+
+def through(
+    at: Float[Array, " k"], values: Float[Array, "k m"], time: Float[Array, " n"]
+) -> Float[Array, "n m"]:
+    """Return values between frames.
+
+    Args:
+        at: Times of the frames [s].
+        values: Their values.
+        time: Times of the result [s].
+    """
+    return _quintic(at, values, _slopes(at, values), np.zeros_like(values))(time)
+
+
+def _quintic(at: Array, values: Array, slopes: Array, accelerations: Array) -> BPoly:
+    return BPoly.from_derivatives(at, np.stack([values, slopes, accelerations], axis=1))
+
+
+def _slopes(at: Array, values: Array) -> Array:
+    slopes = np.asarray(PchipInterpolator(at, values).derivative()(at))
+    slopes[[0, -1]] = 0.0
+    return slopes
+
+
+def flights_of(flies: Bool[Array, " k"]) -> list[tuple[int, int]]:
+    """Return the first and last frame of every flight.
+
+    Args:
+        flies: Whether the body flies from each frame to the next.
+    """
+    edges = np.flatnonzero(np.diff(np.r_[False, flies, False].astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def com_height(
+    at: Float[Array, " k"],
+    height: Float[Array, " k"],
+    flights: list[tuple[int, int]],
+    time: Float[Array, " n"],
+    settings: ScriptSettings,
+) -> Float[Array, " n"]:
+    """Return the height of the centre of mass between frames, in flight that of a fall [m].
+
+    Args:
+        at: Times of the frames [s].
+        height: Height in each; what is within a flight does not count [m].
+        flights: First and last frame of every flight.
+        time: Times of the result [s].
+        settings: Limit of the force.
+
+    Raises:
+        ParameterError: If that needs a pull of the ground, or a push beyond the limit.
+    """
+    if not flights:
+        return through(at, height[:, None], time)[:, 0]
+    airborne = np.zeros(len(at), dtype=bool)
+    for a, b in flights:
+        airborne[a + 1 : b] = True
+    keep = np.flatnonzero(~airborne)
+    at, height = at[keep], height[keep]
+    slopes, accelerations = _slopes(at, height), np.zeros(len(at))
+    number = {int(k): i for i, k in enumerate(keep)}
+    edges = [(number[a], number[b]) for a, b in flights]
+    for a, b in edges:
+        span = at[b] - at[a]
+        mean = (height[b] - height[a]) / span
+        slopes[[a, b]] = mean + 0.5 * GRAVITY * span, mean - 0.5 * GRAVITY * span
+        accelerations[[a, b]] = -GRAVITY
+    fall, bound = {a for a, _ in edges}, {i for pair in edges for i in pair}
+    tried = np.linspace(0.0, settings.max_crouch_acceleration, N_ACCELERATIONS) * GRAVITY
+    for turn in (i for a, b in edges for i in (a - 1, b + 1)):
+        if 0 < turn < len(at) - 1 and turn not in bound:
+            slopes[turn] = 0.0
+            near = [k for k in (turn - 1, turn) if k not in fall]
+            needed = []
+            for acceleration in tried:
+                accelerations[turn] = acceleration
+                path = _quintic(at, height, slopes, accelerations)
+                needed.append(max(float(np.abs(_between(path, at, k)).max()) for k in near))
+            accelerations[turn] = tried[int(np.argmin(needed))]
+    path = _quintic(at, height, slopes, accelerations)
+    for k in range(len(at) - 1):
+        if k in fall:
+            continue
+        force = 1.0 + _between(path, at, k) / GRAVITY
+        if not (force.min() > -FORCE_TOLERANCE and force.max() <= settings.max_force):
+            raise ParameterError(
+                f"from {at[k]:g} to {at[k + 1]:g} s the ground would have to push with "
+                f"{force.min():.1f} to {force.max():.1f} body weights, and it can with 0 to "
+                f"{settings.max_force:g}: give the body more time or way before and after a flight"
+            )
+    return path(time)
+
+
+def _between(path: BPoly, at: Array, k: int) -> Array:
+    """Return accelerations from a frame to the next."""
+    return path(np.linspace(at[k], at[k + 1], N_SAMPLES), 2)
+
+
+def ankle_path(
+    at: Float[Array, " k"],
+    ankle: Float[Array, "k 3"],
+    flights: list[tuple[int, int]],
+    time: Float[Array, " n"],
+    settings: ScriptSettings,
+) -> Float[Array, "n 3"]:
+    """Return the position of an ankle: along with the body in flight, rising late before it.
+
+    Args:
+        at: Times of the frames [s].
+        ankle: Its position in each; in flight, from where the body has taken it [m].
+        flights: First and last frame of every flight.
+        time: Times of the result [s].
+        settings: How late it rises.
+    """
+    out = through(at, ankle, time)
+    for a, b in flights:
+        span = at[b] - at[a]
+        own = (time >= at[a]) & (time <= at[b])
+        s = time[own] - at[a]
+        out[own, 2] += 0.5 * GRAVITY * s * (span - s)
+        speed = 0.5 * GRAVITY * span
+        for i, j in ((a - 1, a), (b + 1, b)):
+            if not 0 <= i < len(at) or ankle[j, 2] <= ankle[i, 2]:
+                continue
+            duration, up = abs(at[j] - at[i]), ankle[j, 2] - ankle[i, 2]
+            own = (time >= min(at[i], at[j])) & (time <= max(at[i], at[j]))
+            power = float(np.clip(speed * duration / up, *settings.heel_rise_powers))
+            out[own, 2] = ankle[i, 2] + up * (np.abs(time[own] - at[i]) / duration) ** power
+    return out

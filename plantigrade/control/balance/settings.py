@@ -4,17 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.flight import FlightSettings
 from plantigrade.control.balance.ground_contact import ContactSettings
 from plantigrade.control.balance.recovery import RecoverySettings
 from plantigrade.control.balance.reference import PlatformSettings
+from plantigrade.control.gait.tasks import within_foot
 from plantigrade.models import Human
-
-
-def foot_joints(human: Human) -> Bool[Array, " n_hinges"]:
-    """Return which hinges are within a foot."""
-    return np.array([name.startswith(("mtp", "cuboid", "heel")) for name in human.coordinates])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +24,7 @@ class JointGains:
 
     def of(self, human: Human) -> Float[Array, " nv"]:
         """Return the stiffness of every coordinate [1/s²]; none of the position of the pelvis."""
-        own = np.where(foot_joints(human), self.foot, self.body)
+        own = np.where(within_foot(human), self.foot, self.body)
         return np.r_[np.zeros(3), np.full(3, self.body), own]
 
 
