@@ -113,18 +113,13 @@ class ContactTask(Task):
         bias = state.bias_acceleration(self.points)
         return np.concatenate([bias[self.on].ravel(), bias[self.coming, 2]])
 
-    def velocity(self, state: State, time: float):
-        """Return the velocity of the points that touch, then of the coming ones' heights [m/s]."""
-        velocity = state.velocity(self.points)
-        return np.concatenate([velocity[self.on].ravel(), velocity[self.coming, 2]])
-
-    def acceleration(self, state, time):
+    def acceleration(self, state, time, jacobian=None):
         """Return the desired accelerations; points that come down have a rate of their own."""
-        desired = super().acceleration(state, time)
-        n = 3 * int(self.on.sum())
-        if len(desired) > n:
-            height, rate = self.error(state, time)[n:], self.velocity(state, time)[n:]
-            desired[n:] = -(APPROACH**2) * height - 2 * APPROACH * rate
+        desired = super().acceleration(state, time, jacobian)
+        if self.coming.any():
+            height = self.points.height(state)[self.coming]
+            rate = self.velocity(state, time, jacobian)[-len(height) :]
+            desired[-len(height) :] = -(APPROACH**2) * height - 2 * APPROACH * rate
         return desired
 
     def velocity_rows(self, state, time):
@@ -231,10 +226,6 @@ class FloorTask(Task):
     def rests(self, state, time):
         """Return whether no point is guarded."""
         return not self._which(state, time).any()
-
-    def velocity(self, state, time):
-        """Return the rates of these heights [m/s]."""
-        return state.velocity(self.points)[self._which(state, time), 2]
 
     def error(self, state, time):
         """Return the heights of the points that are guarded [m]."""

@@ -75,20 +75,16 @@ class LandingTask(Task):
         """Return their acceleration where nothing accelerates [m/s²]."""
         return self._means(state.bias_acceleration(self.points)[:, 2], time)
 
-    def velocity(self, state, time):
-        """Return the rates of these heights [m/s]."""
-        return self._means(state.velocity(self.points)[:, 2], time)
-
     def rests(self, state, time):
         """Return whether nothing comes down now."""
         return not self._coming(time)
 
-    def acceleration(self, state, time):
+    def acceleration(self, state, time, jacobian=None):
         """Return the desired accelerations of these heights [m/s²]."""
         left = np.array([max(t, SHORTEST) for _, t in self._coming(time)])
         _, rate, bend = self._path(time).T
         desired = bend - 6 * self.error(state, time) / left**2
-        return desired - 4 * (self.velocity(state, time) - rate) / left
+        return desired - 4 * (self.velocity(state, time, jacobian) - rate) / left
 
 
 class PlacingHeelTask(PointTask):

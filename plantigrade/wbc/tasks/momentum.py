@@ -28,7 +28,10 @@ class ComTask(Task):
 
     def aim(self, time):
         """Return value, velocity and acceleration of the target, in the axes that count."""
-        return tuple(part[self._axes] if np.ndim(part) else part for part in super().aim(time))
+        target = super().aim(time)
+        if isinstance(self._axes, slice):
+            return target
+        return tuple(part[self._axes] if np.ndim(part) else part for part in target)
 
     def error(self, state, time):
         """Return the way from the target to the centre of mass [m]."""
@@ -37,10 +40,6 @@ class ComTask(Task):
     def jacobian(self, state, time):
         """Return the Jacobian of the centre of mass."""
         return state.com_jacobian[self._axes]
-
-    def velocity(self, state, time):
-        """Return the velocity of the centre of mass [m/s]."""
-        return state.com_velocity[self._axes]
 
     def bias_acceleration(self, state, time):
         """Return its acceleration where nothing accelerates [m/s²]."""
@@ -127,20 +126,16 @@ class AngularMomentumTask(Task):
         """Return the angular rows of the centroidal momentum matrix."""
         return self._about_com(state) @ state.mass_matrix[:6]
 
-    def velocity(self, state, time):
-        """Return the angular momentum."""
-        return state.angular_momentum / self._scale(state)
-
     def bias_acceleration(self, state, time):
         """Return the rate of the angular momentum where nothing accelerates."""
         return self._about_com(state) @ state.bias[:6]
 
-    def acceleration(self, state, time):
+    def acceleration(self, state, time, jacobian=None):
         """Return the desired rate of the angular momentum."""
         _, momentum, rate = self.aim(time)
         scale = self._scale(state)
         right = rate / scale - self.stiffness * self.error(state, time)
-        return right - self.damping * (self.velocity(state, time) - momentum / scale)
+        return right - self.damping * (self.velocity(state, time, jacobian) - momentum / scale)
 
     def _scale(self, state: State) -> float:
         return state.mass * self.lever

@@ -72,7 +72,7 @@ class PointTask(Task):
         """Return the Jacobian of the point along the directions."""
         return self._along(state, time, state.jacobian(self.point)[self.which])
 
-    def velocity(self, state, time):
+    def velocity(self, state, time, jacobian=None):
         """Return its velocity along the directions [m/s]."""
         return self._along(state, time, state.velocity(self.point)[self.which])
 
@@ -80,7 +80,7 @@ class PointTask(Task):
         """Return its acceleration along them where nothing accelerates [m/s²]."""
         return self._along(state, time, state.bias_acceleration(self.point)[self.which])
 
-    def acceleration(self, state, time):
+    def acceleration(self, state, time, jacobian=None):
         """Return the desired acceleration along the directions [m/s²]."""
         _, velocity, acceleration = self.aim(time)
         if self.directions is not None and np.ndim(velocity):
@@ -112,8 +112,6 @@ class OrientationTask(Task):
     ):
         super().__init__(name or f"orientation of {body}", target, **gains)
         self.body, self.directions = body, directions
-        self._of: State | None = None
-        self._jacobian = np.zeros((3, 0))
 
     def error(self, state, time):
         """Return the rotation vector from the target to the body, about all axes [rad]."""
@@ -121,9 +119,7 @@ class OrientationTask(Task):
 
     def jacobian(self, state, time):
         """Return the Jacobian of the body's angular velocity."""
-        if self._of is not state:
-            self._of, self._jacobian = state, state.angular_jacobian(self.body)
-        return self._jacobian
+        return state.angular_jacobian(self.body)
 
     def bias_acceleration(self, state, time):
         """Return its angular acceleration where nothing accelerates [rad/s²]."""

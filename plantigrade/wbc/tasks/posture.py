@@ -43,7 +43,7 @@ class PostureTask(Task):
         posture[3:7] /= np.linalg.norm(posture[3:7])
         return state.difference(posture)
 
-    def velocity(self, state, time):
+    def velocity(self, state, time, jacobian=None):
         """Return the generalised velocity."""
         return state.qvel
 
@@ -79,7 +79,7 @@ class TimedPosture(PostureTask):
         super().__init__(target, name=name)
         self.gains, self.horizon, self.shortest = gains, horizon, shortest
 
-    def acceleration(self, state, time) -> Float[Array, " nv"]:
+    def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
         """Return the generalised acceleration the posture asks for."""
         posture, end = self.aim(time)[:2]
         left = max(end - time, self.shortest)
@@ -118,7 +118,7 @@ class PassingPosture(TimedPosture):
         super().__init__(target, shortest=shortest, name=name)
         self.passed = velocity
 
-    def acceleration(self, state, time) -> Float[Array, " nv"]:
+    def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
         """Return the generalised acceleration the posture asks for."""
         posture, end = self.aim(time)[:2]
         passed, left = self.passed(time), end - time

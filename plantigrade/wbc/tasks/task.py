@@ -77,9 +77,11 @@ class Task(ABC):
     def bias_acceleration(self, state: State, time: float) -> Float[Array, " n_rows"]:
         r"""Return :math:`\dot J v`."""
 
-    def velocity(self, state: State, time: float) -> Float[Array, " n_rows"]:
-        """Return :math:`J v`."""
-        return self.jacobian(state, time) @ state.qvel
+    def velocity(
+        self, state: State, time: float, jacobian: Array | None = None
+    ) -> Float[Array, " n_rows"]:
+        """Return :math:`J v`; :math:`J` may be given where it is known."""
+        return (self.jacobian(state, time) if jacobian is None else jacobian) @ state.qvel
 
     def aim(self, time: float) -> tuple[Any, Any, Any]:
         """Return value, velocity and acceleration of the target; rates of 0 where it rests."""
@@ -88,11 +90,13 @@ class Task(ABC):
             return target(time)
         return target if isinstance(target, tuple) else (target, 0.0, 0.0)
 
-    def acceleration(self, state: State, time: float) -> Float[Array, " n_rows"]:
+    def acceleration(
+        self, state: State, time: float, jacobian: Array | None = None
+    ) -> Float[Array, " n_rows"]:
         r"""Return the desired acceleration, :math:`\ddot f^* - \lambda_p e - \lambda_d \dot e`."""
         _, velocity, acceleration = self.aim(time)
         right = acceleration - self.stiffness * self.error(state, time)
-        return right - self.damping * (self.velocity(state, time) - velocity)
+        return right - self.damping * (self.velocity(state, time, jacobian) - velocity)
 
     def rests(self, state: State, time: float) -> bool:
         """Return whether the task asks for nothing now."""
@@ -127,10 +131,10 @@ class Task(ABC):
         """
         if self.rests(state, time):
             return self._asks(np.zeros((0, len(state.qvel))), np.zeros(0))
+        jacobian = self.jacobian(state, time)
         if acceleration is None:
-            acceleration = self.acceleration(state, time)
-        right = acceleration - self.bias_acceleration(state, time)
-        return self._asks(self.jacobian(state, time), right)
+            acceleration = self.acceleration(state, time, jacobian)
+        return self._asks(jacobian, acceleration - self.bias_acceleration(state, time))
 
     def position_rows(self, state: State, time: float) -> Rows:
         """Return the rows this task asks of a step of the configuration: to undo its error."""
