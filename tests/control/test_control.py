@@ -13,7 +13,7 @@ from plantigrade.world import World, standing_on
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
 
-def test_who_holds_a_posture_neither_sags_nor_sways():
+def test_a_posture_that_is_held_neither_sags_nor_sways():
     world = World(HUMAN, rate=300.0)
     record = world.simulate(Posture(), 1.5)
     moved = record.motion.qpos - record.motion.qpos[0]

@@ -26,24 +26,23 @@ def pressures(time, com):
     return inner[:, :2] - (inner[:, 2:] / (GRAVITY + bend[:, 2:])) * bend[:, :2]
 
 
-def swaying(far, rate=100.0, seconds=4.0):
-    """Return a person who sways at 0.5 Hz so far forward and back, and what carries them [m]."""
-    time = np.arange(round(rate * seconds)) / rate
-    com = np.zeros((len(time), 3))
-    com[:, 0], com[:, 2] = 0.02 + far * np.sin(np.pi * time), 1.0
-    places = np.tile(SOLE, (len(time), 1, 1))
-    return time, com, places, np.ones((len(time), 4), dtype=bool)
+def swaying(amplitude):
+    """Return a person who sways at 0.5 Hz forward and back [m], and the support below."""
+    time = np.arange(400) / 100.0
+    com = np.zeros((400, 3))
+    com[:, 0], com[:, 2] = 0.02 + amplitude * np.sin(np.pi * time), 1.0
+    return time, com, np.tile(SOLE, (400, 1, 1)), np.ones((400, 4), dtype=bool)
 
 
 def test_a_motion_that_the_feet_carry_is_left_as_it_is():
-    time, com, places, presses = swaying(0.02)
-    path = feasible_path(time, com, places, presses)
+    time, com, spheres, contact = swaying(0.02)
+    path = feasible_path(time, com, spheres, contact)
     assert np.abs(path - com)[50:-50].max() < 1e-3
 
 
 def test_one_they_do_not_carry_has_its_pressure_inside_and_changes_no_more_than_that():
-    time, com, places, presses = swaying(0.12)
-    path = feasible_path(time, com, places, presses)
+    time, com, spheres, contact = swaying(0.12)
+    path = feasible_path(time, com, spheres, contact)
     before, after = pressures(time, com), pressures(time, path)
     outside = max(beyond(SOLE[:, :2], p) for p in before)
     assert outside > 0.05
@@ -52,22 +51,22 @@ def test_one_they_do_not_carry_has_its_pressure_inside_and_changes_no_more_than_
     assert np.array_equal(path[:, 2], com[:, 2])
 
 
-def test_where_nothing_presses_nothing_is_asked():
-    time, com, places, presses = swaying(0.12)
-    path = feasible_path(time, com, places, ~presses)
-    assert np.abs(path - com).max() < 1e-3
-    assert np.array_equal(feasible_path(time[:2], com[:2], places[:2], presses[:2]), com[:2])
+def test_without_contact_and_of_two_frames_the_path_stays():
+    time, com, spheres, contact = swaying(0.12)
+    assert np.abs(feasible_path(time, com, spheres, ~contact) - com).max() < 1e-3
+    two = feasible_path(time[:2], com[:2], spheres[:2], contact[:2])
+    assert np.array_equal(two, com[:2])
 
 
 def test_postures_follow_and_the_feet_stay():
     human = Human.create()
     qpos = np.tile(human.standing(), (40, 1))
     motion = Motion(np.arange(40) / 50.0, qpos, np.zeros((40, human.model.nv)), human.joint_names)
-    presses = np.tile([site.side == "l" for site in contact_sites(human)], (40, 1))
-    asked = MotionReference(human, motion, presses)
-    moved = MotionReference(human, feasible_motion(human, asked), presses)
-    left = asked.spheres[0][presses[0], :2]
-    assert beyond(left, asked.com[0, :2]) > 0.03  # who lifts the right foot falls
+    contact = np.tile([site.side == "l" for site in contact_sites(human)], (40, 1))
+    asked = MotionReference(human, motion, contact)
+    moved = MotionReference(human, feasible_motion(human, asked), contact)
+    left = asked.spheres[0][contact[0], :2]
+    assert beyond(left, asked.com[0, :2]) > 0.03  # on the left foot alone this posture falls
     assert max(beyond(left, com[:2]) for com in moved.com) < 0.0
     assert np.abs(moved.spheres - asked.spheres).max() < 0.003
     assert np.abs(moved.com[:, 2] - asked.com[:, 2]).max() < 0.01

@@ -1,5 +1,7 @@
 """Scripts of foot motions: read, refused, posed; and carried out by balance."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -39,7 +41,7 @@ def test_every_motion_of_the_package_is_read(name):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("title = 3", "no [[frame]]"),
         ("[[frame]]\ntime = -1", "after 0 s"),
@@ -56,12 +58,11 @@ def test_every_motion_of_the_package_is_read(name):
         ("[[frame]]\ntime = 1\nboth = { toward = [0, 2] }", "two numbers"),
     ],
 )
-def test_what_is_no_script_is_refused(text, said, tmp_path):
+def test_what_is_no_script_is_refused(text, message, tmp_path):
     path = tmp_path / "wrong.toml"
     path.write_text(text, "utf-8")
-    with pytest.raises(ParameterError) as error:
+    with pytest.raises(ParameterError, match=re.escape(message)):
         script_named(str(path))
-    assert said in str(error.value)
 
 
 def test_no_script_and_no_segments_are_refused():
@@ -86,7 +87,7 @@ def test_on_tiptoe_only_toes_press_and_the_body_is_over_them(short):
     assert 0.01 < rise < 0.05
 
 
-def test_a_follower_stands_on_its_toes(short):
+def test_balance_follows_a_script_onto_the_toes(short):
     world = World(HUMAN, rate=1000.0, recording=False, qpos=short.motion.qpos[0])
     balance, state = Balance(short), world.reset()
     while world.time < 1.6:

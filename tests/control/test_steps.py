@@ -6,7 +6,6 @@ import pytest
 from plantigrade.control.balance.controller import slow_at_stops
 from plantigrade.control.balance.settings import JointStopSettings
 from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
-from plantigrade.control.gait.support import beyond, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.experiments.standing import Standing, stands
 from plantigrade.world import Push
@@ -50,17 +49,6 @@ def test_what_one_step_leaves_the_next_ones_take_up():
     assert middle.capture_error > 0.05 and middle.remaining_error < 1e-9
     # not even three steps stop this one
     assert fast.remaining_error > fast.capture_error > middle.capture_error
-
-
-def test_the_nearest_position_of_a_support_is_no_farther_than_any_other():
-    rng = np.random.default_rng(1)
-    points = rng.normal(size=(12, 2)) * [0.3, 0.1]
-    inner = rng.dirichlet(np.ones(12), 4000) @ points
-    for position in rng.normal(size=(20, 2)) * 0.6:
-        found = nearest(points, position, 0.0)
-        assert beyond(points, found) < 2e-3
-        distance = np.linalg.norm(inner - position, axis=1).min()
-        assert np.linalg.norm(found - position) < distance + 2e-3
 
 
 def test_feet_stay_on_their_own_side_and_within_reach():
@@ -119,7 +107,7 @@ def test_joints_near_a_stop_are_slowed_and_not_led_away_from_it():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("towards, force", [(0.0, 100.0), (90.0, 115.0), (180.0, 165.0)])
-def test_who_is_pushed_too_hard_steps(towards, force):
+def test_a_person_pushed_too_hard_to_stand_in_place_steps(towards, force):
     """Afterwards the person is at rest, and the feet hardly push against each other.
 
     From behind twice, from the front three times what is withstood in place. Some steps later the
@@ -132,17 +120,15 @@ def test_who_is_pushed_too_hard_steps(towards, force):
         world, balance = Standing(formulation="stepping")((push,))
         state, opposing = world.reset(), [0.0]
         while world.time < 5.5 and world.fall is None:  # as long as the table of pushes watches
-            state = world.step(balance(state))
+            command = balance(state)
+            state = world.step(command)
             if world.time > 4.5:
-                opposing.append(abs(balance.recovery.opposing_force(state)))
+                opposing.append(abs(command.signals["opposing"]))
+        (sentence,) = balance.summary().sentences
+        assert "recovery step" in sentence
+        assert "to the left" in sentence or towards != 90.0
         calm = max(opposing) < 0.15 * state.body.mass * 9.81
-        said = balance.summary().sentences[0]
-        assert "recovery step" in said
-        if towards == 90.0:
-            assert "to the left" in said
-        if world.fall is None and stands(world) and calm:
-            withstood += 1
-            assert balance.recovery.n_begun == len(balance.recovery.taken)
+        withstood += world.fall is None and stands(world) and calm
     assert withstood >= 2
 
 

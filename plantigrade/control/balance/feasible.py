@@ -41,16 +41,12 @@ class FeasibleSettings:
     """Least load on the feet while they are on the ground [body weights]. Chosen."""
     min_height: float = 0.1
     """Least height of the centre of mass in the air [m]. Chosen."""
-    foot_weight: float = 30.0
-    """Weight of position and orientation of the feet [1/m, 1/rad]. Chosen."""
-    com_weight: float = 30.0
-    """Weight of the centre of mass over the ground [1/m]. Chosen."""
+    support_weight: float = 30.0
+    """Weight of feet that stay, and of the centre of mass over the ground [1/m, 1/rad]. Chosen."""
     com_height_weight: float = 10.0
     """Weight of the height of the centre of mass [1/m]. Chosen."""
-    pelvis_weight: float = 1.0
-    """Weight of the pelvis as recorded [1/m, 1/rad]. Chosen."""
     joint_weight: float = 0.3
-    """Weight of the joints as recorded [1/rad]. Chosen."""
+    """Weight of joints as recorded [1/rad]; that of the pelvis is 1. Chosen."""
     n_iterations: int = 2
     """Gauss-Newton steps of every posture. Chosen."""
 
@@ -108,8 +104,8 @@ def feasible_motion(
     com = feasible_path(reference.time, reference.com, reference.spheres, reference.contact, s)
     feet = [human.body(f"foot_{side}") for side in SIDES]
     state, qpos = State(human, motion.qpos[0]), motion.qpos.copy()
-    own = np.r_[np.full(6, s.pelvis_weight), np.full(human.model.nv - 6, s.joint_weight)]
-    com_weight = np.array([s.com_weight, s.com_weight, s.com_height_weight])
+    own = np.r_[np.ones(6), np.full(human.model.nv - 6, s.joint_weight)]
+    com_weight = np.array([s.support_weight, s.support_weight, s.com_height_weight])
     for q, goal in zip(qpos, com, strict=True):
         state = state.moved_to(q)
         start, positions = q.copy(), np.array([state.origin(foot) for foot in feet])
@@ -118,12 +114,12 @@ def feasible_motion(
             state = state.moved_to(q) if k else state
             J, _, _ = state.touched(np.array(feet), positions)
             moved = positions - [state.origin(foot) for foot in feet]
-            rows = [s.foot_weight * J.reshape(6, -1), state.com_jacobian * com_weight[:, None]]
-            right = [s.foot_weight * moved.ravel(), (goal - state.com) * com_weight]
+            rows = [s.support_weight * J.reshape(6, -1), state.com_jacobian * com_weight[:, None]]
+            right = [s.support_weight * moved.ravel(), (goal - state.com) * com_weight]
             for foot, rotation in zip(feet, rotations, strict=True):
-                rows.append(s.foot_weight * state.angular_jacobian(foot))
+                rows.append(s.support_weight * state.angular_jacobian(foot))
                 turned = np.cross(state.rotation(foot), rotation, axis=0).sum(axis=1)
-                right.append(0.5 * s.foot_weight * turned)
+                right.append(0.5 * s.support_weight * turned)
             A, b, back = np.concatenate(rows), np.concatenate(right), -state.difference(start)
             step = np.linalg.solve(A.T @ A + np.diag(own**2), A.T @ b + own**2 * back)
             q[:] = integrate(state.model, state.qpos, step)

@@ -20,10 +20,8 @@ class PostureSolverSettings:
 
     ankle_weight: float = 30.0
     """Weight of the positions of the ankles [1/m]. Chosen."""
-    foot_weight: float = 10.0
-    """Weight of the orientations of feet that press [1/rad]. Chosen."""
-    com_weight: float = 10.0
-    """Weight of the centre of mass [1/m]. Chosen."""
+    support_weight: float = 10.0
+    """Weight of orientations of feet that press, and of the centre of mass [1/rad, 1/m]. Chosen."""
     pelvis_weight: float = 2.0
     """Weight of the pelvis upright [1/rad]. Chosen."""
     joint_weight: float = 0.3
@@ -159,11 +157,11 @@ class PostureSolver:
         right = [(feet - origins).ravel() * s.ankle_weight]
         for foot, rotation in zip(self._feet, rotations, strict=True):
             if rotation is not None:
-                rows.append(s.foot_weight * state.angular_jacobian(foot))
+                rows.append(s.support_weight * state.angular_jacobian(foot))
                 turned = np.cross(state.rotation(foot), rotation, axis=0).sum(axis=1)
-                right.append(s.foot_weight * 0.5 * turned)
-        rows.append(state.com_jacobian * s.com_weight)
-        right.append((goal - state.com) * s.com_weight)
+                right.append(s.support_weight * 0.5 * turned)
+        rows.append(state.com_jacobian * s.support_weight)
+        right.append((goal - state.com) * s.support_weight)
         if before is not None and flight_rate:
             spin = state.angular_momentum_jacobian * (s.momentum_weight * flight_rate / state.mass)
             rows.append(spin)

@@ -8,9 +8,11 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.disturbance import DisturbanceEstimator, DisturbanceSettings
 from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
+from plantigrade.control.balance.reference import ContactDetectionSettings
 from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
+from plantigrade.control.gait.tasks import TaskSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -31,10 +33,8 @@ class RecoverySettings:
     """Motion of the swing foot."""
     disturbance: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     """Estimator of the disturbance."""
-    next_capture_threshold: float = 0.03
-    """Capture threshold after the first step [m]; see ``step.capture_threshold``. Chosen."""
-    support_height: float = 0.02
-    """Height up to which a sphere counts as support [m].
+    support_height: float = ContactDetectionSettings.max_height
+    """Height up to which a sphere counts as support [m]; as in recordings.
 
     A foot that is lifted a little by leaning to the other one can still be stood upon.
     """
@@ -42,10 +42,10 @@ class RecoverySettings:
     """Weight of the position of a foot [per (m/s²)²]. Chosen."""
     foot_orientation_weight: float = 10.0
     """Weight of the orientation of a foot [per (rad/s²)²]. Chosen."""
-    foot_orientation_gain: float = 200.0
-    """Stiffness of the orientation of a foot [1/s²]. Chosen."""
-    foot_orientation_damping: float = 28.0
-    """Damping of the orientation of a foot [1/s]. Chosen, nearly critical."""
+    foot_orientation_gain: float = TaskSettings.rotation_stiffness
+    """Stiffness of the orientation of a foot [1/s²]; as in walking."""
+    foot_orientation_damping: float = TaskSettings.rotation_damping
+    """Damping of the orientation of a foot [1/s]; as in walking."""
     foot_stopping_rate: float = 20.0
     """Rate at which a foot about to stand comes to rest over the ground [1/s]. Chosen."""
     upright_weight: float = 50.0
@@ -220,7 +220,7 @@ class Recovery:
             self.rest_angles = np.array(state.angles)
         near = sphere_heights(state, self.contact)[0] < s.support_height
         support = spheres[touches @ self.foot_spheres | near, :2]
-        threshold = s.next_capture_threshold if self.stepped else s.step.capture_threshold
+        threshold = s.step.capture_margin if self.stepped else s.step.capture_threshold
         if beyond(support, now.capture_point + now.disturbance_shift) > threshold:
             footstep = self.planner.plan(now, [side for side in (0, 1) if touches[1 - side]])
             self.swing = SwingFoot(self.planner, s.swing, footstep, state.time)

@@ -43,11 +43,12 @@ class StepSettings:
     """Greatest acceleration of a swing foot along each axis [m/s²]. Chosen."""
     n_steps: int = 3
     """Number of steps the planner looks ahead. Chosen: lateral pushes take up to three."""
-    capture_threshold: float = -0.03
-    """Distance of the capture point outside the support at which a step begins [m].
+    capture_margin: float = 0.03
+    """Distance of the capture point from the edge of the support at which a step begins [m].
 
-    Negative, inside: a foot can be lifted only while the other one still carries, and a push to the
-    side takes the load off the one that has to stand.
+    A first step begins while it is still inside: a foot can be lifted only while the other one
+    carries, and a push to the side takes the load off the one that has to stand. In balance, later
+    ones begin when it is as far outside.
     """
     max_step_forward: float = 1.0
     """Greatest distance of a foot before the other [leg lengths]. Chosen."""
@@ -88,6 +89,11 @@ class StepSettings:
     """Cost of the acceleration of the swing foot, which turns the body [s²]. Chosen."""
     min_pendulum_height: float = 0.3
     """Least height of the pendulum, for bodies that have fallen [m]. Chosen."""
+
+    @property
+    def capture_threshold(self) -> float:
+        """Distance of the capture point outside the support at which a first step begins [m]."""
+        return -self.capture_margin
 
     @property
     def min_swing_duration(self) -> float:
