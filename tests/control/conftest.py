@@ -8,6 +8,7 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
+from plantigrade.world import World
 
 
 @pytest.fixture(scope="session")
@@ -18,3 +19,21 @@ def walk():
     rest = np.zeros((len(textbook.time), human.model.nv))
     motion = Motion(textbook.time, textbook.qpos, rest, human.joint_names, events=textbook.events)
     return walk_of(Record(human, motion))
+
+
+@pytest.fixture(scope="session")
+def world_of(walk):
+    """Makes the world in which a controller walks the textbook walk."""
+
+    def made(controller) -> World:
+        return World(
+            walk.human,
+            walk.ground,
+            rate=controller.rates.physics,
+            control_rate=controller.rates.control,
+            recording=False,
+            qpos=walk.motion.qpos[0],
+            qvel=walk.motion.qvel[0],
+        )
+
+    return made

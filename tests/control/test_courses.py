@@ -85,17 +85,9 @@ def test_a_walk_is_slower_before_corners_and_who_is_to_turn_round_is_slow():
 
 
 @pytest.mark.parametrize("word", ["points:4,0/4,2", "points:-2,0"])
-def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, word):
+def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, world_of, word):
     led = Walker(walk, WalkCommand(path=path_of(word)))
-    motion = walk.motion
-    world = World(
-        walk.human,
-        rate=led.rates.physics,
-        control_rate=led.rates.control,
-        recording=False,
-        qpos=motion.qpos[0],
-        qvel=motion.qvel[0],
-    )
+    world = world_of(led)
     state = world.reset()
     while (
         world.fall is None
@@ -120,10 +112,9 @@ def test_how_far_a_walk_is_from_its_way_is_measured_in_the_world():
     assert path_of("bearing:0,90@5").deviation(1.0, 2.0) is None
 
 
-def test_a_walk_that_cuts_a_corner_or_overshoots_it_says_so(walk):
+def test_a_walk_that_cuts_a_corner_or_overshoots_it_says_so(walk, world_of):
     led = Walker(walk, WalkCommand(path=path_of("points:1,0/1,4")))
-    motion = walk.motion
-    world = World(walk.human, recording=False, qpos=motion.qpos[0], qvel=motion.qvel[0])
+    world = world_of(led)
     state = world.step(led(world.reset()))
     led.command.path.heading(0.1, 0.9, 0.0)
     led.frame.shift(0.7)  # 0.7 m aside of all of it

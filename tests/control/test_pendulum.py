@@ -14,22 +14,17 @@ from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
-from plantigrade.control.pendulum.swing import (
-    SwingPath,
-    SwingSettings,
-    detour_length,
-    detours,
-    limit_to_reach,
-)
-from plantigrade.control.pendulum.velocities import BoxProgram
+from plantigrade.control.pendulum.swing import SwingPath, detour_length, detours, limit_to_reach
+from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.control.pendulum.walk import with_feasible_com
-from plantigrade.control.pendulum.wanted import BEYOND, mass_acceleration, tilted
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Run
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, StablePD, World
+
+SETTINGS = PendulumSettings()
 
 
 def test_a_summary_counts_footsteps_with_and_without_a_plan():
@@ -44,18 +39,10 @@ def test_a_summary_counts_footsteps_with_and_without_a_plan():
 
 
 @pytest.fixture(scope="module")
-def begun(walk):
+def begun(walk, world_of):
     """The controller, the world and the state after the first step."""
-    controller, motion = Pendulum(walk), walk.motion
-    world = World(
-        walk.human,
-        walk.ground,
-        rate=controller.rates.physics,
-        control_rate=controller.rates.control,
-        recording=False,
-        qpos=motion.qpos[0],
-        qvel=motion.qvel[0],
-    )
+    controller = Pendulum(walk)
+    world = world_of(controller)
     state = world.reset()
     while world.time < 0.6:
         command = controller(state)
@@ -134,32 +121,33 @@ def test_the_mass_of_a_walk_that_is_done_once_does_so_between_its_ends(walk):
     assert None in [swings.standing(side, found.duration - 1e-3) for side in SIDES]
 
 
-def test_the_first_step_lands_where_it_was_predicted_and_is_drawn_and_told(begun):
+def test_the_first_step_lands_where_it_was_planned_and_is_drawn(begun):
     controller, world, state = begun
-    assert world.fall is None
-    assert len(controller.landings) >= 1
-    assert controller.landings[0].error < 0.08
+    (footfall,) = controller.footfalls
+    assert world.fall is None and footfall.error < 0.08
     assert "pendulum" in {d.name for d in controller.drawings(state)}
-    figures = controller.summary().figures
-    assert figures["landings"] == len(controller.landings)
-    assert figures["recorded_speed_m_s"] == pytest.approx(1.2, rel=0.1)
-    assert figures["landings"] == 1 == len(controller.summary().sentences)
+    found = controller.summary()
+    assert found.figures["landings"] == 1 == len(found.sentences)
+    assert found.figures["recorded_speed_m_s"] == pytest.approx(1.2, rel=0.1)
 
 
-def test_what_feet_cannot_hold_is_asked_of_the_whole_body(begun, monkeypatch):
+def test_an_error_that_feet_cannot_correct_is_left_to_the_whole_body(begun):
     controller, _, state = begun
-    plan, paced = controller.plan, controller.reference
-    body, ref = state.body, paced.at(controller.gait.phase)
-    foot = body.origins[controller.feet[0], :2] + [[-0.05, -0.03], [0.15, 0.03]]
+    reference, body = controller.reference, state.body
+    ref, leg = reference.at(controller.gait.phase), controller.person.leg_length
+    tasks = WalkingTasks(body.human, leg)
+    foot = body.origins[controller.foot_bodies[0], :2] + [[-0.05, -0.03], [0.15, 0.03]]
 
-    def pressure(off):
-        """Return how far to the left the pressure is asked for [m]."""
-        monkeypatch.setattr(plan, "error", np.array([0.0, off * plan.leg]))
-        own = mass_acceleration(body, ref, 1.0, paced.omega, plan, foot, 0.0, np.zeros(2))
-        off = (own - ref.com_acceleration) / paced.omega**2
+    def pressure(error):
+        """Return how far to the left the desired centre of pressure is [m]."""
+        dcm_error, still = np.array([0.0, error * leg]), np.zeros(2)
+        desired = tasks.com_acceleration(
+            body, ref, 1.0, reference.omega, dcm_error, still, 0.0, foot, 0.0, still
+        )
+        off = (desired - ref.com_acceleration) / reference.omega**2
         return (ref.cop + body.com - ref.com - off)[1]
 
-    farthest = foot[1, 1] + BEYOND * plan.leg
+    farthest = foot[1, 1] + tasks.settings.max_cop_distance * leg
     assert foot[1, 1] < pressure(0.1) < pressure(0.15) < farthest
     assert pressure(0.5) == pytest.approx(farthest)
 
@@ -194,7 +182,7 @@ def test_a_foot_goes_around_the_other_one_on_its_own_side(start, end, by):
 
 def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
     controller, _, _ = begun
-    plan, leg = controller.plan, controller.leg
+    plan, leg = controller.plan, controller.person.leg_length
     for left, start, end in (
         (1.0, (-0.3, -0.2), (0.3, 0.6)),
         (-1.0, (-0.3, 0.2), (0.3, -0.6)),
@@ -204,28 +192,20 @@ def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
         swing, step, time = SwingOffset(at), 0.005, 0.35
         pace, path = np.zeros(2), [at]
         while time > 0.0:
-            by = plan._around(left, at, goal, 0.2 * leg)
+            by = plan.detour(left, at, goal, 0.2 * leg)
             swing.go(np.stack([at, pace]), np.zeros((2, 2)), goal, time, step, by)
             at, pace, time = swing.offset, swing.own[0], time - step
             path.append(at)
         assert np.linalg.norm(at - goal) < 0.05 * leg
         x, y = (np.array(path) / leg * [1.0, left]).T
-        ahead, sideways = SwingSettings().stance_foot_size
+        ahead, sideways = SETTINGS.swing.stance_foot_size
         assert ((x / ahead) ** 2 + (y / sideways) ** 2).min() > 0.8
         assert (y[1:][x[1:] * x[:-1] < 0.0] > 0.0).all()  # passes on its own side
 
 
-def test_a_push_is_felt_beside_the_ground(walk):
-    controller, motion = Pendulum(walk), walk.motion
-    world = World(
-        walk.human,
-        walk.ground,
-        rate=controller.rates.physics,
-        control_rate=controller.rates.control,
-        recording=False,
-        qpos=motion.qpos[0],
-        qvel=motion.qvel[0],
-    )
+def test_a_push_is_estimated_besides_the_ground(walk, world_of):
+    controller = Pendulum(walk)
+    world = world_of(controller)
     state, felt = world.reset(), []
     push, trunk = np.array([30.0, 120.0, 0.0]), walk.human.body("torso")
     while world.time < 0.7:  # double and single support, a foot that lands
@@ -310,30 +290,18 @@ def test_a_command_holds_for_a_tick_unless_a_sole_touches_or_leaves():
     assert CommandHold(0.001, 0.005, 8).samples == 1
 
 
-def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs(walk, monkeypatch):
-    solved, solve = [], BoxProgram.solve
-    monkeypatch.setattr(BoxProgram, "solve", lambda *a, **k: solved.append(1) or solve(*a, **k))
-    controller, motion = Pendulum(walk, settings=PendulumSettings(tick=0.02)), walk.motion
+def test_a_walk_with_a_tick_of_20_ms_lands_its_step_with_a_third_of_the_programs(walk, world_of):
+    controller = Pendulum(walk, settings=PendulumSettings(tick=0.02))
     assert controller.rates.control == 100.0 == 0.5 * Pendulum(walk).rates.control
-    start = {"qpos": motion.qpos[0], "qvel": motion.qvel[0]}
-    world = World(
-        walk.human, rate=1000.0, control_rate=controller.rates.control, recording=False, **start
-    )
-    state = world.reset()
+    world = world_of(controller)
+    state, torques = world.reset(), set()
     while world.time < 0.6:
-        state = world.step(controller(state))
-    assert 30 <= len(solved) < 48 and world.fall is None
-    assert controller.landings[0].error < 0.08
+        command = controller(state)
+        torques.add(command.torque.tobytes())
+        state = world.step(command)
+    assert 30 <= len(torques) < 48 and world.fall is None
+    assert controller.footfalls[0].error < 0.08
     assert controller.summary().figures["speed_m_s"] == pytest.approx(1.2, rel=0.15)
-
-
-def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():
-    normal = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
-    turn = tilted(normal)
-    np.testing.assert_allclose(turn @ [0.0, 0.0, 1.0], normal)
-    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
-    across = np.cross([0.0, 0.0, 1.0], normal)
-    np.testing.assert_allclose(turn @ across, across, atol=1e-12)
 
 
 @pytest.mark.slow

@@ -16,7 +16,6 @@ from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.world import World
 
 
 @pytest.fixture(scope="module")
@@ -74,18 +73,10 @@ def test_a_transition_begins_as_the_old_walk_in_its_own_time_and_ends_as_the_new
     np.testing.assert_allclose(found.row, new.at(phase).row, atol=1e-4)
 
 
-def test_a_walk_goes_over_to_another_with_one_foot_on_the_ground_and_says_so(walk, slower):
+def test_a_walk_changes_into_another_in_single_support(walk, slower, world_of):
     other = Style(name="stroll", record=slower, time=0.2)
     walker = Walker(walk, WalkCommand(own="walk", walks=(other,)))
-    world = World(
-        walk.human,
-        walk.ground,
-        rate=walker.rates.physics,
-        control_rate=walker.rates.control,
-        recording=False,
-        qpos=walk.motion.qpos[0],
-        qvel=walk.motion.qvel[0],
-    )
+    world = world_of(walker)
     state, own = world.step(walker(world.reset())), walker.pendulum.reference.speed
     before = np.zeros(36)
     while not walker.styles.changes and world.time < 1.5:

@@ -93,11 +93,11 @@ def test_bearings_that_change_to_and_fro_are_walked(data, sign):
     state, landings, apart = world.reset(), 0, []
     while world.time < 16.0 and world.fall is None:
         state = world.step(walker(state))
-        if len(walker.pendulum.landings) > landings:
-            landings = len(walker.pendulum.landings)
-            foot = walker.pendulum._foot
+        if len(walker.pendulum.footfalls) > landings:
+            landings = len(walker.pendulum.footfalls)
+            foot = walker.pendulum.foot_positions
             apart.append(foot[1, 1] - foot[0, 1])
     assert world.fall is None
     assert min(apart) > -0.05 and max(apart) < 0.3  # of the ankles, sideways [m]
-    off = [x.error for x in walker.pendulum.landings if x.error is not None]
+    off = [x.error for x in walker.pendulum.footfalls if x.error is not None]
     assert np.median(off) < 0.04

@@ -11,20 +11,30 @@ from plantigrade.control.gait.instant import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
-from plantigrade.wbc.rows import PointRows, Rows
+from plantigrade.wbc.rows import PointRows
 from plantigrade.wbc.tasks import LinearMomentumTask, OrientationTask, PointTask
 from plantigrade.wbc.tasks.point import rotation_to as turn_error
 from plantigrade.wbc.tasks.task import Target
 
-__all__ = ["TaskSettings", "TrackingTasks", "com_rows", "heading", "joint_weights", "leg_joints",
-           "root_error", "turn_error", "wanted_accelerations", "within_foot"]  # fmt: skip
+__all__ = [
+    "TaskSettings",
+    "TaskWeights",
+    "TrackingTasks",
+    "heading",
+    "joint_weights",
+    "leg_joints",
+    "root_error",
+    "turn_error",
+    "wanted_accelerations",
+    "within_foot",
+]
 LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
 TRUNK = ("lumbar_", "thor")
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskSettings:
-    """Weights and gains of the tasks; a weight is the root of the cost of a squared unit missed."""
+class TaskWeights:
+    """Weights of tasks: a weight is the root of the cost of a squared unit missed."""
 
     spine_weight: float = 1.0
     """Joints of the spine [per rad/s²]. The unit of all weights."""
@@ -47,6 +57,19 @@ class TaskSettings:
     """Rotation of a standing foot about horizontal axes [per rad/s²]. Chosen: contacts lead it."""
     contact_weight: float = 30.0
     """Points held on the ground [per m/s²]. Chosen: above all others."""
+    max_foot_error: float = 0.15
+    """Error of a foot's position beyond which the pull grows no further [m]. Chosen."""
+
+    def posture(self, human: Human) -> Float[Array, " nv"]:
+        """Return the cost of every coordinate's acceleration; none for the position of the root."""
+        root = [0.0, 0.0, 0.0, *[self.pelvis_weight] * 3]
+        return np.concatenate([root, joint_weights(human, self)]) ** 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskSettings(TaskWeights):
+    """Weights and gains of the tasks of a replay."""
+
     torque_weight: float = 0.5
     """Torque off the motion's, as a part of the joint's strength. Chosen."""
     planned_force_weight: float = 0.07
@@ -71,8 +94,6 @@ class TaskSettings:
     step."""
     hanging_damping: float = 40.0
     """Its damping [1/s]. Chosen."""
-    max_foot_error: float = 0.15
-    """Error of a foot's position beyond which the pull grows no further [m]. Chosen."""
 
     @property
     def foot_damping(self) -> float:
@@ -83,11 +104,6 @@ class TaskSettings:
     def pelvis_damping(self) -> float:
         """Critical damping of the pelvis' rotation [1/s]."""
         return 2.0 * self.joint_stiffness**0.5
-
-    def posture(self, human: Human) -> Float[Array, " nv"]:
-        """Return the cost of every coordinate's acceleration; none for the position of the root."""
-        root = [0.0, 0.0, 0.0, *[self.pelvis_weight] * 3]
-        return np.concatenate([root, joint_weights(human, self)]) ** 2
 
     def torque(self, human: Human) -> Float[Array, " n_hinges"]:
         """Return the cost of every torque [1/(N m)²]."""
@@ -170,7 +186,7 @@ class TrackingTasks:
         )
 
 
-def joint_weights(human: Human, settings: TaskSettings) -> Float[Array, " n_hinges"]:
+def joint_weights(human: Human, settings: TaskWeights) -> Float[Array, " n_hinges"]:
     """Return the weight of every hinge [per rad/s²]."""
     weights = []
     for name, within in zip(human.coordinates, within_foot(human), strict=True):
@@ -217,12 +233,6 @@ def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
     size = max(hypot(ahead, left), 1e-9)
     c, s = ahead / size, left / size
     return np.array([[c, -s], [s, c]])
-
-
-def com_rows(M, h, mass: float, gravity, wanted) -> Rows:
-    """Return rows of the acceleration of the centre of mass: the root's own equations."""
-    weight = np.array(TaskSettings().com_weight) ** 2
-    return Rows(M[:3] / mass, wanted - (h[:3] / mass + gravity), weight)
 
 
 def wanted_accelerations(

@@ -40,6 +40,9 @@ class FootholdSettings:
     """Cost by which another shift must be better than the last."""
     commitment_time: float = 0.1
     """Time before touchdown from which the shift stays as it is [s]."""
+    slope_distance: float = 0.3
+    """Distance around the person over which height and slope of the ground are taken [leg
+    lengths]."""
     min_lateral_distance: float = 0.1
     """Least lateral distance of feet that a shift may lead to [leg lengths]."""
 

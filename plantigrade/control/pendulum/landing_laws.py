@@ -1,10 +1,11 @@
-r"""Landing laws: where the swing foot is to step, by the linear pendulum or that of [Tsai2010]_.
+r"""Landing laws: the next footstep of the linear pendulum, and that of [Tsai2010]_.
 
 Both compare with the recording when its foot strikes, and put the foot where the mass, as it will
 be then, goes on as the recorded one does. Undisturbed, they return the recorded footstep.
 
 In single stance the mass swings over the foot and keeps its energy; when the other foot strikes,
-the velocity along the new leg is lost. Angles are from the vertical.
+the velocity along the new leg is lost. Angles of legs are from the vertical. (The printed text of
+the paper lacks Eqs. 1 and 2, the pendulum's energy between two angles and its equation of motion.)
 """
 
 from dataclasses import dataclass
@@ -18,15 +19,17 @@ from plantigrade.constants import GRAVITY
 BISECTIONS = 40  # of a landing angle: far below a micrometre of step
 MAX_ANGLE = np.deg2rad(75.0)  # of a leg that strikes: where bisection begins
 
+Numbers = float | Float[Array, "..."]
 
-def carried(
-    place: Float[Array, "..."],
+
+def linear_pendulum(
+    position: Float[Array, "..."],
     velocity: Float[Array, "..."],
     pivot: Float[Array, "..."],
     omega: float,
-    time: float | Float[Array, "..."],
+    time: Numbers,
 ) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
-    r"""Return where the mass is after a time, and how fast, at constant height: closed form.
+    r"""Return position and velocity of the mass after a time, at constant height: closed form.
 
     .. math:: x(t) = p + (x - p) \cosh \omega t + \frac{\dot x}{\omega} \sinh \omega t
 
@@ -34,20 +37,18 @@ def carried(
     as much as that takes: the pendulum of variable length that keeps its height is linear.
 
     Args:
-        place: Of the mass, horizontal [m].
+        position: Of the mass, horizontal [m].
         velocity: Its velocity [m/s].
-        pivot: Where the leg stands [m].
+        pivot: Lower end of the leg [m].
         omega: Root of gravity by height [1/s].
         time: How much later [s].
     """
     c, s = np.cosh(omega * time), np.sinh(omega * time)
-    off = place - pivot
+    off = position - pivot
     return pivot + off * c + velocity / omega * s, off * omega * s + velocity * c
 
 
-def struck(
-    speed: float | Float[Array, "..."], between: float | Float[Array, "..."]
-) -> Float[Array, "..."]:
+def speed_after_strike(speed: Numbers, between: Numbers) -> Float[Array, "..."]:
     r"""Return the speed after the other leg has struck, :math:`V_2 = V_1 \cos\alpha` (Eq. 3).
 
     Args:
@@ -58,12 +59,9 @@ def struck(
 
 
 def leg_length(
-    height: float | Float[Array, "..."],
-    trailing: float | Float[Array, "..."],
-    leading: float | Float[Array, "..."],
-    slope: float = 0.0,
+    height: Numbers, trailing: Numbers, leading: Numbers, slope: float = 0.0
 ) -> Float[Array, "..."]:
-    r"""Return how long the leg is that strikes a slope (Eq. 8) [m].
+    r"""Return the length of a leg that strikes a slope (Eq. 8) [m].
 
     .. math:: r = L_y \frac{\sin(\pi/2 - \theta_{ST} - \theta_G)}
         {\cos\theta_{ST} \, \sin(\pi/2 - \theta_{SW1} + \theta_G)}
@@ -72,8 +70,8 @@ def leg_length(
     minus signs.)
 
     Args:
-        height: Of the mass over the foot that stands [m].
-        trailing: Angle of the leg that stands, positive where the mass is ahead [rad].
+        height: Of the mass over the stance foot [m].
+        trailing: Angle of the stance leg, positive where the mass is ahead [rad].
         leading: Angle of the leg that strikes, positive where the foot is ahead [rad].
         slope: How far the ground rises that way [rad].
     """
@@ -84,15 +82,12 @@ def leg_length(
     )
 
 
-def energy(
-    speed: float | Float[Array, "..."],
-    trailing: float | Float[Array, "..."],
-    leading: float | Float[Array, "..."],
-    length: float | Float[Array, "..."],
+def energy_after_strike(
+    speed: Numbers, trailing: Numbers, leading: Numbers, length: Numbers
 ) -> Float[Array, "..."]:
-    r"""Return what a strike leaves: :math:`\frac12\omega_1^2 + \frac gr \cos\theta_1` [1/s²].
+    r"""Return the energy after a strike: :math:`\frac12\omega_1^2 + \frac gr \cos\theta_1` [1/s²].
 
-    By Eqs. 5 to 7 it is what the pendulum has at any later angle too,
+    By Eqs. 5 to 7 the pendulum has it at any later angle too,
     :math:`\frac12\omega_2^2 + \frac gr \cos\theta_2`.
 
     Args:
@@ -101,27 +96,23 @@ def energy(
         leading: Angle of the leg that strikes [rad].
         length: Of that leg [m].
     """
-    rate = struck(speed, trailing + leading) / length
+    rate = speed_after_strike(speed, trailing + leading) / length
     return np.asarray(0.5 * rate**2 + GRAVITY / length * np.cos(leading))
 
 
-def strike_angle(
-    speed: float | Float[Array, "..."],
-    trailing: float | Float[Array, "..."],
-    height: float,
-    goal: float,
-    slope: float = 0.0,
+def landing_angle(
+    speed: Numbers, trailing: Numbers, height: float, energy: float, slope: float = 0.0
 ) -> Float[Array, "..."]:
-    r"""Return at which angle a leg must strike to leave a wanted energy: Eqs. 5 to 8.
+    r"""Return the angle at which a leg must strike to leave a desired energy: Eqs. 5 to 8.
 
-    What a strike leaves falls with its angle, so bisection finds the one that leaves the goal. (The
+    The energy after a strike falls with its angle, so bisection finds the one that leaves it. (The
     paper names a Runge–Kutta method, which integrates and finds no roots.)
 
     Args:
         speed: Of the mass before the strike, in the direction of the step [m/s].
-        trailing: Angle of the leg that stands [rad].
-        height: Of the mass over the foot that stands [m].
-        goal: What :func:`energy` is to be [1/s²].
+        trailing: Angle of the stance leg [rad].
+        height: Of the mass over the stance foot [m].
+        energy: Desired :func:`energy_after_strike` [1/s²].
         slope: How far the ground rises that way [rad].
 
     Returns:
@@ -135,93 +126,92 @@ def strike_angle(
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         length = leg_length(height, trailing, middle, slope)
-        more = energy(speed, trailing, middle, length) > goal
+        more = energy_after_strike(speed, trailing, middle, length) > energy
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return np.asarray(0.5 * (low + high))
 
 
 @dataclass(frozen=True, eq=False)
-class Strike:
-    """What the recording has when its foot strikes; world axes, horizontal.
+class ReferenceTouchdown:
+    """The reference when its foot strikes; horizontal, ahead and to the left.
 
     Attributes:
-        com: The mass [m].
-        velocity: Its velocity [m/s].
-        height: Its height over the standing foot [m].
-        stands: The standing foot [m].
-        lands: The foot that strikes [m].
-        axes: Ahead and to the left, as columns.
+        com: Centre of mass [m].
+        com_velocity: Its velocity [m/s].
+        height: Its height over the stance foot [m].
+        stance_foot: Position of the stance foot [m].
+        footstep: Position of the foot that strikes [m].
         omega: Root of gravity by height [1/s].
-        kept: How much the standing foot still moves the pendulum, of what all feet do.
-        later: How much the foot that lands does, with those after it; the rest if absent.
-        slope: How far the ground rises along each axis [rad].
+        stance_weight: Part of the stance foot in what the feet do to the pendulum from then on.
+        later_weight: Part of the foot that strikes, and of those after it; the rest if absent.
+        slope: How far the ground rises ahead and to the left [rad].
     """
 
     com: Float[Array, " 2"]
-    velocity: Float[Array, " 2"]
+    com_velocity: Float[Array, " 2"]
     height: float
-    stands: Float[Array, " 2"]
-    lands: Float[Array, " 2"]
-    axes: Float[Array, "2 2"]
+    stance_foot: Float[Array, " 2"]
+    footstep: Float[Array, " 2"]
     omega: float
-    kept: float = 0.0
-    later: float = 1.0
+    stance_weight: float = 0.0
+    later_weight: float = 1.0
     slope: tuple[float, float] = (0.0, 0.0)
 
 
 @runtime_checkable
 class LandingLaw(Protocol):
-    """Where a foot is to land."""
+    """The law of the next footstep."""
 
-    def place(
+    def footsteps(
         self,
         com: Float[Array, "m 2"],
         velocity: Float[Array, "m 2"],
-        stands: Float[Array, " 2"],
-        strike: Strike,
+        stance_foot: Float[Array, " 2"],
+        reference: ReferenceTouchdown,
     ) -> Float[Array, "m 2"]:
-        """Return landing places for states of the mass at the strike.
+        """Return footsteps for states of the mass at touchdown [m].
 
         Args:
-            com: The mass when the foot strikes [m].
+            com: The mass at touchdown [m].
             velocity: Its velocity then [m/s].
-            stands: The standing foot [m].
-            strike: What the recording has then.
+            stance_foot: Position of the stance foot [m].
+            reference: The reference at its touchdown.
         """
         ...
 
 
 class DivergentLaw:
-    r"""The extrapolated centre of mass is to be as far ahead of the foot as in the recording.
+    r"""The foot is as far behind the extrapolated centre of mass as in the reference.
 
     :math:`\xi = x + \dot x / \omega` [Hof2005]_. A constant offset of the foot from it makes any
-    walk of a linear pendulum stable in one step ([Hof2008]_). While both feet stand, the old one
-    carries on for a part ``kept`` of what the pendulum still feels of it.
+    walk of a linear pendulum stable in one step ([Hof2008]_). In double support the old stance foot
+    still counts, with its weight.
     """
 
-    def place(
+    def footsteps(
         self,
         com: Float[Array, "m 2"],
         velocity: Float[Array, "m 2"],
-        stands: Float[Array, " 2"],
-        strike: Strike,
+        stance_foot: Float[Array, " 2"],
+        reference: ReferenceTouchdown,
     ) -> Float[Array, "m 2"]:
-        """Return landing places for states of the mass at the strike."""
-        off = com + velocity / strike.omega - strike.com - strike.velocity / strike.omega
-        off = (off - strike.kept * (stands - strike.stands)) / strike.later
-        return strike.lands + off
+        """Return footsteps for states of the mass at touchdown [m]."""
+        ref = reference
+        error = com + velocity / ref.omega - ref.com - ref.com_velocity / ref.omega
+        error = error - ref.stance_weight * (stance_foot - ref.stance_foot)
+        return ref.footstep + error / ref.later_weight
 
 
 @dataclass(frozen=True)
 class EnergyLaw:
-    r"""After the strike the mass is to have the energy that the recorded one has: Eqs. 5 to 8.
+    r"""After the strike the mass has the energy that the reference has: Eqs. 5 to 8.
 
     The paper takes :math:`\theta_{SW2}` and :math:`V_{SW2}` from the recording; but a person
     pushes off and loses less than Eq. 3 says, so that Eq. 5 does not hold of any recording. Here
-    the goal is what Eqs. 5 to 7 leave of the recording's own strike, so that they return the
-    recorded step. The equations know squares of speeds alone: of a mass that moves the other way
-    than the recorded one, the foot goes along with its extrapolated centre, from where it lands at
-    no speed.
+    the desired energy is that which Eqs. 5 to 7 leave of the recording's own strike, so that they
+    return the recorded step. The equations know squares of speeds alone: if the mass moves the
+    other way than the recorded one, the foot goes along with its extrapolated centre, from where it
+    lands at no speed.
 
     In the frontal plane the mass swings out to the foot and back. Its energy fixes how near it
     comes, not when it is back, and steps come at the recording's times: nothing brings a swing that
@@ -234,42 +224,32 @@ class EnergyLaw:
 
     frontal: bool = False
 
-    def place(
+    def footsteps(
         self,
         com: Float[Array, "m 2"],
         velocity: Float[Array, "m 2"],
-        stands: Float[Array, " 2"],
-        strike: Strike,
+        stance_foot: Float[Array, " 2"],
+        reference: ReferenceTouchdown,
     ) -> Float[Array, "m 2"]:
-        """Return landing places for states of the mass at the strike."""
-        along = DivergentLaw().place(com, velocity, stands, strike) @ strike.axes
-        for i, axis in enumerate(strike.axes.T):
-            if i == 0 or self.frontal:
-                along[:, i] = _in_plane(
-                    com @ axis,
-                    velocity @ axis,
-                    float(stands @ axis),
-                    strike,
-                    axis,
-                    strike.slope[i],
-                )
-        return along @ strike.axes.T
+        """Return footsteps for states of the mass at touchdown [m]."""
+        found = DivergentLaw().footsteps(com, velocity, stance_foot, reference)
+        for i in range(1 + self.frontal):
+            found[:, i] = _in_plane(com[:, i], velocity[:, i], stance_foot[i], reference, i)
+        return found
 
 
-def _in_plane(com, speed, stands: float, strike: Strike, axis, slope: float) -> Array:
-    """Return the landing place along one axis."""
-    own = float(strike.velocity @ axis)
-    way = 1.0 if own >= 0.0 else -1.0
-    h = strike.height
-    ahead = way * float((strike.lands - strike.com) @ axis)
-    behind = way * float((strike.com - strike.stands) @ axis)
-    trailing, leading = np.arctan2(behind, h), np.arctan2(ahead, h)
-    tilt = way * slope
-    goal = float(energy(abs(own), trailing, leading, leg_length(h, trailing, leading, tilt)))
-    now = np.arctan2(way * (com - stands), h)
-    with_it = np.maximum(way * speed, 0.0)
-    angle = strike_angle(with_it, now, h, goal, tilt)
-    back = np.minimum(way * speed, 0.0) / strike.omega
+def _in_plane(com, speed, stance_foot, ref: ReferenceTouchdown, i: int) -> Array:
+    """Return the footstep along one axis [m]."""
+    recorded, h = float(ref.com_velocity[i]), ref.height
+    way = 1.0 if recorded >= 0.0 else -1.0
+    ahead = way * float((ref.footstep - ref.com)[i])
+    behind = way * float((ref.com - ref.stance_foot)[i])
+    trailing, leading, slope = np.arctan2(behind, h), np.arctan2(ahead, h), way * ref.slope[i]
+    length = leg_length(h, trailing, leading, slope)
+    energy = float(energy_after_strike(abs(recorded), trailing, leading, length))
+    now = np.arctan2(way * (com - stance_foot), h)
+    angle = landing_angle(np.maximum(way * speed, 0.0), now, h, energy, slope)
+    back = np.minimum(way * speed, 0.0) / ref.omega
     return com + way * (h * np.tan(angle) + back)
 
 

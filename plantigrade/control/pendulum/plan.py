@@ -1,294 +1,343 @@
-"""The plan of a walk: where and when the swinging foot lands, and what the mass is off."""
+"""The step plan of a walk: the next footstep, and the error of the centre of mass."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import atan, cos, exp, sin, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.planner import FootstepSettings
-from plantigrade.control.pendulum.landing import Landing, Reach, landing
-from plantigrade.control.pendulum.landing_laws import LandingLaw, Strike
+from plantigrade.control.gait.person import Person
+from plantigrade.control.gait.phase import Foot, Gait
+from plantigrade.control.pendulum.footstep import Footstep, Reach, next_footstep
+from plantigrade.control.pendulum.landing_laws import LAWS, ReferenceTouchdown
 from plantigrade.control.pendulum.scaled_reference import ScaledReference
-from plantigrade.control.pendulum.swing import SwingSettings, detours
+from plantigrade.control.pendulum.swing import Height, detours
+from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
-ASTRAY = 0.4
-"""Who is farther than this from where the recording would be by now does not hurry back more
-[leg lengths]; along the path what is lost beyond it stays lost."""
-TIPTOE = 0.12
-"""A trailing leg is longer by its ankle [leg lengths]."""
-LOWEST, RISING = 0.2, 0.5
-"""So much lower the body goes for far feet, at most [leg lengths]; it comes up again in this time
-[s], lest it be thrown up between steps."""
-REGAIN = 0.15
-"""Rate at which a lasting offset from the path is countered [1/s]."""
-ASIDE = 0.1
-"""From this deviation to the side on a foot goes its own way, no longer along with the recorded one
-[leg lengths]."""
-ANEW = 0.5
-"""Time constant with which the line of a walk that turns goes with the walker [s]."""
+if TYPE_CHECKING:
+    from plantigrade.control.pendulum.settings import PendulumSettings
+
+MIN_PHASE = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
+
+Foothold = Callable[[int, Array, Array, float], Array]
+"""Shift of a footstep to where a sole lies well [m]: side, footstep, stance foot [m], time [s]."""
 
 
-class Plan:
+@dataclass(frozen=True, kw_only=True)
+class PlanSettings:
+    """How a walk returns to its path and reaches footsteps; values were chosen."""
+
+    max_path_error: float = 0.4
+    """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
+    lost beyond it stays lost."""
+    path_gain: float = 0.15
+    """Rate at which a lasting offset from the path is countered [1/s]."""
+    line_time: float = 0.5
+    """Time constant with which the line of a walk that turns goes with the walker [s]."""
+    recovery_error: float = 0.1
+    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
+    leaves the recorded path, and a late one comes down where it is."""
+    max_lowering: float = 0.2
+    """Greatest lowering of the body for a far footstep [leg lengths]."""
+    rise_time: float = 0.5
+    """Time constant with which it rises again [s]: faster, it was thrown up between steps."""
+    trailing_leg_extension: float = 0.12
+    """Extension of a trailing leg by its ankle [leg lengths]."""
+
+
+class StepPlan:
     """The plan of one walk, made anew at every tick.
 
     Args:
-        gait: Phase and feet of the walk; its swinging foot is led to the landing.
+        gait: Phase and feet of the walk; its swing foot is led to the footstep.
         reference: The walk.
-        law: By which feet land.
-        leg: Length of the leg, hip to ankle [m].
-        hip: Height of the mass above the hips [m].
-        reaction: How far the extrapolated centre goes along with a foot that is led elsewhere, by
-            its distance (:func:`reaction_of`).
-        step: From one tick to the next [s].
-        swing: How feet swing.
-        footsteps: Limits and costs of footsteps.
+        person: The person.
+        step: Time from one tick to the next [s].
+        settings: Of the controller.
 
     Attributes:
-        error: What the divergent component of motion is off the plan, world [m].
-        shift: How far the feet that stand are beside the recording, by load, world [m].
-        swept: How far the way has turned since each foot stands as it does, to the left [rad].
-        beside: How far the pressure is beside the recording for that, world [m].
-        path: How far ahead of the recording, or behind, the walk stays for good, world [m].
-        lead: What counters a lasting offset, world [m].
-        bent: How much lower than recorded the body goes for legs to reach their feet [m].
-        turning: How fast the walk turns to the left [rad/s].
-        heading: Returns by how much it will have turned after a time [s], to the left [rad], and
-            how far inward the extrapolated centre of mass is to be then [m], and half the angle of
-            the step that begins then [rad].
-        toes: How far the swinging foot is to look into the turn [rad].
+        dcm_error: Error of the divergent component of motion, world [m].
+        offset: Load-weighted offset of the stance feet from the reference, world [m].
+        cop_offset: Offset of the centre of pressure for feet that stood before a turn, world [m].
+        line: Offset of the line of the walk, ahead and to the left, that it keeps, world [m].
+        lowering: Of the body, for legs to reach their footsteps [m].
+        turn_rate: Rate of turn, to the left [rad/s].
+        predicted_turn: Returns the turn until a touchdown in a time [s].
+        foot_angle: Rotation of the swing foot into the turn [rad].
+        leg_momentum: Angular momentum of a swing leg (:func:`leg_momentum`).
     """
 
     def __init__(
         self,
         gait: Gait,
         reference: ScaledReference,
-        law: LandingLaw,
-        leg: float,
-        hip: float,
-        reaction: float,
+        person: Person,
         step: float,
-        swing: SwingSettings,
-        footsteps: FootstepSettings,
+        settings: "PendulumSettings",
     ):
-        self.swing, self.footsteps = swing, footsteps
-        self.gait, self.law, self.leg, self.hip, self.step = gait, law, leg, hip, step
-        self.reaction = reaction
-        self.reference = reference
-        self.error, self.shift = np.zeros(2), np.zeros(3)
-        self.path, self.lead = np.zeros(2), np.zeros(2)
-        self.bent = self.turning = 0.0
-        self.beside, self.swept = np.zeros(2), np.zeros(2)
-        self.toes = 0.0
-        self.heading: Callable[[float], tuple[float, float, float]] = lambda left: (0.0, 0.0, 0.0)
+        self.gait, self.reference, self.person, self.step = gait, reference, person, step
+        self.settings, self.leg_momentum = settings, leg_momentum(person.human)
+        self.dcm_error, self.offset = np.zeros(2), np.zeros(3)
+        self.cop_offset, self.line = np.zeros(2), np.zeros(2)
+        self.lowering = self.turn_rate = self.foot_angle = 0.0
+        self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
+        self._correction, self._turned = np.zeros(2), np.zeros(2)
 
-    def next(
+    def update(
         self,
         body: State,
         ref: Instant,
-        places: Float[Array, "2 3"],
-        rise: Float[Array, " 2"],
-        level: Callable[[Array], float],
-        push: Float[Array, " 2"],
-        foothold: Callable[[int, Array, Array, float], Array] | None = None,
-    ) -> Landing | None:
-        r"""Return where and when the swinging foot lands; None where no single foot swings.
+        feet: Float[Array, "2 3"],
+        slope: Float[Array, " 2"],
+        ground: Height,
+        disturbance: Float[Array, " 2"],
+        foothold: Foothold | None = None,
+    ) -> Footstep | None:
+        r"""Return the next footstep; None where no single foot swings.
 
-        A push is expected to die away with the time constant of the pendulum. An acceleration
+        A disturbance is expected to decay with the time constant of the pendulum. An acceleration
         :math:`a \, e^{-\omega t}` does to the walk what a velocity of :math:`a / (2 \omega)` does.
 
         Args:
             body: The person now.
-            ref: The recording at the phase of the gait.
-            places: Where the feet are, world [m].
-            rise: How far the ground about the person rises along x and y, by distance.
-            level: Height of the ground at a place [m].
-            push: What the person is felt to be pushed by [m/s²].
-            foothold: How far from a place a foot is to land to stand well, given which foot, the
-                place, the other foot [m] and in what time [s]; it lands there if absent.
+            ref: The reference at the phase of the gait.
+            feet: Positions of the feet, world [m].
+            slope: Rise of the ground about the person along x and y, by distance.
+            ground: Height of the ground at a position [m].
+            disturbance: Acceleration of the person by it [m/s²].
+            foothold: Shifts footsteps on uneven ground.
         """
-        gait, reference, footsteps = self.gait, self.reference, self.footsteps
-        omega = reference.omega
-        velocity = body.com_velocity[:2] + push / (2.0 * omega)
-        xi = body.com[:2] + velocity / omega
-        xi_ref = (ref.com + ref.com_velocity / omega)[:2]
-        first, beta, offsets, self.shift = gait.carried()
-        standing = gait.standing
-        path = self._path()
-        self.beside = np.zeros(2)
-        self.swept += self.turning * self.step
-        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
-        self.bent *= 1.0 - self.step / RISING
-        if len(standing) != 1 or len(swinging) != 1:
-            for f in standing:
-                k = SIDES.index(f.side)
-                if len(standing) == 1 or places[k, 0] > places[1 - k, 0]:
-                    self._bend(level, body.com[:2], places[k, :2], ref.com, ref.foot_position[k])
-            deviation = xi - xi_ref - path - [0.0, self.heading(0.0)[1]]
-            if not standing:
-                for f in swinging:
-                    left = (f.touchdown - gait.phase) / reference.cadence
-                    f.swing.lead(deviation + path, left, self.step)
-                self.error = np.zeros(2)
-                return None
-            last = max((f.number for f in standing if f.number is not None), default=first)
-            known = np.arange(first, first + len(beta)) <= last
-            later = footsteps.decayed(beta[~known]) * footsteps.offset_decay
-            newest = gait.offset(last)[:2] - path
-            self.error = deviation - beta[known] @ (offsets[known, :2] - path) - later * newest
+        gait, omega = self.gait, self.reference.omega
+        velocity = body.com_velocity[:2] + disturbance / (2.0 * omega)
+        first, beta, offsets, self.offset = gait.carried()
+        path = self._path_offset()
+        self.cop_offset = np.zeros(2)
+        self._turned += self.turn_rate * self.step
+        swing = [f for f in gait.feet if not f.stands and f.number is not None]
+        self.lowering *= 1.0 - self.step / self.settings.plan.rise_time
+        if len(gait.standing) != 1 or len(swing) != 1:
+            self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None
-        foot, other = swinging[0], standing[0]
+        return self._with_swing(swing[0], body, ref, velocity, feet, slope, ground, path, foothold)
+
+    def _without_swing(self, body, ref, velocity, feet, ground, path, carried) -> None:
+        """Find the error of the divergent component in double support, or in flight."""
+        gait, omega, footsteps = self.gait, self.reference.omega, self.settings.footsteps
+        for f in gait.standing:
+            k = SIDES.index(f.side)
+            if len(gait.standing) == 1 or feet[k, 0] > feet[1 - k, 0]:
+                self._lower(ground, body.com[:2], feet[k, :2], ref.com, ref.foot_position[k])
+        xi = body.com[:2] + velocity / omega
+        error = xi - (ref.com + ref.com_velocity / omega)[:2] - path
+        error = error - [0.0, self.predicted_turn(0.0).lateral_offset]
+        if not gait.standing:
+            for f in gait.feet:
+                if f.number is not None:
+                    left = (f.touchdown - gait.phase) / self.reference.cadence
+                    f.swing.lead(error + path, left, self.step)
+            self.dcm_error = np.zeros(2)
+            return
+        first, beta, offsets = carried
+        last = max((f.number for f in gait.standing if f.number is not None), default=first)
+        known = np.arange(first, first + len(beta)) <= last
+        later = footsteps.decayed(beta[~known]) * footsteps.offset_decay
+        newest = gait.offset(last)[:2] - path
+        self.dcm_error = error - beta[known] @ (offsets[known, :2] - path) - later * newest
+
+    def _with_swing(
+        self, foot: Foot, body, ref, velocity, feet, slope, ground, path, foothold
+    ) -> Footstep:
+        """Plan the footstep of a swing foot, and lead the foot to it."""
+        gait, reference, settings = self.gait, self.reference, self.settings
+        (other,), omega, leg = gait.standing, reference.omega, self.person.leg_length
         assert foot.number is not None and other.number is not None
-        left = max(foot.touchdown - gait.phase, 0.01) / reference.cadence
-        then = reference.at(foot.touchdown)
-        head, _, weights = reference.schedule.weights(foot.touchdown)
-        before = np.arange(head, head + len(weights)) < foot.number
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
-        height = float(then.com[2] - then.foot_position[k, 2])
-        angle, inward, self.toes = self.heading(left)
-        strike = Strike(
-            com=then.com[:2] + path + [0.0, inward],
-            velocity=then.com_velocity[:2],
-            height=height,
-            stands=then.foot_position[k, :2] + path,
-            lands=then.foot_position[i, :2] + path,
+        left = max(foot.touchdown - gait.phase, MIN_PHASE) / reference.cadence
+        then = reference.at(foot.touchdown)
+        turn = self.predicted_turn(left)
+        self.foot_angle = turn.foot_angle
+        touchdown = self._touchdown(foot.touchdown, foot.number, then, i, path, slope, turn)
+        # At touchdown the walk has another heading.
+        com, axes = body.com[:2], turned_axes(turn.angle)
+        here = com + (feet[:, :2] - com) @ axes.T
+        stance_foot = then.foot_position[k, :2] + gait.offset(other.number)[:2]
+        stance_foot = com + axes @ (stance_foot - com)
+        width = foot.left * float(touchdown.footstep[1] - touchdown.stance_foot[1])
+        lands = com + (touchdown.footstep - com) @ axes
+        hip = body.origin(f"femur_{foot.side}")
+        own = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), feet[[i]])
+        foot_velocity = own.velocity[0, :2]
+        reach = Reach(
             axes=np.eye(2),
-            omega=omega,
-            kept=float(weights[before].sum()),
-            later=footsteps.decayed(weights[~before]),
-            slope=(atan(rise[0]), atan(rise[1])),
-        )
-        # By then the walk looks another way.
-        com, turn = body.com[:2], turned(angle)
-        here = com + (places[:, :2] - com) @ turn.T
-        stands = com + turn @ (then.foot_position[k, :2] + gait.offset(other.number)[:2] - com)
-        apart = foot.left * float(strike.lands[1] - strike.stands[1])
-        lands, hip = com + (strike.lands - com) @ turn, body.origin(f"femur_{foot.side}")
-        swings = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), places[[i]])
-        box = Reach(
-            axes=np.eye(2),
-            stance_foot_size=self.swing.stance_foot_size,
-            nominal=strike.lands - stands,
+            nominal=touchdown.footstep - stance_foot,
             side=foot.left,
-            leg_length=self.leg,
-            min_width=min(gait.settings.swing.min_foot_distance * self.leg, apart),
-            swing_offset=here[i] - strike.lands,
-            speed=turn @ swings.velocity[0, :2],
-            hip=turn @ (hip - body.com)[:2],
-            high=float(hip[2] - then.foot_position[i, 2]) - level(np.append(lands, 0.0)),
-            rises=float(body.com_velocity[2]),
-            moved=turn @ foot.swing.offset - path,
-            moves=turn @ foot.swing.velocity,
-            reaction=self.reaction,
-            may_cross=not angle,
-            settings=footsteps,
+            leg_length=leg,
+            min_width=min(gait.settings.swing.min_foot_distance * leg, width),
+            swing_offset=here[i] - touchdown.footstep,
+            settings=settings.footsteps,
+            reach=settings.reach,
+            max_descent=settings.tasks.max_descent,
+            stance_foot_size=settings.swing.stance_foot_size,
+            foot_velocity=axes @ foot_velocity,
+            hip=axes @ (hip - body.com)[:2],
+            hip_height=float(hip[2] - then.foot_position[i, 2]) - ground(np.append(lands, 0.0)),
+            hip_rise=float(body.com_velocity[2]),
+            offset=axes @ foot.swing.offset - path,
+            offset_velocity=axes @ foot.swing.velocity,
+            leg_momentum=self.leg_momentum,
+            may_cross=not turn.angle,
         )
-        # The recording's own effective pivot, where the foot really stands.
-        grown = exp(omega * left)
-        xi_then = (then.com + then.com_velocity / omega)[:2]
-        pivot = (xi_then - grown * xi_ref) / (1.0 - grown) + self.shift[:2]
-        # It is ahead of the ankle along the foot, which stays as it stands while the way turns.
-        if self.swept[k]:
-            back = turned(-self.swept[k])
-            pivot = places[k, :2] + (pivot - places[k, :2]) @ back
-            ahead = ref.cop[:2] - ref.foot_position[k, :2]
-            self.beside = ahead @ back - ahead
-        self.swept[i] = -self.toes  # as it is to land
-        pivot, speed = com + turn @ (pivot - com), turn @ velocity
-        found = landing(self.law, com, speed, pivot, stands, left, strike, box)
-        home = strike.lands + footsteps.offset_decay * (self.shift[:2] - path)
-        self.error = exp(-omega * found.after) * strike.later * (found.free - home)
-        self._bend(level, found.com, found.place, then.com, then.foot_position[i])
-        self._bend(level, found.com, here[k], then.com, then.foot_position[k], TIPTOE)
+        pivot = self._pivot(ref, then, exp(omega * left), k, feet)
+        self._turned[i] = -self.foot_angle  # at touchdown
+        found = next_footstep(
+            LAWS[settings.law],
+            com,
+            axes @ velocity,
+            com + axes @ (pivot - com),
+            stance_foot,
+            left,
+            touchdown,
+            reach,
+        )
+        planned = touchdown.footstep + settings.footsteps.offset_decay * (self.offset[:2] - path)
+        decay, later = exp(-omega * found.time), touchdown.later_weight
+        self.dcm_error = decay * later * (found.unconstrained - planned)
+        self._lower(ground, found.com, found.position, then.com, then.foot_position[i])
+        tiptoe = settings.plan.trailing_leg_extension
+        self._lower(ground, found.com, here[k], then.com, then.foot_position[k], tiptoe)
         found = replace(
-            found, place=com + (found.place - com) @ turn, free=com + (found.free - com) @ turn
+            found,
+            position=com + (found.position - com) @ axes,
+            unconstrained=com + (found.unconstrained - com) @ axes,
         )
         if foothold is not None:
-            shift = foothold(i, found.place, places[k, :2], found.after)
-            found = replace(found, place=found.place + shift)
-            self.error = self.error - np.exp(-omega * found.after) * strike.later * (turn @ shift)
+            shift = foothold(i, found.position, feet[k, :2], found.time)
+            found = replace(found, position=found.position + shift)
+            self.dcm_error = self.dcm_error - np.exp(-omega * found.time) * later * (axes @ shift)
         time = left / max(gait.rate, gait.settings.min_lead_rate)
-        apart = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
-        other, goal, aside = places[k, :2], found.place, abs(float(self.error[1]))
-        by = self._around(foot.left, places[i, :2] - other, goal - other, apart)
-        if by is None and foot.swing.own is None and aside < ASIDE * self.leg:
-            foot.swing.lead(goal - then.foot_position[i, :2], time, self.step)
-        else:
-            pace = gait.rate * reference.cadence * ref.foot_velocity[i, :2]
-            real = np.stack([places[i, :2], swings.velocity[0, :2]])
-            motion = np.stack([ref.foot_position[i, :2], pace])
-            foot.swing.go(real, motion, goal, time, self.step, None if by is None else other + by)
+        self._lead(foot, i, k, ref, then, feet, foot_velocity, found.position, time)
         return found
 
-    def _around(
-        self, left: float, start: Float[Array, " 2"], end: Float[Array, " 2"], apart: float
+    def _touchdown(
+        self, phase: float, number: int, then: Instant, i: int, path, slope, turn: PredictedTurn
+    ) -> ReferenceTouchdown:
+        """Return the reference at the touchdown of a foot."""
+        head, _, weights = self.reference.schedule.weights(phase)
+        before = np.arange(head, head + len(weights)) < number
+        k = 1 - i
+        return ReferenceTouchdown(
+            com=then.com[:2] + path + [0.0, turn.lateral_offset],
+            com_velocity=then.com_velocity[:2],
+            height=float(then.com[2] - then.foot_position[k, 2]),
+            stance_foot=then.foot_position[k, :2] + path,
+            footstep=then.foot_position[i, :2] + path,
+            omega=self.reference.omega,
+            stance_weight=float(weights[before].sum()),
+            later_weight=self.settings.footsteps.decayed(weights[~before]),
+            slope=(atan(slope[0]), atan(slope[1])),
+        )
+
+    def _pivot(self, ref: Instant, then: Instant, growth: float, k: int, feet) -> Array:
+        """Return the reference's own effective pivot until touchdown, at the real stance foot [m].
+
+        It is ahead of the ankle along the foot, which stays as it stands while the walk turns.
+        """
+        omega = self.reference.omega
+        now, later = ((x.com + x.com_velocity / omega)[:2] for x in (ref, then))
+        pivot = (later - growth * now) / (1.0 - growth) + self.offset[:2]
+        if self._turned[k]:
+            back = turned_axes(-self._turned[k])
+            pivot = feet[k, :2] + (pivot - feet[k, :2]) @ back
+            ahead = ref.cop[:2] - ref.foot_position[k, :2]
+            self.cop_offset = ahead @ back - ahead
+        return pivot
+
+    def _lead(self, foot: Foot, i, k, ref, then, feet, velocity, footstep, time) -> None:
+        """Lead a swing foot to its footstep: along with the reference, or on a way of its own."""
+        width = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
+        stance_foot = feet[k, :2]
+        by = self.detour(foot.left, feet[i, :2] - stance_foot, footstep - stance_foot, width)
+        small = self.settings.plan.recovery_error * self.person.leg_length
+        if by is None and foot.swing.own is None and abs(float(self.dcm_error[1])) < small:
+            foot.swing.lead(footstep - then.foot_position[i, :2], time, self.step)
+            return
+        recorded = self.gait.rate * self.reference.cadence * ref.foot_velocity[i, :2]
+        real = np.stack([feet[i, :2], velocity])
+        motion = np.stack([ref.foot_position[i, :2], recorded])
+        by = None if by is None else stance_foot + by
+        foot.swing.go(real, motion, footstep, time, self.step, by)
+
+    def detour(
+        self, left: float, start: Float[Array, " 2"], end: Float[Array, " 2"], width: float
     ) -> Float[Array, " 2"] | None:
-        """Return the point by which a foot goes around the other one; None where it goes straight.
+        """Return the point by which a foot goes around the stance foot; None if it goes straight.
 
         Args:
             left: 1 for the left foot, -1 for the right.
-            start: Where it is, from the other one [m].
-            end: Where it lands, likewise [m].
-            apart: How far aside of it the recorded one is now [m].
+            start: Its position, from the stance foot [m].
+            end: Its footstep, likewise [m].
+            width: Lateral distance of the recorded feet now [m].
         """
-        outward = np.array([1.0, left])
-        ahead, sideways = self.swing.stance_foot_size
+        leg, outward = self.person.leg_length, np.array([1.0, left])
+        ahead, sideways = self.settings.swing.stance_foot_size
         margin = self.gait.settings.swing.passing_margin
-        size = np.array([ahead * self.leg, min(sideways * self.leg, apart - margin)])
+        size = np.array([ahead * leg, min(sideways * leg, width - margin)])
         if size[1] <= margin:  # the recorded feet cross over themselves
             return None
         points, around = detours(outward * start, (outward * end)[None], size)
         return outward * points[0] if around[0] else None
 
-    def _bend(self, level, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
-        """Let the body go down for one leg to reach its foot, if the recorded one needs it not.
+    def _lower(self, ground: Height, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
+        """Lower the body for one leg to reach its foot, unless the recorded one reaches as far.
 
         Args:
-            level: Height of the ground at a place [m].
-            com: The mass, horizontal [m].
+            ground: Height of the ground at a position [m].
+            com: Centre of mass, horizontal [m].
             foot: The foot, likewise.
-            com_ref: The mass in the recording [m].
+            com_ref: Centre of mass in the reference [m].
             foot_ref: The foot in it [m].
             more: How much longer the leg is [leg lengths].
         """
-        leg = (self.swing.max_leg_extension + more) * self.leg
-        high = []
+        leg = (self.settings.swing.max_leg_extension + more) * self.person.leg_length
+        height = []
         for c, f in ((com, foot), (com_ref, foot_ref)):
             x, y = (c - f).tolist()[:2]
-            high.append(sqrt(max(leg**2 - x * x - y * y, 0.0)))
-        drop = level(np.array([*com, 0.0])) - level(np.array([*foot, 0.0]))
-        spare = max(high[1] + self.hip - float(com_ref[2] - foot_ref[2]), 0.0)
-        bent = min(high[1] - high[0], LOWEST * self.leg) + drop - spare
-        self.bent = max(self.bent, bent)
+            height.append(sqrt(max(leg**2 - x * x - y * y, 0.0)))
+        drop = ground(np.array([*com, 0.0])) - ground(np.array([*foot, 0.0]))
+        spare = height[1] + self.person.com_height - float(com_ref[2] - foot_ref[2])
+        most = self.settings.plan.max_lowering * self.person.leg_length
+        lowering = min(height[1] - height[0], most) + drop - max(spare, 0.0)
+        self.lowering = max(self.lowering, lowering)
 
-    def _path(self) -> Array:
-        """Return the place that feet are led back to, beside the recording's own [m].
+    def _path_offset(self) -> Array:
+        """Return the offset from the reference that feet return to [m].
 
-        A recording is no walk of this body: it would stay beside its path. What it is beside it for
-        long is led the other way.
+        A recording is no walk of this body, which would stay beside its path: a lasting offset is
+        countered. Along the path, and sideways in a turn, the walk does not return.
         """
-        far = ASTRAY * self.leg
-        off = self.shift[:2] - self.path
-        near = np.minimum(np.maximum(off, -far), far)
-        self.path[0] += off[0] - near[0]
-        if self.turning:  # nobody has to go back to the line of before
-            self.path[1] += self.step / ANEW * off[1]
-        self.lead -= self.step * REGAIN * near
-        self.lead = np.minimum(np.maximum(self.lead, -far), far)
-        return self.shift[:2] - near + self.lead
+        own = self.settings.plan
+        far = own.max_path_error * self.person.leg_length
+        offset = self.offset[:2] - self.line
+        near = np.minimum(np.maximum(offset, -far), far)
+        self.line[0] += offset[0] - near[0]
+        if self.turn_rate:
+            self.line[1] += self.step / own.line_time * offset[1]
+        self._correction -= self.step * own.path_gain * near
+        self._correction = np.minimum(np.maximum(self._correction, -far), far)
+        return self.offset[:2] - near + self._correction
 
 
-def reaction_of(human: Human) -> float:
-    """Return how far the extrapolated centre goes along with a foot, by its distance.
+def leg_momentum(human: Human) -> float:
+    """Return the angular momentum of a swing leg by the speed of its foot, mass and height.
 
-    It is the angular momentum about the centre of mass of a straight leg that swings from the hip,
-    by the speed of its foot, and by mass and height.
+    It is that of a straight leg which swings from the hip, about the centre of mass: the part of
+    its way by which the extrapolated centre of mass goes along with a foot.
 
     Args:
         human: The person, who stands.
@@ -301,7 +350,7 @@ def reaction_of(human: Human) -> float:
     return float(abs(rest.angular_momentum_jacobian[1, flexion]) / (leg * rest.mass * height))
 
 
-def turned(angle: float) -> Float[Array, "2 2"]:
+def turned_axes(angle: float) -> Float[Array, "2 2"]:
     """Return the rotation to axes that are turned to the left."""
     c, s = cos(angle), sin(angle)
     return np.array([[c, s], [-s, c]])

@@ -7,12 +7,14 @@ from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
 from plantigrade.control.pendulum.disturbance import DisturbanceSettings
 from plantigrade.control.pendulum.foothold import FootholdSettings
-from plantigrade.control.pendulum.landing import FOOTSTEPS
+from plantigrade.control.pendulum.footstep import ReachSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
+from plantigrade.control.pendulum.plan import PlanSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.standing import StandingSettings
 from plantigrade.control.pendulum.swing import SwingSettings
+from plantigrade.control.pendulum.tasks import WalkingTaskSettings
 from plantigrade.control.pendulum.upper_body import UpperBodySettings
 from plantigrade.errors import ParameterError
 
@@ -27,18 +29,37 @@ class PendulumSettings:
     """Landing law, one of :data:`~plantigrade.control.pendulum.landing_laws.LAWS`."""
     tick: float = 0.005
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
+    slow_tick: float = 0.02
+    """Tick from which soles are sampled, and commands given, at half the rate [s]. Chosen."""
+    duration: float = 10.0
+    """Duration of a walk that is repeated, where none is named [s]. Chosen."""
+    max_height_difference: float = 0.06
+    """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen."""
     reported_shortening: float = 0.01
     """Shortening from which a footstep counts as shortened in the summary [m]. Chosen."""
     gait: GaitSettings = GaitSettings()
-    footsteps: FootstepSettings = FOOTSTEPS
-    speed: SpeedSettings = SpeedSettings()
-    path: PathSettings = PathSettings()
-    crouch: CrouchSettings = CrouchSettings()
-    standing: StandingSettings = StandingSettings()
-    upper_body: UpperBodySettings = UpperBodySettings()
+    footsteps: FootstepSettings = FootstepSettings(
+        rates=(0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5),
+        offset_decay=0.85,
+        max_step_length=1.3,
+        max_step_width=1.0,
+        crossover_length=0.3,
+        crossover_width=-0.3,
+        foot_speed_cost=1e4,
+    )
+    """Slower than those of a replay, for a foot that is late, and wider: the body is lowered for
+    them."""
+    reach: ReachSettings = ReachSettings()
+    plan: PlanSettings = PlanSettings()
     swing: SwingSettings = SwingSettings()
     foothold: FootholdSettings = FootholdSettings()
+    tasks: WalkingTaskSettings = WalkingTaskSettings()
     disturbance: DisturbanceSettings = DisturbanceSettings()
+    speed: SpeedSettings = SpeedSettings()
+    path: PathSettings = PathSettings()
+    standing: StandingSettings = StandingSettings()
+    crouch: CrouchSettings = CrouchSettings()
+    upper_body: UpperBodySettings = UpperBodySettings()
 
     def __post_init__(self):
         """Refuse a law that there is not, and a tick that is no time.

@@ -39,6 +39,16 @@ class SwingSettings:
     stance_foot_size: tuple[float, float] = (0.25, 0.1)
     """Half axes of the ellipse around the stance foot that a swing foot goes around, ahead and
     sideways [leg lengths]: as long and wide as a foot."""
+    footstep_radius: float = 0.3
+    """Distance from its footstep within which contact is a touchdown [leg lengths]."""
+    grazing_lift: float = 0.05
+    """Lift of a foot that grazes the ground farther away [leg lengths]."""
+    grazing_time: float = 0.1
+    """Time constant with which it is lowered again [s]."""
+    late_descent: float = 1.0
+    """Speed at which the desired position of a late foot descends [m/s]."""
+    late_descent_speed: float = 0.8
+    """Desired downward velocity of a late foot [m/s]."""
 
 
 class SwingPath:

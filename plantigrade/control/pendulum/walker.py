@@ -178,7 +178,7 @@ class Walker(Controller):
         self._set_speed(step)
         pendulum.reference.crouch = self._crouch.update(self._depth(), step)
         if self._ground.moves or not frame.is_world:
-            pendulum.ground, pendulum.normal = self._ground, self._ground.normal
+            pendulum.ground.replace(self._ground)
         command = pendulum(self._seen(state))
         self.styles.count(float(command.signals["tracking_error"]))
         if frame.is_world:
@@ -195,10 +195,10 @@ class Walker(Controller):
         pendulum.reference.start(1.0, 0.0, 0.0)
         pendulum.begin(state)
         self._turn = Turn(own.path.turn)
-        pendulum.plan.heading = self._turn.predicted
+        pendulum.plan.predicted_turn = self._turn.predicted
         self._ground = Terrain(state.world, self.frame)
         self.walks, self._time = True, 0.0
-        self._speed = SpeedControl(own.speed, 1.0, self._own, float(pendulum.place[0]))
+        self._speed = SpeedControl(own.speed, 1.0, self._own, float(pendulum.position[0]))
         self._crouch = CrouchControl(state.human, state.world, own.crouch)
         pendulum.reference.crouch = None
         if self.command.path is not None:
@@ -237,12 +237,12 @@ class Walker(Controller):
     @property
     def _here(self) -> tuple[float, float]:
         """Position on the line of the walk, in the frame [m]."""
-        return float(self.pendulum.place[0]), float(self.pendulum.plan.path[1])
+        return float(self.pendulum.position[0]), float(self.pendulum.plan.line[1])
 
     def _depth(self) -> float:
         """Return how deep to crouch [cm]: as the target says, which barriers set."""
         if self.command.stoop is None and self._crouch.barriers:
-            x = float(self.frame.to_world(np.array([*self.pendulum.place, 0.0]))[0])
+            x = float(self.frame.to_world(np.array([*self.pendulum.position, 0.0]))[0])
             depth = self._crouch.depth_under_barriers(x, self._speed.mean)
             if depth != self._barrier_depth:
                 self._barrier_depth = depth
@@ -252,7 +252,7 @@ class Walker(Controller):
     def _turn_frame(self, step: float) -> None:
         """Turn the frame to the desired heading."""
         own, pendulum, speed = self.settings, self.pendulum, self._speed.mean
-        error = float(pendulum.place[1]) - self._here[1]
+        error = float(pendulum.position[1]) - self._here[1]
         self._lateral_error += step / own.speed.stride_time * (error - self._lateral_error)
         self._max_deviation = max(self._max_deviation, self._deviation())
         error = angle_to(float(np.deg2rad(self.targets[1].value)), self.frame.angle)
@@ -261,7 +261,7 @@ class Walker(Controller):
         reference, turn = pendulum.reference, self._turn
         stride = pendulum.gait.reference.duration / reference.cadence
         turn.update(error, speed, 0.5 * stride, reference.omega, step)
-        pendulum.plan.turning = turn.rate
+        pendulum.plan.turn_rate = turn.rate
         if turn.rate != 0.0:
             self.frame.steer(*self._here, step * turn.rate)
 
@@ -284,7 +284,7 @@ class Walker(Controller):
         if abs(self.targets[0].value - self._own) < SAME:  # as fast as the walk itself is
             self.targets[0].set(min(own, self.targets[0].high))
         self._own, desired = own, min(self.targets[0].value, self._speed_limit)
-        scale = self._speed.update(desired, own, float(self.pendulum.place[0]), step)
+        scale = self._speed.update(desired, own, float(self.pendulum.position[0]), step)
         cadence = 1.0 if transition is None else transition.cadence(phase)
         reference.scale(scale, cadence, phase)
 
@@ -299,7 +299,7 @@ class Walker(Controller):
             return False
         body = self._seen(state).body
         xi = (body.com + body.com_velocity / self.pendulum.reference.omega)[:2]
-        low, height = self.pendulum.low, self.pendulum.height
+        low, height, _ = self.pendulum.soles
         return beyond(low[height < own.contact_height, :2], xi) < -own.min_margin
 
     def _stop(self, state: State) -> None:
@@ -310,7 +310,7 @@ class Walker(Controller):
         if self._ground.moves:
             self._balance = Balance(settings=BalanceSettings(stepping=True))
             return
-        feet = self.frame.to_world(self.pendulum.low)
+        feet = self.frame.to_world(self.pendulum.soles.low)
         x, y = feet.mean(axis=0)[:2]
         place = (float(x), float(y), self.frame.angle)
         stands = standing_on(human, world.ground, place=place)
@@ -322,7 +322,7 @@ class Walker(Controller):
         """Bring the weight over the first stance foot; then walk, in place at first."""
         pendulum, reference, own = self.pendulum, self.pendulum.reference, self.settings
         body = self._seen(state).body
-        feet = body.origins[pendulum.feet]
+        feet = body.origins[pendulum.foot_bodies]
         if self._since is None:
             ahead = float(feet[0, 0] - feet[1, 0])
             self._since, self._start = state.time, GaitStart.of(reference.recorded, ahead)
@@ -340,9 +340,9 @@ class Walker(Controller):
         reference.start(0.0, start.phase, ahead)
         now = reference.at(start.phase).foot_position[start.stance, 1]
         self.frame.shift(float(feet[start.stance, 1] - now))
-        pendulum.place = np.array([ahead, 0.0])
+        pendulum.position = np.array([ahead, 0.0])
         pendulum.resume(self._seen(state).body, start.phase)
         self._turn = Turn(own.path.turn)
-        pendulum.plan.heading = self._turn.predicted
+        pendulum.plan.predicted_turn = self._turn.predicted
         self.walks, self._since = True, None
         self._speed = SpeedControl(own.speed, 0.0, 0.0, ahead)

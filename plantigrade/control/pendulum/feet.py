@@ -1,0 +1,144 @@
+"""The desired motion of both feet: swing paths led to footsteps, and soles on the ground."""
+
+from math import hypot
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.control.gait.instant import Instant
+from plantigrade.control.pendulum.foothold import Sole
+from plantigrade.control.pendulum.footstep import Footstep
+from plantigrade.control.pendulum.ground import LocalGround
+from plantigrade.control.pendulum.plan import StepPlan
+from plantigrade.control.pendulum.swing import SwingPath
+
+
+class Feet:
+    """The feet of a walk.
+
+    Args:
+        plan: Of its steps.
+        ground: Under the feet.
+        positions: Of the feet, right and left [m].
+    """
+
+    def __init__(self, plan: StepPlan, ground: LocalGround, positions: Float[Array, "2 3"]):
+        self.plan, self.ground, self.leg = plan, ground, plan.person.leg_length
+        self.settings = own = plan.settings.swing
+        self._soles = [Sole(self.leg, foot.left, plan.settings.foothold) for foot in plan.gait.feet]
+        self._paths = [SwingPath(self.leg, own) for _ in SIDES]
+        self._lift = np.zeros(len(SIDES))
+        for path, position in zip(self._paths, positions, strict=True):
+            path.start(position)
+
+    def grazing(
+        self,
+        positions: Float[Array, "2 3"],
+        load: Float[Array, " _"],
+        footstep: Footstep | None,
+        step: float,
+    ) -> list[bool]:
+        """Return which swing feet touch the ground far from the footstep; these are lifted.
+
+        Taken for a touchdown, such a contact in a hurried step ends it half way, and the body
+        falls.
+
+        Args:
+            positions: Of the feet [m].
+            load: On each [N].
+            footstep: The planned one.
+            step: Time since the last call [s].
+        """
+        own = self.settings
+        found = [
+            not foot.stands
+            and footstep is not None
+            and load[i] > 0.0
+            and hypot(*(footstep.position - positions[i, :2])) > own.footstep_radius * self.leg
+            for i, foot in enumerate(self.plan.gait.feet)
+        ]
+        lowered = self._lift * (1.0 - step / own.grazing_time)
+        self._lift = np.where(found, own.grazing_lift * self.leg, lowered)
+        return found
+
+    def foothold(self, i: int, footstep: Array, other: Array, time: float) -> Array:
+        """Return how far from a planned footstep a foot lands better [m]."""
+        return self._soles[i].shift(self.ground.ground, footstep, other, time)
+
+    def normal(
+        self, i: int, positions: Float[Array, "2 3"], ahead: Array, footstep: Footstep | None
+    ) -> Float[Array, " 3"]:
+        """Return the normal of a sole.
+
+        Args:
+            i: Which foot.
+            positions: Of the feet [m].
+            ahead: Where it points, over the ground.
+            footstep: The planned one.
+        """
+        if self.ground.is_plane:
+            return self.ground.normal
+        gait, goal = self.plan.gait, None if footstep is None else footstep.position
+        ground, foot = self.ground.ground, gait.feet[i]
+        return self._soles[i].normal(ground, foot, gait.phase, positions[i], ahead, goal)
+
+    def start_swing(self, i: int, position: Float[Array, " 3"]) -> None:
+        """Begin a swing where a foot stands [m]."""
+        self._paths[i].start(position)
+
+    def swing(
+        self,
+        i: int,
+        ref: Instant,
+        rate: float,
+        positions: Float[Array, "2 3"],
+        com: Float[Array, " 2"],
+        footstep: Footstep | None,
+        overlap: float,
+    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"], Float[Array, " 3"]]:
+        """Return desired position, velocity and acceleration of a swing foot.
+
+        The recorded path, scaled to the planned footstep; its height is kept above the ground.
+
+        Args:
+            i: Which foot.
+            ref: The reference at the phase of the gait.
+            rate: Rate of the phase.
+            positions: Of the feet [m].
+            com: Centre of mass [m].
+            footstep: The planned one.
+            overlap: Greatest depth of one leg in the other in the recording [m].
+        """
+        plan, own, gait = self.plan, self.settings, self.plan.gait
+        foot, goal = gait.feet[i], None if footstep is None else footstep.position
+        position = np.array(ref.foot_position[i])
+        velocity, acceleration = rate * ref.foot_velocity[i], rate**2 * ref.foot_acceleration[i]
+        if gait.standing and foot.swing.own is None:
+            k = SIDES.index(gait.standing[0].side)
+            planned = (ref.foot_position[i] - ref.foot_position[k])[:2]
+            off = position[:2] - positions[k, :2]
+            foot.swing.pass_beside(off, planned, np.eye(2), foot.left, self.leg, overlap)
+        position[:2] += foot.swing.offset
+        # The axes turn about the walker, and the footstep with them.
+        ahead, left = position[0] - com[0], position[1] - plan.line[1]
+        if foot.swing.own is None:
+            velocity[:2] += foot.swing.velocity
+            acceleration[:2] += foot.swing.acceleration
+        else:
+            velocity[:2], acceleration[:2] = foot.swing.own
+        velocity[:2] += plan.turn_rate * np.array([-left, ahead])
+        recovers = hypot(*plan.dcm_error) > plan.settings.plan.recovery_error * self.leg
+        if recovers and foot.lowered and goal is not None:
+            if hypot(*(goal - positions[i, :2])) < own.footstep_radius * self.leg:
+                position[:2], velocity[:2], acceleration[:2] = positions[i, :2], 0.0, 0.0
+        normal = self.ground.normal if self.ground.is_plane else None
+        height, rises = self._paths[i].height(
+            foot, gait.phase, rate, position, velocity, goal, self.ground.height, normal
+        )
+        position[2] += height + self._lift[i]
+        velocity[2] += rises
+        if foot.lowered:
+            position[2] -= foot.lowered * own.late_descent / gait.settings.late_descent_speed
+            velocity[2] = -own.late_descent_speed
+        return position, velocity, acceleration

@@ -1,0 +1,216 @@
+r"""The next footstep: that of the landing law, within the reach of leg and time."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.planner import FootstepLimits, least_cost
+from plantigrade.control.pendulum.landing_laws import (
+    LandingLaw,
+    ReferenceTouchdown,
+    linear_pendulum,
+)
+from plantigrade.control.pendulum.swing import detour_length
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReachSettings:
+    """How far and fast a leg reaches; values were chosen where no reason is given."""
+
+    max_foot_acceleration: float = 70.0
+    """Greatest acceleration of a swing foot [m/s²]; a recorded step of 1.2 m in 0.4 s needs 40."""
+    max_leg_length: float = 1.1
+    """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
+    max_hip_descent: float = 0.25
+    """Greatest lowering of the hip for a far footstep [leg lengths]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Footstep:
+    """A planned footstep.
+
+    Attributes:
+        position: Within reach, world [m].
+        unconstrained: Position by the landing law [m].
+        time: To touchdown [s].
+        rate: Rate of the phase until then.
+        com: Centre of mass at touchdown [m].
+    """
+
+    position: Float[Array, " 2"]
+    unconstrained: Float[Array, " 2"]
+    time: float
+    rate: float
+    com: Float[Array, " 2"]
+
+    @property
+    def shortening(self) -> float:
+        """Distance from the position by the landing law [m]."""
+        return float(np.linalg.norm(self.unconstrained - self.position))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach(FootstepLimits):
+    """Where a foot can land, and how soon it can be there; ahead and to the left.
+
+    Attributes:
+        reach: How far and fast a leg reaches.
+        max_descent: Greatest downward acceleration of the body [m/s²].
+        stance_foot_size: Half axes of the ellipse around the stance foot [leg lengths].
+        foot_velocity: Of the swing foot [m/s].
+        hip: Hip of the swing leg, from the centre of mass [m].
+        hip_height: Its height above the ankle at the reference's touchdown [m].
+        hip_rise: Its vertical velocity [m/s].
+        offset: Of the swing foot from the reference [m].
+        offset_velocity: Its rate [m/s].
+        leg_momentum: Of a swing leg, by that of the body
+            (:attr:`~plantigrade.control.pendulum.plan.Plan.leg_momentum`).
+        may_cross: Whether the feet may cross; those of a walk that turns do not.
+        hips: Hip at each time, from the stance foot [m].
+        spans: Reach on the ground from there [m]; any distance if absent.
+    """
+
+    reach: ReachSettings
+    max_descent: float
+    stance_foot_size: tuple[float, float]
+    foot_velocity: Float[Array, " 2"]
+    hip: Float[Array, " 2"]
+    hip_height: float
+    hip_rise: float
+    offset: Float[Array, " 2"]
+    offset_velocity: Float[Array, " 2"]
+    leg_momentum: float
+    may_cross: bool = True
+    hips: Float[Array, "m 2"] | None = None
+    spans: Float[Array, " m"] | None = None
+
+    def at(self, com: Float[Array, "m 2"], time: Float[Array, " m"]) -> "Reach":
+        """Return the reach at some times: a leg reaches less far from a high hip.
+
+        Without it a foot that was led far aside hung over the ground until the body had fallen.
+
+        Args:
+            com: Centre of mass then, from the stance foot [m].
+            time: From now [s].
+        """
+        longest = self.reach.max_leg_length * self.leg_length
+        height = self.hip_height + self.hip_rise * time - 0.5 * self.max_descent * time**2
+        height = np.maximum(height, longest - self.reach.max_hip_descent * self.leg_length)
+        spans = np.sqrt(np.maximum(longest**2 - height**2, 0.0))
+        return replace(self, hips=com + self.hip, spans=spans)
+
+    def compensated(
+        self, offset: Float[Array, "m 2"], time: Float[Array, " m"], omega: float
+    ) -> Float[Array, "m 2"]:
+        r"""Return offsets that compensate for the momentum of the leg on its way, too.
+
+        A leg that is led beside the reference by :math:`d` has the angular momentum
+        :math:`m h \kappa \dot d` about the centre of mass. The ground gives it by a force that the
+        mass feels, and takes it when the foot has arrived. The first counts for longer: in a time
+        :math:`T` the extrapolated centre goes along with the foot by
+
+        .. math:: \kappa \int_0^T \dot d \, e^{\omega (T - t)} dt
+            - \frac{\kappa}{\omega} \dot d_0 e^{\omega T}
+            \approx \kappa (d \, e^{\omega T / 2} - \frac{\dot d_0}{\omega} e^{\omega T}).
+
+        Args:
+            offset: Of the footstep without it [m].
+            time: To touchdown [s].
+            omega: Root of gravity by height [1/s].
+        """
+        growth = np.exp(0.5 * omega * time)[:, None]
+        part = self.leg_momentum * growth
+        return (offset - part * (self.offset + growth * self.offset_velocity / omega)) / (
+            1.0 - part
+        )
+
+    def constrained(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
+        """Return offsets within reach: beside the stance foot, or across, ahead of it or behind.
+
+        People who are pushed outward cross in front of the stance foot or behind it, whichever is
+        nearer.
+        """
+        position = self.nominal + offset
+        far, past = self.max_length, self.settings.crossover_length * self.leg_length
+        ahead = np.minimum(np.maximum(position[:, 0], -far), far)
+        beside, across = (
+            np.minimum(np.maximum(self.side * position[:, 1], least), self.max_width)
+            for least in (self.min_width, self.crossover_width)
+        )
+        ways = [(ahead, beside)]
+        if self.may_cross:
+            ways += [(np.maximum(ahead, past), across), (np.minimum(ahead, -past), across)]
+        return [self._in_reach(np.stack([x, self.side * y], axis=1)) for x, y in ways]
+
+    def _in_reach(self, position: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
+        """Return the offsets of positions, no farther away than the leg reaches."""
+        if self.hips is not None and self.spans is not None:
+            away = position - self.hips
+            far = np.sqrt((away * away).sum(axis=1))
+            part = np.minimum(self.spans / np.maximum(far, 1e-9), 1.0)
+            position = self.hips + part[:, None] * away
+        return position - self.nominal
+
+    def _detour(self, offset: Float[Array, "m 2"]) -> Float[Array, " m"]:
+        """Return how much longer ways around the stance foot are than straight ones [m]."""
+        ahead, sideways = self.stance_foot_size
+        size = self.leg_length * np.array([ahead, min(sideways, self.min_width / self.leg_length)])
+        if size[1] <= 0.0:
+            return np.zeros(len(offset))
+        outward = np.array([1.0, self.side])
+        start, ends = ((self.nominal + x) * outward for x in (self.swing_offset, offset))
+        return detour_length(start, ends, size)
+
+    def swing_cost(
+        self, offset: Float[Array, "m 2"], left: Float[Array, " m"]
+    ) -> Float[Array, " m"]:
+        """Return the cost of footsteps that the swing foot does not reach in time.
+
+        It goes along a cubic, whose acceleration is greatest at its ends.
+
+        Args:
+            offset: Of the footstep [m].
+            left: Time to touchdown [s].
+        """
+        away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
+        far = np.sqrt((away * away).sum(axis=1)) + self._detour(offset)
+        reached = self.reach.max_foot_acceleration * left**2 / 6.0
+        return self.settings.foot_speed_cost * np.maximum(far - reached, 0.0) ** 2
+
+
+def next_footstep(
+    law: LandingLaw,
+    com: Float[Array, " 2"],
+    velocity: Float[Array, " 2"],
+    pivot: Float[Array, " 2"],
+    stance_foot: Float[Array, " 2"],
+    time: float,
+    reference: ReferenceTouchdown,
+    reach: Reach,
+) -> Footstep:
+    """Return the next footstep.
+
+    The law gives the footstep for every time at which the foot could touch down, with the mass on a
+    linear pendulum until then. The planner takes the time with the least cost of this step and the
+    next together (:func:`plantigrade.control.gait.planner.least_cost`).
+
+    Args:
+        law: The landing law.
+        com: The mass now [m].
+        velocity: Its velocity [m/s].
+        pivot: Of the pendulum until touchdown [m].
+        stance_foot: Position of the stance foot [m].
+        time: To the reference's touchdown [s].
+        reference: The reference then.
+        reach: Limits of the footstep, as an offset from that of the reference.
+    """
+    times = time / reach.rates
+    coms, speeds = linear_pendulum(com, velocity, pivot, reference.omega, times[:, None])
+    offsets = law.footsteps(coms, speeds, stance_foot, reference) - reference.footstep
+    free = reference.footstep + reach.compensated(offsets, times, reference.omega)
+    reach = reach.at(coms - stance_foot, times)
+    moved = stance_foot - reference.stance_foot
+    i, offset = least_cost(free - reference.footstep, moved, time, reach, reference.omega)
+    position, rate = reference.footstep + offset, float(reach.rates[i])
+    return Footstep(position, free[i], float(times[i]), rate, coms[i])

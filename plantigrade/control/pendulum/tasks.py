@@ -1,0 +1,300 @@
+"""Whole-body tasks of a walk, as desired velocities: joints, pelvis, feet, contacts, the mass.
+
+[Tsai2010]_ asks every joint for a velocity that depends on its error alone, and one program for the
+torques, within their limits, and contact forces that give them. Every task here asks that a
+velocity be reached in a time, so that its acceleration is the velocity missing by that time, added
+to the acceleration of the reference; :class:`~plantigrade.wbc.whole_body.WholeBody` serves all
+tasks at once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from math import sqrt
+
+import numpy as np
+
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
+from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.tasks import TaskWeights, root_error, within_foot
+from plantigrade.kinematics.rigid_points import RigidPoints
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+from plantigrade.wbc.rows import PointRows, Rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointVelocitySettings:
+    """The desired velocity of a joint by its error: in proportion, and along a bell farther off.
+
+    Limbs that are led to a goal move so (Fig. 7 of [Tsai2010]_, after [Flash1985]_). The figure of
+    the bell is not in the printed text; these values are ours, near those of [Flash1985]_.
+    """
+
+    gain: float = 5.5
+    """Velocity by error near zero [1/s]."""
+    max_velocity: float = 12.0
+    """Greatest velocity [rad/s]."""
+    peak_error: float = 0.6
+    """Error with the greatest velocity [rad]."""
+    width: float = 0.8
+    """Width of the bell beyond that [rad]."""
+    min_share: float = 0.3
+    """Part of the greatest velocity that is left at great errors."""
+    time: float = 0.055
+    """Time in which the velocity is reached [s]; in one step of the physics it would throw the
+    body. Chosen."""
+    swing_toe_factor: float = 2.0
+    """Factor of gain and rate within a foot that swings: its toes are needed again soon. It stands
+    for the constants of joints of [Tsai2010]_, whose table the printed text lacks."""
+
+    def velocity(self, error: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """Return the desired velocity [rad/s] by the error [rad]."""
+        size = np.abs(error)
+        if size.max(initial=0.0) <= self.peak_error:
+            return self.gain * error
+        high = self.max_velocity * np.exp(-(((size - self.peak_error) / self.width) ** 2))
+        least = np.maximum(high, self.min_share * self.max_velocity)
+        high = np.where(size > self.peak_error, least, high)
+        return np.sign(error) * np.minimum(self.gain * size, high)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkingTaskSettings:
+    """Weights and gains of the tasks; values were chosen where no reason is given.
+
+    A gain is the desired velocity by error; without a time of its own, the velocity is reached as
+    by a critically damped spring.
+    """
+
+    weights: TaskWeights = TaskWeights(
+        com_weight=(12.0, 12.0, 10.0), stance_rotation_weight=2.0, contact_weight=10.0
+    )
+    """Weights; legs give way to the height of the mass, which is lowered for far footsteps."""
+    joints: JointVelocitySettings = JointVelocitySettings()
+    """Desired velocities of joints."""
+    pelvis_gain: float = 5.0
+    """Gain of the rotation of the pelvis [1/s]."""
+    foot_gain: float = 10.0
+    """Gain of the position of a swing foot, and of points held on the ground [1/s]."""
+    foot_rotation_gain: float = 7.0
+    """Gain of the rotation of a foot [1/s]."""
+    foot_rotation_time: float = 0.036
+    """Time in which its angular velocity is reached [s]."""
+    com_height_gain: float = 5.0
+    """Gain of the height of the centre of mass [1/s]."""
+    com_height_time: float = 0.06
+    """Time in which its vertical velocity is reached [s]."""
+    max_descent: float = 3.0
+    """Greatest downward acceleration of the mass [m/s²]: who falls can neither press nor step."""
+    max_ascent: float = 4.0
+    """Greatest upward acceleration of the mass [m/s²]: more would throw it into the air."""
+    max_reaching_descent: float = 7.0
+    """Greatest downward acceleration where a footstep needs a low body [m/s²]: the foot hung over
+    it, and the body fell over the foot."""
+    min_reaching_time: float = 0.04
+    """Least time in which that is planned [s]."""
+    neck_error_scale: float = 0.3
+    """Error of a joint of the neck that doubles its weight [rad]: the head is the cheapest
+    flywheel, but people hold it still in space [Pozzo1990]_."""
+    dcm_gain: float = 5.0
+    """Feedback of the divergent component by the centre of pressure [1/s]."""
+    max_cop_distance: float = 0.35
+    """Greatest distance of the desired centre of pressure outside of the contacts [leg lengths]:
+    the part that feet cannot give, trunk and arms give by angular momentum [Hof2007]_."""
+    min_friction_error: float = 0.06
+    """Error of the divergent component from which friction pyramids have a corner in the direction
+    of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
+    torque_cost: float = 0.25
+    """Cost of a torque, as a part of its limit, squared."""
+    held_force_cost: float = 0.005
+    """Cost of a force [0.1 body weights], squared, at a point that is planned to stand."""
+    touching_force_cost: float = 0.12
+    """The same at a point that only touches."""
+    hanging_height: float = 0.001
+    """Height above which a point cannot press before it is down [m]: the body leaned on heels that
+    hung 2 mm over the ground, and fell on them with three times its weight."""
+    hanging_force_cost: float = 20.0
+    """Cost of a force [0.1 body weights], squared, at twice that height."""
+    max_hanging_force_cost: float = 500.0
+    """Greatest such cost."""
+
+    @property
+    def pelvis_time(self) -> float:
+        """Time in which the angular velocity of the pelvis is reached [s]."""
+        return 0.25 / self.pelvis_gain
+
+    @property
+    def foot_time(self) -> float:
+        """Time in which the velocity of a foot is reached [s]."""
+        return 0.25 / self.foot_gain
+
+
+class WalkingTasks:
+    """The tasks of a person who walks.
+
+    Args:
+        human: The person.
+        leg: Length of their legs [m].
+        settings: Weights and gains.
+
+    Attributes:
+        torque_cost: Of each hinge [1/(N m)²].
+    """
+
+    def __init__(self, human: Human, leg: float, settings: WalkingTaskSettings | None = None):
+        self.settings = own = settings or WalkingTaskSettings()
+        self.leg, names, weights = leg, human.coordinates, own.weights
+        self._weight = weights.posture(human)
+        self._neck = 6 + np.flatnonzero(["neck_" in name for name in names])
+        self._com_weight = np.array(weights.com_weight) ** 2
+        sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
+        self._toes = sides & within_foot(human)
+        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
+        self.torque_cost = own.torque_cost / np.maximum(-low, high) ** 2
+
+    def posture_cost(self, error: Float[Array, " n_hinges"]) -> Float[Array, " nv"]:
+        """Return the cost of accelerations by the errors of hinges [rad]."""
+        cost = self._weight.copy()
+        cost[self._neck] *= 1.0 + (error[self._neck - 6] / self.settings.neck_error_scale) ** 2
+        return cost
+
+    def posture_acceleration(
+        self, body: State, ref: Instant, rate: float, swing: Sequence[bool], turn_rate: float = 0.0
+    ) -> Float[Array, " nv"]:
+        """Return the desired accelerations of pelvis and joints.
+
+        Args:
+            body: The person now.
+            ref: The reference at the phase of the gait.
+            rate: Rate of the phase.
+            swing: Which feet swing, right and left.
+            turn_rate: Rate of turn of the walk, to the left [rad/s].
+        """
+        own, joints = self.settings, self.settings.joints
+        factor = np.ones(self._toes.shape[1])
+        for inside, swings in zip(self._toes, swing, strict=True):
+            if swings:
+                factor[inside] = joints.swing_toe_factor
+        desired = rate * ref.v - body.qvel
+        desired[3:6] += turn_rate * body.rotations[1, 2]  # the vertical, in the axes of the pelvis
+        error = root_error(ref.q[3:7], body.qpos[3:7])
+        desired[3:6] = (desired[3:6] + own.pelvis_gain * error) / own.pelvis_time
+        velocity = joints.velocity(ref.q[7:] - body.qpos[7:])
+        desired[6:] = (desired[6:] + factor * velocity) * (factor / joints.time)
+        desired += rate**2 * ref.a
+        desired[:3] = 0.0
+        return desired
+
+    def com_acceleration(
+        self,
+        body: State,
+        ref: Instant,
+        rate: float,
+        omega: float,
+        dcm_error: Float[Array, " 2"],
+        cop_offset: Float[Array, " 2"],
+        lowering: float,
+        contacts: Float[Array, "k 2"],
+        ground: float,
+        slope: Float[Array, " 2"],
+        time: float | None = None,
+    ) -> Float[Array, " 3"]:
+        """Return the desired acceleration of the centre of mass [m/s²].
+
+        The centre of pressure goes where it stops the error of the divergent component; it may be
+        asked for outside of the contacts, too.
+
+        Args:
+            body: The person now.
+            ref: The reference at the phase of the gait.
+            rate: Rate of the phase.
+            omega: Root of gravity by height [1/s].
+            dcm_error: Error of the divergent component [m].
+            cop_offset: Offset of the centre of pressure from the reference [m].
+            lowering: Of the body, for far footsteps [m].
+            contacts: Points that touch [m].
+            ground: Height of the ground around [m].
+            slope: Its rise along x and y, by distance.
+            time: To the next touchdown [s]; None where no foot swings.
+        """
+        own = self.settings
+        moved = cop_offset + (1.0 + own.dcm_gain / omega) * dcm_error
+        if len(contacts):
+            far, cop = own.max_cop_distance * self.leg, ref.cop[:2]
+            nominal = cop + cop_offset
+            low = np.minimum(contacts.min(axis=0) - far, nominal)
+            high = np.maximum(contacts.max(axis=0) + far, nominal)
+            moved = np.minimum(np.maximum(cop + moved, low), high) - cop
+        com, velocity = body.com, body.com_velocity
+        desired = np.array(ref.com_acceleration)
+        desired[:2] += omega**2 * ((com - ref.com)[:2] - moved)
+        rate = min(rate, 1.0)
+        error = ref.com[2] + ground - lowering - com[2]
+        vertical = rate * ref.com_velocity[2] + slope @ velocity[:2] + own.com_height_gain * error
+        recorded = rate**2 * ref.com_acceleration[2]
+        lowest = -own.max_descent
+        if time is not None and lowering > 0.0:
+            time = max(time, own.min_reaching_time)
+            needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
+            lowest = min(max(needed, -own.max_reaching_descent), lowest)
+        back = (vertical - velocity[2]) / own.com_height_time
+        back = min(max(back, lowest), own.max_ascent)
+        least, most = min(recorded, lowest), max(recorded, own.max_ascent)
+        desired[2] = min(max(recorded + back, least), most)
+        return desired
+
+    def com_rows(self, body: State, gravity: Array, acceleration: Float[Array, " 3"]) -> Rows:
+        """Return rows of the acceleration of the centre of mass: the root's own equations."""
+        M, h, mass = body.mass_matrix, body.bias, body.mass
+        return Rows(M[:3] / mass, acceleration - (h[:3] / mass + gravity), self._com_weight)
+
+    def position_rows(self, J, bias, now, error, velocity, acceleration) -> Rows:
+        """Return rows that lead the origin of a foot."""
+        own, weights = self.settings, self.settings.weights
+        error = error * min(1.0, weights.max_foot_error / max(sqrt(error @ error), 1e-9))
+        desired = velocity + own.foot_gain * error
+        right = acceleration + (desired - now) / own.foot_time - bias
+        return Rows(J, right, weights.foot_weight**2)
+
+    def rotation_rows(self, J, bias, now, error, velocity, acceleration, normal=None) -> Rows:
+        """Return rows that rotate a foot; a stance foot, on its normal, keeps its heading."""
+        own, weights = self.settings, self.settings.weights
+        desired = velocity + own.foot_rotation_gain * error
+        right = acceleration + (desired - now) / own.foot_rotation_time - bias
+        if normal is None:
+            return Rows(J, right, weights.swing_rotation_weight**2)
+        across = np.eye(3) - normal[:, None] * normal
+        return Rows(across @ J, across @ right, weights.stance_rotation_weight**2)
+
+    def contact_rows(self, points: RigidPoints, held, gap, normal) -> PointRows:
+        """Return rows that bring points to rest on the ground."""
+        own = self.settings
+        right = points.velocity / -own.foot_time - points.bias
+        right -= (own.foot_gain / own.foot_time) * np.maximum(gap, 0.0)[:, None] * normal
+        return PointRows(points, held, right, own.weights.contact_weight**2)
+
+    def force_cost(self, held: Bool[Array, " k"], gap: Float[Array, " k"]) -> Float[Array, " k"]:
+        """Return the cost of a force at each contact.
+
+        Args:
+            held: Which are planned to stand.
+            gap: Height of each above the ground [m].
+        """
+        own = self.settings
+        hanging = np.maximum(gap / own.hanging_height - 1.0, 0.0)
+        more = np.minimum(own.hanging_force_cost * hanging**2, own.max_hanging_force_cost)
+        return np.where(held, own.held_force_cost, own.touching_force_cost) + more
+
+
+def tilt_to(normal: Array) -> Float[Array, "3 3"]:
+    """Return the shortest rotation of the vertical to a normal of the ground."""
+    return _tilt(*normal.tolist())
+
+
+@lru_cache(maxsize=16)
+def _tilt(x: float, y: float, z: float) -> Array:
+    k = 1.0 / (1.0 + z)
+    xx, xy, yy = k * x * x, k * x * y, k * y * y
+    return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])

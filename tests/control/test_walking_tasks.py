@@ -1,0 +1,71 @@
+"""Whole-body tasks of a walk: desired velocities of joints, and the cost of forces."""
+
+import numpy as np
+import pytest
+
+from plantigrade.contact.site import contact_sites
+from plantigrade.control.pendulum.tasks import JointVelocitySettings, WalkingTasks, tilt_to
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
+from plantigrade.wbc.whole_body import Rows, Touching, WholeBody
+
+HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
+TASKS = WalkingTasks(HUMAN, 0.9)
+
+
+def test_joint_velocities_are_steep_near_the_goal_and_fall_far_off():
+    velocity, error = JointVelocitySettings().velocity, np.linspace(-2.5, 2.5, 501)
+    found, small = velocity(error), np.abs(error) < 0.5
+    np.testing.assert_allclose(found, -found[::-1])
+    assert np.all(error * found >= 0.0)
+    np.testing.assert_allclose(np.diff(velocity(error[small])), np.diff(found[small])[0])
+    np.testing.assert_allclose(velocity(error[small]), found[small])
+    assert 0.5 < abs(error[np.argmax(found)]) < 1.5 and 0.0 < found[-1] < 0.6 * found.max()
+
+
+def test_a_point_that_hangs_over_the_ground_bears_nothing():
+    """A person bows; the heel or toe that bore most of it is 3 mm up."""
+    state = State(HUMAN, HUMAN.standing())
+    sites = [s for s in contact_sites(HUMAN) if s.side]
+    points = PointSet.of(HUMAN, sites)
+    low = state.position(points) - [[0.0, 0.0, s.radius] for s in sites]
+    contacts = Touching(points.body, low, np.tile([0.0, 0.0, 1.0], (len(sites), 1)), 0.6)
+    J, _, bias = state.touched(points.body, low)
+    nv = HUMAN.model.nv
+    rows = [Rows(J.reshape(-1, nv), -bias.ravel(), 900.0)]
+    wanted, weight = np.zeros(nv), np.repeat([0.0, 0.4], [3, nv - 3])
+    wanted[6 + HUMAN.hinge("lumbar_extension")] = -3.0
+
+    def force(gap, limits=None):
+        program = WholeBody(HUMAN, armature=0.02, limits=limits)
+        cost = TASKS.force_cost(np.ones(len(gap), dtype=bool), gap)
+        answer = program.solve(
+            state, contacts, rows, wanted=wanted, weight=weight, force_weight=cost,
+            torque_weight=TASKS.torque_cost,
+        )  # fmt: skip
+        assert answer.ok
+        return answer.force[:, 2], answer
+
+    on, _ = force(np.zeros(len(sites)))
+    most = int(np.argmax(on))
+    over, _ = force(np.where(np.arange(len(sites)) == most, 0.003, 0.0))
+    assert over[most] < 0.05 * on[most] and over.sum() == pytest.approx(on.sum(), rel=0.02)
+    few = np.clip(np.array(HUMAN.model.jnt_actfrcrange[1:]).T, -5.0, 5.0)
+    _, weak = force(np.zeros(len(sites)), few)
+    assert weak.limited > 0 and np.abs(weak.torque).max() <= 5.0 + 1e-9
+
+
+def test_a_neck_that_is_off_costs_more_than_other_joints():
+    names, scale = HUMAN.coordinates, TASKS.settings.neck_error_scale
+    neck = np.array(["neck_" in name for name in names])
+    costs = [TASKS.posture_cost(np.full(len(names), off)) for off in (0.0, 4 * scale)]
+    ratio = (costs[1] / np.maximum(costs[0], 1e-9))[6:]
+    assert ratio[neck] == pytest.approx(17.0) and ratio[~neck] == pytest.approx(1.0)
+
+
+def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():
+    normal = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
+    tilt, across = tilt_to(normal), np.cross([0.0, 0.0, 1.0], normal)
+    np.testing.assert_allclose(tilt @ [0.0, 0.0, 1.0], normal)
+    np.testing.assert_allclose(tilt @ tilt.T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(tilt @ across, across, atol=1e-12)
