@@ -116,18 +116,7 @@ class Balance(Controller):
             *(self.recovery.rows(state) if stepped else []),
             *flight,
         ]
-        weight, gain = self._weight, self._gain
-        if stepped:
-            weight, gain = weight.copy(), gain.copy()
-            weight[3:6] = s.recovery.upright_weight
-            if self.recovery.rest_angles is None:
-                gain[6:][self.recovery.legs] = 0.0
-            weight[6:][self.recovery.spine] = s.recovery.spine_weight
-        qacc = self._tracking(body, desired, gain)
-        if stepped:
-            slow_at_stops(
-                self._stops, state.angles, state.rates, qacc[6:], weight[6:], s.joint_stops
-            )
+        qacc, weight = self._tracking(state, desired)
         factor = desired.force_cost
         factor = factor[contacts.spheres] if isinstance(factor, np.ndarray) else factor
         loads = desired.contact[contacts.spheres]
@@ -159,14 +148,27 @@ class Balance(Controller):
         return StablePD(target, velocity, torque, self._stiffness, self._damping, signals=signals)
 
     def _tracking(
-        self, body: BodyState, desired: ReferenceState, gain: Array
-    ) -> Float[Array, " nv"]:
-        """Return the generalised acceleration that leads to the reference."""
+        self, state: State, desired: ReferenceState
+    ) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
+        """Return the generalised acceleration that leads to the reference, and its weight.
+
+        Once there were steps, the legs are free until the body rests where these have led it.
+        """
+        body, recovery, s = state.body, self.recovery, self.settings
         error, velocity_error = -body.difference(desired.qpos), desired.qvel - body.qvel
-        if self.recovery.rest_angles is not None:
-            legs = self.recovery.legs
-            error[6:][legs] = (self.recovery.rest_angles - body.qpos[7:])[legs]
-        return desired.qacc + gain * error + 2 * np.sqrt(self._gain) * velocity_error
+        damping = 2 * np.sqrt(self._gain) * velocity_error
+        if not recovery.stepped:
+            return desired.qacc + self._gain * error + damping, self._weight
+        weight, gain, legs = self._weight.copy(), self._gain.copy(), recovery.legs
+        weight[3:6] = s.recovery.upright_weight
+        weight[6:][recovery.spine] = s.recovery.spine_weight
+        if recovery.rest_angles is None:
+            gain[6:][legs] = 0.0
+        else:
+            error[6:][legs] = (recovery.rest_angles - state.angles)[legs]
+        qacc = desired.qacc + gain * error + damping
+        slow_at_stops(self._stops, state.angles, state.rates, qacc[6:], weight[6:], s.joint_stops)
+        return qacc, weight
 
     def _com_rows(self, body: BodyState, desired: ReferenceState, contacts: FootContacts) -> Rows:
         """Return the rows of the centre of mass."""
