@@ -1,4 +1,4 @@
-"""What the controllers are for: a posture that does not sag, a motion that is followed."""
+"""Springs: a posture that does not sag, a motion that is followed."""
 
 import numpy as np
 import pytest

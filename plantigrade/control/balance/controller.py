@@ -40,7 +40,7 @@ class Balance(Controller):
     """Keeps a person on the feet, in a posture or along a reference.
 
     Args:
-        reference: What the body follows; the posture of the first state if absent.
+        reference: Reference to follow; the posture of the first state if absent.
         settings: Weights, gains, and whether it may step.
 
     Attributes:

@@ -23,7 +23,7 @@ class ContactSettings:
 
 @dataclass(frozen=True, eq=False)
 class FootContacts:
-    """What the feet touch at one instant.
+    """Contacts of the feet at one instant.
 
     Attributes:
         spheres: Index of the contact sphere of each point that touches.

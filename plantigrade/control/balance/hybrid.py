@@ -10,7 +10,7 @@ spring and damper for the position and orientation of every supporting segment (
 carries them out by :class:`~plantigrade.world.Acceleration`: it solves contacts together with
 joints that move as commanded, and reports the torques that this takes.
 
-What the paper leaves open, and what is done here:
+The paper leaves open, and this module adds:
 
 * Weights and gains are not printed. Those of :class:`HybridSettings` put momentum far before
   posture. (With weights of one, pushes of two thirds the size are withstood.)
@@ -49,11 +49,8 @@ class HybridSettings:
     """Weights and gains, one set for all that is done standing; the weight of a hinge is 1."""
 
     momentum_weight: float = 1e4
-    """Weight of linear and angular momentum.
-
-    Of the acceleration of the centre of mass [(rad/m)²], and of the rate of angular momentum over
-    the inertia of a body with :attr:`gyration_radius`.
-    """
+    """Weight of the acceleration of the centre of mass [(rad/m)²], and of the rate of angular
+    momentum over the inertia of a body with :attr:`gyration_radius`. Chosen."""
     gyration_radius: float = 0.25
     """Radius of gyration of a body [body heights]. Chosen."""
     pelvis_weight: float = 0.05
@@ -78,8 +75,8 @@ class Hybrid(Controller):
     """Keeps standing in a posture by the paper's own formulation.
 
     Args:
-        reference: What the body follows; the posture of the first state if absent. The spheres on
-            the ground in it support.
+        reference: Reference to follow; the posture of the first state if absent. The spheres on the
+            ground in it support.
         settings: Weights and gains.
     """
 

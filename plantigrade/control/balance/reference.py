@@ -79,7 +79,7 @@ class ReferenceState:
 
 
 class Reference(ABC):
-    """What balance follows, as a function of time.
+    """A state to follow, as a function of time.
 
     Attributes:
         flights: From when to when the body is in the air, by plan [s].
