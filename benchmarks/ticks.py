@@ -25,11 +25,12 @@ from plantigrade.models import Human
 from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.reproduce.reference import Reference, reference_of
 from plantigrade.wbc.order import TaskOrder
-from plantigrade.wbc.stepping import STEP, move
+from plantigrade.wbc.stepping import MotionSettings, move
 from plantigrade.wbc.tasks import ComTask, PointTask, TimedPosture
 from plantigrade.workflows.textbook import textbook_walk
 
 RECORDING = "c3d/HC038A11.c3d"
+STEP = MotionSettings.step
 REPEATS = 3  # runs of which the fastest counts, tick by tick
 ROUNDS = 3  # of ours and theirs in turn
 PROGRAM, TICK, CYCLE, IN_THEIRS = 0.2, 0.4, 0.2, 1.0  # goals: ms, ms, s, ratio

@@ -15,18 +15,27 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from plantigrade.reproduce.gait import GaitTasks, gait_tasks
     from plantigrade.reproduce.reference import Reference, reference_of
-    from plantigrade.reproduce.result import ReproducedGait, rebuild
+    from plantigrade.reproduce.result import ReproducedGait, ReproduceSettings, rebuild
 
 _HOMES = {
     "GaitTasks": "gait",
     "Reference": "reference",
+    "ReproduceSettings": "result",
     "ReproducedGait": "result",
     "gait_tasks": "gait",
     "rebuild": "result",
     "reference_of": "reference",
 }
 
-__all__ = ["GaitTasks", "Reference", "ReproducedGait", "gait_tasks", "rebuild", "reference_of"]
+__all__ = [
+    "GaitTasks",
+    "Reference",
+    "ReproduceSettings",
+    "ReproducedGait",
+    "gait_tasks",
+    "rebuild",
+    "reference_of",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -18,8 +18,8 @@ Between the postures the body follows the smooth curve through them
 (:mod:`plantigrade.reproduce.posture_curve`): nothing else is known of the recorded angles there. A
 law that aims at the next posture alone grows stiff as time runs out and starts anew with each
 phase; its bursts of acceleration are seen first in the moment of the hip, which moves the whole
-leg. What is off the curve comes back by :data:`FOLLOW` and :data:`CALM`, above critical damping:
-the levels above put it there, and to swing back would be to fight them.
+leg. What is off the curve comes back above critical damping: the levels above put it there, and to
+swing back would be to fight them.
 
 A foot that rolls off turns about its toes; the floor does not ask its forefoot for more. The ball
 of a recorded foot dips by a millimetre, and the floor above the contact would tear at both.
@@ -39,10 +39,12 @@ The gains of the centre of mass are those of a body that balances: to undo an er
 the kinematic hierarchy would take forty.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
+from plantigrade.reproduce.gait import GaitSettings, GaitTasks, gait_order, phase_ends
 from plantigrade.reproduce.posture_curve import curve_through
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
@@ -59,28 +61,49 @@ from plantigrade.wbc.tasks import (
     SoleContactTask,
     Task,
 )
-from plantigrade.wbc.tasks.contact import SOLE
-
-LEVER = 0.5  # an angular momentum error counts as a force error with this lever arm [m]
-BALANCE = 49.0  # stiffness of the centre of mass [1/s²]
-FOLLOW, CALM = 300.0, 50.0  # stiffness [1/s²] and damping [1/s] of the posture on its curve
 
 
-def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
+@dataclass(frozen=True, kw_only=True)
+class ForcedGaitSettings:
+    """Gains of a gait that forces move."""
+
+    com_stiffness: float = 49.0
+    """Stiffness of the centre of mass [1/s²], critically damped: that of a body that balances (see
+    the module)."""
+    momentum_stiffness: float = 25.0
+    """Stiffness of the whole body's turn [1/s²], critically damped. Chosen."""
+    momentum_lever: float = 0.5
+    """Lever arm at which an error of the angular momentum counts as one of force [m]. Chosen."""
+    sole_rate: float = 30.0
+    """Rate at which a landing sole comes to rest [1/s]: 0.3 m/s stop within 4 mm."""
+    posture_stiffness: float = 300.0
+    """Stiffness of the posture on its curve [1/s²]. Chosen."""
+    posture_damping: float = 50.0
+    """Its damping [1/s]. Chosen above critical (see the module)."""
+    curve_interval: float = 0.005
+    """Time between samples of the curve [s]. Chosen equal to the time step."""
+
+
+def forced_order(
+    support: Support,
+    tasks: GaitTasks,
+    settings: ForcedGaitSettings | None = None,
+    gait: GaitSettings | None = None,
+) -> TaskOrder:
     """Return the order of tasks that reproduces a recorded gait with forces."""
-    reference, carried = support.reference, support.com
+    reference, carried, s = support.reference, support.com, settings or ForcedGaitSettings()
     schedule = ContactSchedule(reference)
     levels: list[list[Task]] = []
-    for level in gait_order(reference, tasks, schedule).levels:
+    for level in gait_order(reference, tasks, schedule, gait).levels:
         kept: list[Task] = []
         for task in level:
             if isinstance(task, ContactTask):
-                kept.append(SoleContactTask(schedule.points, schedule, stiffness=SOLE**2))
+                kept.append(SoleContactTask(schedule.points, schedule, stiffness=s.sole_rate**2))
             elif isinstance(task, FloorTask):
                 kept.append(FloorTask(schedule.points, schedule.guarded))
             elif isinstance(task, ComTask):
                 task.target = carried
-                task.stiffness, task.damping = BALANCE, 2 * BALANCE**0.5
+                task.stiffness, task.damping = s.com_stiffness, 2 * s.com_stiffness**0.5
                 kept.append(task)
             elif task.name.startswith("swing heel"):
                 side = task.name[-1]
@@ -93,15 +116,21 @@ def forced_order(support: Support, tasks: GaitTasks) -> TaskOrder:
         if kept:
             levels.append(kept)
     last = max(i for i, level in enumerate(levels) if any(isinstance(t, ComTask) for t in level))
-    levels[last].append(_momentum(support))
+    levels[last].append(_momentum(support, s))
     levels.append([_landing(reference, schedule)])
-    return TaskOrder(levels, _posture(reference, tasks) if tasks.posture else None)
+    return TaskOrder(levels, _posture(reference, tasks, s) if tasks.posture else None)
 
 
-def _momentum(support: Support) -> AngularMomentumTask:
+def _momentum(support: Support, s: ForcedGaitSettings) -> AngularMomentumTask:
     motion = support.reference.motion
     posture = Trajectory(motion.time, motion.qpos)
-    return AngularMomentumTask(support.momentum, posture, turn=support.turn, lever=LEVER)
+    return AngularMomentumTask(
+        support.momentum,
+        posture,
+        turn=support.turn,
+        lever=s.momentum_lever,
+        stiffness=s.momentum_stiffness,
+    )
 
 
 def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
@@ -115,9 +144,15 @@ def _landing(reference: Reference, schedule: ContactSchedule) -> LandingTask:
     return LandingTask(schedule.points, landings, paths)
 
 
-def _posture(reference: Reference, tasks: GaitTasks) -> PostureTask:
+def _posture(reference: Reference, tasks: GaitTasks, s: ForcedGaitSettings) -> PostureTask:
     time = np.concatenate([[reference.start], phase_ends(reference, tasks.phases)])
     passed = np.array([reference.velocity_at(float(t)) for t in time])
-    time, curve = curve_through(reference.human, time, reference.at(time), passed)
+    time, curve = curve_through(
+        reference.human, time, reference.at(time), passed, interval=s.curve_interval
+    )
     q, v, a = (Trajectory(time, values) for values in (curve.qpos, curve.qvel, curve.qacc))
-    return PostureTask(lambda t: (q(t)[0], v(t)[0], a(t)[0]), stiffness=FOLLOW, damping=CALM)
+    return PostureTask(
+        lambda t: (q(t)[0], v(t)[0], a(t)[0]),
+        stiffness=s.posture_stiffness,
+        damping=s.posture_damping,
+    )

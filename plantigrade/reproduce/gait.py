@@ -52,9 +52,17 @@ from plantigrade.wbc.tasks import (
     Task,
 )
 
-SHORTEST = 0.04  # time to go below which the pull to a posture grows no further [s]
-BRIEFEST = 0.02  # a part of swing that would last no longer is none [s]
-FARTHEST = 0.02  # a rolling heel is not pulled harder than if it were this far off its path [m]
+
+@dataclass(frozen=True, kw_only=True)
+class GaitSettings:
+    """Gains of a gait's tasks."""
+
+    stiffness: float = 400.0
+    """Stiffness of heels, centre of mass and contacts [1/s²], critically damped. Chosen."""
+    min_time_left: float = 0.04
+    """Time left below which the pull to a posture grows no further [s]. Chosen."""
+    max_rolling_error: float = 0.02
+    """Error of a rolling heel beyond which the pull grows no further [m]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +108,10 @@ def gait_tasks(name: str) -> GaitTasks:
 
 
 def gait_order(
-    reference: Reference, tasks: GaitTasks, schedule: ContactSchedule | None = None
+    reference: Reference,
+    tasks: GaitTasks,
+    schedule: ContactSchedule | None = None,
+    settings: GaitSettings | None = None,
 ) -> TaskOrder:
     """Return the order of tasks that reproduces a recorded gait.
 
@@ -108,32 +119,36 @@ def gait_order(
         reference: The recorded gait.
         tasks: Which tasks.
         schedule: When which points touch; as long as they are where they rested if absent.
+        settings: Gains.
     """
+    s = settings or GaitSettings()
+    k = s.stiffness
     schedule = schedule or ContactSchedule(reference, reference.held)
     floor = FloorTask(schedule.points, lambda t: ~schedule(t))
-    contact = ContactTask(schedule.points, schedule)
+    contact = ContactTask(schedule.points, schedule, stiffness=k)
 
     def heels(what: str, directions, **options) -> list[Task]:
         points, paths = reference.heel_point, reference.heel
         return [
-            PointTask(points[s], paths[s], directions(s), f"{what} {s}", **options) for s in SIDES
+            PointTask(points[i], paths[i], directions(i), f"{what} {i}", stiffness=k, **options)
+            for i in SIDES
         ]
 
     led = heels("swing heel", lambda side: schedule.swing(side, contact))
     levels: list[Sequence[Task]] = [[floor], [contact], led]
     if tasks.com == "split":
-        levels += [[ComTask(reference.com, "xy")], [ComTask(reference.com, "z")]]
+        levels += [[ComTask(reference.com, axes, stiffness=k)] for axes in ("xy", "z")]
     else:
-        levels += [[ComTask(reference.com, name="centre of mass")]]
-    levels.append(heels("rolling heel", schedule.roll, max_error=FARTHEST))
+        levels += [[ComTask(reference.com, name="centre of mass", stiffness=k)]]
+    levels.append(heels("rolling heel", schedule.roll, max_error=s.max_rolling_error))
     for task in (task for level in levels for task in level):
         if not isinstance(task, ContactTask):  # sunken feet are lifted where they are
             task.initialises = True
-    posture = posture_task(reference, tasks) if tasks.posture else None
+    posture = posture_task(reference, tasks, s.min_time_left) if tasks.posture else None
     return TaskOrder(levels, posture, spared=UPPER_BODY)
 
 
-def posture_task(reference: Reference, tasks: GaitTasks) -> PassingPosture:
+def posture_task(reference: Reference, tasks: GaitTasks, min_time_left: float) -> PassingPosture:
     """Return the posture task: the recorded posture at the end of each phase."""
     ends = phase_ends(reference, tasks.phases)
     postures = reference.at(ends)
@@ -146,7 +161,9 @@ def posture_task(reference: Reference, tasks: GaitTasks) -> PassingPosture:
             np.concatenate([reference.at(reference.start)[None], postures]),
         )[1:]
     passed = Steps(ends, rates)
-    return PassingPosture(Steps(ends, postures), lambda t: passed(t)[0], shortest=SHORTEST)
+    return PassingPosture(
+        Steps(ends, postures), lambda t: passed(t)[0], min_time_left=min_time_left
+    )
 
 
 def rates_through(
@@ -187,12 +204,15 @@ class Steps:
         return self.values[k], float(self.ends[k])
 
 
-def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:
+def phase_ends(
+    reference: Reference, phases: str, min_part: float = 0.02
+) -> Float[Array, " n_ends"]:
     """Return the times at which phases end [s].
 
     Args:
         reference: The recorded gait.
         phases: As in :class:`GaitTasks`.
+        min_part: Duration below which a part of swing is none [s].
 
     Raises:
         ParameterError: If the division is unknown.
@@ -209,7 +229,7 @@ def phase_ends(reference: Reference, phases: str) -> Float[Array, " n_ends"]:
             if phases == "eight":
                 parts.append(shank_upright(reference, phase, shortest))
             for end in parts:
-                if end - (ends[-1] if ends else phase.start) > BRIEFEST < phase.stop - end:
+                if end - (ends[-1] if ends else phase.start) > min_part < phase.stop - end:
                     ends.append(end)
         ends.append(phase.stop)
     if not ends or ends[-1] < reference.stop:

@@ -18,9 +18,6 @@ from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import SitePoints, region_of
 from plantigrade.models import Human
 
-# A part further than this from where it rested has left [m]: about as far as a sphere of the sole
-# rolls between a flat foot and one that stands on its tip.
-LEFT = 0.010
 LAST_TO_LEAVE = ("toe_1_", "toe_2_")  # the great toe leaves the ground last, and what is beside it
 
 
@@ -29,6 +26,8 @@ def held_contacts(
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     contacts: Sequence[ContactInterval],
+    *,
+    max_displacement: float = 0.010,
 ) -> tuple[ContactInterval, ...]:
     """Return contacts that end when their part has left where it rested.
 
@@ -40,6 +39,8 @@ def held_contacts(
         time: Time of each frame [s].
         qpos: The recorded motion, over ground that rests.
         contacts: As gait events and speeds tell them.
+        max_displacement: Distance from where it rested at which a part has left [m]: about as far
+            as a sphere of the sole rolls between a flat foot and one that stands on its tip.
     """
     sites = contact_sites(human)
     path = SitePoints(human, sites).path(qpos)
@@ -54,7 +55,7 @@ def held_contacts(
             continue
         place = path[:, mine].mean(axis=1)
         away = np.linalg.norm(place - np.median(place[middle], axis=0), axis=1)
-        there = time[inside & (away <= LEFT)]
+        there = time[inside & (away <= max_displacement)]
         middle_of_it = contact.start + 2 * quarter
         stop = max(float(there[-1]), middle_of_it) if len(there) else middle_of_it
         held.append(replace(contact, stop=min(stop, contact.stop)))

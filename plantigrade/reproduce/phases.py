@@ -17,9 +17,19 @@ _NEXT = {
     ("l", "heel_strike"): ("r", "toe_off"),
     ("r", "toe_off"): ("r", "heel_strike"),
 }
-LONGEST = 1.5  # a phase that lasts longer is a stop, not a part of a stride [s]
-OVERLAP = 0.1  # a toe off this long before the other heel's strike is taken for a blurred one [s]
-SHARED = 0.02  # duration of the double support that is put in its place [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseSettings:
+    """What sequence of events is walking."""
+
+    max_duration: float = 1.5
+    """Duration beyond which a phase is a stop, not a part of a stride [s]. Chosen."""
+    max_flight: float = 0.1
+    """Time from a toe off to the other foot's heel strike up to which their order is taken for
+    blurred [s]. Chosen."""
+    blurred_double_support: float = 0.02
+    """Duration of the double support that is put in its place [s]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +55,16 @@ class Phase:
         return self.stop - self.start
 
 
-def in_order(events: Sequence[GaitEvent]) -> tuple[tuple[GaitEvent, ...], int]:
+def in_order(
+    events: Sequence[GaitEvent], settings: PhaseSettings | None = None
+) -> tuple[tuple[GaitEvent, ...], int]:
     """Return the events with blurred double supports put in order, and how many those were.
 
     Where a recording jerks while one foot takes over from the other, the toe off can seem to come
     before the heel strike. In a walk, that is where most double supports are seen in order, both
     events are put at their middle, the strike first; a run, with its flight, is left as it is.
     """
-    events = sorted(events, key=lambda e: e.time)
+    settings, events = settings or PhaseSettings(), sorted(events, key=lambda e: e.time)
     pairs = list(pairwise(events))
     regular = sum(
         a.kind == "heel_strike" and b.kind == "toe_off" and a.side != b.side for a, b in pairs
@@ -63,20 +75,23 @@ def in_order(events: Sequence[GaitEvent]) -> tuple[tuple[GaitEvent, ...], int]:
         if a.kind == "toe_off"
         and b.kind == "heel_strike"
         and a.side != b.side
-        and b.time - a.time <= OVERLAP
+        and b.time - a.time <= settings.max_flight
     ]
     if len(blurred) >= regular:
         return tuple(events), 0
     for k in blurred:
         off, strike = events[k], events[k + 1]
-        middle = (off.time + strike.time) / 2
-        events[k] = replace(strike, time=middle - SHARED / 2)
-        events[k + 1] = replace(off, time=middle + SHARED / 2)
+        middle, half = (off.time + strike.time) / 2, settings.blurred_double_support / 2
+        events[k] = replace(strike, time=middle - half)
+        events[k + 1] = replace(off, time=middle + half)
     return tuple(events), len(blurred)
 
 
-def walking_events(events: Sequence[GaitEvent]) -> tuple[GaitEvent, ...]:
+def walking_events(
+    events: Sequence[GaitEvent], settings: PhaseSettings | None = None
+) -> tuple[GaitEvent, ...]:
     """Return the longest run of events that follow one another as in walking."""
+    longest = (settings or PhaseSettings()).max_duration
     events = sorted(events, key=lambda e: e.time)
     best: list[GaitEvent] = []
     run: list[GaitEvent] = []
@@ -85,7 +100,7 @@ def walking_events(events: Sequence[GaitEvent]) -> tuple[GaitEvent, ...]:
         follows = (
             last is not None
             and _NEXT.get((last.side, last.kind)) == (event.side, event.kind)
-            and event.time - last.time <= LONGEST
+            and event.time - last.time <= longest
         )
         run = [*run, event] if follows else [event]
         if len(run) > len(best):

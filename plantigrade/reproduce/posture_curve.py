@@ -15,7 +15,6 @@ from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.derivatives import Derivatives, continuous, differentiate
 from plantigrade.models import Human
 
-SAMPLE = 0.005  # between samples of the curve [s]
 SMALL = 1e-4  # step of a finite difference [s]
 
 
@@ -24,6 +23,8 @@ def curve_through(
     time: Float[Array, " n"],
     postures: Float[Array, "n nq"],
     velocities: Float[Array, "n nv"],
+    *,
+    interval: float,
 ) -> tuple[Float[Array, " n_samples"], Derivatives]:
     """Return the times of samples [s], and the curve there with its rates.
 
@@ -32,6 +33,7 @@ def curve_through(
         time: When each is passed [s], increasing; at least two.
         postures: Configurations; either sign of the quaternion.
         velocities: At which each is passed.
+        interval: Time between samples [s].
     """
     postures = continuous(postures)
     rates = np.empty_like(postures)
@@ -43,7 +45,7 @@ def curve_through(
     curve = BPoly.from_derivatives(
         time, np.stack([postures, rates, smoothest(time, postures, rates)], axis=1)
     )
-    samples = np.linspace(time[0], time[-1], max(int((time[-1] - time[0]) / SAMPLE), 1) + 1)
+    samples = np.linspace(time[0], time[-1], max(int((time[-1] - time[0]) / interval), 1) + 1)
     return samples, differentiate(human, samples, curve(samples), None)
 
 

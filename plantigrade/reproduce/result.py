@@ -8,13 +8,32 @@ import numpy as np
 from plantigrade.constants import FRICTION
 from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
-from plantigrade.reproduce.forces import forced_order
-from plantigrade.reproduce.gait import GaitTasks, gait_order, phase_ends
+from plantigrade.reproduce.forces import ForcedGaitSettings, forced_order
+from plantigrade.reproduce.gait import GaitSettings, GaitTasks, gait_order, phase_ends
 from plantigrade.reproduce.reference import Reference
 from plantigrade.reproduce.schedule import ContactSchedule
-from plantigrade.reproduce.support import Support, support_of
-from plantigrade.wbc.forces import Footing
-from plantigrade.wbc.stepping import STEP, OrderedMotion, move
+from plantigrade.reproduce.support import Support, SupportSettings, support_of
+from plantigrade.wbc.forces import Footing, ForceSettings
+from plantigrade.wbc.stepping import MotionSettings, OrderedMotion, move
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings:
+    """Numbers of a reproduced gait, by component.
+
+    Attributes:
+        gait: Gains of the tasks.
+        forced: Gains of a gait that forces move.
+        support: How far the recorded path gives way to the estimated forces.
+        forces: Bounds and costs of contact forces.
+        motion: Integration.
+    """
+
+    gait: GaitSettings = GaitSettings()
+    forced: ForcedGaitSettings = ForcedGaitSettings()
+    support: SupportSettings = SupportSettings()
+    forces: ForceSettings = ForceSettings()
+    motion: MotionSettings = MotionSettings()
 
 
 @dataclass(frozen=True)
@@ -79,7 +98,7 @@ def rebuild(
     *,
     forces: bool = False,
     friction: float = FRICTION,
-    step: float = STEP,
+    settings: ReproduceSettings | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ReproducedGait:
     """Reproduce a recorded gait from prioritised tasks.
@@ -89,19 +108,20 @@ def rebuild(
         tasks: Which tasks; the default ones if absent.
         forces: Whether forces move the body: joint moments and ground reactions come with it.
         friction: Coefficient of friction, for forces.
-        step: Time step [s].
+        settings: Gains, scales and the time step.
         progress: Called with the share that is done, now and then.
 
     Raises:
         ParameterError: If the tasks ask for phases that do not exist.
         SolverError: If the first tick has no solution.
     """
-    tasks = tasks or GaitTasks()
-    order, ground, support = gait_order(reference, tasks), None, None
+    tasks, s = tasks or GaitTasks(), settings or ReproduceSettings()
     if forces:
-        support = support_of(reference)
-        reference, order = support.reference, forced_order(support, tasks)
-        ground = Footing(friction, support.wrench_at)
+        support = support_of(reference, s.support)
+        reference, order = support.reference, forced_order(support, tasks, s.forced, s.gait)
+        ground = Footing(friction, support.wrench_at, s.forces)
+    else:
+        order, ground, support = gait_order(reference, tasks, settings=s.gait), None, None
     motion = move(
         reference.human,
         order,
@@ -109,7 +129,7 @@ def rebuild(
         reference.velocity_at(reference.start),
         start=reference.start,
         stop=reference.stop,
-        step=step,
+        settings=s.motion,
         ground=ground,
         progress=progress,
     )

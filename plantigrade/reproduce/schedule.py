@@ -1,6 +1,7 @@
 """Which sites of the soles touch the ground when, and where heels are led meanwhile."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,10 +14,17 @@ from plantigrade.reproduce.held import is_tip
 from plantigrade.reproduce.reference import Reference
 from plantigrade.wbc.tasks import ContactTask
 
-# The heel of a foot that is nearly flat rises before it goes forward; to lead it forward would tear
-# it up. It is led once the line from the toes to the heel is as steep as this: some 15°.
-STEEP = 0.25
-STEP_TIME = 0.5  # from roll off to landing, about [s]
+
+@dataclass(frozen=True, kw_only=True)
+class ScheduleSettings:
+    """When the heel of a foot that rolls off is led."""
+
+    min_steepness: float = 0.25
+    """Sine of the angle between ground and foot from which its heel is led forward (some 15°).
+    Chosen: the heel of a foot that is nearly flat rises before it goes forward; to lead it forward
+    would tear it up."""
+    step_duration: float = 0.5
+    """Time from roll off to landing [s], about: where the heel is by then is the way it goes."""
 
 
 class ContactSchedule:
@@ -25,6 +33,7 @@ class ContactSchedule:
     Args:
         reference: The recorded gait.
         contacts: When each part of each foot touches; as gait events and speeds tell if absent.
+        settings: When the heel of a foot that rolls off is led.
 
     Attributes:
         points: All contact sites of the person.
@@ -32,7 +41,13 @@ class ContactSchedule:
         region: Region of the sole of each.
     """
 
-    def __init__(self, reference: Reference, contacts: Sequence[ContactInterval] | None = None):
+    def __init__(
+        self,
+        reference: Reference,
+        contacts: Sequence[ContactInterval] | None = None,
+        settings: ScheduleSettings | None = None,
+    ):
+        self.settings = settings or ScheduleSettings()
         sites = contact_sites(reference.human)
         self.points = SitePoints(reference.human, sites)
         self.side = np.array([site.side for site in sites])
@@ -118,7 +133,7 @@ class ContactSchedule:
                 return nothing
             sole = state.position(self.points)
             along = sole[heel].mean(axis=0) - sole[tip].mean(axis=0)
-            if along[2] < STEEP * np.linalg.norm(along):
+            if along[2] < self.settings.min_steepness * np.linalg.norm(along):
                 return nothing
             return self._way(side, time)[None]
 
@@ -127,7 +142,8 @@ class ContactSchedule:
     def _way(self, side: str, time: float) -> np.ndarray:
         """Return the horizontal direction in which a heel goes from here to its next landing."""
         path = self._heel[side]
-        step = (path(time + STEP_TIME)[0] - path(time)[0]) * [1.0, 1.0, 0.0]
+        later = time + self.settings.step_duration
+        step = (path(later)[0] - path(time)[0]) * [1.0, 1.0, 0.0]
         length = np.linalg.norm(step)
         return step / length if length > 0 else np.array([1.0, 0.0, 0.0])
 

@@ -32,12 +32,27 @@ from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.reproduce.reference import Reference
 
-PUSH, AWAY = 0.02, 0.003  # scales of the displacement: s_a [g], s_delta [m]
-TURN, TURNED = 0.01, 0.01  # of the angular momentum: [body weights m], [kg m² per kg of mass]
-TRUSTED = 3.0  # noise of the estimate above which a path gives way less
-FARTHEST = 0.12  # the trunk's centre of mass is moved at most this far [m]
-BREAK = 0.02  # contacts of one foot that are no further apart are one [s]
-SEEN = 0.03  # a stance that comes nearer to an end of the recording was not seen whole [s]
+
+@dataclass(frozen=True, kw_only=True)
+class SupportSettings:
+    """How far the recorded path gives way to the estimated forces."""
+
+    acceleration_scale: float = 0.02
+    r""":math:`s_a` of the centre of mass [g]. Chosen."""
+    displacement_scale: float = 0.003
+    r""":math:`s_\delta` of the centre of mass [m]. Chosen."""
+    moment_scale: float = 0.01
+    r""":math:`s_a` of the angular momentum [body weights m]. Chosen."""
+    turn_scale: float = 0.01
+    r""":math:`s_\delta` of the angular momentum [kg m² per kg of body mass]. Chosen."""
+    max_noise: float = 3.0
+    """Noise of the estimate above which a path gives way less. Chosen."""
+    max_trunk_shift: float = 0.12
+    """Greatest displacement of the trunk's centre of mass [m]. Chosen."""
+    max_contact_gap: float = 0.02
+    """Time between contacts of one foot up to which they are one [s]. Chosen."""
+    end_margin: float = 0.03
+    """Time from an end of the recording within which a stance was not seen whole [s]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -65,30 +80,33 @@ class Support:
         return self.wrench(time)[0].reshape(2, 6)
 
 
-def support_of(reference: Reference) -> Support:
+def support_of(reference: Reference, settings: SupportSettings | None = None) -> Support:
     """Return what carries a recorded gait.
 
     Raises:
         SolverError: If the forces could not be estimated.
     """
+    s = settings or SupportSettings()
     reference = rolled_off(reference)
     motion, time = reference.motion, reference.motion.time
-    estimate = estimate_forces(reference.human, motion, contacts=load_intervals(reference))
-    reference = with_shift(reference, estimate.com_shift)
+    estimate = estimate_forces(reference.human, motion, contacts=load_intervals(reference, s))
+    reference = with_shift(reference, estimate.com_shift, s.max_trunk_shift)
     human, forces = reference.human, estimate.forces
     point = np.nan_to_num(forces.point)
     moment = np.cross(point, forces.force) + forces.torque
     whole = centroid(human, motion.qpos, motion.qvel, motion.qacc)
     assert whole.force is not None and whole.moment is not None
     push = forces.force.sum(axis=1)
-    inside = (time >= reference.start - SEEN) & (time <= reference.stop + SEEN)
+    inside = (time >= reference.start - s.end_margin) & (time <= reference.stop + s.end_margin)
     told = (inside & (push[:, 2] > 0))[:, None]
     missed = np.where(told, push - whole.force, 0.0) / human.mass
-    trust = min(1.0, (TRUSTED / estimate.noise) ** 2)
-    com = whole.com + displaced(time, missed, PUSH * GRAVITY, trust * AWAY)
+    trust = min(1.0, (s.max_noise / estimate.noise) ** 2)
+    com = whole.com + displaced(
+        time, missed, s.acceleration_scale * GRAVITY, trust * s.displacement_scale
+    )
     about = moment.sum(axis=1) - np.cross(com, push)
     missed = np.where(told, about - whole.moment, 0.0) / human.mass
-    turn = human.mass * displaced(time, missed, TURN * GRAVITY, trust * TURNED)
+    turn = human.mass * displaced(time, missed, s.moment_scale * GRAVITY, trust * s.turn_scale)
     turning = rates(time, turn)
     momentum = whole.angular_momentum + turning[:, 1]
     # what is left, each foot takes by its load: then all of it belongs together
@@ -121,7 +139,7 @@ def rolled_off(reference: Reference) -> Reference:
     return replace(reference, contacts=tuple(contacts))
 
 
-def load_intervals(reference: Reference) -> tuple[LoadInterval, ...]:
+def load_intervals(reference: Reference, settings: SupportSettings) -> tuple[LoadInterval, ...]:
     """Return when each foot may carry load: from its first part on the ground to its last."""
     first, last = float(reference.motion.time[0]), float(reference.motion.time[-1])
     found = []
@@ -129,18 +147,23 @@ def load_intervals(reference: Reference) -> tuple[LoadInterval, ...]:
         merged: list[list[float]] = []
         mine = [c for c in reference.contacts if c.side == side]
         for c in sorted(mine, key=lambda c: c.start):
-            if merged and c.start <= merged[-1][1] + BREAK:
+            if merged and c.start <= merged[-1][1] + settings.max_contact_gap:
                 merged[-1][1] = max(merged[-1][1], c.stop)
             else:
                 merged.append([c.start, c.stop])
         for a, b in merged:
             start, stop = max(first, a - EARLY), min(last, b + LATE)
-            begins, ends = bool(a > first + SEEN), bool(b < last - SEEN)
+            margin = settings.end_margin
+            begins, ends = bool(a > first + margin), bool(b < last - margin)
             found.append(LoadInterval(side, float(start), float(stop), begins, ends))
     return tuple(found)
 
 
-def with_shift(reference: Reference, shift: Float[Array, " 3"]) -> Reference:
+def with_shift(
+    reference: Reference,
+    shift: Float[Array, " 3"],
+    max_shift: float = SupportSettings.max_trunk_shift,
+) -> Reference:
     """Return the gait of the person whose centre of mass lies elsewhere by ``shift`` [m]."""
     human, qpos = reference.human, reference.motion.qpos
     body = human.body(human.trunk)
@@ -148,7 +171,7 @@ def with_shift(reference: Reference, shift: Float[Array, " 3"]) -> Reference:
     share = human.model.body_mass[body] / human.model.body_mass.sum()
     local = turned.T @ shift / share
     size = float(np.linalg.norm(local))
-    human = human.with_trunk_mass(local * min(1.0, FARTHEST / max(size, 1e-9)))
+    human = human.with_trunk_mass(local * min(1.0, max_shift / max(size, 1e-9)))
     path = np.array([state.com for state in sweep(human, qpos)])
     return replace(reference, human=human, com=Trajectory(reference.motion.time, path))
 

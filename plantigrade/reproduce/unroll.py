@@ -19,14 +19,29 @@ from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 LEG = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 TURNED = ("bending", "rotation")  # coordinates of the middle that change sign in a mirror
-# A posture half a cycle off differs by some 20° on the mean over these joints; measured cycles
-# differ by one to four.
-POSTURE = np.deg2rad(6.0)  # of the legs, root mean square [rad]
-# Of two independent instants of one motion, the difference of velocities has √2 times its spread.
-VELOCITY = 0.9  # of the legs, root mean square, in that of the whole cycle
-# Files usually end with the frame they begin with; that they do not must show.
-CLEARLY = 2.0
-SHORTEST, LONGEST = 0.6, 3.0  # of one whole cycle [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopSettings:
+    """When a motion closes on itself; differences are those of the legs, root mean square."""
+
+    max_posture_error: float = float(np.deg2rad(6.0))
+    """Greatest difference of the postures at its ends [rad]. Measured cycles differ by one to four
+    degrees; a posture half a cycle off differs by some 20°."""
+    max_velocity_error: float = 0.9
+    """Greatest difference of their velocities, by the velocity of the whole cycle. Between two
+    independent instants of one motion it is √2."""
+    repeat_ratio: float = 2.0
+    """Distance of the ends' postures, by that of the posture one frame on, up to which the last
+    frame shows the first again. Files usually end so; that they do not must show."""
+    min_period: float = 0.6
+    """Shortest period of a whole cycle [s]. Chosen."""
+    max_period: float = 3.0
+    """Longest [s]. Chosen."""
+    min_speed: float = 0.1
+    """Velocity of the legs below which a motion rests [rad/s]. Chosen."""
+    min_frames: int = 10
+    """Fewest frames of a motion that may close. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -45,30 +60,34 @@ class Loop:
 
 
 def find_loop(
-    human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
+    human: Human,
+    time: Float[Array, " n_frames"],
+    qpos: Float[Array, "n_frames nq"],
+    settings: LoopSettings | None = None,
 ) -> Loop | None:
     """Return how an evenly sampled motion closes on itself; None if it does not, or rests."""
-    n = len(time)
-    if n < 10 or not np.isfinite(qpos).all():
+    n, s = len(time), settings or LoopSettings()
+    if n < s.min_frames or not np.isfinite(qpos).all():
         return None
     columns = [7 + human.hinge(f"{name}_{side}") for name in LEG for side in SIDES]
     step = (time[-1] - time[0]) / (n - 1)
     legs = qpos[:, columns]
     rates = np.diff(legs, axis=0) / step
     usual = np.sqrt(np.mean(rates**2))
-    if usual < 0.1:
+    if usual < s.min_speed:
         return None
     for mirrored in (False, True):
         image = mirror(human, qpos)[:, columns] if mirrored else legs
         begins = (image[1] - image[0]) / step
         gap = image[0] - legs[-1]
         onward = gap - 0.5 * step * (begins + rates[-1])
-        ending = bool(np.linalg.norm(gap) <= CLEARLY * np.linalg.norm(onward))
+        ending = bool(np.linalg.norm(gap) <= s.repeat_ratio * np.linalg.norm(onward))
         misfit = np.sqrt(np.mean((gap if ending else onward) ** 2))
         turned = np.sqrt(np.mean((begins - rates[-1]) ** 2))
         period = float(step * (n - 1 if ending else n))
         whole = 2 * period if mirrored else period
-        if misfit <= POSTURE and turned <= VELOCITY * usual and SHORTEST <= whole <= LONGEST:
+        alike = misfit <= s.max_posture_error and turned <= s.max_velocity_error * usual
+        if alike and s.min_period <= whole <= s.max_period:
             return Loop(period, ending, mirrored)
     return None
 

@@ -19,12 +19,12 @@ near those of the instant before. They decide what mechanics leaves open: how po
 and of two feet, share the load.
 
 Where it is known what force each foot should carry, its wrench joins the level of the centre of
-mass: force by body mass, and the moment about the wanted centre of pressure by body mass and
-:data:`LEVER`, both times :data:`SHARE`. A path and forces that do not quite belong together then
-each give way a little, instead of the forces without end.
+mass: force by body mass, and the moment about the desired centre of pressure by body mass and a
+lever arm. A path and forces that do not quite belong together then each give way a little, instead
+of the forces without end.
 
 A foot carries wherever its sole is on the ground, also where it rolls: a point of it less and less
-from :data:`FULL` above the ground to :data:`REACH`.
+as it rises.
 """
 
 from collections.abc import Callable
@@ -44,12 +44,25 @@ from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import ComTask, ContactTask
 from plantigrade.wbc.touching import EDGES, UNIT, level_pyramid
 
-GREATEST = 5.0  # vertical force of one point, body weights
-FULL, REACH = 0.005, 0.01  # height up to which a point carries fully, and from which nothing [m]
-SHARE, LEVER = 0.3, 0.2  # weight of the wrenches beside the centre of mass; lever arm [m]
-LIGHT = 0.01  # a foot that should carry less has no centre of pressure, body weights
-# What the last level weighs against the squared posture error [rad²/s⁴], per squared unit of force:
-SMALL, STEADY = 1.0, 1.0  # its size, its change from the instant before
+
+@dataclass(frozen=True, kw_only=True)
+class ForceSettings:
+    """Contact forces of a strict order."""
+
+    max_point_force: float = 5.0
+    """Greatest vertical force of one point [body weights]. Chosen."""
+    carrying_height: float = 0.005
+    """Height up to which a point carries fully [m]. Chosen; at twice that it carries nothing."""
+    wrench_weight: float = 0.3
+    """Weight of the feet's wrenches beside the centre of mass. Chosen."""
+    wrench_lever: float = 0.2
+    """Lever arm at which an error of their moment counts as one of the force [m]. Chosen."""
+    min_foot_load: float = 0.01
+    """Load below which a foot has no centre of pressure [body weights]. Chosen."""
+    force_cost: float = 1.0
+    """Cost of a squared unit of force, against squared posture errors [rad²/s⁴]. Chosen."""
+    steadiness_cost: float = 1.0
+    """Cost of its squared change from the instant before, likewise. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +73,12 @@ class Footing:
         friction: Coefficient of friction.
         wrench: What each foot (r, l) should carry at a time, force [N] and moment about the world's
             origin [N m]; anything if absent.
+        settings: Bounds and costs of the forces.
     """
 
     friction: float = FRICTION
     wrench: Callable[[float], Float[Array, "2 6"]] | None = None
+    settings: ForceSettings = ForceSettings()
 
 
 @dataclass(frozen=True)
@@ -160,6 +175,7 @@ class ForceUnknowns:
             )
         self.contact, model = contact, state.model
         self.wrench, self.weight = ground.wrench, state.mass * GRAVITY
+        self.settings = ground.settings
         self.shared = next(
             (
                 k
@@ -185,13 +201,17 @@ class ForceUnknowns:
         height = self.contact.points.height(state)
         stands = {side: bool(self.contact.on[self.sides == side].any()) for side in SIDES}
         standing = np.array([stands[side] for side in self.sides])
-        self.on = np.flatnonzero(standing & (height < REACH))
+        s = self.settings
+        full, nothing = s.carrying_height, 2 * s.carrying_height
+        self.on = np.flatnonzero(standing & (height < nothing))
         self.dynamics = reduced_dynamics(state, self.contact.points, self.on, self.edges)
         strength = self.dynamics.strength(*self.strength)
-        most = np.clip((REACH - height[self.on]) / (REACH - FULL), 0.0, 1.0) * GREATEST / UNIT
+        share = np.clip((nothing - height[self.on]) / (nothing - full), 0.0, 1.0)
+        most = share * s.max_point_force / UNIT
         asked = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
         asked[self.shared] += self._wrenches(state, time)
-        preferred, metric = _preference(self.dynamics, wanted, self.before[self.on].ravel())
+        before = self.before[self.on].ravel()
+        preferred, metric = _preference(self.dynamics, wanted, before, s)
         low, high = bounds
         return {
             "levels": [strength, *(stacked(level) for level in asked)],
@@ -223,15 +243,15 @@ class ForceUnknowns:
             return []
         place = state.position(self.contact.points)[self.on]
         place[:, 2] -= self.contact.points.radius[self.on]
-        mass, found = self.weight / GRAVITY, []
-        scale = SHARE / mass * np.array([1.0, 1.0, 1.0, *[1.0 / LEVER] * 3])
+        mass, found, s = self.weight / GRAVITY, [], self.settings
+        scale = s.wrench_weight / mass * np.array([1.0, 1.0, 1.0, *[1.0 / s.wrench_lever] * 3])
         for side, wanted in zip(SIDES, self.wrench(time), strict=True):
             mine = np.flatnonzero(self.sides[self.on] == side)
             if not len(mine):
                 continue
             force, moment = wanted[:3], wanted[3:]
             about = place[mine].mean(axis=0)
-            if force[2] > LIGHT * self.weight:  # about the wanted centre of pressure
+            if force[2] > s.min_foot_load * self.weight:  # about the wanted centre of pressure
                 about = np.array([-moment[1], moment[0], 0.0]) / force[2]
             rows = np.zeros((6, self.dynamics.matrix.shape[1]))
             columns = self.dynamics.n_joints + EDGES * mine[:, None] + np.arange(EDGES)
@@ -244,11 +264,13 @@ class ForceUnknowns:
         return found
 
 
-def _preference(dynamics: ReducedDynamics, wanted, before) -> tuple[np.ndarray, np.ndarray]:
+def _preference(
+    dynamics: ReducedDynamics, wanted, before, settings: ForceSettings
+) -> tuple[np.ndarray, np.ndarray]:
     """Return what the last level prefers, and its metric."""
     metric = dynamics.matrix.T @ dynamics.matrix
     right = dynamics.matrix.T @ (wanted - dynamics.offset)
     forces = np.arange(dynamics.n_joints, len(metric))
-    metric[forces, forces] += SMALL + STEADY
-    right[forces] += STEADY * before
+    metric[forces, forces] += settings.force_cost + settings.steadiness_cost
+    right[forces] += settings.steadiness_cost * before
     return np.linalg.solve(metric, right), metric

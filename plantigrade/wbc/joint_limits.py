@@ -10,15 +10,28 @@ and likewise above: the coordinate approaches its limit no faster than a critica
 would, and never passes it.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
-FASTEST_ACCELERATION = 2000.0  # of any coordinate [rad/s² or m/s²]; no walking joint is near it
-FASTEST = 30.0  # of any hinge [rad/s]
-RATE = 50.0  # of the approach to a limit [1/s]
+
+@dataclass(frozen=True, kw_only=True)
+class JointLimitSettings:
+    """Limits that are not the person's ranges of motion."""
+
+    max_acceleration: float = 2000.0
+    """Greatest acceleration of any coordinate [rad/s², m/s²]. Chosen: no walking joint is near
+    it."""
+    max_velocity: float = 30.0
+    """Greatest velocity of any hinge [rad/s]. Chosen."""
+    approach_rate: float = 50.0
+    """Rate at which a hinge comes to rest at its limit [1/s]. Chosen."""
+    approach_per_step: float = 0.25
+    """Greatest product of that rate and the time step. Chosen for stability."""
 
 
 class JointLimits:
@@ -27,8 +40,7 @@ class JointLimits:
     Args:
         human: The person.
         step: Time step of the motion [s].
-        fastest: Greatest speed of any hinge [rad/s].
-        acceleration: Greatest acceleration of any coordinate.
+        settings: Limits of velocity and acceleration.
         ranges: Lower and upper limit of each hinge [rad]; the person's own if absent.
     """
 
@@ -37,13 +49,14 @@ class JointLimits:
         human: Human,
         step: float,
         *,
-        fastest: float = FASTEST,
-        acceleration: float = FASTEST_ACCELERATION,
+        settings: JointLimitSettings | None = None,
         ranges: Float[Array, "2 n_hinges"] | None = None,
     ):
-        self.acceleration, rate = acceleration, min(RATE, 0.25 / step)
+        s = settings or JointLimitSettings()
+        self.acceleration = s.max_acceleration
+        rate = min(s.approach_rate, s.approach_per_step / step)
         low, high = human.limits if ranges is None else ranges
-        swift = np.full(len(low), fastest / step)
+        swift = np.full(len(low), s.max_velocity / step)
         # The bounds are the tighter ones of four lines in q and v: two below, two above.
         self._lines = np.array([rate**2 * low, -swift, rate**2 * high, swift])
         self._by_q = np.array([[rate**2], [0.0], [rate**2], [0.0]])

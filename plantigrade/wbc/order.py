@@ -12,9 +12,6 @@ from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import Task
 
-# Nobody walking waves the arms to lift the centre of mass by a millimetre, though the arms could
-# where the legs are nearly straight: to the tasks, what is spared counts this little.
-RELUCTANCE = 0.1
 UPPER_BODY = (
     "arm_",
     "elbow_",
@@ -26,7 +23,18 @@ UPPER_BODY = (
     "lower_neck_",
     "upper_neck_",
 )
-REST = 5.0  # damping of what no task determines, where there is no posture [1/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrderSettings:
+    """What becomes of the freedom that tasks leave."""
+
+    spared_readiness: float = 0.1
+    """Readiness of spared coordinates to serve tasks, that of others being 1. Chosen: nobody
+    walking waves the arms to lift the centre of mass by a millimetre, though the arms could where
+    the legs are nearly straight."""
+    rest_damping: float = 5.0
+    """Damping of what no task determines, where there is no posture [1/s]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +45,14 @@ class TaskOrder:
         levels: The tasks of each level, most important first.
         posture: A task of all coordinates, preferred where the levels leave freedom; rest if
             absent. It is the lowest level of all.
-        spared: First letters of coordinates that the tasks use least (:data:`RELUCTANCE`) where
-            others can do it.
+        spared: First letters of coordinates that the tasks use least where others can do it.
+        settings: What becomes of the freedom that tasks leave.
     """
 
     levels: Sequence[Sequence[Task]]
     posture: Task | None = None
     spared: tuple[str, ...] = ()
+    settings: OrderSettings = OrderSettings()
 
     @property
     def tasks(self) -> tuple[Task, ...]:
@@ -74,12 +83,13 @@ class TaskOrder:
     def preferred(self, state: State, time: float) -> Float[Array, " nv"]:
         """Return the generalised acceleration that is preferred where the levels leave freedom."""
         if self.posture is None:
-            return -REST * state.qvel
+            return -self.settings.rest_damping * state.qvel
         return self.posture.acceleration(state, time)
 
     def readiness(self, human: Human) -> Float[Array, " nv"]:
         """Return how readily each coordinate is used by tasks that could do without it."""
-        hinges = [RELUCTANCE if c.startswith(self.spared) else 1.0 for c in human.coordinates]
+        spared = self.settings.spared_readiness
+        hinges = [spared if c.startswith(self.spared) else 1.0 for c in human.coordinates]
         return np.array([1.0] * 6 + hinges)
 
 

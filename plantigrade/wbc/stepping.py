@@ -9,8 +9,8 @@ satisfy the equations of motion. Without forces, velocities jump where a contact
 (:func:`velocity_after_impact`).
 
 Least squares in the coordinates would use every joint alike. Without forces the unknowns are
-scaled, so that an order can spare some (:data:`~plantigrade.wbc.order.RELUCTANCE`) where others can
-do what a task asks: in walking, arms and neck.
+scaled, so that an order can spare some where others can do what a task asks: in walking, arms and
+neck.
 """
 
 import time as clock
@@ -34,17 +34,42 @@ from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, scaled, stacked
 from plantigrade.wbc.rows import Rows
 
-STEP = 0.005  # [s]
-# A direction in which a task moves less than this per unit of joint acceleration is singular: a
-# straight knee lengthens the leg by nothing, and asking it to would ask for infinite speed. It also
-# lets short toes give way a little where a foot rigid as a machine's would pull at the whole body:
-# of contacts, turns of a segment that move its points by less per radian are not held.
-SINGULAR = 0.02
-ATTEMPTS = 10  # steps at most from a recorded posture to one that is not in the ground
-LARGEST_STEP = 0.1  # of any coordinate in one of them [rad, m]
-# How readily joints move in them: the foot before the leg, the leg before the rest of the body.
-LIFTING = {("mtp", "cuboid_", "heel_"): 1.0, ("ankle_", "subtalar_"): 0.7, ("knee_", "hip_"): 0.5}
-STAYS = 0.02  # how readily all other joints move in them
+
+@dataclass(frozen=True, kw_only=True)
+class MotionSettings:
+    """Integration of an order's answers, and the correction of its first posture."""
+
+    step: float = 0.005
+    """Time step [s]. Chosen."""
+    min_gain: float = 0.02
+    """Motion of a task per unit of joint acceleration below which a direction is singular and left
+    to the levels below. Chosen: a straight knee lengthens the leg by nothing, and asking it to
+    would ask for infinite speed. It also lets short toes give way a little where a foot rigid as a
+    machine's would pull at the whole body: of contacts, turns of a segment that move its points by
+    less per radian are not held."""
+    max_corrections: int = 10
+    """Greatest number of steps from a recorded posture to one that is not in the ground. Chosen."""
+    max_correction: float = 0.1
+    """Greatest change of any coordinate in one of them [rad, m]. Chosen."""
+    foot_readiness: float = 1.0
+    """Readiness of toes and other joints within the foot to move in them; the unit of the next."""
+    ankle_readiness: float = 0.7
+    """That of the ankle. Chosen: the foot before the leg, the leg before the rest of the body."""
+    leg_readiness: float = 0.5
+    """That of knee and hip. Chosen."""
+    other_readiness: float = 0.02
+    """That of all other joints. Chosen."""
+
+    def readiness(self, human: Human) -> Float[Array, " nv"]:
+        """Return the readiness of every coordinate to move in a correction."""
+        starts = (
+            (("mtp", "cuboid_", "heel_"), self.foot_readiness),
+            (("ankle_", "subtalar_"), self.ankle_readiness),
+            (("knee_", "hip_"), self.leg_readiness),
+            (("",), self.other_readiness),
+        )
+        hinges = [next(r for s, r in starts if c.startswith(s)) for c in human.coordinates]
+        return np.array([self.other_readiness] * 6 + hinges)
 
 
 @dataclass(frozen=True)
@@ -143,7 +168,7 @@ def move(
     *,
     start: float = 0.0,
     stop: float,
-    step: float = STEP,
+    settings: MotionSettings | None = None,
     limits: JointLimits | None = None,
     ground: Footing | None = None,
     progress: Callable[[float], None] | None = None,
@@ -157,7 +182,7 @@ def move(
         qvel: Velocity to start with; rest if absent.
         start: Time of the start [s].
         stop: Time of the end [s].
-        step: Time step [s].
+        settings: Time step, and what counts as singular.
         limits: Joint limits; the person's if absent.
         ground: What the ground can do; without it the motion needs no forces.
         progress: Called with the share that is done, now and then.
@@ -178,23 +203,28 @@ def move(
         >>> round(float(State(human, motion.qpos[-1]).com[2] - here[2]), 3)
         -0.1
     """
-    state = State(human, qpos, qvel)
+    state, settings = State(human, qpos, qvel), settings or MotionSettings()
+    step = settings.step
     limits = limits or JointLimits(human, step)
     unknowns = ForceUnknowns(state, order, ground) if ground else AccelerationUnknowns(state, order)
     times = start + step * np.arange(max(1, round((stop - start) / step)) + 1)
     tasks, ticks, stopped = order.tasks, list[dict[str, Any]](), ""
     for k, now in enumerate(times.tolist()):
         began = clock.perf_counter()
-        state = state.integrated(ticks[-1]["qacc"], step) if k else first_state(state, order, now)
+        state = (
+            state.integrated(ticks[-1]["qacc"], step)
+            if k
+            else first_state(state, order, now, settings)
+        )
         begins = [task.begin(state, now) for task in tasks]
         if any(begins) and (unknowns.impacts or not k):
-            state = state.moved_to(state.qpos, velocity_after_impact(state, order, now))
+            state = state.moved_to(state.qpos, velocity_after_impact(state, order, now, settings))
         rows = order.rows(state, now)
         wanted = order.preferred(state, now)
         program = unknowns.program(state, now, rows, wanted, limits.bounds(state))
         built = clock.perf_counter()
         try:
-            solution = solve_hierarchy(**program, singular=SINGULAR)
+            solution = solve_hierarchy(**program, singular=settings.min_gain)
         except SolverError as error:
             if k < 2:
                 raise
@@ -223,7 +253,9 @@ def move(
     )
 
 
-def first_state(state: State, order: TaskOrder, time: float) -> State:
+def first_state(
+    state: State, order: TaskOrder, time: float, settings: MotionSettings | None = None
+) -> State:
     """Return the initial state of a motion, lifted out of the ground.
 
     A recorded posture has its feet some millimetres in the ground; a motion must not begin with a
@@ -231,21 +263,19 @@ def first_state(state: State, order: TaskOrder, time: float) -> State:
     """
     for task in order.tasks:  # an order may have moved somebody before
         task.reset()
-    human, low, high = state.human, *state.human.limits
-    share = np.full(len(state.qvel), STAYS)
-    for i, name in enumerate(human.coordinates):
-        share[6 + i] = next((s for words, s in LIFTING.items() if name.startswith(words)), STAYS)
+    settings, (low, high) = settings or MotionSettings(), state.human.limits
+    share, most = settings.readiness(state.human), settings.max_correction
     tasks = [task for task in order.tasks if task.initialises]
-    for _ in range(ATTEMPTS):
+    for _ in range(settings.max_corrections):
         for task in tasks:
             task.begin(state, time)
         rows = [task.position_rows(state, time) for task in tasks]
-        lower, upper = np.full(len(share), -LARGEST_STEP), np.full(len(share), LARGEST_STEP)
-        lower[6:] = np.clip(low - state.qpos[7:], -LARGEST_STEP, 0.0)
-        upper[6:] = np.clip(high - state.qpos[7:], 0.0, LARGEST_STEP)
+        lower, upper = np.full(len(share), -most), np.full(len(share), most)
+        lower[6:] = np.clip(low - state.qpos[7:], -most, 0.0)
+        upper[6:] = np.clip(high - state.qpos[7:], 0.0, most)
         levels = [scaled(row.level, share) for row in rows]
         bounds = {"lower": lower / share, "upper": upper / share}
-        step = share * solve_hierarchy(levels, **bounds, singular=SINGULAR).x
+        step = share * solve_hierarchy(levels, **bounds, singular=settings.min_gain).x
         if np.abs(step).max() < 1e-6:
             break
         state = state.moved_to(integrate(state.model, state.qpos, step), state.qvel)
@@ -254,7 +284,9 @@ def first_state(state: State, order: TaskOrder, time: float) -> State:
     return state
 
 
-def velocity_after_impact(state: State, order: TaskOrder, time: float) -> Float[Array, " nv"]:
+def velocity_after_impact(
+    state: State, order: TaskOrder, time: float, settings: MotionSettings | None = None
+) -> Float[Array, " nv"]:
     r"""Return the velocity right after contacts have begun: an inelastic impact.
 
     The contacts stop their points, and the rest of the body changes its velocity as little as its
@@ -269,7 +301,7 @@ def velocity_after_impact(state: State, order: TaskOrder, time: float) -> Float[
         upper=wide,
         preferred=state.qvel,
         metric=state.mass_matrix,
-        singular=SINGULAR,
+        singular=(settings or MotionSettings()).min_gain,
     ).x
 
 

@@ -14,7 +14,7 @@ from plantigrade.reproduce.gait import TASKS, gait_order
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import stacked
-from plantigrade.wbc.stepping import STEP
+from plantigrade.wbc.stepping import MotionSettings
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask
 from tests.reproduce.walks import paths, rebuilt, reference, soles
 
@@ -139,7 +139,10 @@ def test_priorities_hold_through_the_walk(tasks):
     """
     known, motion = reference(*BODY), rebuilt(tasks, *BODY)
     order = gait_order(known, TASKS[tasks])
-    limits, state = JointLimits(known.human, STEP), State(known.human, motion.qpos[0])
+    limits, state = (
+        JointLimits(known.human, MotionSettings.step),
+        State(known.human, motion.qpos[0]),
+    )
     strict = []
     for k, t in enumerate(motion.time.tolist()):
         state = state.moved_to(motion.qpos[k], motion.qvel[k])

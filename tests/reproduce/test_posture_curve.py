@@ -19,7 +19,7 @@ def test_it_passes_every_posture_at_its_rate():
     postures[:, 3:7] /= np.linalg.norm(postures[:, 3:7], axis=1, keepdims=True)
     postures[2, 3:7] *= -1  # the same posture
     velocities = rng.normal(size=(5, human.model.nv))
-    time, curve = curve_through(human, TIME, postures, velocities)
+    time, curve = curve_through(human, TIME, postures, velocities, interval=0.005)
     for t, posture, velocity in zip(TIME, postures, velocities, strict=True):
         k = int(np.argmin(np.abs(time - t)))
         assert abs(time[k] - t) < 1e-9

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.kinematics.state import State
-from plantigrade.wbc.joint_limits import JointLimits
+from plantigrade.wbc.joint_limits import JointLimits, JointLimitSettings
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import move
 from plantigrade.wbc.tasks import TimedPosture
@@ -46,7 +46,7 @@ def test_a_coordinate_driven_at_its_limit_stops_there(step, push):
 
 def test_no_hinge_runs_faster_than_it_may():
     human = person("42", "two-segment")
-    limits = JointLimits(human, 0.005, fastest=4.0)
+    limits = JointLimits(human, 0.005, settings=JointLimitSettings(max_velocity=4.0))
     far = human.standing()
     far[7 + human.hinge("elbow_flex_r")] += 2.0
     far[7 + human.hinge("arm_flex_l")] += 1.0
@@ -61,7 +61,7 @@ def test_no_hinge_runs_faster_than_it_may():
 
 def test_accelerations_stay_within_theirs():
     human = person("42", "two-segment")
-    limits = JointLimits(human, 0.005, acceleration=50.0)
+    limits = JointLimits(human, 0.005, settings=JointLimitSettings(max_acceleration=50.0))
     low, high = limits.bounds(State(human, human.standing()))
     assert low.min() >= -50.0 and high.max() <= 50.0
 

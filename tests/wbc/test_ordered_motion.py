@@ -12,7 +12,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, stacked
-from plantigrade.wbc.stepping import SINGULAR, STEP, move, velocity_after_impact
+from plantigrade.wbc.stepping import MotionSettings, move, velocity_after_impact
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, TimedPosture
 from tests.models.presets import person
 
@@ -64,7 +64,9 @@ def test_an_error_obeys_its_equation(human, stiffness, damping):
     task = ComTask(Trajectory.fixed(here), stiffness=stiffness, damping=damping)
     start = np.zeros(human.model.nv)
     start[:3] = 0.3, -0.2, -0.3
-    motion = move(human, TaskOrder([[task]]), q, start, stop=0.5, step=0.001)
+    motion = move(
+        human, TaskOrder([[task]]), q, start, stop=0.5, settings=MotionSettings(step=0.001)
+    )
     state = State(human, q)
     e = np.array([task.error(state.moved_to(x, v), 0.0) for x, v in zip(motion.qpos, motion.qvel,
                                                                      strict=True)])  # fmt: skip
@@ -85,7 +87,7 @@ def test_a_moving_target_is_followed_without_lag(human):
     circle = np.stack([1 - np.cos(9 * time), np.sin(9 * time) - 9 * time * np.exp(-40 * time),
                        0 * time], axis=1)  # fmt: skip
     task = ComTask(Trajectory(time, here + 0.05 * circle))
-    motion = move(human, TaskOrder([[task]]), q, stop=1.0, step=0.002)
+    motion = move(human, TaskOrder([[task]]), q, stop=1.0, settings=MotionSettings(step=0.002))
     state = State(human, q)
     late = [
         np.linalg.norm(task.error(state.moved_to(x, v), float(t)))
@@ -112,15 +114,15 @@ def test_an_impossible_task_below_changes_no_residual_above(human):
     motion = squat(human, [0.5, -0.3, 0.9])  # out of reach
     assert motion.residual[:, 2].max() > 1.0 and not motion.exact.all()
     contact, com, hand = squat_tasks(human, [0.5, -0.3, 0.9])
-    limits = JointLimits(human, STEP)
+    limits = JointLimits(human, MotionSettings.step)
     state = State(human, motion.qpos[0])
     for k in range(0, len(motion.time), 5):
         state = state.moved_to(motion.qpos[k], motion.qvel[k])
         contact.begin(state, float(motion.time[k]))
         low, high = limits.bounds(state)
         levels = [task.rows(state, float(motion.time[k])).level for task in (contact, com, hand)]
-        two = solve_hierarchy(levels[:2], lower=low, upper=high, singular=SINGULAR)
-        three = solve_hierarchy(levels, lower=low, upper=high, singular=SINGULAR)
+        two = solve_hierarchy(levels[:2], lower=low, upper=high, singular=MotionSettings.min_gain)
+        three = solve_hierarchy(levels, lower=low, upper=high, singular=MotionSettings.min_gain)
         np.testing.assert_allclose(three.residuals[:2], two.residuals, atol=1e-6)
 
 
@@ -248,7 +250,15 @@ def test_what_is_reported_is_what_happened(human):
     here = State(human, q).com
     calls = []
     order = TaskOrder([[standing(human)], [ComTask(Trajectory.fixed(here), name="com")]])
-    motion = move(human, order, q, start=2.0, stop=2.3, step=0.01, progress=calls.append)
+    motion = move(
+        human,
+        order,
+        q,
+        start=2.0,
+        stop=2.3,
+        settings=MotionSettings(step=0.01),
+        progress=calls.append,
+    )
     assert motion.order.names == ("contact", "com") == order.names
     np.testing.assert_allclose(motion.time, 2.0 + 0.01 * np.arange(31))
     assert motion.qpos.shape == (31, human.model.nq) and motion.qacc.shape == (31, human.model.nv)

@@ -22,6 +22,7 @@ from plantigrade.wbc.tasks import (
     SoleContactTask,
     TimedPosture,
 )
+from plantigrade.wbc.tasks.posture import TimedPostureSettings
 from tests.models.presets import person, random_state
 
 BODIES = [("42", "two-segment"), ("66", "multi-segment"), ("43", "rigid"), ("58", "two-segment")]
@@ -233,9 +234,10 @@ def test_the_posture_arrives_in_time_with_nothing_left_over(gains):
     """e'' = -k e / T² - d e' / T with T the time to go: a sum of powers of T, all above one."""
     human = person("42", "two-segment")
     goal = human.standing()
-    options = {} if gains is None else {"gains": gains}
-    task = TimedPosture(lambda time: (goal, 1.0), shortest=1e-3, **options)
-    stiff, damp = task.gains
+    options = {} if gains is None else dict(zip(("stiffness", "damping"), gains, strict=True))
+    settings = TimedPostureSettings(min_time_left=1e-3, **options)
+    task = TimedPosture(lambda time: (goal, 1.0), settings=settings)
+    stiff, damp = settings.stiffness, settings.damping
     a, b = np.sort(np.roots([1.0, -(1.0 + damp), stiff]).real)  # T^p: p (p - 1) = -k + d p
     assert a > 1
     start = goal.copy()

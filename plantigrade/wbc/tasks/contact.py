@@ -11,6 +11,7 @@ six) motions of that segment, without loss: with :math:`v_{points} = X \, t` for
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,11 +26,23 @@ from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.task import Task
 from plantigrade.wbc.touching import Touching
 
-TOUCHING = 0.002  # a point no higher than this above the ground touches it [m]
-SOLE = 30.0  # rate at which a landing sole comes to rest [1/s]: 0.3 m/s stop within 4 mm
-NEAR = 0.10  # a point higher above the ground than this needs no guard [m]
-SUNK = 0.001  # a point that touches is guarded too where it is deeper than this [m]
-APPROACH = 40.0  # rate at which a point comes down that should touch already [1/s]
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSettings:
+    """When points of the soles touch, and how those come down that do not."""
+
+    touching_height: float = 0.002
+    """Height above the ground up to which a point touches it [m]. Chosen."""
+    approach_rate: float = 40.0
+    """Rate at which a point comes down that should touch already [1/s]. Chosen."""
+    guarded_height: float = 0.10
+    """Height above the ground up to which a floor guards points [m]. Chosen: farther points cannot
+    reach it within a tick."""
+    guarded_depth: float = 0.001
+    """Depth in the ground from which a floor guards points that should touch, too [m]. Chosen."""
+    floor_stiffness: float = 1600.0
+    """Stiffness with which a floor slows points that approach it [1/s²]; critically damped. Chosen
+    equal to the square of the rate of approach."""
 
 
 class ContactTask(Task):
@@ -40,6 +53,7 @@ class ContactTask(Task):
     Args:
         points: The contact sites.
         active: Function of time that says which of them should touch; always all if absent.
+        settings: When a point touches, and how it comes down.
 
     Attributes:
         on: Which points touch.
@@ -54,9 +68,12 @@ class ContactTask(Task):
         points: SitePoints,
         active: Callable[[float], Bool[Array, " n_points"]] | None = None,
         name: str = "contact",
+        *,
+        settings: ContactSettings | None = None,
         **gains,
     ):
         super().__init__(name, **gains)
+        self.settings = settings or ContactSettings()
         order = np.unique(points.body, return_index=True)[1]
         if (np.diff(points.body) != 0).sum() != len(order) - 1:
             raise ParameterError("contact points of one segment must follow one another")
@@ -88,7 +105,7 @@ class ContactTask(Task):
         """Note which points touch now; a new one is held where it lands."""
         scheduled = self._schedule(time)
         position = state.position(self.points)
-        low = self.points.height(state) < TOUCHING
+        low = self.points.height(state) < self.settings.touching_height
         on = scheduled & (self.on | low)
         new = on & ~self.on
         if new.any():
@@ -119,7 +136,8 @@ class ContactTask(Task):
         if self.coming.any():
             height = self.points.height(state)[self.coming]
             rate = self.velocity(state, time, jacobian)[-len(height) :]
-            desired[-len(height) :] = -(APPROACH**2) * height - 2 * APPROACH * rate
+            fast = self.settings.approach_rate
+            desired[-len(height) :] = -(fast**2) * height - 2 * fast * rate
         return desired
 
     def velocity_rows(self, state, time):
@@ -197,6 +215,7 @@ class FloorTask(Task):
         points: The contact sites.
         guarded: Function of time that says which of them to guard (not those that touch, unless
             they have sunk); all if absent.
+        settings: Which points are guarded, and how firmly.
     """
 
     initialises = at_least = True
@@ -206,10 +225,11 @@ class FloorTask(Task):
         points: SitePoints,
         guarded: Callable[[float], Bool[Array, " n_points"]] | None = None,
         name: str = "floor",
-        stiffness: float = 1600.0,
-        **gains,
+        *,
+        settings: ContactSettings | None = None,
     ):
-        super().__init__(name, stiffness=stiffness, **gains)
+        self.settings = settings or ContactSettings()
+        super().__init__(name, stiffness=self.settings.floor_stiffness)
         self.points, self._guarded = points, guarded
         self._known: tuple[object, float] = (None, np.nan)
         self._low = np.zeros(len(points), dtype=bool)
@@ -217,9 +237,9 @@ class FloorTask(Task):
     def _which(self, state, time):
         if self._known[0] is not state or self._known[1] != time:
             height = self.points.height(state)
-            which = height < NEAR
+            which = height < self.settings.guarded_height
             if self._guarded is not None:
-                which &= self._guarded(time) | (height < -SUNK)
+                which &= self._guarded(time) | (height < -self.settings.guarded_depth)
             self._known, self._low = (state, time), which
         return self._low
 

@@ -6,6 +6,7 @@ ground when the contact begins, and what speed is left is taken up by the sole
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,9 +17,18 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.tasks.point import PointTask
 from plantigrade.wbc.tasks.task import Task
 
-LEAD = 0.15  # a foot is led to the ground this long before it touches [s]
-SHORTEST = 0.10  # time to go below which its gains grow no further: the floor brakes it too [s]
-FURTHEST = 0.15  # a foot is put down at most this far from its recorded place [m]
+
+@dataclass(frozen=True, kw_only=True)
+class LandingSettings:
+    """How feet are led to the ground."""
+
+    lead_time: float = 0.15
+    """Time before touchdown from which a foot is led to the ground [s]. Chosen."""
+    min_time_left: float = 0.10
+    """Time left until touchdown below which the gains grow no further [s]. Chosen: the floor brakes
+    the foot too."""
+    max_displacement: float = 0.15
+    """Greatest displacement of a footstep from its recorded place [m]. Chosen."""
 
 
 class LandingTask(Task):
@@ -43,18 +53,21 @@ class LandingTask(Task):
         landings: Sequence[tuple[np.ndarray, float]],
         paths: Sequence[Trajectory] | None = None,
         name: str = "landing",
+        settings: LandingSettings | None = None,
     ):
         super().__init__(name)
+        self.settings = settings or LandingSettings()
         self.points, self.landings = points, landings
         self.paths = paths or [Trajectory.fixed(np.zeros(1)) for _ in landings]
 
     def _coming(self, time: float) -> list[tuple[np.ndarray, float]]:
-        return [(i, at - time) for i, at in self.landings if 0 < at - time < LEAD]
+        lead = self.settings.lead_time
+        return [(i, at - time) for i, at in self.landings if 0 < at - time < lead]
 
     def _path(self, time: float) -> np.ndarray:
         """Return height, its rate and bend on the paths of what comes down, one row each."""
-        on = [p(time) for p, (_, at) in zip(self.paths, self.landings, strict=True)
-              if 0 < at - time < LEAD]  # fmt: skip
+        lead, pairs = self.settings.lead_time, zip(self.paths, self.landings, strict=True)
+        on = [path(time) for path, (_, at) in pairs if 0 < at - time < lead]
         return np.array(on).reshape(-1, 3)
 
     def _means(self, values, time: float) -> np.ndarray:
@@ -81,7 +94,7 @@ class LandingTask(Task):
 
     def acceleration(self, state, time, jacobian=None):
         """Return the desired accelerations of these heights [m/s²]."""
-        left = np.array([max(t, SHORTEST) for _, t in self._coming(time)])
+        left = np.array([max(t, self.settings.min_time_left) for _, t in self._coming(time)])
         _, rate, bend = self._path(time).T
         desired = bend - 6 * self.error(state, time) / left**2
         return desired - 4 * (self.velocity(state, time, jacobian) - rate) / left
@@ -102,11 +115,21 @@ class PlacingHeelTask(PointTask):
         target: Its path [m].
         directions: As of :class:`~plantigrade.wbc.tasks.PointTask`.
         com: Path of the centre of mass [m].
+        settings: How far it is displaced.
     """
 
-    def __init__(self, point: PointSet, target: Trajectory, directions, com: Trajectory, name: str):
-        super().__init__(point, target, directions, name)
-        self.com = com
+    def __init__(
+        self,
+        point: PointSet,
+        target: Trajectory,
+        directions,
+        com: Trajectory,
+        name: str,
+        settings: LandingSettings | None = None,
+        **gains,
+    ):
+        super().__init__(point, target, directions, name, **gains)
+        self.com, self.max_displacement = com, (settings or LandingSettings()).max_displacement
 
     def error(self, state, time):
         """Return the way from the displaced target to the point, along the directions [m]."""
@@ -114,6 +137,6 @@ class PlacingHeelTask(PointTask):
         slow = np.sqrt(max(state.com[2], 0.1) / GRAVITY)
         away = state.com - here + slow * (state.com_velocity - velocity)
         size = float(np.linalg.norm(away))
-        if size > FURTHEST:
-            away = away * (FURTHEST / size)
+        if size > self.max_displacement:
+            away = away * (self.max_displacement / size)
         return super().error(state, time) - self._along(state, time, away)

@@ -7,18 +7,29 @@ follow the time that is left, :math:`T = t_e - t`:
 
 With :math:`k_p = 7, k_d = 4.5` this decays as :math:`(T/T_0)^2` and :math:`(T/T_0)^{3.5}`: it
 arrives with no velocity left over, however long the phase is. (A constant gain is too slow for a
-double support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.) Among laws
-that arrive at rest, this pair and :data:`SHORTEST` were settled on the walks of ``gait-table``.
+double support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.)
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.wbc.tasks.task import Target, Task
 
-SHORTEST = 0.06  # time to go below which the gains grow no further [s]
+
+@dataclass(frozen=True, kw_only=True)
+class TimedPostureSettings:
+    """Gains of a posture that is reached at a time."""
+
+    stiffness: float = 7.0
+    r""":math:`k_p`. Among laws that arrive at rest, this pair and the next but one were settled on
+    the walks of ``gait-table``."""
+    damping: float = 4.5
+    r""":math:`k_d`."""
+    min_time_left: float = 0.06
+    """Time left below which the gains grow no further [s]."""
 
 
 class PostureTask(Task):
@@ -62,31 +73,26 @@ class TimedPosture(PostureTask):
     Args:
         target: Function of time that returns the posture of the present phase and the time at
             which the phase ends [s].
-        gains: :math:`k_p` and :math:`k_d`.
-        horizon: Longest time to go of each coordinate [s]; no limit if absent.
-        shortest: Shortest time to go [s].
+        settings: Gains.
     """
 
     def __init__(
         self,
         target: Callable[[float], tuple[Float[Array, " nq"], float]],
         *,
-        gains: tuple[float, float] = (7.0, 4.5),
-        horizon: Float[Array, " nv"] | None = None,
-        shortest: float = SHORTEST,
+        settings: TimedPostureSettings | None = None,
         name: str = "posture",
     ):
         super().__init__(target, name=name)
-        self.gains, self.horizon, self.shortest = gains, horizon, shortest
+        self.settings = settings or TimedPostureSettings()
 
     def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
         """Return the generalised acceleration the posture asks for."""
         posture, end = self.aim(time)[:2]
-        left = max(end - time, self.shortest)
-        if self.horizon is not None:
-            left = np.minimum(left, self.horizon)
-        stiff, damp = self.gains
-        return (-stiff / left**2) * state.difference(posture) - (damp / left) * state.qvel
+        s = self.settings
+        left = max(end - time, s.min_time_left)
+        pull = (-s.stiffness / left**2) * state.difference(posture)
+        return pull - (s.damping / left) * state.qvel
 
 
 class PassingPosture(TimedPosture):
@@ -104,7 +110,7 @@ class PassingPosture(TimedPosture):
         target: Function of time that returns the posture of the present phase and the time at
             which the phase ends [s].
         velocity: Function of time that returns the velocity at which the posture is passed.
-        shortest: Shortest time to go [s].
+        min_time_left: Time left below which the gains grow no further [s].
     """
 
     def __init__(
@@ -112,10 +118,11 @@ class PassingPosture(TimedPosture):
         target: Callable[[float], tuple[Float[Array, " nq"], float]],
         velocity: Callable[[float], Float[Array, " nv"]],
         *,
-        shortest: float = 0.07,
+        min_time_left: float = TimedPostureSettings.min_time_left,
         name: str = "posture",
     ):
-        super().__init__(target, shortest=shortest, name=name)
+        super().__init__(target, name=name)
+        self.min_time_left = min_time_left
         self.passed = velocity
 
     def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
@@ -123,8 +130,8 @@ class PassingPosture(TimedPosture):
         posture, end = self.aim(time)[:2]
         passed, left = self.passed(time), end - time
         error = state.difference(posture)
-        if left >= self.shortest:
+        if left >= self.min_time_left:
             return -6 * error / left**2 - (4 * state.qvel + 2 * passed) / left
         error = error + passed * max(left, 0.0)
-        short = self.shortest
+        short = self.min_time_left
         return -6 * error / short**2 - 4 * (state.qvel - passed) / short
