@@ -22,7 +22,7 @@ from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.control.balance.postures import velocities_of
+from plantigrade.control.balance.postures import PostureSolverSettings, velocities_of
 from plantigrade.control.balance.reference import MotionReference
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.support import inside
@@ -41,12 +41,12 @@ class FeasibleSettings:
     """Least load on the feet while they are on the ground [body weights]. Chosen."""
     min_height: float = 0.1
     """Least height of the centre of mass in the air [m]. Chosen."""
-    support_weight: float = 30.0
-    """Weight of feet that stay, and of the centre of mass over the ground [1/m, 1/rad]. Chosen."""
-    com_height_weight: float = 10.0
-    """Weight of the height of the centre of mass [1/m]. Chosen."""
-    joint_weight: float = 0.3
-    """Weight of joints as recorded [1/rad]; that of the pelvis is 1. Chosen."""
+    support_weight: float = PostureSolverSettings.ankle_weight
+    """Weight of feet that stay, and of the centre of mass over the ground [1/m, 1/rad]."""
+    com_height_weight: float = PostureSolverSettings.support_weight
+    """Weight of the height of the centre of mass [1/m]; as in scripts."""
+    joint_weight: float = PostureSolverSettings.joint_weight
+    """Weight of joints as recorded [1/rad]; as in scripts. That of the pelvis is 1."""
     n_iterations: int = 2
     """Gauss-Newton steps of every posture. Chosen."""
 

@@ -26,6 +26,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 
+N_AHEAD, N_ASIDE = 8, 6  # grid of positions among which the planner chooses
+
 
 @dataclass(frozen=True, kw_only=True)
 class StepSettings:
@@ -51,14 +53,14 @@ class StepSettings:
     ones begin when it is as far outside.
     """
     max_step_forward: float = 1.0
-    """Greatest distance of a foot before the other [leg lengths]. Chosen."""
+    """Half-axis of the ellipse of positions before the other foot [leg lengths]. Chosen."""
     max_step_back: float = 0.72
-    """Greatest distance of a foot behind the other [leg lengths].
+    """The same behind the other foot [leg lengths].
 
     Farther back its hip is at the stop and pushes the body over the other foot: 1 step became 6.
     """
     max_step_width: float = 1.05
-    """Greatest distance of a foot beside the other [leg lengths]. Chosen."""
+    """The same beside the other foot [leg lengths]. Chosen."""
     min_step_width: float = 0.17
     """Least distance of a foot beside the other [leg lengths]. Chosen."""
     comfortable_step_width: float = 0.26
@@ -94,11 +96,6 @@ class StepSettings:
     def capture_threshold(self) -> float:
         """Distance of the capture point outside the support at which a first step begins [m]."""
         return -self.capture_margin
-
-    @property
-    def min_swing_duration(self) -> float:
-        """Shortest swing [s]."""
-        return self.swing_durations[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,8 +205,8 @@ class StepPlanner:
         self.comfortable_width = s.comfortable_step_width * leg_length
         self.max_extension = s.max_leg_extension * leg_length
         self.overshoot = s.capture_overshoot * leg_length
-        x = leg_length * np.linspace(-s.max_step_back, s.max_step_forward, 8)
-        y = leg_length * np.linspace(s.min_step_width, s.max_step_width, 6)
+        x = leg_length * np.linspace(-s.max_step_back, s.max_step_forward, N_AHEAD)
+        y = leg_length * np.linspace(s.min_step_width, s.max_step_width, N_ASIDE)
         self._grid = x[:, None, None], y[None, :, None]
 
     def plan(self, now: Pendulum, sides: Sequence[int] = (0, 1)) -> Footstep:
@@ -283,7 +280,7 @@ class StepPlanner:
         self, now: Pendulum, feet: Array, side: int, capture: Array, error: Array, elapsed: float
     ) -> Array:
         """Return the capture errors after the steps that follow, each as fast as can be [m]."""
-        s, swing = self.settings, self.settings.min_swing_duration
+        s, swing = self.settings, self.settings.swing_durations[0]
         disturbed, between = s.disturbance_duration, s.double_support_duration
         for _ in range(s.n_steps - 1):
             left = disturbed - elapsed
