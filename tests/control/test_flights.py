@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from plantigrade.constants import GRAVITY
-from plantigrade.control.balance import Balance, script_named, scripted
+from plantigrade.control.balance import Balance, ScriptSettings, script_named, scripted
 from plantigrade.control.balance.flight import FlightClock, FlightSettings
-from plantigrade.control.balance.script import ScriptSettings
 from plantigrade.control.balance.script_motion import com_height, through
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State

@@ -3,15 +3,14 @@
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.feasible import feasible_motion
 from plantigrade.control.balance.hybrid import Hybrid, HybridSettings
+from plantigrade.control.balance.recovery import RecoverySettings
 from plantigrade.control.balance.reference import (
     MotionReference,
-    PlatformReference,
-    PostureReference,
     Reference,
     ReferenceState,
     posture_reference,
 )
-from plantigrade.control.balance.script import MOTIONS, script_named
+from plantigrade.control.balance.script import MOTIONS, ScriptSettings, script_named
 from plantigrade.control.balance.script_motion import scripted
 from plantigrade.control.balance.settings import BalanceSettings
 
@@ -22,10 +21,10 @@ __all__ = [
     "Hybrid",
     "HybridSettings",
     "MotionReference",
-    "PlatformReference",
-    "PostureReference",
+    "RecoverySettings",
     "Reference",
     "ReferenceState",
+    "ScriptSettings",
     "feasible_motion",
     "posture_reference",
     "script_named",
