@@ -35,6 +35,9 @@ class Person:
         of_side: Spheres of each side.
         leg_length: Height of the hip above the ankle, standing [m].
         com_height: Height of the centre of mass above the hips, standing [m].
+        leg_momentum: Angular momentum of a straight leg that swings from the hip, about the centre
+            of mass, by the speed of its foot, mass and height: the part of its way by which the
+            extrapolated centre of mass goes along with a foot.
         strength: Greatest torque of every hinge [N m].
     """
 
@@ -46,6 +49,7 @@ class Person:
     of_side: tuple[Int[Array, " _"], ...]
     leg_length: float
     com_height: float
+    leg_momentum: float
     strength: Float[Array, " n_hinges"]
 
     @classmethod
@@ -55,6 +59,7 @@ class Person:
         side_of = np.array([(*SIDES, "").index(s.side) for s in sites])
         standing = State(human, human.standing())
         hip, ankle = (standing.origin(f"{bone}_{SIDES[0]}") for bone in ("femur", "foot"))
+        flexion = human.model.joint(f"hip_flexion_{SIDES[0]}").dofadr[0]
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         return cls(
             human=human,
@@ -65,5 +70,9 @@ class Person:
             of_side=tuple((side_of == i).nonzero()[0] for i in range(SEAT + 1)),
             leg_length=float(hip[2] - ankle[2]),
             com_height=float(standing.com[2] - hip[2]),
+            leg_momentum=float(
+                abs(standing.angular_momentum_jacobian[1, flexion])
+                / ((hip[2] - ankle[2]) * standing.mass * (standing.com[2] - ankle[2]))
+            ),
             strength=np.maximum(-low, high),
         )

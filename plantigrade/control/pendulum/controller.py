@@ -12,7 +12,6 @@ from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.reference import reference_of
-from plantigrade.control.gait.tasks import turn_error
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.feet import Feet
 from plantigrade.control.pendulum.footstep import Footstep
@@ -22,14 +21,12 @@ from plantigrade.control.pendulum.plan import StepPlan, turned_axes
 from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
-from plantigrade.control.pendulum.swing import limit_to_reach
-from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
+from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import about_vertical
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.whole_body import Touching, WholeBody
 from plantigrade.world import (
@@ -43,8 +40,6 @@ from plantigrade.world import (
     Summary,
     World,
 )
-
-STILL = np.zeros(3)
 
 
 class Pendulum(Controller):
@@ -90,12 +85,9 @@ class Pendulum(Controller):
         repeats = self.reference.period is not None
         self.duration = max(record.motion.duration, own.duration if repeats else 0.0)
         human, self.person = self.human, Person.of(record)
-        self.foot_bodies, self._hips = (
-            np.array([human.body(f"{bone}_{s}") for s in SIDES]) for bone in ("foot", "femur")
-        )
+        self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)
         self._damping = own.gait.joint_damping * self.person.strength
-        self._reach = own.swing.max_leg_extension * self.person.leg_length
         self._gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
         self.footstep: Footstep | None = None
@@ -169,7 +161,7 @@ class Pendulum(Controller):
         step = 1.0 / self._world.control_rate
         self._hold = CommandHold(own.tick, step, self.human.model.nv)
         self.plan = StepPlan(gait, self.reference, self.person, 2.0 * self._hold.half, own)
-        self._feet = Feet(self.plan, self.ground, feet)
+        self._feet = Feet(self.plan, self.ground, self._tasks, feet)
         self.footstep, self._clock = None, phase
         offset = feet - self.reference.at(phase).foot_position
         for i, foot in enumerate(gait.feet):
@@ -284,7 +276,9 @@ class Pendulum(Controller):
             contacts = replace(contacts, along=float(np.arctan2(com[1], com[0])))
         rows: list[Rows | PointRows] = [
             tasks.com_rows(body, self._gravity, com),
-            *self._foot_rows(body, ref, rate, soles, active),
+            *self._feet.rows(
+                body, ref, rate, self.position, footstep, self.clearance.legs, soles, active
+            ),
         ]
         if held.any():
             rows.append(tasks.contact_rows(points, held, height, soles.normal[active]))
@@ -334,46 +328,3 @@ class Pendulum(Controller):
                 phase = max(self.gait.phase, foot.touchdown + own.early_lookahead)
                 contact[of_side[i]] = self.reference.at(phase).contact[of_side[i]] > 0.5
         return contact & self._stance & (soles.height < own.contact.max_planned_height)
-
-    def _foot_rows(
-        self, body: BodyState, ref: Instant, rate: float, soles: Soles, active: Array
-    ) -> list[Rows]:
-        """Return the rows of both feet."""
-        plan, tasks, person, rows = self.plan, self._tasks, self.person, []
-        positions = body.origins[self.foot_bodies]
-        points, rotations = body.rigid_points(self.foot_bodies, positions), body.rotations
-        newest = max((f.touchdown for f in self.gait.standing), default=np.inf)
-        for i, foot in enumerate(self.gait.feet):
-            k, now = points.owner[i], rotations[self.foot_bodies[i]]
-            J, velocity, bias = (
-                points.body_jacobian[k],
-                points.body_velocity[k],
-                points.body_bias[k],
-            )
-            normal = self._feet.normal(i, positions, now[:2, 0], self.footstep)
-            tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
-            if plan.foot_angle and not foot.stands:  # half of a turn's step before, half behind
-                rotation = about_vertical(plan.foot_angle) @ rotation
-            error = turn_error(tilt @ rotation, now)
-            desired = tilt @ (rate * ref.foot_angular_velocity[i]) + plan.turn_rate * normal
-            change = tilt @ (rate**2 * ref.foot_angular_acceleration[i])
-            across = normal if foot.stands else None
-            rows.append(
-                tasks.rotation_rows(J[:3], bias[:3], velocity[:3], error, desired, change, across)
-            )
-            linear = J[3:], bias[3:], velocity[3:]
-            if not foot.stands:
-                swing = self._feet.swing(
-                    i, ref, rate, positions, self.position, self.footstep, self.clearance.legs
-                )
-                hip = body.origins[self._hips[[i]]]
-                hip_velocity = body.rigid_points(self._hips[[i]], hip).velocity[0]
-                limit_to_reach(self._reach, hip[0], hip_velocity, *swing)
-                rows.append(tasks.position_rows(*linear, swing[0] - positions[i], *swing[1:]))
-                continue
-            self._feet.start_swing(i, positions[i])
-            if foot.touchdown >= newest and not (person.side_of[active] == i).any():
-                # The foot that bears the body has lost the ground: it is led back there.
-                gap = -float(soles.height[person.of_side[i]].min()) * normal
-                rows.append(tasks.position_rows(*linear, gap, STILL, STILL))
-        return rows

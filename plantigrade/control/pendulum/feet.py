@@ -7,11 +7,16 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.tasks import turn_error
 from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.footstep import Footstep
-from plantigrade.control.pendulum.ground import LocalGround
+from plantigrade.control.pendulum.ground import LocalGround, Soles
 from plantigrade.control.pendulum.plan import StepPlan
-from plantigrade.control.pendulum.swing import SwingPath
+from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
+from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
+from plantigrade.kinematics.state import State
+from plantigrade.spatial.conventions import about_vertical
+from plantigrade.wbc.rows import Rows
 
 
 class Feet:
@@ -20,14 +25,24 @@ class Feet:
     Args:
         plan: Of its steps.
         ground: Under the feet.
+        tasks: Of the whole body.
         positions: Of the feet, right and left [m].
     """
 
-    def __init__(self, plan: StepPlan, ground: LocalGround, positions: Float[Array, "2 3"]):
+    def __init__(
+        self,
+        plan: StepPlan,
+        ground: LocalGround,
+        tasks: WalkingTasks,
+        positions: Float[Array, "2 3"],
+    ):
         self.plan, self.ground, self.leg = plan, ground, plan.person.leg_length
-        self.settings = own = plan.settings.swing
+        self.tasks, self.settings, human = tasks, plan.settings.swing, plan.person.human
+        self._feet, self._hips = (
+            np.array([human.body(f"{bone}_{side}") for side in SIDES]) for bone in ("foot", "femur")
+        )
         self._soles = [Sole(self.leg, foot.left, plan.settings.foothold) for foot in plan.gait.feet]
-        self._paths = [SwingPath(self.leg, own) for _ in SIDES]
+        self._paths = [SwingPath(self.leg, self.settings) for _ in SIDES]
         self._lift = np.zeros(len(SIDES))
         for path, position in zip(self._paths, positions, strict=True):
             path.start(position)
@@ -82,10 +97,6 @@ class Feet:
         gait, goal = self.plan.gait, None if footstep is None else footstep.position
         ground, foot = self.ground.ground, gait.feet[i]
         return self._soles[i].normal(ground, foot, gait.phase, positions[i], ahead, goal)
-
-    def start_swing(self, i: int, position: Float[Array, " 3"]) -> None:
-        """Begin a swing where a foot stands [m]."""
-        self._paths[i].start(position)
 
     def swing(
         self,
@@ -142,3 +153,62 @@ class Feet:
             position[2] -= foot.lowered * own.late_descent / gait.settings.late_descent_speed
             velocity[2] = -own.late_descent_speed
         return position, velocity, acceleration
+
+    def rows(
+        self,
+        body: State,
+        ref: Instant,
+        rate: float,
+        com: Float[Array, " 2"],
+        footstep: Footstep | None,
+        overlap: float,
+        soles: Soles,
+        active: Array,
+    ) -> list[Rows]:
+        """Return the rows of both feet; arguments as :meth:`swing`, and contact spheres.
+
+        Args:
+            body: The person now.
+            ref: The reference at the phase of the gait.
+            rate: Rate of the phase.
+            com: Centre of mass [m].
+            footstep: The planned one.
+            overlap: Greatest depth of one leg in the other in the recording [m].
+            soles: The contact spheres.
+            active: Which of them touch.
+        """
+        plan, tasks, person, rows, still = self.plan, self.tasks, self.plan.person, [], np.zeros(3)
+        positions = body.origins[self._feet]
+        points, rotations = body.rigid_points(self._feet, positions), body.rotations
+        newest = max((f.touchdown for f in plan.gait.standing), default=np.inf)
+        for i, foot in enumerate(plan.gait.feet):
+            k, now = points.owner[i], rotations[self._feet[i]]
+            J, bias, velocity = (
+                each[k] for each in (points.body_jacobian, points.body_bias, points.body_velocity)
+            )
+            normal = self.normal(i, positions, now[:2, 0], footstep)
+            tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
+            if plan.foot_angle and not foot.stands:  # half of a turn's step before, half behind
+                rotation = about_vertical(plan.foot_angle) @ rotation
+            error = turn_error(tilt @ rotation, now)
+            desired = tilt @ (rate * ref.foot_angular_velocity[i]) + plan.turn_rate * normal
+            change = tilt @ (rate**2 * ref.foot_angular_acceleration[i])
+            across = normal if foot.stands else None
+            rows.append(
+                tasks.rotation_rows(J[:3], bias[:3], velocity[:3], error, desired, change, across)
+            )
+            linear = J[3:], bias[3:], velocity[3:]
+            if not foot.stands:
+                swing = self.swing(i, ref, rate, positions, com, footstep, overlap)
+                hip = body.origins[self._hips[[i]]]
+                hip_velocity = body.rigid_points(self._hips[[i]], hip).velocity[0]
+                reach = self.settings.max_leg_extension * self.leg
+                limit_to_reach(reach, hip[0], hip_velocity, *swing)
+                rows.append(tasks.position_rows(*linear, swing[0] - positions[i], *swing[1:]))
+                continue
+            self._paths[i].start(positions[i])
+            if foot.touchdown >= newest and not (person.side_of[active] == i).any():
+                # The foot that bears the body has lost the ground: it is led back there.
+                gap = -float(soles.height[person.of_side[i]].min()) * normal
+                rows.append(tasks.position_rows(*linear, gap, still, still))
+        return rows

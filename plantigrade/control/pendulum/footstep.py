@@ -64,8 +64,7 @@ class Reach(FootstepLimits):
         hip_rise: Its vertical velocity [m/s].
         offset: Of the swing foot from the reference [m].
         offset_velocity: Its rate [m/s].
-        leg_momentum: Of a swing leg, by that of the body
-            (:attr:`~plantigrade.control.pendulum.plan.Plan.leg_momentum`).
+        leg_momentum: Of a swing leg (:class:`~plantigrade.control.gait.person.Person`).
         may_cross: Whether the feet may cross; those of a walk that turns do not.
         hips: Hip at each time, from the stance foot [m].
         spans: Reach on the ground from there [m]; any distance if absent.

@@ -19,6 +19,8 @@ PATH = (
 )
 STOOP = "write CM, or 0,25@3,0@6 to walk with the head 25 cm lower from 3 to 6 s"
 SPEED = "write M/S, or 1.2,0.8@5,0@10 to go slower after 5 s and stand after 10 s"
+MAX_POINTS, MAX_COORDINATE = 1000, 10_000.0  # [m] of a path that is accepted
+RESOLUTION = 0.01  # [m, rad] distance of points and angle of corners below which there are none
 MAX_HALF_TURN = 1.5  # [rad] the tangent of more is endless
 
 
@@ -32,10 +34,9 @@ class PathSettings:
     """Distance along the path of the point that is headed for [m]; less turns sooner. Chosen."""
     corner_radius: float = 2.0
     """Radius of the turn at a corner [m]. Chosen."""
-    max_corner_cut: float = 0.8
-    """Greatest distance from a corner at which the turn passes it [m]. Chosen."""
-    stopping_distance: float = 0.8
-    """Distance before the last point at which the walk begins to stop [m]. Chosen."""
+    point_radius: float = 0.8
+    """Distance from a point at which the walk leaves for the next: greatest one from a corner that
+    is cut, and one before the last point at which the walk begins to stop [m]. Chosen."""
     tolerated_deviation: float = 0.2
     """Distance from the path that turns may lead to: corners are walked so slowly [m]. Chosen."""
     return_angle: float = 0.2
@@ -44,19 +45,13 @@ class PathSettings:
     """Loss of speed before a corner [m/s²]. Chosen."""
     min_speed: float = 0.3
     """Least speed before a corner [m/s]: a person who stands does not turn. Chosen."""
-    resolution: float = 0.01
-    """Distance of points [m] and angle of corners [rad] below which there are none."""
-    max_points: int = 1000
-    """Greatest number of points that is accepted."""
-    max_coordinate: float = 10_000.0
-    """Greatest coordinate of a point that is accepted [m]."""
 
     def turn_distance(self, angle: float) -> float:
         """Return how far before a corner a circle begins that touches both legs of it [m]."""
-        if angle < self.resolution:
+        if angle < RESOLUTION:
             return 0.0
         whole = self.corner_radius * tan(min(0.5 * angle, MAX_HALF_TURN))
-        return min(whole, self.max_corner_cut / tan(0.25 * angle))
+        return min(whole, self.point_radius / tan(0.25 * angle))
 
     def turn_speed(self, inside: float, angle: float) -> float:
         """Return the speed at which a turn leads onto a leg of the path [m/s].
@@ -195,7 +190,7 @@ class Waypoints:
         self.settings = own = settings or PathSettings()
         kept = [(0.0, 0.0)]
         for point in points:
-            if hypot(point[0] - kept[-1][0], point[1] - kept[-1][1]) >= own.resolution:
+            if hypot(point[0] - kept[-1][0], point[1] - kept[-1][1]) >= RESOLUTION:
                 kept.append(point)
         self.points, self.times = tuple(kept), (0.0,)
         self._leg = 1
@@ -208,9 +203,7 @@ class Waypoints:
         self._early = [min(own.turn_distance(abs(t)), h) for t, h in zip(turns, half, strict=True)]
         early = zip(self._early, turns, strict=True)
         self._speed = [own.turn_speed(e * sin(abs(t)), t) for e, t in early]
-        self._early.append(
-            min(own.stopping_distance, 0.5 * self._length[-1]) if self._length else 0.0
-        )
+        self._early.append(min(own.point_radius, 0.5 * self._length[-1]) if self._length else 0.0)
         self._speed.append(0.0)
         for i in reversed(range(len(turns))):  # a leg may be too short to slow down on
             before = sqrt(self._speed[i + 1] ** 2 + 2.0 * own.deceleration * self._length[i + 1])
@@ -294,7 +287,7 @@ def _distance(
     return hypot(x - x0 - part * dx, y - y0 - part * dy)
 
 
-def path_of(word: str, settings: PathSettings | None = None) -> Path:
+def path_of(word: str) -> Path:
     """Return the path of a word.
 
     Raises:
@@ -304,7 +297,6 @@ def path_of(word: str, settings: PathSettings | None = None) -> Path:
         >>> path_of("points:4,0/4,3").points[-1]
         (4.0, 3.0)
     """
-    own = settings or PathSettings()
     kind, _, rest = word.partition(":")
     if word == "straight":
         return Bearings(Timed((0.0,), (0.0,)))
@@ -318,12 +310,12 @@ def path_of(word: str, settings: PathSettings | None = None) -> Path:
         if not points or any(len(p) != 2 or not np.isfinite(p).all() for p in points):
             raise ParameterError(f"{word!r} is no path: {PATH}")
         far = max(max(abs(x), abs(y)) for x, y in points)
-        if len(points) > own.max_points or far > own.max_coordinate:
+        if len(points) > MAX_POINTS or far > MAX_COORDINATE:
             raise ParameterError(
-                f"{shown(word)}: a path has at most {own.max_points} points, none farther than "
-                f"{own.max_coordinate:g} m"
+                f"{shown(word)}: a path has at most {MAX_POINTS} points, none farther than "
+                f"{MAX_COORDINATE:g} m"
             )
-        return Waypoints(tuple((p[0], p[1]) for p in points), own)
+        return Waypoints(tuple((p[0], p[1]) for p in points))
     raise ParameterError(f"{word!r} is no path: {PATH}")
 
 

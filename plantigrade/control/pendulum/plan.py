@@ -18,7 +18,6 @@ from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State
-from plantigrade.models import Human
 
 if TYPE_CHECKING:
     from plantigrade.control.pendulum.settings import PendulumSettings
@@ -70,7 +69,6 @@ class StepPlan:
         turn_rate: Rate of turn, to the left [rad/s].
         predicted_turn: Returns the turn until a touchdown in a time [s].
         foot_angle: Rotation of the swing foot into the turn [rad].
-        leg_momentum: Angular momentum of a swing leg (:func:`leg_momentum`).
     """
 
     def __init__(
@@ -82,7 +80,7 @@ class StepPlan:
         settings: "PendulumSettings",
     ):
         self.gait, self.reference, self.person, self.step = gait, reference, person, step
-        self.settings, self.leg_momentum = settings, leg_momentum(person.human)
+        self.settings = settings
         self.dcm_error, self.offset = np.zeros(2), np.zeros(3)
         self.cop_offset, self.line = np.zeros(2), np.zeros(2)
         self.lowering = self.turn_rate = self.foot_angle = 0.0
@@ -190,7 +188,7 @@ class StepPlan:
             hip_rise=float(body.com_velocity[2]),
             offset=axes @ foot.swing.offset - path,
             offset_velocity=axes @ foot.swing.velocity,
-            leg_momentum=self.leg_momentum,
+            leg_momentum=self.person.leg_momentum,
             may_cross=not turn.angle,
         )
         pivot = self._pivot(ref, then, exp(omega * left), k, feet)
@@ -331,23 +329,6 @@ class StepPlan:
         self._correction -= self.step * own.path_gain * near
         self._correction = np.minimum(np.maximum(self._correction, -far), far)
         return self.offset[:2] - near + self._correction
-
-
-def leg_momentum(human: Human) -> float:
-    """Return the angular momentum of a swing leg by the speed of its foot, mass and height.
-
-    It is that of a straight leg which swings from the hip, about the centre of mass: the part of
-    its way by which the extrapolated centre of mass goes along with a foot.
-
-    Args:
-        human: The person, who stands.
-    """
-    rest = State(human, human.standing())
-    side = SIDES[0]
-    flexion = human.model.joint(f"hip_flexion_{side}").dofadr[0]
-    low = rest.origin(f"foot_{side}")[2]
-    leg, height = rest.origin(f"femur_{side}")[2] - low, rest.com[2] - low
-    return float(abs(rest.angular_momentum_jacobian[1, flexion]) / (leg * rest.mass * height))
 
 
 def turned_axes(angle: float) -> Float[Array, "2 2"]:

@@ -25,13 +25,12 @@ class StandingSettings:
     """Greatest rate of turn at which it may stop [rad/s]. Chosen."""
     contact_height: float = 0.01
     """Height below which a part of a sole counts as a support for that [m]. Chosen."""
-    settling_time: float = 1.5
-    """Time from the last step to quiet standing [s]. Chosen."""
+    weight_shift_time: float = 1.5
+    """Time from the last step to quiet standing, and greatest time in which the weight is shifted
+    to the first stance foot [s]. Chosen."""
     weight_shift_accuracy: float = 0.005
     """Distance from its goal at which the extrapolated centre of mass is over the first stance
     foot, so that the walk starts [m]. Chosen."""
-    max_weight_shift_time: float = 1.5
-    """Time after which the walk starts even without [s]. Chosen."""
 
 
 class Settling(Reference):

@@ -13,7 +13,7 @@ from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.scaled_reference import ScaledReference
 from plantigrade.control.pendulum.summary import StyleChange
 from plantigrade.control.pendulum.transition import PhaseMap, Transition
-from plantigrade.control.pendulum.upper_body import InStep, Pose, Source, UpperBody, source_of
+from plantigrade.control.pendulum.upper_body import Pose, Source, UpperBody, UpperMotion, source_of
 from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.errors import ParameterError
 from plantigrade.world import Target
@@ -48,8 +48,6 @@ class Styles:
         targets: The walk and the upper body by number, to be chosen while it walks; only where
             there are several.
         changes: From one walk to another, in order.
-        error: Root mean square of the joints' distance from the walk since the last change was
-            over [rad]; NaN before.
 
     Raises:
         ParameterError: If one is of another person, or none that is repeated on level ground.
@@ -78,7 +76,7 @@ class Styles:
             except ParameterError as error:
                 raise ParameterError(f"{own}, then {walk.name}: {error}") from error
         self._uppers: list[tuple[str, Reference | Pose | None]] = [(RECORDED, None)]
-        self._plan = [(w.time, 0, i + 1) for i, w in enumerate(walks) if w.time is not None]
+        self._schedule = [(w.time, 0, i + 1) for i, w in enumerate(walks) if w.time is not None]
         for style in uppers:
             what = style.pose if style.record is None else Walk.of(style).reference
             number = 0  # back to the walk's own
@@ -86,8 +84,8 @@ class Styles:
                 number = len(self._uppers)
                 self._uppers.append((style.name, what))
             if style.time is not None:
-                self._plan.append((style.time, 1, number))
-        self._plan.sort()
+                self._schedule.append((style.time, 1, number))
+        self._schedule.sort()
         names = [[w.name for w in self._walks], [name for name, _ in self._uppers]]
         self._chosen = tuple(
             Target(what, 0.0, len(own) - 1.0, 0.0, names=tuple(own)) if len(own) > 1 else None
@@ -107,6 +105,16 @@ class Styles:
         """Whether one walk turns into another now."""
         return self._pendulum.reference.transition is not None
 
+    @property
+    def error(self) -> float:
+        """Root mean square error of the joints since the last change was over [rad], or NaN."""
+        return float(np.sqrt(self._squares / self._counted)) if self._counted else float("nan")
+
+    @property
+    def name(self) -> str:
+        """Name of the walk that is walked."""
+        return self._walks[self._walk].name
+
     def begin(self) -> None:
         """Start anew: with the first walk, as recorded."""
         pendulum, first = self._pendulum, self._walks[0]
@@ -114,29 +122,19 @@ class Styles:
             pendulum.reference = ScaledReference(first.reference, pendulum.settings.speed)
             pendulum.clearance = first.clearance
         pendulum.reference.transition = pendulum.reference.upper = None
-        self._now = [0, 0]
-        self._left = list(self._plan)
+        self._walk = self._upper = 0
+        self._left = list(self._schedule)
         for target in self.targets:
             target.set(0.0)
         self.changes: list[StyleChange] = []
         self._since, self._squares, self._counted = 0.0, 0.0, 0
 
-    @property
-    def error(self) -> float:
-        """Root mean square of the joints' distance from the walk it was changed to [rad]."""
-        return float(np.sqrt(self._squares / self._counted)) if self._counted else float("nan")
-
-    @property
-    def name(self) -> str:
-        """Name of the walk that is walked."""
-        return self._walks[self._now[0]].name
-
     def update(self, time: float, walks: bool) -> None:
-        """Change what is to be changed now, if that can be.
+        """Make the changes that are due, once the gait allows them.
 
         Args:
             time: Now [s].
-            walks: Whether the pendulum walks; who stands takes another walk at once.
+            walks: Whether the pendulum walks; a person who stands takes another walk at once.
         """
         if not self.targets:
             return
@@ -145,100 +143,93 @@ class Styles:
             target = self._chosen[k]
             assert target is not None
             target.set(float(i))
-        style, upper = (0 if t is None else round(t.value) for t in self._chosen)
-        scaled = self._pendulum.reference
-        if scaled.transition is not None:
-            self._blend(time)
-        elif style != self._now[0]:
-            self._switch(style, time, walks)
-        scaled = self._pendulum.reference
-        if upper != self._now[1]:
-            before = None if scaled.upper is None else scaled.upper.source
-            self._now[1] = upper
-            scaled.upper = self._dressed(scaled, self._source(upper, time), before, time)
-        if scaled.upper is not None:
-            scaled.upper.time = time
+        walk, upper = (0 if t is None else round(t.value) for t in self._chosen)
+        pendulum = self._pendulum
+        transition = pendulum.reference.transition
+        if transition is not None:
+            goes_on = transition.advance(time - self._since)
+            pendulum.reference.blend(transition if goes_on else None, pendulum.gait.phase)
+        elif walk != self._walk:
+            self._change_walk(walk, time, walks)
+        reference = pendulum.reference
+        if upper != self._upper:
+            before = None if reference.upper is None else reference.upper.source
+            self._upper, what = upper, self._uppers[upper][1]
+            self._set_upper(None if what is None else self._source(what, time), before, time)
+        if reference.upper is not None:
+            reference.upper.time = time
 
-    def count(self, error: float) -> None:
-        """Record the distance of the joints from the walk now [rad]."""
+    def record_error(self, error: float) -> None:
+        """Record the error of the joints now [rad]."""
         if self.changes and not self.changing:
             self._squares, self._counted = self._squares + error**2, self._counted + 1
 
-    def _source(self, upper: int, time: float) -> Source | None:
-        what = self._uppers[upper][1]
-        if what is None:
-            return None
-        return source_of(self._pendulum.human, what, self._pendulum.reference.recorded, time)
+    def _source(self, other: Reference | Pose, time: float) -> Source:
+        """Return an upper body for the legs of the present walk."""
+        walk = self._pendulum.reference.recorded
+        return source_of(self._pendulum.human, other, walk, time)
 
-    def _blend(self, time: float) -> None:
-        """Continue the transition."""
+    def _set_upper(self, source: Source | None, before: Source | None, since: float) -> None:
+        """Let one upper body turn into another."""
         pendulum = self._pendulum
-        scaled, transition = pendulum.reference, pendulum.reference.transition
-        assert transition is not None
-        goes = transition.advance(time - self._since)
-        scaled.blend(transition if goes else None, pendulum.gait.phase)
-
-    def _switch(self, style: int, time: float, walks: bool) -> None:
-        """Begin to turn into another walk, where one foot stands and the other swings on time."""
-        pendulum, walk = self._pendulum, self._walks[style]
-        before = pendulum.reference
-        upper = before.upper
-        if not walks:
-            scaled = ScaledReference(walk.reference, pendulum.settings.speed)
-            scaled.crouch = before.crouch
-            self._changed(scaled, style, time, "", float("nan"))
-        else:
-            gait = pendulum.gait
-            swings = [f for f in gait.feet if not f.stands and f.number is not None]
-            if len(gait.standing) != 1 or len(swings) != 1:
-                return
-            foot, stood = swings[0], gait.standing[0]
-            if foot.caught or foot.waited or stood.early or gait.phase >= foot.touchdown:
-                return
-            transition = Transition(walk.reference, before.recorded, pendulum.settings.speed)
-            phases = transition.phases
-            phase = phases.to_new(gait.phase)
-            new = Gait(walk.reference, gait.weight, phase, gait.settings)
-            if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
-                return
-            scaled = ScaledReference(walk.reference, pendulum.settings.speed)
-            scaled.crouch = before.crouch
-            ahead = float(before.at(gait.phase).q[0])
-            scaled.start(before.step_scale, phase, 0.0)
-            scaled.blend(transition, phase)
-            scaled.scale(before.step_scale, transition.cadence(phase), phase)
-            scaled.shift(ahead - float(scaled.at(phase).q[0]))
-            for now, then in zip(new.feet, gait.feet, strict=True):
-                now.swing, now.lifted = then.swing, phases.to_new(then.lifted)
-                assert now.number is not None and then.number is not None
-                new.offset(now.number)[:] = gait.offset(then.number)
-            new.rate, new.touchdowns = gait.rate, gait.touchdowns
-            share = 100.0 * phases.share(phase)
-            self._changed(scaled, style, time, stood.side, share)
-            pendulum.walk_on(new)
-        self._since, self._squares, self._counted = time, 0.0, 0
-        pendulum.clearance = walk.clearance
-        if upper is not None:
-            sources = [self._renewed(source, time) for source in (upper.source, upper.before)]
-            scaled.upper = self._dressed(scaled, sources[0], sources[1], upper.since)
-
-    def _dressed(
-        self, scaled: ScaledReference, source: Source | None, before: Source | None, since: float
-    ) -> UpperBody:
-        settings = self._pendulum.settings.upper_body
-        return UpperBody(self._pendulum.human, scaled.recorded, source, before, since, settings)
-
-    def _renewed(self, source: Source | None, time: float) -> Source | None:
-        """Return what the upper body does, on the legs of the walk that is walked now."""
-        if not isinstance(source, InStep):
-            return source
-        return source_of(
-            self._pendulum.human, source.other, self._pendulum.reference.recorded, time
+        reference, settings = pendulum.reference, pendulum.settings.upper_body
+        reference.upper = UpperBody(
+            pendulum.human, reference.recorded, source, before, since, settings
         )
 
-    def _changed(
-        self, scaled: ScaledReference, style: int, time: float, foot: str, percent: float
-    ) -> None:
-        self._pendulum.reference = scaled
-        self._now[0] = style
-        self.changes.append(StyleChange(self._walks[style].name, time, foot, percent))
+    def _change_walk(self, number: int, time: float, walks: bool) -> None:
+        """Begin to turn into another walk, in single support with the swing on time."""
+        pendulum, walk = self._pendulum, self._walks[number]
+        upper, crouch = pendulum.reference.upper, pendulum.reference.crouch
+        change = StyleChange(walk.name, time, "", float("nan"))
+        if not walks:
+            pendulum.reference = ScaledReference(walk.reference, pendulum.settings.speed)
+        else:
+            found = self._in_single_support(walk, time)
+            if found is None:
+                return
+            change = found
+        pendulum.reference.crouch = crouch
+        self._walk, pendulum.clearance = number, walk.clearance
+        self.changes.append(change)
+        self._since, self._squares, self._counted = time, 0.0, 0
+        if upper is not None:
+            source, before = (
+                self._source(each.motion, time)
+                if isinstance(each, UpperMotion) and each.phases is not None
+                else each
+                for each in (upper.source, upper.before)
+            )
+            self._set_upper(source, before, upper.since)
+
+    def _in_single_support(self, walk: Walk, time: float) -> StyleChange | None:
+        """Begin a transition to another walk at a like instant; None if none can begin now."""
+        pendulum, gait = self._pendulum, self._pendulum.gait
+        before, settings = pendulum.reference, pendulum.settings.speed
+        swing = [f for f in gait.feet if not f.stands and f.number is not None]
+        if len(gait.standing) != 1 or len(swing) != 1:
+            return None
+        (foot,), (stance,) = swing, gait.standing
+        if foot.caught or foot.waited or stance.early or gait.phase >= foot.touchdown:
+            return None
+        transition = Transition(walk.reference, before.recorded, settings)
+        phases = transition.phases
+        phase = phases.to_new(gait.phase)
+        new = Gait(walk.reference, gait.weight, phase, gait.settings)
+        if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
+            return None
+        reference = ScaledReference(walk.reference, settings)
+        reference.crouch = before.crouch
+        ahead = float(before.at(gait.phase).q[0])
+        reference.start(before.step_scale, phase, 0.0)
+        reference.blend(transition, phase)
+        reference.scale(before.step_scale, transition.cadence(phase), phase)
+        reference.shift(ahead - float(reference.at(phase).q[0]))
+        for now, then in zip(new.feet, gait.feet, strict=True):
+            now.swing, now.lifted = then.swing, phases.to_new(then.lifted)
+            assert now.number is not None and then.number is not None
+            new.offset(now.number)[:] = gait.offset(then.number)
+        new.rate, new.touchdowns = gait.rate, gait.touchdowns
+        pendulum.reference = reference
+        pendulum.walk_on(new)
+        return StyleChange(walk.name, time, stance.side, 100.0 * phases.share(phase))

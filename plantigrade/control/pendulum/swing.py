@@ -10,6 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.phase import Foot
 
 SAMPLES = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
+SAME = 0.02  # [leg lengths] change of a footstep up to which these samples stay
 
 Height = Callable[[Array], float]
 """Height of the ground at a position [m]."""
@@ -32,8 +33,6 @@ class SwingSettings:
     """Distance before and behind the ankle by which the ground tilts the foot [leg lengths]."""
     raised_phase: tuple[float, float] = (0.35, 0.7)
     """Parts of a swing between which the foot is above what is in its way."""
-    new_footstep: float = 0.02
-    """Change of a footstep after which the ground in the way is sampled anew [leg lengths]."""
     max_leg_extension: float = 0.99
     """Greatest distance of hip and ankle [leg lengths]."""
     stance_foot_size: tuple[float, float] = (0.25, 0.1)
@@ -103,7 +102,7 @@ class SwingPath:
                 rises -= float(normal[:2] @ velocity[:2]) / float(normal[2])
             return height + ground(position), rises
         start, end = ground(self._start), ground(np.append(footstep, 0.0))
-        if np.abs(footstep - self._footstep).max() > own.new_footstep * self.leg:
+        if np.abs(footstep - self._footstep).max() > SAME * self.leg:
             self._footstep = footstep.copy()
             self._obstacle = self._highest_obstacle(footstep, start, end, ground)
         way = footstep - self._start[:2]

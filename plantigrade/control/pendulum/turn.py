@@ -27,11 +27,13 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 
 STRAIGHT = 1e-6  # [rad, rad/s] heading error and rate of turn that are zero
+STEP = 0.04  # [s] of the numerical prediction
+FOOTSTEPS = 4  # after the next one that count; later ones weigh a thousandth
 
 
 @dataclass(frozen=True, kw_only=True)
 class TurnSettings:
-    """How fast a walk turns, and how its turn is predicted."""
+    """How fast a walk turns."""
 
     max_rate: float = 0.3
     """Greatest rate of turn [rad/s]. Chosen."""
@@ -39,10 +41,6 @@ class TurnSettings:
     """Greatest change of the rate of turn [rad/s²]. Chosen."""
     heading_gain: float = 2.0
     """Rate of turn by heading error [1/s]. Chosen."""
-    prediction_step: float = 0.04
-    """Time step of the prediction [s]. Chosen."""
-    predicted_footsteps: int = 4
-    """Footsteps after the next one that count; later ones weigh a thousandth."""
 
     def next_rate(self, heading_error: float, rate: float, step: float) -> float:
         """Return the rate of turn a time step later [rad/s].
@@ -98,24 +96,24 @@ class Turn:
             return
         self._duration, self._omega = duration, omega
         self._ahead = speed / omega - speed * duration / (exp(omega * duration) - 1.0)
-        dt, rate, angle, angles = own.prediction_step, self.rate, 0.0, [0.0]
-        for _ in range(ceil((own.predicted_footsteps + 1) * duration / dt) + 1):
-            rate = own.next_rate(heading_error - angle, rate, dt)
-            angle += dt * rate
+        rate, angle, angles = self.rate, 0.0, [0.0]
+        for _ in range(ceil((FOOTSTEPS + 1) * duration / STEP) + 1):
+            rate = own.next_rate(heading_error - angle, rate, STEP)
+            angle += STEP * rate
             angles.append(angle)
         headings = np.array(angles)
         middle = 0.5 * (headings[1:] + headings[:-1])
         self._path = np.zeros((len(headings), 3))
         self._path[:, 0] = headings
-        self._path[1:, 1] = dt * speed * np.cumsum(np.cos(middle))
-        self._path[1:, 2] = dt * speed * np.cumsum(np.sin(middle))
+        self._path[1:, 1] = STEP * speed * np.cumsum(np.cos(middle))
+        self._path[1:, 2] = STEP * speed * np.cumsum(np.sin(middle))
 
     def predicted(self, time: float) -> PredictedTurn:
         """Return the turn until the touchdown in a time [s]."""
-        path, n = self._path, self.settings.predicted_footsteps
+        path, n = self._path, FOOTSTEPS
         if path is None:
             return PredictedTurn()
-        times = (time + self._duration * np.arange(n + 1)) / self.settings.prediction_step
+        times = (time + self._duration * np.arange(n + 1)) / STEP
         i = np.minimum(times.astype(int), len(path) - 2)
         part = np.minimum(times - i, 1.0)[:, None]
         angle, x, y = ((1.0 - part) * path[i] + part * path[i + 1]).T

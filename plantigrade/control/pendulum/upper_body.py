@@ -97,85 +97,69 @@ class Pose:
             hinges[i], values[i] = True, angle
         return cls(hinges, values[hinges])
 
-    def apply(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+    def apply(self, instant: Instant, phase: float, time: float, cadence: float) -> None:
         """Apply it to an instant of a walk."""
         hinges = self.hinges
-        row.q[7:][hinges] = self.angles
-        row.v[6:][hinges] = row.a[6:][hinges] = 0.0
+        instant.q[7:][hinges] = self.angles
+        instant.v[6:][hinges] = instant.a[6:][hinges] = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class InStep:
-    """The upper body of another walk, in step with the legs.
+class UpperMotion:
+    """The upper body of another motion, in step with the legs or in its own time.
 
     Attributes:
-        other: That walk.
-        phases: From the one that is walked to that.
+        motion: That motion; in its own time it ends in its last posture, unless it is repeated.
         hinges: Which are taken from it.
         offset: Added to their angles [rad].
-    """
-
-    other: Reference
-    phases: PhaseMap
-    hinges: Bool[Array, " n_hinges"]
-    offset: Float[Array, " n_upper"]
-
-    def apply(self, row: Instant, phase: float, time: float, cadence: float) -> None:
-        """Apply it to an instant of a walk."""
-        other, pace = self.other.at(self.phases.to_old(phase)), self.phases.rate(phase)
-        _take(other, row, self.hinges, self.offset, cadence * pace)
-
-
-@dataclass(frozen=True, eq=False)
-class OwnTime:
-    """The upper body of a motion that is no such walk, in its own time.
-
-    It ends in its last posture, unless it is repeated.
-
-    Attributes:
-        motion: The motion.
-        hinges: Which are taken from it.
-        offset: Added to their angles [rad].
-        begins: When [s].
+        start: When it begins [s].
+        phases: From the walk of the legs to a walk in step with it; else None.
     """
 
     motion: Reference
     hinges: Bool[Array, " n_hinges"]
     offset: Float[Array, " n_upper"]
-    begins: float
+    start: float
+    phases: PhaseMap | None
 
-    def apply(self, row: Instant, phase: float, time: float, cadence: float) -> None:
+    def apply(self, instant: Instant, phase: float, time: float, cadence: float) -> None:
         """Apply it to an instant of a walk."""
-        at = time - self.begins
-        now = self.motion.at(max(at, 0.0))
-        over = self.motion.period is None and at >= self.motion.duration
-        _take(now.still() if over else now, row, self.hinges, self.offset, 1.0)
+        hinges = self.hinges
+        if self.phases is not None:
+            other, rate = self.motion.at(self.phases.to_old(phase)), self.phases.rate(phase)
+            rate = cadence * rate
+        else:
+            since = time - self.start
+            other, rate = self.motion.at(max(since, 0.0)), 1.0
+            if self.motion.period is None and since >= self.motion.duration:
+                other = other.still()
+        instant.q[7:][hinges] = other.q[7:][hinges] + self.offset
+        instant.v[6:][hinges] = rate * other.v[6:][hinges]
+        instant.a[6:][hinges] = rate**2 * other.a[6:][hinges]
 
 
-Source = Pose | InStep | OwnTime
+Source = Pose | UpperMotion
 
 
 def source_of(human: Human, other: Reference | Pose, walk: Reference, time: float) -> Source:
-    """Return what the upper body does, on the legs of a walk.
+    """Return an upper body for the legs of a walk.
 
     Args:
         human: The person.
         other: The other walk or motion of the same person, or a pose.
         walk: The walk of the legs.
-        time: When that begins [s].
-
+        time: When it begins [s].
     """
     if isinstance(other, Pose):
         return other
-    hinges, straight = upper_hinges(human), np.zeros(len(human.coordinates))
+    hinges, offset = upper_hinges(human), np.zeros(len(human.coordinates))
     if SPINE in human.coordinates:
-        straight[human.hinge(SPINE)] = tilt_of(human, other) - tilt_of(human, walk)
-    straight = straight[hinges]
+        offset[human.hinge(SPINE)] = tilt_of(human, other) - tilt_of(human, walk)
     try:
         phases = PhaseMap(walk.schedule, other.schedule, lifts=False)
-        return InStep(other, phases, hinges, straight)
     except ParameterError:  # no walk, or none whose strides can be compared
-        return OwnTime(other, hinges, straight, time)
+        phases = None
+    return UpperMotion(other, hinges, offset[hinges], time, phases)
 
 
 def tilt_of(human: Human, walk: Reference) -> float:
@@ -184,27 +168,14 @@ def tilt_of(human: Human, walk: Reference) -> float:
     return float(np.mean(values[:, names.index("pelvis_tilt")]))
 
 
-def _take(
-    other: Instant,
-    row: Instant,
-    hinges: Bool[Array, " n_hinges"],
-    offset: Float[Array, " n_upper"],
-    cadence: float,
-) -> None:
-    """Take hinges, and how they move, from another instant."""
-    row.q[7:][hinges] = other.q[7:][hinges] + offset
-    row.v[6:][hinges] = cadence * other.v[6:][hinges]
-    row.a[6:][hinges] = cadence**2 * other.a[6:][hinges]
-
-
 def lowering(human: Human, walk: Reference, source: Source | None, time: float) -> float:
-    """Return how much lower the mass is with another upper body [m].
+    """Return the lowering of the mass by another upper body [m].
 
     Args:
         human: The person.
         walk: The walk of the legs.
         source: Of the upper body; None: as recorded.
-        time: When that begins [s].
+        time: When it begins [s].
     """
     if source is None:
         return 0.0
@@ -212,10 +183,10 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     leg = float(np.ptp([body.origin(name)[2] for name in ("femur_r", "foot_r")]))
     for part in np.arange(INSTANTS) / INSTANTS:
         phase = float(part) * walk.duration
-        row = walk.at(phase)
-        before = body.moved_to(np.array(row.q)).com
-        source.apply(row, phase, time + phase, 1.0)
-        moved.append(body.moved_to(np.array(row.q)).com - before)
+        instant = walk.at(phase)
+        before = body.moved_to(np.array(instant.q)).com
+        source.apply(instant, phase, time + phase, 1.0)
+        moved.append(body.moved_to(np.array(instant.q)).com - before)
     ahead, _, up = np.mean(moved, axis=0).tolist()
     half = 0.25 * float(np.linalg.norm(walk.advance))  # of a step
     return abs(ahead) * half / leg - up
@@ -252,31 +223,31 @@ class UpperBody:
 
     @property
     def part(self) -> float:
-        """How far it is the new one, from 0 to 1."""
+        """Weight of the new one, from 0 to 1."""
         u = min(max((self.time - self.since) / self.settings.blend_time, 0.0), 1.0)
         return u * u * (3.0 - 2.0 * u)
 
-    def apply(self, row: Instant, phase: float, cadence: float) -> None:
+    def apply(self, instant: Instant, phase: float, cadence: float) -> None:
         """Apply it to an instant of a walk.
 
         Args:
-            row: The instant, which is changed.
-            phase: That of the walk [s].
+            instant: The instant, which is changed.
+            phase: Of the walk [s].
             cadence: Steps in a time, by those of the walk.
         """
         part = self.part
         lower = (1.0 - part) * self._lower[0] + part * self._lower[1]
-        row.com[2] -= lower
-        row.q[2] -= lower
-        cuts = [row.q[7:], row.v[6:], row.a[6:]]
+        instant.com[2] -= lower
+        instant.q[2] -= lower
+        cuts = [instant.q[7:], instant.v[6:], instant.a[6:]]
         recorded = [np.array(cut) for cut in cuts] if part < 1.0 else []
         if part < 1.0 and self.before is not None:
-            self.before.apply(row, phase, self.time, cadence)
+            self.before.apply(instant, phase, self.time, cadence)
         old = [np.array(cut) for cut in cuts] if part < 1.0 else []
         for cut, own in zip(cuts, recorded, strict=False):
             cut[:] = own
         if self.source is not None:
-            self.source.apply(row, phase, self.time, cadence)
+            self.source.apply(instant, phase, self.time, cadence)
         for cut, own in zip(cuts, old, strict=False):
             cut *= part
             cut += (1.0 - part) * own

@@ -34,6 +34,7 @@ from plantigrade.world import (
 )
 
 SAME = 1e-6  # [m/s] speeds nearer than this are one
+MIN_SPEED = 0.1  # [m/s] counted for a walk in place, whose targets would have no range
 
 
 class Walker(Controller):
@@ -79,7 +80,7 @@ class Walker(Controller):
             )
         self.styles = Styles(self.pendulum, command.own, command.walks, command.uppers)
         scale = self.settings.speed.max_step_scale
-        fastest = scale * max(self._own, self.styles.fastest, 0.1)
+        fastest = scale * max(self._own, self.styles.fastest, MIN_SPEED)
         desired = () if command.speed is None else command.speed.values
         if desired and max(desired) > fastest:
             raise ParameterError(
@@ -180,7 +181,7 @@ class Walker(Controller):
         if self._ground.moves or not frame.is_world:
             pendulum.ground.replace(self._ground)
         command = pendulum(self._seen(state))
-        self.styles.count(float(command.signals["tracking_error"]))
+        self.styles.record_error(float(command.signals["tracking_error"]))
         if frame.is_world:
             return command
         place = np.append(command.signals["landing"], 0.0)
@@ -314,7 +315,7 @@ class Walker(Controller):
         x, y = feet.mean(axis=0)[:2]
         place = (float(x), float(y), self.frame.angle)
         stands = standing_on(human, world.ground, place=place)
-        duration = self.settings.standing.settling_time
+        duration = self.settings.standing.weight_shift_time
         settling = Settling(human, state.qpos, stands, state.time, duration)
         self._balance = Balance(settling, settings=BalanceSettings(stepping=True))
 
@@ -330,7 +331,7 @@ class Walker(Controller):
         goal = float(feet[start.stance, 1]) + start.lateral_offset
         xi = float((body.com + body.com_velocity / reference.omega)[1])
         left = (goal - xi) * (1.0 if start.stance else -1.0)
-        if left > own.standing.weight_shift_accuracy and since < own.standing.max_weight_shift_time:
+        if left > own.standing.weight_shift_accuracy and since < own.standing.weight_shift_time:
             middle = float(feet[:, 1].mean())
             shift = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
             for target, value in zip(self._balance.targets[:2], shift, strict=True):
