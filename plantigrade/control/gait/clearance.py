@@ -1,8 +1,8 @@
-"""Where a motion passes through itself, and how far its arms must be held out so that it does not.
+"""Where a motion passes through itself, and how far its arms are held out so that it does not.
 
-Bodies are solid in a world. Motions are not always: of recorded ones the soft tissue yields, and a
-model's trunk is wider than the person's; synthesised ones may not have been told. What overlaps is
-the cores of :mod:`plantigrade.contact.scene`.
+Bodies are solid in a world. Motions are not always: in recorded ones soft tissue yields, and the
+trunk of a model may be wider than the person's. Overlaps are those of the cores of
+:mod:`plantigrade.contact.scene`.
 """
 
 from dataclasses import dataclass
@@ -16,16 +16,21 @@ from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
 from plantigrade.world.scene import world_model
 
-FRAMES = 60
-"""Frames that are looked at."""
-OUTWARD = np.deg2rad(2.0)
-"""Arms are held out by steps of this [rad]."""
-MOST = 8
-"""Steps, at most."""
-DEEP = 0.002
-"""An overlap that counts [m]."""
+N_FRAMES = 60  # frames in which overlaps are looked for
 ARM = ("humerus", "ulna", "radius", "hand", "fingers", "clavicle", "scapula")
 LEG = ("femur", "tibia", "talus", "foot", "toes", "heel", "medial", "lateral", "patella")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClearanceSettings:
+    """How far arms are held out."""
+
+    abduction_step: float = float(np.deg2rad(2.0))
+    """Steps by which the abduction is increased [rad]. Chosen."""
+    max_abduction: float = 8 * float(np.deg2rad(2.0))
+    """Greatest abduction [rad]. Chosen."""
+    min_overlap: float = 0.002
+    """Depth of an overlap from which it counts [m]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +38,9 @@ class Clearance:
     """How a motion is kept from passing through itself.
 
     Attributes:
-        abduction: How far each arm is held out beyond the motion, right and left [rad].
-        legs: How deep one leg is in the other, at most [m].
-        arms: Likewise the arms in anything, as the motion has them [m].
+        abduction: Added abduction of each arm, right first [rad].
+        legs: Greatest depth of one leg in the other [m].
+        arms: Greatest depth of the arms in the body, as the motion has them [m].
     """
 
     abduction: tuple[float, float]
@@ -43,28 +48,35 @@ class Clearance:
     arms: float
 
 
-def clearance_of(record: Record) -> Clearance:
-    """Return how far the arms of a motion are to be held out, and whether its legs overlap."""
+def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> Clearance:
+    """Return how far the arms of a motion are to be held out, and whether its legs overlap.
+
+    Args:
+        record: The motion.
+        settings: The numbers of the search.
+    """
+    settings = settings or ClearanceSettings()
     human, motion = record.human, record.motion
     model = world_model(human, Ground(), step=0.001)
     data = mujoco.MjData(model)
     kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
-    every = np.linspace(0, motion.n_frames - 1, min(FRAMES, motion.n_frames)).astype(int)
+    every = np.linspace(0, motion.n_frames - 1, min(N_FRAMES, motion.n_frames)).astype(int)
     frames = motion.qpos[every].copy()
     out, first = [0.0, 0.0], [0.0, 0.0]
     legs = 0.0
     names = [f"arm_add_{side}" for side in SIDES]
     held = [names.index(n) for n in names if n in human.coordinates]
-    for turn in range(MOST + 1):
+    n_steps = round(settings.max_abduction / settings.abduction_step)
+    for turn in range(n_steps + 1):
         deep, crossed = _overlaps(model, data, kind, frames)
         if turn == 0:
             first, legs = deep, crossed
-        bad = [i for i in held if deep[i] > DEEP]
-        if not bad or turn == MOST:
+        bad = [i for i in held if deep[i] > settings.min_overlap]
+        if not bad or turn == n_steps:
             break
         for i in bad:
-            out[i] += OUTWARD
-            frames[:, 7 + human.hinge(names[i])] -= OUTWARD
+            out[i] += settings.abduction_step
+            frames[:, 7 + human.hinge(names[i])] -= settings.abduction_step
     return Clearance((out[0], out[1]), legs, max(first))
 
 

@@ -46,6 +46,8 @@ class GaitSettings:
     """Time after touchdown whose contacts a foot has that is down early [s]. Chosen."""
     late_descent_speed: float = 0.5
     """Speed at which a foot descends that misses the ground [m/s]. Chosen."""
+    late_speed_fraction: float = 0.8
+    """Part of that speed that its task asks for, besides the position. Chosen."""
     max_late_descent: float = 0.12
     """How far it descends [m]. Chosen."""
     max_wait: float = 0.3
@@ -66,6 +68,11 @@ class GaitSettings:
     """Duration of a swing that began before the motion [s]. Chosen."""
     joint_damping: float = 0.012
     """Damping of the joints about the planned velocity, by their strength [s/rad]. Chosen."""
+
+    @property
+    def late_foot_speed(self) -> float:
+        """Downward velocity of the task of a foot that misses the ground [m/s]."""
+        return self.late_speed_fraction * self.late_descent_speed
 
 
 @dataclass

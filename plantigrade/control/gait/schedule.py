@@ -6,13 +6,21 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.offsets import offset_weights
 
-LOADED = 0.001
-"""A sphere carries that bears more than this, of body weight."""
-AHEAD = 0.010
-"""A sphere is taken to carry this long before its load begins [s]."""
-SHORTEST = 0.06
-"""Stances and swings shorter than this are none [s]."""
+
+@dataclass(frozen=True, kw_only=True)
+class ScheduleSettings:
+    """When contact spheres carry load."""
+
+    min_sphere_load: float = 0.001
+    """Load from which a sphere carries [body weights]. Chosen."""
+    lead_time: float = 0.010
+    """Time before its load at which a sphere is in contact [s]. Chosen."""
+    min_duration: float = 0.06
+    """Least duration of a stance and of a swing [s]. Chosen."""
+    offset_horizon: float = 4.0
+    """Time after the end, or the second period, that counts for offsets of the feet [s]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -117,20 +125,27 @@ class Schedule:
 
 
 def carrying(
-    load: Float[Array, "n k"], weight: float, step: float, *, periodic: bool
+    load: Float[Array, "n k"],
+    weight: float,
+    step: float,
+    *,
+    periodic: bool,
+    settings: ScheduleSettings | None = None,
 ) -> Bool[Array, "n k"]:
-    """Return when each sphere stands: as long as it carries, and a little before.
+    """Return when each sphere is in contact: while it carries load, and a little before.
 
     Args:
-        load: Of the spheres [N].
-        weight: Of the person [N].
-        step: Of the grid [s].
+        load: Load of the spheres [N].
+        weight: Weight of the person [N].
+        step: Time step of the grid [s].
         periodic: Whether the last row is the first of the next period.
+        settings: Least load, and lead time.
     """
-    on = load > LOADED * weight
+    settings = settings or ScheduleSettings()
+    on = load > settings.min_sphere_load * weight
     rows = on[:-1] if periodic else on
     early = rows.copy()
-    for i in range(1, round(AHEAD / step) + 1):
+    for i in range(1, round(settings.lead_time / step) + 1):
         if periodic:
             early |= np.roll(rows, -i, axis=0)
         else:
@@ -139,15 +154,26 @@ def carrying(
 
 
 def stances_of(
-    sites, on: Bool[Array, "n k"], step: float, period: float | None
+    sites,
+    on: Bool[Array, "n k"],
+    step: float,
+    period: float | None,
+    min_duration: float,
 ) -> tuple[Stance, ...]:
     """Return the stances of feet and seat, by start.
 
-    Those of a periodic motion begin in the period; others that are there at the start or at the end
-    have always been, or remain.
+    Those of a periodic motion begin in the period. In other motions a stance at the start has no
+    beginning, and one at the end no end.
+
+    Args:
+        sites: Contact spheres.
+        on: When each of them is in contact.
+        step: Time step of the grid [s].
+        period: Of the motion [s], or None.
+        min_duration: Least duration of a stance and of a swing [s].
     """
     found = []
-    shortest, periodic = round(SHORTEST / step), period is not None
+    shortest, periodic = round(min_duration / step), period is not None
     for side in (*SIDES, ""):
         mine = [s.side == side for s in sites]
         if not any(mine):
@@ -175,7 +201,7 @@ def stances_of(
 
 
 def settled(stands: Bool[Array, " n"], shortest: int) -> Bool[Array, " n"]:
-    """Return stances without gaps that are too short, nor stances that are."""
+    """Return stances without those, and without gaps, of fewer rows than the shortest."""
     out = stands.copy()
     for value in (False, True):
         edges = [0, *(np.flatnonzero(np.diff(out.astype(int))) + 1), len(out)]
@@ -184,3 +210,60 @@ def settled(stands: Bool[Array, " n"], shortest: int) -> Bool[Array, " n"]:
             if out[a] == value and b - a < shortest and not at_end:
                 out[a:b] = not value
     return out
+
+
+def schedule_of(
+    stances: tuple[Stance, ...],
+    sites,
+    load: Float[Array, "n k"],
+    omega: float,
+    step: float,
+    period: float | None,
+    horizon: float,
+) -> Schedule:
+    """Return the schedule: of a periodic motion over several periods, of which one is used.
+
+    Args:
+        stances: Stances of the motion, or of one period.
+        sites: Contact spheres.
+        load: Load of each of them [N].
+        omega: Rate of the pendulum [1/s].
+        step: Time step of the grid [s].
+        period: Of the motion [s], or None.
+        horizon: Time after the end, or the second period, that counts for offsets [s].
+    """
+    n = len(load)
+    whole = n - 1 if period is not None else n
+    if period is not None:
+        tiles = 2 + int(np.ceil(horizon / period))
+        rows = np.concatenate([np.arange(whole)] * tiles)
+        first = whole
+    else:
+        rows = np.concatenate([np.arange(n), np.full(int(horizon / step), n - 1)])
+        tiles, first = 1, 0
+    per_foot = {
+        side: load[rows][:, [s.side == side for s in sites]].sum(axis=1) for side in (*SIDES, "")
+    }
+    time = step * np.arange(len(rows))
+    if period is not None:
+        time = np.concatenate([step * np.arange(whole) + t * period for t in range(tiles)])
+    found: list[Stance] = []
+    for t in range(tiles):
+        found += [s.later(t * (period or 0.0)) for s in stances]
+    found.sort(key=lambda s: s.start)
+    alpha = np.zeros((len(rows), len(found)))
+    for j, stance in enumerate(found):
+        during = (time >= stance.start - 1e-9) & (time <= stance.stop + 1e-9)
+        alpha[during, j] = per_foot[stance.side][during]
+    total = alpha.sum(axis=1, keepdims=True)
+    alpha = np.divide(alpha, total, out=np.zeros_like(alpha), where=total > 1.0)
+    beta = offset_weights(alpha, omega, step)
+    return Schedule(
+        tuple(found),
+        alpha[first : first + n],
+        beta[first : first + n],
+        step,
+        period,
+        len(stances),
+        first * step if period is None else period,
+    )

@@ -1,5 +1,5 @@
 """Replay: carry out a whole motion, stepping included, and stay on the feet."""
 
-from plantigrade.control.replay.controller import Replay
+from plantigrade.control.replay.controller import Replay, ReplaySettings
 
-__all__ = ["Replay"]
+__all__ = ["Replay", "ReplaySettings"]

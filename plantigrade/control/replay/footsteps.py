@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.control.gait.edges import on_one_side
+from plantigrade.control.gait.edges import EdgeSettings, on_one_side
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Foot, Gait
 from plantigrade.control.gait.planner import (
@@ -48,6 +48,7 @@ class FootstepPlanner:
         side_of: Side of each contact sphere, as in ``SIDES``.
         settings: Limits and costs of footsteps.
         path: Return to the planned path.
+        edges: Distances from the edges of steps in the ground.
 
     Attributes:
         stance_offset: Load-weighted offset of the stance feet from the motion, world [m].
@@ -63,10 +64,11 @@ class FootstepPlanner:
         side_of: Int[Array, " k"],
         settings: FootstepSettings,
         path: PathSettings,
+        edges: EdgeSettings,
     ):
         self.gait, self.reference = gait, gait.reference
         self.leg_length, self.ground, self.side_of = leg_length, ground, side_of
-        self.settings, self.path = settings, path
+        self.settings, self.path, self.edges = settings, path, edges
         self.stance_offset, self.dcm_error, self.path_offset = np.zeros(3), np.zeros(2), np.zeros(2)
         self._seats = np.array([not s.side for s in self.reference.schedule.stances], float)
         self._at_touchdown: tuple[float, Instant | None] = (np.nan, None)
@@ -192,7 +194,7 @@ class FootstepPlanner:
         offset = step.offset + path
         if self.ground.steps:
             low = then.contact_position[self.side_of == i]
-            offset = on_one_side(self.ground, low, offset, axes[:, 0])
+            offset = on_one_side(self.ground, low, offset, axes[:, 0], self.edges)
         foot.swing.lead(offset, left / max(gait.rate, gait.settings.min_lead_rate), dt)
         return step
 

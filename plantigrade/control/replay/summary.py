@@ -1,4 +1,4 @@
-"""What a replay did, in words and figures: where it stepped beside the motion, and when."""
+"""Summary of a replay: its steps beside the motion, and its touchdowns."""
 
 from collections.abc import Sequence
 
@@ -7,46 +7,48 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.phase import Touchdown
 
-TOLD = 0.04
-"""A step further than this beside the one before is told [m]."""
-MOST = 4
-"""So many steps are told, the widest."""
 NAMES = {"r": "right", "l": "left"}
 
 
-def steps_told(touchdowns: Sequence[Touchdown]) -> list[str]:
-    """Return a sentence for each of the widest steps beside the motion, in order of time.
+def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most: int) -> list[str]:
+    """Return a sentence for each of the steps that deviate most from the motion, in order of time.
 
-    A step counts by how far its foot is beside the motion, less what the foot before it was.
+    A step deviates by its offset from the motion, less that of the step before.
+
+    Args:
+        touchdowns: The steps.
+        min_deviation: Least deviation of a step that is told of [m].
+        n_most: Number of steps that are told of, at most.
 
     Example:
         >>> axes = np.eye(2)
         >>> aside = Touchdown(3.21, "l", 0.0, np.array([0.0, 0.06, 0.0]), axes)
-        >>> steps_told([Touchdown(2.7, "r", 0.0, np.zeros(3), axes), aside])
+        >>> describe_steps([Touchdown(2.7, "r", 0.0, np.zeros(3), axes), aside], 0.04, 4)
         ['Stepped 6 cm to the left with the left foot at 3.2 s.']
     """
-    moved = []
+    deviations = []
     before = np.zeros(2)
     for step in touchdowns:
-        moved.append((step, (step.offset[:2] - before) @ step.axes))
+        deviations.append((step, (step.offset[:2] - before) @ step.axes))
         before = step.offset[:2]
-    wide = [(step, way) for step, way in moved if np.linalg.norm(way) > TOLD]
-    wide = sorted(wide, key=lambda each: -float(np.linalg.norm(each[1])))[:MOST]
-    return [_step(step, way) for step, way in sorted(wide, key=lambda each: each[0].time)]
+    large = [each for each in deviations if np.linalg.norm(each[1]) > min_deviation]
+    large = sorted(large, key=lambda each: -float(np.linalg.norm(each[1])))[:n_most]
+    in_time = sorted(large, key=lambda each: each[0].time)
+    return [_step(step, deviation, 0.5 * min_deviation) for step, deviation in in_time]
 
 
-def _step(step: Touchdown, way: Float[Array, " 2"]) -> str:
-    ahead, left = 100.0 * way
+def _step(step: Touchdown, deviation: Float[Array, " 2"], least: float) -> str:
+    ahead, left = 100.0 * deviation
     words = []
-    if abs(ahead) > 100.0 * TOLD / 2:
+    if abs(ahead) > 100.0 * least:
         words.append(f"{abs(ahead):.0f} cm {'ahead' if ahead > 0 else 'short'}")
-    if abs(left) > 100.0 * TOLD / 2:
+    if abs(left) > 100.0 * least:
         words.append(f"{abs(left):.0f} cm to the {'left' if left > 0 else 'right'}")
     return f"Stepped {' and '.join(words)} with the {NAMES[step.side]} foot at {step.time:.1f} s."
 
 
-def touchdowns_told(touchdowns: Sequence[Touchdown]) -> str:
-    """Return a sentence on when feet came down; nothing where none did."""
+def describe_touchdowns(touchdowns: Sequence[Touchdown]) -> str:
+    """Return a sentence on early and late touchdowns; an empty one without touchdowns."""
     if not touchdowns:
         return ""
     early = np.array([step.early for step in touchdowns])
@@ -58,8 +60,8 @@ def touchdowns_told(touchdowns: Sequence[Touchdown]) -> str:
     return f"{count}: {', '.join(parts)} on average." if parts else f"{count}, all as planned."
 
 
-def replay_figures(touchdowns: Sequence[Touchdown]) -> dict[str, float | int]:
-    """Return touchdowns, how many came early and late, and by how much at most."""
+def touchdown_figures(touchdowns: Sequence[Touchdown]) -> dict[str, float | int]:
+    """Return the numbers of touchdowns, of early and late ones, and their greatest deviations."""
     early = np.array([step.early for step in touchdowns])
     return {
         "touchdowns": len(early),

@@ -1,0 +1,128 @@
+"""Load of the contact spheres over a motion: measured, estimated, or from their movement."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import ContactSite
+from plantigrade.control.gait.kinematics import Kinematics
+from plantigrade.control.gait.schedule import settled
+from plantigrade.record import Record
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadSettings:
+    """Where a motion without contact forces has load."""
+
+    max_height: float = 0.02
+    """Height of a sphere above the ground up to which it may carry load [m]. Chosen."""
+    max_speed: float = 0.4
+    """Speed up to which it may [m/s]. Chosen."""
+    max_height_difference: float = 0.005
+    """Height above the lowest sphere of a loaded foot up to which one shares its load [m].
+    Chosen."""
+    min_unknown_load: float = 0.2
+    """Least load shared by touching feet of which nothing is known [body weights]. Chosen."""
+    min_foot_load: float = 0.03
+    """Load below which a foot is in the air [body weights]. Chosen."""
+    max_foot_height: float = 0.05
+    """Height of a foot above which it carries nothing, whatever was estimated [m]. Chosen."""
+    min_contact_time: float = 0.1
+    """Time for which a foot may be fast while it strikes or rolls off [s]. Chosen."""
+
+
+def interpolated(time: Array, values: Array, at: Array) -> Array:
+    """Return values at other times, on straight lines between the given ones."""
+    flat = values.reshape(len(values), -1)
+    found = np.stack([np.interp(at, time, column) for column in flat.T], axis=1)
+    return found.reshape(len(at), *values.shape[1:])
+
+
+def site_forces(
+    record: Record, sites: tuple[ContactSite, ...], time: Float[Array, " n"]
+) -> Float[Array, "n k 3"]:
+    """Return the known force on each sphere at some times [N]; zero where it is not known.
+
+    Sites of a plan carry the names of the spheres. Forces measured for a whole foot are not divided
+    here: see :func:`site_loads`.
+    """
+    force = np.zeros((len(time), len(sites), 3))
+    if record.contact_force is None:
+        return force
+    for i, site in enumerate(record.sites):
+        own = [k for k, s in enumerate(sites) if s.name.endswith(site.name)]
+        if own and not site.measured:
+            known = record.contact_force[:, i]
+            force[:, own[0]] += interpolated(record.motion.time, known, time)
+    return np.nan_to_num(force)
+
+
+def site_loads(
+    record: Record,
+    sites: tuple[ContactSite, ...],
+    kinematics: Kinematics,
+    force: Float[Array, "n k 3"],
+    step: float,
+    settings: LoadSettings,
+) -> Float[Array, "n k"]:
+    """Return the load of each sphere along the normal [N].
+
+    Where forces are known only of a foot, measured or estimated, its spheres that are near the
+    ground and slow share them, or the lowest do. A foot of which nothing is known carries load
+    where its spheres are near and slow, and then what is left of the weight.
+
+    Args:
+        record: The motion.
+        sites: Contact spheres.
+        kinematics: Their heights and speeds.
+        force: Known force on each of them [N].
+        step: Time step of the grid [s].
+        settings: Limits.
+    """
+    load = np.maximum(force @ record.ground.normal, 0.0)
+    if load.any():
+        return load
+    height, weight = kinematics.contact_height, record.weight
+    near = (height < settings.max_height) & (kinematics.contact_speed < settings.max_speed)
+    own = [np.array([s.side == side for s in sites]) for side in SIDES]
+    feet = np.stack([foot_load(record, side, len(load), step) for side in SIDES], axis=1)
+    touches = np.stack([near[:, mine].any(axis=1) for mine in own], axis=1)
+    unknown = np.isnan(feet)
+    rest = weight - np.nansum(feet, axis=1)
+    share = np.maximum(rest, settings.min_unknown_load * weight)
+    share = share / np.maximum((unknown & touches).sum(axis=1), 1)
+    feet = np.where(unknown, touches * share[:, None], np.nan_to_num(feet))
+    feet[feet < settings.min_foot_load * weight] = 0.0
+    for i, side in enumerate(SIDES):
+        if record.has_forces and not record.foot(side).measured.any():
+            low = height[:, own[i]].min(axis=1)
+            lands = settled(touches[:, i], round(settings.min_contact_time / step))
+            feet[(low > settings.max_foot_height) | ~lands, i] = 0.0
+    for i, mine in enumerate(own):
+        low = height[:, mine]
+        lowest = low <= low.min(axis=1)[:, None] + settings.max_height_difference
+        carries = near[:, mine] | lowest
+        part = carries / carries.sum(axis=1, keepdims=True)
+        load[:, mine] = part * feet[:, i : i + 1]
+    return load
+
+
+def foot_load(record: Record, side: str, n: int, step: float) -> Float[Array, " n"]:
+    """Return the known load of a foot, measured or estimated [N]; NaN where nothing is known."""
+    motion, normal = record.motion, record.ground.normal
+    time = motion.time[0] + np.minimum(step * np.arange(n), motion.duration)
+    known = np.zeros(motion.n_frames, dtype=bool)
+    load = np.zeros(motion.n_frames)
+    if record.has_forces:
+        foot = record.foot(side)
+        known, load = foot.known.copy(), foot.force @ normal
+    estimated = record.signals.get("estimated.force")
+    if estimated is not None:
+        guess = estimated[:, SIDES.index(side)] @ normal
+        fill = ~known & np.isfinite(guess)
+        load, known = np.where(fill, guess, load), known | fill
+    found = np.interp(time, motion.time, np.maximum(np.nan_to_num(load), 0.0))
+    found[np.interp(time, motion.time, known.astype(float)) < 0.999] = np.nan
+    return found

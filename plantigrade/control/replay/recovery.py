@@ -1,0 +1,204 @@
+"""Recovery steps while both feet are in stance and the motion has no step of its own.
+
+When the capture point leaves the support the motion waits, and the person takes steps as in
+:mod:`plantigrade.control.gait.step` until they are at rest. Then the motion goes on from where the
+feet are.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import GRAVITY
+from plantigrade.control.gait.phase import Foot, Gait, Touchdown
+from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
+from plantigrade.control.gait.support import beyond, inside
+from plantigrade.control.gait.swing import SwingOffset
+from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
+from plantigrade.kinematics.state import State as BodyState
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecoverySettings:
+    """When a replay takes recovery steps, and when its motion goes on."""
+
+    step: StepSettings = StepSettings(max_step_back=0.9)
+    """Steps; farther back than in balance, for the heel of the leg behind may rise."""
+    swing: SwingSettings = SwingSettings()
+    min_stance_time: float = 0.4
+    """Time until the motion's next lift-off from which it has no step of its own [s]. Chosen."""
+    min_dcm_error: float = 0.08
+    """Error of the divergent component from which a step is taken [m]. Chosen."""
+    rest_speed: float = 0.2
+    """Speed of the centre of mass below which the person rests [m/s]. Chosen."""
+    rest_time: float = 0.2
+    """Time for which they do before the motion goes on [s]. Chosen."""
+    rest_margin: float = 0.02
+    """Distance of the capture point inside the support while they do [m]. Chosen."""
+    max_upright_distance: float = 0.2
+    """Horizontal distance of a foot from the centre of mass up to which the body stays upright [leg
+    lengths]. Chosen."""
+    max_lowering_distance: float = 0.6
+    """Distance beyond that from which the body is lowered no further [leg lengths]. Chosen."""
+    lowering_decay_time: float = 0.3
+    """Time constant of the return to full height when the motion moves the feet again [s].
+    Chosen."""
+
+
+class RecoverySteps:
+    """Takes steps while the motion waits.
+
+    Args:
+        gait: Phase and feet.
+        leg_length: Length of the leg [m].
+        settings: Its numbers.
+
+    Attributes:
+        waiting: Whether the motion waits.
+        swing: The swing foot; None in double support.
+        steps: Number of steps taken.
+        lowering: Lowering of the body for legs to reach feet that are far apart [m].
+    """
+
+    def __init__(self, gait: Gait, leg_length: float, settings: RecoverySettings | None = None):
+        self.gait, self.leg_length = gait, leg_length
+        self.settings = settings or RecoverySettings()
+        self.planner = StepPlanner(leg_length, self.settings.step)
+        self.waiting, self.steps = False, 0
+        self.swing: SwingFoot | None = None
+        self.lowering = 0.0
+        self._rest_start = self._last_touchdown = 0.0
+        self._stances: list[int | None] = []
+
+    @property
+    def displaced(self) -> bool:
+        """Whether the feet are where recovery steps have put them, and not the motion."""
+        return self.waiting or self._stances == [foot.number for foot in self.gait.feet]
+
+    def update(
+        self,
+        time: float,
+        step: float,
+        body: BodyState,
+        *,
+        low: Sequence[Float[Array, "_ 3"]],
+        heights: Sequence[Float[Array, " _"]],
+        heading: Float[Array, " 2"],
+        load: Float[Array, " 2"],
+        dcm_error: float,
+    ) -> None:
+        """Begin, continue or end a step, and let the motion wait or go on.
+
+        Args:
+            time: Now [s].
+            step: Time since the last update [s].
+            body: The person now.
+            low: Lowest points of the contact spheres of each foot, world [m].
+            heights: Their heights above the ground [m].
+            heading: Horizontal direction in which the person faces.
+            load: Load of each foot along the normal [N].
+            dcm_error: Error of the divergent component [m].
+        """
+        own, steps = self.settings, self.planner.settings
+        if not self.displaced:
+            self.lowering *= exp(-step / own.lowering_decay_time)
+        if not self.waiting and (dcm_error < own.min_dcm_error or not self._motion_stands()):
+            return
+        now = self._pendulum(body, low, heading)
+        if self.swing is not None:
+            self._continue(time, step, now, load)
+        elif self._motion_stands():
+            reach = self.gait.settings.contact.max_planned_height
+            touching = [bool((height < reach).any()) for height in heights]
+            support = [p[height < reach] for p, height in zip(low, heights, strict=True)]
+            outside = beyond(np.concatenate(support)[:, :2], now.capture_point)
+            rested = time - self._last_touchdown > steps.double_support_duration
+            if outside > steps.capture_threshold and dcm_error > own.min_dcm_error and rested:
+                self._lift_off(time, now, touching)
+            slow = float(np.linalg.norm(now.velocity)) < own.rest_speed
+            if not (outside < -own.rest_margin and slow):
+                self._rest_start = time
+            elif time - self._rest_start > own.rest_time:
+                self.waiting = False
+                self._stances = [foot.number for foot in self.gait.feet]
+        if not self.waiting:
+            return
+        leg = self.leg_length
+        far = float(np.linalg.norm(now.feet - now.com, axis=1).max())
+        far = min(max(far - own.max_upright_distance * leg, 0.0), own.max_lowering_distance * leg)
+        self.lowering = leg - float(np.sqrt(leg**2 - far**2))
+
+    def _pendulum(self, body: BodyState, low, heading: Array) -> Pendulum:
+        """Return the person as a pendulum."""
+        com, velocity, steps = body.com, body.com_velocity, self.planner.settings
+        height = float(com[2]) - min(float(own[:, 2].min()) for own in low)
+        height = max(height, steps.min_pendulum_height)
+        xi = com[:2] + velocity[:2] * np.sqrt(height / GRAVITY)
+        feet = np.array([own[:, :2].mean(axis=0) for own in low])
+        pressure = np.array([inside(own[:, :2], xi, steps.support_margin) for own in low])
+        return Pendulum(com[:2], velocity[:2], height, feet, pressure, heading)
+
+    def _motion_stands(self) -> bool:
+        """Return whether both feet are in stance, and the motion lifts none of them soon."""
+        gait = self.gait
+        stops = [
+            gait.reference.schedule.stance(foot.number, gait.phase).stop - gait.phase
+            for foot in gait.feet
+            if foot.stands and foot.number is not None
+        ]
+        return len(stops) == len(gait.feet) and min(stops) > self.settings.min_stance_time
+
+    def _lift_off(self, time: float, now: Pendulum, touching: Sequence[bool]) -> None:
+        """Begin a step with the better foot.
+
+        The other one need not carry load yet: after a push to the side a person stands on one foot,
+        and that one has to step.
+        """
+        sides = [side for side in (0, 1) if touching[1 - side]]
+        if not sides:
+            return
+        footstep = self.planner.plan(now, sides)
+        self.swing = SwingFoot(self.planner, self.settings.swing, footstep, time)
+        foot = self.gait.feet[footstep.side]
+        assert foot.number is not None
+        foot.stands, foot.caught = False, True
+        foot.swing = SwingOffset(self.gait.offset(foot.number)[:2], self.gait.settings.swing)
+        self.waiting, self.steps, self._rest_start = True, self.steps + 1, time
+        self._sole = now.feet[footstep.side] - foot.swing.offset
+
+    def _continue(self, time: float, step: float, now: Pendulum, load: Array) -> None:
+        """Lead the foot to the footstep needed now; end the step when it touches."""
+        assert self.swing is not None
+        side, gait = self.swing.footstep.side, self.gait
+        foot, phase = gait.feet[side], self.swing.phase(time)
+        touches = load[side] > gait.settings.contact.touchdown_load * gait.weight
+        if self.swing.may_end(time) and touches:
+            self._touch_down(time, foot, now)
+            return
+        self.swing = self.swing.replanned(now, time)
+        left = self.swing.footstep.duration * (1.0 - phase)
+        foot.swing.lead(self.swing.footstep.position - self._sole, left, step)
+
+    def _touch_down(self, time: float, foot: Foot, now: Pendulum) -> None:
+        """Put a foot in stance where it is."""
+        assert foot.number is not None
+        foot.stands, foot.caught, foot.early = True, False, False
+        own = self.gait.offset(foot.number)
+        own[:2] = now.feet[self.gait.feet.index(foot)] - self._sole
+        axes = np.stack([now.heading, now.left], axis=1)
+        self.gait.touchdowns.append(Touchdown(time, foot.side, 0.0, own.copy(), axes))
+        self.swing, self._last_touchdown, self._rest_start = None, time, time
+
+    def foot_height(self, time: float) -> tuple[float, float]:
+        """Return height of the swing foot above its lift-off, and its velocity [m, m/s]."""
+        assert self.swing is not None
+        phase, duration, swing = self.swing.phase(time), self.swing.footstep.duration, self.swing
+        late_speed = swing.settings.late_descent_speed
+        u = min(max(phase, 0.0), 1.0)
+        late = max(phase - 1.0, 0.0) * duration
+        high = 4.0 * (swing.settings.clearance * self.leg_length)
+        velocity = high * (1.0 - 2.0 * u) / duration if phase < 1.0 else -late_speed
+        return high * u * (1.0 - u) - late_speed * late, velocity
