@@ -17,6 +17,7 @@ from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.stepping import OrderedMotion, move
 from plantigrade.wbc.tasks import (
+    AlignmentTask,
     AngularMomentumTask,
     ComTask,
     ContactTask,
@@ -36,6 +37,7 @@ from plantigrade.wbc.touching import Touching
 from plantigrade.wbc.whole_body import Answer, WholeBody
 
 __all__ = [
+    "AlignmentTask",
     "AngularMomentumTask",
     "Answer",
     "ComTask",

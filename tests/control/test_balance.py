@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from plantigrade.control.balance import Balance, BalanceSettings
-from plantigrade.control.balance.controller import momentum_rows
+from plantigrade.control.balance import Balance
 from plantigrade.control.gait.support import beyond, inside, nearest
-from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.world import Push, World
 from plantigrade.world.grounds import ground_named
@@ -55,20 +53,6 @@ def test_a_person_stands_on_a_ball():
     assert world.fall is None
     assert state.world.data.ncon >= 16
     assert np.linalg.norm((state.body.com - balance.goal)[:2]) < 0.01
-
-
-def test_rows_of_the_angular_momentum_are_its_rate():
-    rng = np.random.default_rng(0)
-    qpos = HUMAN.standing()
-    qpos[3:7] = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
-    qpos[7:] += rng.uniform(-0.2, 0.2, len(qpos) - 7)
-    qvel, qacc = rng.uniform(-1, 1, (2, HUMAN.model.nv))
-    state, settings = BodyState(HUMAN, qpos, qvel), BalanceSettings()
-    rows, h = momentum_rows(state, settings), 1e-5
-    known = rows.right + settings.momentum_damping * state.angular_momentum / state.mass
-    before, after = (state.integrated(qacc, t).angular_momentum for t in (-h, h))
-    rate = (after - before) / (2 * h)  # with the velocity of the middle of the step
-    assert np.allclose(state.mass * (rows.matrix @ qacc - known), rate, atol=2e-3)
 
 
 def test_a_position_is_drawn_inside_the_support():

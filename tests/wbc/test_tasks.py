@@ -12,6 +12,7 @@ from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.tasks import (
+    AlignmentTask,
     ComTask,
     ContactTask,
     FloorTask,
@@ -154,6 +155,13 @@ def test_rows_ask_for_the_second_order_equation(preset):
 def test_damping_is_critical_where_none_is_given():
     task = ComTask(Trajectory.fixed(np.zeros(3)), stiffness=9.0)
     assert task.damping == pytest.approx(2 * 3.0)  # (s + 3)² = s² + 6 s + 9
+
+
+def test_an_alignment_turns_by_what_is_left():
+    human, rng = person("42", "two-segment"), np.random.default_rng(5)
+    state, turn = State(human, *random_state(human, rng)), rng.normal(size=3)
+    rows = AlignmentTask("head", turn, stiffness=9.0).rows(state)
+    np.testing.assert_allclose(rows.right, 9.0 * turn - 6.0 * rows.matrix @ state.qvel)
 
 
 def test_a_task_without_directions_rests():

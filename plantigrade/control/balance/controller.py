@@ -22,6 +22,7 @@ from plantigrade.control.gait.tasks import within_foot
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.rows import PointRows, Rows
+from plantigrade.wbc.tasks import AngularMomentumTask, LinearMomentumTask
 from plantigrade.wbc.whole_body import WholeBody
 from plantigrade.world import (
     Command,
@@ -84,6 +85,8 @@ class Balance(Controller):
         within = within_foot(human)
         self._damping = np.where(within, s.foot_joint_damping, s.joint_damping * strength)
         self._stiffness = np.where(within, s.foot_joint_stiffness, 0.0)
+        self._com = LinearMomentumTask(state.body.mass, weight=s.com_weight)
+        self._momentum = AngularMomentumTask(weight=s.momentum_weight)
         self.recovery = Recovery(human, self.contact, s.recovery)
         self._shift = np.zeros(3)
         self._stops = np.array(human.model.jnt_range[1:]).T
@@ -100,22 +103,22 @@ class Balance(Controller):
         if s.stepping:
             contacts = self.recovery.update(state, contacts)
         points = body.rigid_points(contacts.touching.body, contacts.touching.place)
-        com, touching = self._com_rows(body, desired, contacts), contacts.touching
+        acceleration, touching = self._com_acceleration(body, desired, contacts), contacts.touching
         stepped = self.recovery.stepped
         if stepped:  # the whole friction where it stops the body
-            x, y = com.right[:2]
+            x, y = (acceleration - body.com_bias_acceleration)[:2]
             touching = replace(touching, along=float(np.arctan2(y, x)))
-        flight = (
-            landing_rows(body, desired, self.recovery, s.flight) if self._flight.airborne else []
-        )
-        tasks = [
-            com,
-            momentum_rows(body, s),
-            self._stance_rows(contacts, desired, points),
+        spin_down = -s.momentum_damping / body.mass * body.angular_momentum
+        rows: list[Rows | PointRows] = [
+            self._com.rows(body, acceleration=acceleration),
+            self._momentum.rows(body, acceleration=spin_down),
+            *self._stance_rows(contacts, desired, points),
             *self._landing_rows(state, desired, contacts),
-            *(self.recovery.rows(state) if stepped else []),
-            *flight,
         ]
+        if stepped:
+            rows += self.recovery.rows(state)
+        if self._flight.airborne:
+            rows += landing_rows(body, desired, self.recovery, s.flight)
         qacc, weight = self._tracking(state, desired)
         factor = desired.force_cost
         factor = factor[contacts.spheres] if isinstance(factor, np.ndarray) else factor
@@ -123,7 +126,7 @@ class Balance(Controller):
         answer = self.program.solve(
             body,
             touching,
-            [task for task in tasks if task is not None],
+            rows,
             wanted=qacc,
             weight=weight,
             force_weight=np.where(loads, s.force_weight * factor, s.idle_force_weight),
@@ -170,8 +173,10 @@ class Balance(Controller):
         slow_at_stops(self._stops, state.angles, state.rates, qacc[6:], weight[6:], s.joint_stops)
         return qacc, weight
 
-    def _com_rows(self, body: BodyState, desired: ReferenceState, contacts: FootContacts) -> Rows:
-        """Return the rows of the centre of mass."""
+    def _com_acceleration(
+        self, body: BodyState, desired: ReferenceState, contacts: FootContacts
+    ) -> Float[Array, " 3"]:
+        """Return the desired acceleration of the centre of mass [m/s²]."""
         s, recovery = self.settings, self.recovery
         assert self._world is not None  # it has begun
         limit = s.com_goal_speed / self._world.control_rate
@@ -194,21 +199,26 @@ class Balance(Controller):
             limit = s.recovery.max_vertical_acceleration
             acceleration[:2] = recovery.com_acceleration(body, contacts, self.goal)
             acceleration[2] = np.clip(acceleration[2], -limit, limit)
-        right = acceleration - body.com_bias_acceleration
-        return Rows(body.mass_matrix[:3] / body.mass, right, s.com_weight)
+        return acceleration
 
     def _stance_rows(
         self, contacts: FootContacts, desired: ReferenceState, points: RigidPoints
-    ) -> PointRows | None:
+    ) -> list[PointRows]:
         """Return the rows of the points that stay where they are."""
         s, stays = self.settings, desired.contact[contacts.spheres]
         if not stays.any():
-            return None
-        damping = 2 * np.sqrt(s.contact_gain)
-        right = damping * (contacts.ground_velocity - points.velocity) - points.bias
-        fall = s.contact_gain * np.maximum(contacts.gap, 0.0)
-        right -= fall[:, None] * contacts.touching.normal
-        return PointRows(points, stays, right, s.contact_weight)
+            return []
+        rows = PointRows.still(
+            points,
+            stays,
+            contacts.gap,
+            contacts.touching.normal,
+            stiffness=s.contact_gain,
+            damping=2 * s.contact_gain**0.5,
+            weight=s.contact_weight,
+            drift=contacts.ground_velocity,
+        )
+        return [rows]
 
     def _landing_rows(
         self, state: State, desired: ReferenceState, contacts: FootContacts
@@ -231,21 +241,6 @@ class Balance(Controller):
         right -= 2 * np.sqrt(stage.landing_gain) * np.einsum("kc,kc->k", n, velocity)
         right -= np.einsum("kc,kc->k", n, bias)
         return [Rows(np.einsum("kc,kcv->kv", n, J), right, stage.landing_weight)]
-
-
-def momentum_rows(body: BodyState, settings: BalanceSettings) -> Rows:
-    r"""Return the rows that bring the angular momentum to rest, over body mass.
-
-    With the rows of the equations of motion of the root, linear :math:`l` and angular :math:`a`,
-    :math:`\dot L = R (M_a \dot v + h_a) - (c - p) \times (M_l \dot v + h_l)`.
-    """
-    x, y, z = body.com - body.qpos[:3]
-    lever = np.empty((3, 6))
-    lever[:, :3], lever[:, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], body.rotation(1)
-    lever /= body.mass
-    right = -settings.momentum_damping / body.mass * body.angular_momentum
-    right -= lever @ body.bias[:6]
-    return Rows(lever @ body.mass_matrix[:6], right, settings.momentum_weight)
 
 
 def slow_at_stops(

@@ -10,7 +10,8 @@ from plantigrade.constants import GRAVITY
 from plantigrade.control.balance.recovery import Recovery
 from plantigrade.control.balance.reference import ReferenceState
 from plantigrade.kinematics.state import State
-from plantigrade.wbc.whole_body import Rows
+from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks import AlignmentTask
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,9 +107,9 @@ def landing_rows(
     right = acceleration - bias + body.com_bias_acceleration
     rows = [Rows(J[k, :2] - body.com_jacobian[:2], right[k, :2], s.foot_weight) for k in (0, 1)]
     rotations = body.moved_to(desired.qpos).rotations[feet.feet]
+    weight = feet.settings.foot_orientation_weight
     for foot, rotation in zip(feet.feet, rotations, strict=True):
-        spin = body.angular_jacobian(foot)
-        turned = 0.5 * np.cross(body.rotation(foot), rotation, axis=0).sum(axis=1)
-        right = gain * turned - damping * (spin @ body.qvel)
-        rows.append(Rows(spin, right, feet.settings.foot_orientation_weight))
+        turn = 0.5 * np.cross(body.rotation(foot), rotation, axis=0).sum(axis=1)
+        task = AlignmentTask(foot, turn, stiffness=gain, weight=weight)
+        rows.append(task.rows(body))
     return rows

@@ -16,11 +16,13 @@ from plantigrade.control.gait.tasks import TaskSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
-from plantigrade.wbc.whole_body import Rows
+from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks import AlignmentTask, PointTask
 from plantigrade.world import State
 
 SPINE_JOINTS = ("lumbar", "thorax", "neck")
 LEG_JOINTS = ("hip", "knee", "ankle", "subtalar")
+OVER_GROUND = np.eye(3)[:2]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,6 +153,16 @@ class Recovery:
         hip, ankle = stands.origin(human.body("femur_r")), stands.origin(self.feet[0])
         self.leg_length = float(np.linalg.norm(hip - ankle))
         self._stance_width = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
+        s = settings
+        frequency, weight = s.trunk_frequency, s.upright_weight
+        gain, damping = s.foot_orientation_gain, s.foot_orientation_damping
+        self._trunk = AlignmentTask(human.trunk, stiffness=frequency**2, weight=weight)
+        self._orientation, self._position = [], []
+        for i, foot in enumerate(self.feet):
+            turn = AlignmentTask(foot, stiffness=gain, damping=damping)
+            turn.weight = s.foot_orientation_weight
+            self._orientation.append(turn)
+            self._position.append(PointTask(self._soles, which=i, weight=s.foot_weight))
         self.planner = StepPlanner(self.leg_length, settings.step)
         self.spine = np.array([name.startswith(SPINE_JOINTS) for name in human.coordinates])
         self.legs = np.array([name.startswith(LEG_JOINTS) for name in human.coordinates])
@@ -292,36 +304,32 @@ class Recovery:
             return [self._trunk_rows(body), *both]
         side = self.swing.footstep.side
         position, velocity = self.soles(body)[side], body.velocity(self._soles)[side]
-        J, bias = body.jacobian(self._soles)[side], body.bias_acceleration(self._soles)[side]
         target = np.array([*self.swing.footstep.position, position[2]])
         height = self._sole_height(state, target)
         acceleration = self.swing.acceleration(state.time, position, velocity, height)
         return [
             self._trunk_rows(body),
-            Rows(J, acceleration - bias, self.settings.foot_weight),
+            self._position[side].rows(body, acceleration=acceleration),
             self._orientation_rows(state, side),
             *self._stance_rows(state, 1 - side),
         ]
 
     def _trunk_rows(self, body: BodyState) -> Rows:
         """Return the rows that keep the trunk from leaning."""
-        trunk, rate = self.human.trunk, self.settings.trunk_frequency
-        spin, up = body.angular_jacobian(trunk)[:2], body.rotation(trunk) @ self._up
-        lean = np.array([-up[1], up[0]])  # the axis about which it leans, with its sine
-        right = -(rate**2) * lean - 2 * rate * (spin @ body.qvel)
-        return Rows(spin, right, self.settings.upright_weight)
+        x, y, _ = body.rotation(self._trunk.body) @ self._up
+        self._trunk.target = np.array([y, -x, 0.0])  # the axis about which it leans, with its sine
+        return self._trunk.rows(body).along(OVER_GROUND)
 
     def _stance_rows(self, state: State, side: int) -> list[Rows]:
         """Return the rows of a foot that stands, or is about to: flat, and at rest."""
-        body, sole, s = state.body, self._soles, self.settings
-        J, velocity = body.jacobian(sole)[side], body.velocity(sole)[side]
-        stop = -s.foot_stopping_rate * velocity[:2] - body.bias_acceleration(sole)[side, :2]
-        return [self._orientation_rows(state, side), Rows(J[:2], stop, s.foot_weight)]
+        stop = -self.settings.foot_stopping_rate * state.body.velocity(self._soles)[side]
+        rows = self._position[side].rows(state.body, acceleration=stop)
+        return [self._orientation_rows(state, side), rows.along(OVER_GROUND)]
 
     def _orientation_rows(self, state: State, side: int) -> Rows:
         """Return the rows that lay a foot along the ground; a swinging one faces forward, too."""
-        body, foot, s = state.body, self.feet[side], self.settings
-        R, spin = body.rotation(foot), body.angular_jacobian(foot)
+        body, foot = state.body, self.feet[side]
+        R = body.rotation(foot)
         normal = state.world.ground.normal_at(body.origin(foot))
         swings = self.swing is not None and self.swing.footstep.side == side
         ahead = body.rotation(1)[:, 0] if swings else R[:, 0]
@@ -330,8 +338,8 @@ class Recovery:
         desired = np.array([ahead, (normal @ CROSS).reshape(3, 3) @ ahead, normal])
         M = R @ desired  # the sum of the cross products of the axes is in what is not symmetric
         error = 0.5 * np.array([M[1, 2] - M[2, 1], M[2, 0] - M[0, 2], M[0, 1] - M[1, 0]])
-        right = s.foot_orientation_gain * error - s.foot_orientation_damping * (spin @ body.qvel)
-        return Rows(spin, right, s.foot_orientation_weight)
+        self._orientation[side].target = error
+        return self._orientation[side].rows(body)
 
     def _sole_height(self, state: State, position: Float[Array, " 3"]) -> float:
         """Return the height of the middle of a sole that stands at a position [m]."""

@@ -8,11 +8,12 @@ generalised acceleration: of a hierarchy, where tasks are in strict order
 from plantigrade.wbc.tasks.contact import ContactTask, FloorTask, SoleContactTask
 from plantigrade.wbc.tasks.landing import LandingTask, PlacingHeelTask
 from plantigrade.wbc.tasks.momentum import AngularMomentumTask, ComTask, LinearMomentumTask
-from plantigrade.wbc.tasks.point import OrientationTask, PointTask
+from plantigrade.wbc.tasks.point import AlignmentTask, OrientationTask, PointTask
 from plantigrade.wbc.tasks.posture import PassingPosture, PostureTask, TimedPosture
 from plantigrade.wbc.tasks.task import Task
 
 __all__ = [
+    "AlignmentTask",
     "AngularMomentumTask",
     "ComTask",
     "ContactTask",

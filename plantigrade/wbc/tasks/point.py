@@ -130,6 +130,23 @@ class OrientationTask(Task):
         return rows if self.directions is None else rows.along(self.directions)
 
 
+class AlignmentTask(OrientationTask):
+    """Turns a body by a rotation that is given anew at every instant.
+
+    Args:
+        target: Rotation vector that is left to go, world axes [rad]. It is not differentiated, and
+            the bias acceleration is left out.
+    """
+
+    def error(self, state, time):
+        """Return the rotation vector from the target to the body [rad]."""
+        return -self.aim(time)[0]
+
+    def bias_acceleration(self, state, time):
+        """Return zero."""
+        return np.zeros(3)
+
+
 def rotation_to(goal: Float[Array, "3 3"], now: Float[Array, "3 3"]) -> Float[Array, " 3"]:
     """Return the rotation vector that leads to one orientation from another, world axes [rad]."""
     to, start, error = np.empty(4), np.empty(4), np.empty(3)
