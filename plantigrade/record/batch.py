@@ -175,11 +175,15 @@ class BatchFolder:
         """Name of each item that had ended when the folder was opened → its file, and its key if
         it has a result."""
         self._numbers: dict[str, int] = {}
-        for line in self.items:
-            if line[NAME] != HEADER:
-                row = self._row(line)
-                self.before[row.name] = row.file, "" if row.failed else row.key
-                self._numbers[row.name] = row.number
+        try:
+            for line in self.items:
+                if line[NAME] != HEADER:
+                    row = self._row(line)
+                    self.before[row.name] = row.file, "" if row.failed else row.key
+                    self._numbers[row.name] = row.number
+        except FileError:
+            self.items.close()
+            raise
 
     def rows(self) -> Iterator[Row]:
         """Yield the results so far, in the order of the items."""

@@ -231,7 +231,7 @@ class Target:
     @property
     def writes(self) -> bool:
         """Whether it writes files, which it removes."""
-        return self.read is converted
+        return self.read in (converted, batch_journal)
 
     @property
     def has_remedies(self) -> bool:
