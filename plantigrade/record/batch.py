@@ -119,6 +119,7 @@ class Row:
         Raises:
             TypeError: If a value is of another type.
             ValueError: If a number is no number.
+        OverflowError: If a number is too large for a table.
         """
         words = {k: line.get(k, "") for k in ("name", "file", "key", "status", "sha256")}
         tables = {k: line.get(k, {}) for k in ("varied", "figures")}
@@ -126,6 +127,11 @@ class Row:
             for name, value in values.items():
                 if not isinstance(value, kind):
                     raise TypeError(f"{name} is {shown(value)}")
+        for name, value in (*tables["varied"].items(), *tables["figures"].items()):
+            if isinstance(value, dict | list):
+                raise TypeError(f"{name} is {shown(value)}")
+            if isinstance(value, int):
+                float(value)  # too large for a table: an OverflowError
         return cls(
             **words,
             **tables,
