@@ -1,22 +1,39 @@
 """Simulate a person under a controller."""
 
-from dataclasses import dataclass
+import re
+import textwrap
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, fields, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import tyro
 
+from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, optional
+from plantigrade.workflows.controller_options import (
+    OPTIONS,
+    AnyOptions,
+    SpringOptions,
+    StepOptions,
+    WalkOptions,
+    users,
+)
+from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.simulate_settings import SimulateSettings
+
+PROGRAM, INDENT = "plantigrade simulate", 6 * " "
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(SimulateSettings, RunOptions, BatchOptions):
+class Command(
+    SimulateSettings, AnyOptions, SpringOptions, StepOptions, WalkOptions, RunOptions, BatchOptions
+):
     """Simulate a person, standing or moving, under a controller.
 
     A recording is fitted first, a run is used as it is; without either the person stands. The exit
@@ -124,6 +141,80 @@ class Command(SimulateSettings, RunOptions, BatchOptions):
         with progress.step("writing the report and the viewer"):
             run = keep(run)
         return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+
+
+def parse(words: Sequence[str]) -> Command:
+    """Return the command that words fill; the help has the options and settings of a controller.
+
+    Raises:
+        SystemExit: If the parser has printed its help (code 0) or its complaint (code 2).
+        ParameterError: If a value is not allowed.
+    """
+    if not {"-h", "--help"} & {*words}:
+        return parsing.parse(Command, PROGRAM, words)
+    name = controller_in(words)
+    others = [each for each in OPTIONS if name is None or name not in users(each)]
+    own = "Options of a controller: plantigrade simulate --controller NAME --help"
+    own = own if name is None else settings_help(name)
+    try:
+        return parsing.parse(hidden(Command, others), PROGRAM, words)
+    finally:
+        print(own)
+
+
+def hidden(kind: type, names: Collection[str]) -> type:
+    """Return a dataclass of options of which the help shows all but some."""
+    hints = get_type_hints(kind, include_extras=True)
+    shut = [
+        (f.name, tyro.conf.Suppress[hints[f.name]], field(default=f.default))
+        for f in fields(kind)
+        if f.name in names
+    ]
+    return make_dataclass(kind.__name__, shut, bases=(kind,), frozen=True, kw_only=True)
+
+
+def controller_in(words: Sequence[str]) -> str | None:
+    """Return the controller that is named; None if there is none.
+
+    Example:
+        >>> controller_in(["walk.c3d", "--controller=replay", "--help"])
+        'replay'
+    """
+    for word, following in zip(words, (*words[1:], ""), strict=True):
+        name, equals, value = word.partition("=")
+        if name == "--controller":
+            return value if equals else following or None
+    return None
+
+
+def settings_help(name: str) -> str:
+    """Return what can be set of a controller, for its help."""
+    from plantigrade.control.choices import CONTROLLERS, checked
+    from plantigrade.control.numbers import numbers_of
+
+    if is_policy(name):
+        return "A trained policy has no settings."
+    kind = CONTROLLERS[checked(name)].settings
+    if kind is None:
+        return f"{name} has no settings."
+    lines = [f"settings of {name} (--set NAME=VALUE), with their values:"]
+    for each in numbers_of(kind()):
+        meaning = re.sub(r":\w+:|`+|\]_", lambda mark: "]" * (mark[0] == "]_"), each.meaning)
+        lines.append(f"  {each.name}={word_of(each.value)}")
+        lines += textwrap.wrap(meaning, 78, initial_indent=INDENT, subsequent_indent=INDENT)
+    return "\n".join(lines)
+
+
+def word_of(value: Any) -> str:
+    """Return a value as the command line takes it.
+
+    Example:
+        >>> word_of((0.25, 0.5)), word_of(True)
+        ('0.25,0.5', 'true')
+    """
+    if isinstance(value, tuple):
+        return ",".join(map(word_of, value))
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

@@ -3,19 +3,30 @@
 A controller of another kind is one more line of :data:`CONTROLLERS`.
 """
 
+import difflib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, MotionReference
-from plantigrade.control.pendulum import WalkCommand, Walker
+from plantigrade.control.balance import (
+    Balance,
+    BalanceSettings,
+    Hybrid,
+    HybridSettings,
+    MotionReference,
+)
+from plantigrade.control.numbers import changed, numbers_of
+from plantigrade.control.pendulum import PendulumSettings, WalkCommand, Walker
 from plantigrade.control.posture import Posture, PostureSettings, passive
-from plantigrade.control.replay import Replay
+from plantigrade.control.replay import Replay, ReplaySettings
 from plantigrade.control.tracking import Tracking, TrackingSettings
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.options import refuse_unknown
 from plantigrade.record import Record
 from plantigrade.world import Controller
 
@@ -29,22 +40,20 @@ class Situation:
         ground: What they are on.
         motion: What they are to do, its first frame being the start; None where they just stand.
         standing: The configuration in which they stand; None where there is a motion.
-        stiffness: Of springs, by what is usual.
         record: The motion with its forces and its ground; None where they just stand.
         script: The foot motion they are to do; None where it is none.
-        stepping: Whether they may step where standing in place can no longer succeed.
         walk: What a walk is commanded.
+        settings: Settings of the controller.
     """
 
     human: Human
     ground: Ground
     motion: Motion | None = None
     standing: Float[Array, " nq"] | None = None
-    stiffness: float = 1.0
     record: Record | None = None
     script: MotionReference | None = None
-    stepping: bool = False
     walk: WalkCommand | None = None
+    settings: Any = None
 
     @property
     def reference(self) -> MotionReference | None:
@@ -83,36 +92,116 @@ class Situation:
         return self.motion
 
 
-CONTROLLERS: Mapping[str, Callable[[Situation], Controller]] = {
-    "passive": lambda at: passive,
-    "posture": lambda at: Posture(at.standing, settings=PostureSettings(stiffness=at.stiffness)),
-    "balance": lambda at: Balance(at.reference, settings=BalanceSettings(stepping=at.stepping)),
-    "hybrid": lambda at: Hybrid(),
-    "stable-pd": lambda at: Tracking(
-        at.followed("stable-pd"), settings=TrackingSettings(stiffness=at.stiffness)
+@dataclass(frozen=True)
+class ControllerKind:
+    """A controller that is chosen by name.
+
+    Attributes:
+        make: Makes it for a situation.
+        settings: The class of its settings; None if it has none.
+    """
+
+    make: Callable[[Situation], Controller]
+    settings: type | None = None
+
+    def with_settings(self, values: Mapping[str, Any], name: str) -> Any:
+        """Return its settings, some of them changed.
+
+        Args:
+            values: Value by dotted name, such as ``{"swing.clearance": 0.05}``.
+            name: Name of the controller, for the message.
+
+        Raises:
+            ParameterError: If there is no such setting, or it cannot have such a value.
+        """
+        if self.settings is None:
+            refuse_unknown(name, values, ())
+            return None
+        return changed(self.settings(), values, name)
+
+
+CONTROLLERS: Mapping[str, ControllerKind] = {
+    "passive": ControllerKind(lambda at: passive),
+    "posture": ControllerKind(
+        lambda at: Posture(at.standing, settings=at.settings), PostureSettings
     ),
-    "replay": lambda at: Replay(at.recorded("replay")),
-    "pendulum": lambda at: Walker(at.recorded("pendulum"), at.walk),
+    "balance": ControllerKind(
+        lambda at: Balance(at.reference, settings=at.settings), BalanceSettings
+    ),
+    "hybrid": ControllerKind(lambda at: Hybrid(settings=at.settings), HybridSettings),
+    "stable-pd": ControllerKind(
+        lambda at: Tracking(at.followed("stable-pd"), settings=at.settings), TrackingSettings
+    ),
+    "replay": ControllerKind(
+        lambda at: Replay(at.recorded("replay"), settings=at.settings), ReplaySettings
+    ),
+    "pendulum": ControllerKind(
+        lambda at: Walker(at.recorded("pendulum"), at.walk, settings=at.settings),
+        PendulumSettings,
+    ),
 }
-"""Name of a controller → how it is made."""
+"""Name of a controller → how it is made, and what can be set of it."""
 
 STANDING, MOVING, FORCED, SCRIPTED = "posture", "stable-pd", "replay", "balance"
 """What is taken where none is named: for who stands, for a motion, and for one with its forces."""
 
 
-def controller_named(name: str | None, situation: Situation) -> Controller:
+def controller_named(
+    name: str | None, situation: Situation, values: Mapping[str, Any] | None = None
+) -> Controller:
     """Return a controller.
 
     Args:
         name: One of :data:`CONTROLLERS`; None for what is usual.
         situation: What it is made for.
+        values: Settings that differ from those of its class, by dotted name; those of other
+            controllers are passed over.
 
     Raises:
         ParameterError: If there is no such controller, or it does not fit the situation.
     """
-    return CONTROLLERS[
-        checked(name or usual(situation.motion, situation.record, situation.script))
-    ](situation)
+    word = checked(name or usual(situation.motion, situation.record, situation.script))
+    settings = settings_among(values or {}, word)
+    return CONTROLLERS[word].make(replace(situation, settings=settings))
+
+
+def settings_among(values: Mapping[str, Any], name: str) -> Any:
+    """Return the settings of a controller; values of settings that it has not are passed over.
+
+    Raises:
+        ParameterError: If a setting cannot have such a value.
+    """
+    own = {each: value for each, value in values.items() if name in having(each)}
+    return CONTROLLERS[name].with_settings(own, name)
+
+
+def having(name: str) -> tuple[str, ...]:
+    """Return the controllers that have a setting of this dotted name."""
+    return tuple(word for word in CONTROLLERS if name in _names(word))
+
+
+def typed_setting(word: str, name: str, value: Any) -> Any:
+    """Return a value of a setting of a controller; a word becomes what the setting takes.
+
+    Raises:
+        ParameterError: If it cannot have such a value.
+    """
+    settings = CONTROLLERS[word].with_settings({name: value}, word)
+    return next(each.value for each in numbers_of(settings) if each.name == name)
+
+
+def nearest(name: str) -> str:
+    """Return a question for the setting whose name is nearest; empty where none is near."""
+    every = {each for word in CONTROLLERS for each in _names(word)}
+    near = difflib.get_close_matches(name, sorted(every), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+@cache
+def _names(word: str) -> frozenset[str]:
+    """Return the dotted names of all settings of a controller."""
+    kind = CONTROLLERS[word].settings
+    return frozenset(() if kind is None else (each.name for each in numbers_of(kind())))
 
 
 def usual(

@@ -11,9 +11,9 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
-from plantigrade.control import Posture, PostureSettings, Situation, controller_named
+from plantigrade.control import Posture, Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
-from plantigrade.control.choices import SCRIPTED
+from plantigrade.control.choices import SCRIPTED, STANDING, settings_among
 from plantigrade.control.pendulum import WalkCommand, walk_of
 from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
@@ -143,7 +143,7 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
-    if not (_recording(source) or how.then or how.upper_body):
+    if not (_recording(source) or how.words.then or how.words.upper_body):
         how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
     if is_policy(how.controller):
         return _learned(source, how, command)
@@ -170,7 +170,7 @@ def controller_of(begin: Start, ground: Ground, how: SimulateSettings, word: str
     """
     if begin.policy is not None and is_policy(word):
         return begin.policy
-    return controller_named(word, situation(begin, ground, how))
+    return controller_named(word, situation(begin, ground), how.values)
 
 
 def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
@@ -286,7 +286,7 @@ def _carriers(record: Record) -> tuple[ContactSite, ...]:
     return tuple(site for site in record.sites if site.name in seats and not site.measured)
 
 
-def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
+def situation(begin: Start, ground: Ground) -> Situation:
     """Return what a controller is made for."""
     stands = None if begin.motion is not None else begin.standing(ground)
     return Situation(
@@ -294,10 +294,8 @@ def situation(begin: Start, ground: Ground, how: SimulateSettings) -> Situation:
         ground=ground,
         motion=begin.motion,
         standing=stands,
-        stiffness=how.stiffness,
         record=begin.record,
         script=begin.script,
-        stepping=how.stepping,
         walk=begin.walk,
     )
 
@@ -308,14 +306,15 @@ def walk_command(begin: Start, how: SimulateSettings, step: Step) -> WalkCommand
     Raises:
         PlantigradeError: If a word is no speed or path, no other walk or upper body.
     """
+    words = how.words
     walks, uppers = styles_of(begin.human, how, step)
     return WalkCommand(
         own=begin.name if walks else RECORDED,
         walks=walks,
         uppers=uppers,
-        speed=None if how.speed is None else speeds_of(how.speed),
-        path=None if how.path is None else path_of(how.path),
-        stoop=None if how.stoop is None else depths_of(how.stoop),
+        speed=None if words.speed is None else speeds_of(words.speed),
+        path=None if words.path is None else path_of(words.path),
+        stoop=None if words.stoop is None else depths_of(words.stoop),
     )
 
 
@@ -337,7 +336,8 @@ def state_of(begin: Start, otherwise: Otherwise, how: SimulateSettings) -> tuple
         recording=False,
         qpos=stands,
     )
-    hold, state = Posture(stands, settings=PostureSettings(stiffness=how.stiffness)), world.reset()
+    hold = Posture(stands, settings=settings_among(how.values, STANDING))
+    state = world.reset()
     while world.time < SETTLING and world.fall is None and world.diverged is None:
         state = world.step(hold(state))
     first = BodyState(begin.human, stands).com

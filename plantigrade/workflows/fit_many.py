@@ -236,7 +236,7 @@ def settings_key(settings: Settings) -> Mapping[str, Any]:
     """Return settings with the content of the files that they name in place of their paths."""
     plain = settings.plain()
     for name in plain:
-        value = getattr(settings, name)
+        value = getattr(settings, name, None)
         if isinstance(value, Path):
             files = norm_files(value) if name == "norms" else [value]
             plain[name] = [_sum(Path(file)) for file in files]

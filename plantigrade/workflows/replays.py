@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.control.gait.clearance import part_of
+from plantigrade.control.gait.person import world_sites
 from plantigrade.control.replay import Replay
 from plantigrade.notes import Info
 from plantigrade.record import Record
@@ -80,7 +81,7 @@ def replay_once(
         InitialState(record.human, how.under(record.ground), qpos, qvel),
         acting,
         recording=False,
-        sites=[s for s in controller.sites if not s.side],
+        sites=[s for s in world_sites(record) if not s.side],
         seed=seed,
     )
     how.change(world)

@@ -3,7 +3,7 @@
 import re
 import time as clock
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,12 @@ import numpy as np
 from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.control.gait.reference import period_of
+from plantigrade.control.numbers import numbers_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion
 from plantigrade.notes import Info
-from plantigrade.record import Record, Run
+from plantigrade.record import Provenance, Record, Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, personal_figures, silent
@@ -83,7 +84,9 @@ def simulate(
     if isinstance(controller, str):
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
-    by_hand = [word for word in how.then if timed(word, "walk to go over to", THEN)[1] is None]
+    by_hand = [
+        word for word in how.words.then if timed(word, "walk to go over to", THEN)[1] is None
+    ]
     if by_hand:
         raise ParameterError(f"then={by_hand[0]!r} needs a time, except with --live: {THEN}")
     otherwise, acting = around(how)
@@ -187,10 +190,18 @@ def run_of(
         sentence=_sentence(begin, how, world, record, word, otherwise.words),
         status=status,
         figures=figures,
-        provenance=begin.provenance,
+        provenance=_with_numbers(begin.provenance, controller),
         seconds={"simulate": seconds},
         name=f"simulate-{begin.name}",
     )
+
+
+def _with_numbers(provenance: Provenance, controller: Controller) -> Provenance:
+    """Return where a run comes from, with every number of its controller among the settings."""
+    if not is_dataclass(controller.settings):
+        return provenance
+    numbers = {each.name: each.value for each in numbers_of(controller.settings)}
+    return replace(provenance, settings={**provenance.settings, "controller_settings": numbers})
 
 
 def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]:
@@ -253,8 +264,8 @@ def _sentence(
 ) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
-    words = {"speed": how.speed, "path": how.path, "stoop": how.stoop}
-    asked = ", ".join(f"{name} {asked}" for name, asked in words.items() if asked is not None)
+    given = how.options
+    asked = ", ".join(f"{n} {given[n]}" for n in ("speed", "path", "stoop") if n in given)
     led = f", with {asked}" if asked else ""
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
     times = {1: "once", 2: "twice"}

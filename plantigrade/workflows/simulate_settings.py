@@ -1,30 +1,26 @@
 """The settings of a simulation."""
 
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Annotated, Any
 
 import tyro
 
 from plantigrade.bounds import SEEDS
 from plantigrade.errors import ParameterError
 from plantigrade.options import (
-    Flag,
     Number,
     OptionalPath,
     OptionalWord,
     Seconds,
     optional,
+    refuse_unknown,
 )
+from plantigrade.workflows.controller_options import WORDS, WalkOptions, assignments, given
 from plantigrade.workflows.settings import RecordingSettings
 
 LEARNED, POLICY = "learned", ".npz"
 """Controller name of the bundled policies, and the extension of policy files."""
-USED_BY = {
-    "stiffness": ("posture", "stable-pd"),
-    "stepping": ("balance",),
-    **dict.fromkeys(("speed", "path", "stoop", "then", "upper_body"), ("pendulum",)),
-}
-"""Options of a simulation that only some controllers use."""
 DRIVEN = ("torque_rise", "delay", "sensor_noise_deg")
 """Options of a simulation that need a controller that drives the joints."""
 
@@ -39,7 +35,6 @@ class SimulateSettings(RecordingSettings):
         "rate": (100, 20000, "1/s"),
         "control_rate": (1, 20000, "1/s"),
         "torque_rise": (0, 10, "s"),
-        "stiffness": (0, 100, "times what is usual"),
         "mass_error_pct": (-50, 100, "%"),
         "friction": (0.01, 10, ""),
         "delay": (0, 0.5, "s"),
@@ -55,20 +50,6 @@ class SimulateSettings(RecordingSettings):
     """passive, posture, balance, hybrid, stable-pd, replay, pendulum, learned or a policy.npz."""
     motion: Annotated[str | None, optional("NAME|FILE")] = None
     """Foot motion: tiptoe, tilt-inside, tilt-outside, circling, one-foot, jump, or a TOML file."""
-    speed: Annotated[str | None, optional("M/S[,M/S@S,…]")] = None
-    """pendulum: walking speed, with changes: 1.2,0.8@5,0@10; 0 stands."""
-    path: Annotated[str | None, optional("PATH")] = None
-    """pendulum: straight, bearing:DEG[,DEG@S,…] or points:X,Y/X,Y[/…]."""
-    stoop: Annotated[str | None, optional("CM[,CM@S,…]")] = None
-    """pendulum: by how much to lower the head [cm], with changes: 0,25@3,0@6."""
-    then: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, optional("FILE|RUN[@S]")] = ()
-    """pendulum: walk of a recording or run to switch to at a time; repeatable."""
-    upper_body: Annotated[
-        tuple[str, ...], tyro.conf.UseAppendAction, optional("FILE|RUN|NAME=DEG,…|recorded[@S]")
-    ] = ()
-    """pendulum: motion of spine, neck and arms from a time on; repeatable."""
-    stepping: Flag = False
-    """balance: take a step when balance in place is lost."""
     ground: OptionalWord = None
     """flat, slope:DEG, ramp:DEG, sphere:R, dome:CM, steps:CM, bumps:CM, tiles:CM, stones,
     tilting:DEG[,…]."""
@@ -90,8 +71,6 @@ class SimulateSettings(RecordingSettings):
     """Control and frame rate [Hz]; by default 100, for replay 500 with 100 frames."""
     torque_rise: float = 0.0
     """Time for joint torques to rise from zero to maximum [s]; 0 is instantaneous."""
-    stiffness: float = 1.0
-    """posture, stable-pd: joint stiffness; 1 is four times the joint's strength per radian."""
     load: float = 0.0
     """Backpack that the controller does not know of [kg]."""
     mass_error_pct: float = 0.0
@@ -106,6 +85,8 @@ class SimulateSettings(RecordingSettings):
     """Standard deviation of noise added to initial velocities [rad/s, m/s]."""
     seed: int = 0
     """Random seed."""
+    own: tyro.conf.Suppress[tuple[tuple[str, Any], ...]] = ()
+    """Options of the controller: name and value."""
 
     def __post_init__(self):
         """Refuse what the world would refuse, before any work."""
@@ -118,7 +99,6 @@ class SimulateSettings(RecordingSettings):
         self.refuse(("norms",), "on a simulation; give them to plantigrade report")
         usual = ("balance",) if self.motion else ("posture", "stable-pd", "replay")
         self.refuse_unused(*((self.controller,) if self.controller else usual))
-        self._check_walk()
         if (
             self.rate is not None
             and self.control_rate is not None
@@ -128,23 +108,95 @@ class SimulateSettings(RecordingSettings):
                 f"rate={self.rate:g} must be a whole multiple of control_rate={self.control_rate:g}"
             )
 
+    @classmethod
+    def of(cls, options: Any) -> "SimulateSettings":
+        """Return the settings among the options of a command, with those of its controller."""
+        plain = {f.name: getattr(options, f.name) for f in fields(cls) if f.name != "own"}
+        own = {**given(options), **assignments(options.set)}
+        return cls(**plain, own=tuple(sorted(own.items())))
+
+    @classmethod
+    def given(cls, what: str, settings: Any, options: Mapping[str, Any]) -> "SimulateSettings":
+        """Return settings with options, by name, in place of their fields.
+
+        Options that are none of a simulation are those of its controller, by dotted name;
+        ``controller_settings`` gives many at once.
+
+        Raises:
+            ParameterError: If there is no such option, or a value is not allowed.
+        """
+        plain = {f.name for f in fields(cls)} - {"own"}
+        own = {name: value for name, value in options.items() if name not in plain}
+        of_controller = own.pop("controller_settings", None)
+        if own or of_controller is not None:
+            from plantigrade.control.choices import having
+            from plantigrade.control.numbers import differences
+
+            if of_controller is not None:
+                own = {**differences(of_controller), **own}
+            unknown = [name for name in own if name not in WORDS and not having(name)]
+            refuse_unknown(what, unknown, (*sorted(plain), *WORDS))
+        changed = {name: value for name, value in options.items() if name in plain}
+        if own:
+            before = () if settings is None else settings.own
+            changed["own"] = tuple(sorted({**dict(before), **own}.items()))
+        return super().given(what, settings, changed)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of the controller that were given: value by name."""
+        return dict(self.own)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Settings of the controller that were given: value by dotted name."""
+        return {name: value for name, value in self.own if name not in WORDS}
+
+    @property
+    def words(self) -> WalkOptions:
+        """What a walk is commanded, in words."""
+        return WalkOptions(**{name: value for name, value in self.own if name in WORDS})
+
+    def plain(self) -> dict[str, Any]:
+        """Return the settings as ``metrics.json`` holds them: those of the controller beside."""
+        plain = super().plain()
+        del plain["own"]
+        return {**plain, **self.options}
+
     def refuse_unused(self, *controllers: str) -> None:
         """Refuse options that none of some controllers uses.
 
         Raises:
-            ParameterError: If there is one.
+            ParameterError: If there is one, or it cannot have such a value.
         """
-        for name, users in USED_BY.items():
-            if not set(users) & set(controllers):
-                self.refuse((name,), f"without controller={' or '.join(users)}")
+        if self.own:
+            self._check_own(controllers)
         if controllers == ("passive",):
             self.refuse(DRIVEN, "with controller=passive, which drives no joint")
 
-    def _check_walk(self) -> None:
-        """Refuse words that lead no walk."""
+    def _check_own(self, controllers: tuple[str, ...]) -> None:
+        """Refuse options of another controller, and values that cannot be."""
+        from plantigrade.control.choices import having, nearest, typed_setting
         from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 
-        for name, read in {"speed": speeds_of, "path": path_of, "stoop": depths_of}.items():
-            word = getattr(self, name)
+        own = self.options
+        for name, value in self.own:
+            users = ("pendulum",) if name in WORDS else having(name)
+            if not users:
+                raise ParameterError(f"no controller has a setting {name!r}{nearest(name)}")
+            if not set(users) & set(controllers):
+                raise ParameterError(
+                    f"{name} has no effect without controller={' or '.join(users)}"
+                )
+            if name not in WORDS:
+                word = next(word for word in controllers if word in users)
+                own[name] = typed_setting(word, name, value)
+        object.__setattr__(self, "own", tuple(sorted(own.items())))
+        words = self.words
+        for word, read in (
+            (words.speed, speeds_of),
+            (words.path, path_of),
+            (words.stoop, depths_of),
+        ):
             if word is not None:
                 read(word)

@@ -44,7 +44,7 @@ def styles_of(
         FitError: If a recording cannot be fitted.
     """
     walks = []
-    for word in how.then:
+    for word in how.words.then:
         what, time = timed(word, "walk to go over to", THEN)
         record = _found(what, human, how, step)
         try:
@@ -52,7 +52,7 @@ def styles_of(
         except ParameterError as error:
             raise ParameterError(f"then={word}: {error}") from error
         walks.append(Style(name=Path(what).stem, record=walk, time=time))
-    uppers = [_upper(word, human, how, step) for word in how.upper_body]
+    uppers = [_upper(word, human, how, step) for word in how.words.upper_body]
     known = [upper.name for upper in uppers]
     uppers += [
         Style(name=name, pose=_posed(human, angles))  # by hand

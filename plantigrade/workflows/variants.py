@@ -3,13 +3,15 @@
 import itertools
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, get_args, get_origin, get_type_hints
 
 from plantigrade.bounds import SEEDS
+from plantigrade.control.choices import having, typed_setting
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import number_of, refuse_unknown
+from plantigrade.workflows.controller_options import WORDS, WalkOptions
 from plantigrade.workflows.settings import RecordingSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
@@ -20,7 +22,7 @@ NOTHING = "none"
 """Word for no push, no rope, nothing said."""
 _FITTED = {f.name for f in fields(RecordingSettings)}
 OWN = tuple(f.name for f in fields(SimulateSettings) if f.name not in _FITTED)
-"""Options of a simulation alone."""
+"""Options of a simulation alone; ``own`` are those of its controller."""
 _PERSON = tuple(f.name for f in fields(Person))
 
 Variant = dict[str, Any]
@@ -42,8 +44,8 @@ def variants(
         ParameterError: If an option does not exist, is no word of its type or has a value twice,
             or there are too many combinations.
     """
-    allowed = (*OWN, *_PERSON) if standing else OWN
-    refuse_unknown("a batch", vary, allowed)
+    allowed = (*OWN, *_PERSON, *WORDS) if standing else (*OWN, *WORDS)
+    refuse_unknown("a batch", (name for name in vary if not having(name)), allowed)
     if not 1 <= seeds <= MOST or ("seed" in vary and seeds > 1):
         raise ParameterError(f"seeds={seeds} must be from 1 to {MOST}, and 1 where seed varies")
     if how.seed + seeds - 1 > SEEDS[1]:
@@ -75,7 +77,9 @@ def typed(name: str, value: Any) -> Any:
         >>> typed("stiffness", "0.5"), typed("push", "none"), typed("ground", "flat")
         (0.5, (), 'flat')
     """
-    hint = get_type_hints(SimulateSettings)[name]
+    if having(name):
+        return typed_setting(having(name)[0], name, value)
+    hint = (get_type_hints(SimulateSettings) | get_type_hints(WalkOptions))[name]
     several = get_origin(hint) is tuple
     if not isinstance(value, str):
         return () if several and value is None else value
@@ -101,10 +105,14 @@ def settings_of(
     changed, controller = dict(variant), None
     if callable(changed.get("controller")):
         controller = changed.pop("controller")
-    for name, value in changed.items():
-        if isinstance(getattr(how, name), tuple):
-            changed[name] = (*getattr(how, name), *((value,) if isinstance(value, str) else value))
-    return replace(how, **changed), controller
+    own = {name: changed.pop(name) for name in [*changed] if name in WORDS or having(name)}
+    for name, value in (*changed.items(), *own.items()):
+        before = getattr(how, name) if name in changed else getattr(how.words, name, None)
+        if isinstance(before, tuple):
+            table = changed if name in changed else own
+            table[name] = (*before, *((value,) if isinstance(value, str) else value))
+    given = SimulateSettings.given("a batch", how, {**changed, **own})
+    return given, controller
 
 
 def plain(variant: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.choices import CONTROLLERS, Situation
-from plantigrade.control.pendulum import PendulumSettings, walk_of
-from plantigrade.control.pendulum import Walker as Led
-from plantigrade.control.pendulum.landing_laws import LAWS
+from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
+from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.learn.controller import PolicyController, policy_named
 from plantigrade.options import shown
 from plantigrade.record import Record
+from plantigrade.workflows.controller_options import assignments
 from plantigrade.workflows.policies import is_policy, shipped
 from plantigrade.workflows.simulate_settings import LEARNED
 from plantigrade.world import AnyController, Controller, controller_from
@@ -107,8 +106,9 @@ def walks_as(controller: str | Make, record: Record) -> Walker:
 def make_named(word: str) -> Make:
     """Return the factory of a controller by its name.
 
-    A name of :data:`~plantigrade.control.choices.CONTROLLERS`; ``pendulum:LAW`` with a landing law;
-    ``learned`` or ``learned:FEET``, a policy of the package, and ``FILE.npz``, another policy; or
+    A name of :data:`~plantigrade.control.choices.CONTROLLERS`, also with settings of its own,
+    ``NAME:SETTING=VALUE;…``; ``pendulum:LAW`` with a landing law; ``learned`` or
+    ``learned:FEET``, a policy of the package, and ``FILE.npz``, another policy; or
     one from outside this package, ``FILE.py:NAME`` or ``package.module:NAME``: a function or
     class that is called with the walk (:class:`~plantigrade.record.Record`) and returns a
     controller.
@@ -120,10 +120,12 @@ def make_named(word: str) -> Make:
     name, colon, what = word.rpartition(":")
     if name == LEARNED or is_policy(word):
         return _Learned(word)
-    if name == "pendulum":
-        if what not in LAWS:
-            raise ParameterError(f"no landing law {what!r}; there are {', '.join(LAWS)}")
-        return _Law(what)
+    if name == "pendulum" and "=" not in what:
+        what = f"law={what}"
+    if name in CONTROLLERS:
+        values = assignments(what.split(";"))
+        CONTROLLERS[name].with_settings(values, name)
+        return _Named(name, tuple(values.items()))
     if word in CONTROLLERS:
         return _Named(word)
     if not colon or not name or not what:
@@ -135,16 +137,6 @@ def make_named(word: str) -> Make:
     if not callable(found):
         raise ParameterError(f"{word}: {name} has no function or class {what!r}")
     return _Outside(word, name, what)
-
-
-@dataclass(frozen=True)
-class _Law:
-    """Makes a pendulum with a landing law."""
-
-    law: str
-
-    def __call__(self, record: Record) -> Controller:
-        return Led(record, settings=PendulumSettings(law=self.law))
 
 
 @dataclass(frozen=True)
@@ -170,15 +162,16 @@ class _Learned:
 
 @dataclass(frozen=True)
 class _Named:
-    """Makes a controller of the package."""
+    """Makes a controller of the package, some of its settings changed."""
 
     name: str
+    values: tuple[tuple[str, str], ...] = ()
 
     def __call__(self, record: Record) -> Controller:
         at = Situation(
             human=record.human, ground=record.ground, motion=record.motion, record=record
         )
-        return CONTROLLERS[self.name](at)
+        return controller_named(self.name, at, dict(self.values))
 
 
 @dataclass(frozen=True)

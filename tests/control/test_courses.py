@@ -158,7 +158,7 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
     with pytest.raises(ParameterError, match="walk that is repeated"):
         Walker(walk_of(replace(walk, motion=part)), WalkCommand(speed=speeds_of("1.0")))
     with pytest.raises(ParameterError, match="no effect without controller=pendulum"):
-        SimulateSettings(speed="1.0")
+        SimulateSettings.given("simulate", None, {"speed": "1.0"})
 
 
 def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):

@@ -47,9 +47,11 @@ def test_words_have_a_time_behind_them():
 
 def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_on(walk):
     with pytest.raises(ParameterError, match="then has no effect without"):
-        SimulateSettings(then=("stroll.c3d@4",))
+        SimulateSettings.given("simulate", None, {"then": ("stroll.c3d@4",)})
     with pytest.raises(ParameterError, match="upper_body has no effect without"):
-        SimulateSettings(controller="balance", upper_body=("arm_flex_r=90",))
+        SimulateSettings.given(
+            "simulate", None, {"controller": "balance", "upper_body": ("arm_flex_r=90",)}
+        )
     run = Run(walk, "fit")
     with pytest.raises(ParameterError, match="needs a time"):
         pg.simulate(run, controller="pendulum", then=("stroll.c3d",))
@@ -71,7 +73,8 @@ def test_a_run_of_somebody_with_other_joints_is_refused(walk, tmp_path: Path):
     time, rest = np.arange(4.0), np.zeros((4, human.model.nv))
     stands = Record(human, Motion(time, qpos, rest, human.joint_names))
     folder = save(Run(stands, "fit", name="stands"), tmp_path / "stands").folder
-    how = SimulateSettings(controller="pendulum", then=(f"{folder}@1",))
+    given = {"controller": "pendulum", "then": (f"{folder}@1",)}
+    how = SimulateSettings.given("simulate", None, given)
     with pytest.raises(ParameterError, match="42 degrees of freedom, the one who walks has 40"):
         styles_of(walk.human, how, lambda word: pytest.fail(word))
 

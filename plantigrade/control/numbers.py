@@ -1,0 +1,127 @@
+"""The numbers of a controller's settings by dotted name, such as ``swing.clearance``.
+
+Settings are frozen dataclasses of numbers, and of further settings, one per component.
+"""
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cache
+from typing import Any
+
+from plantigrade.errors import ParameterError
+from plantigrade.options import number_of, refuse_unknown, shown
+
+SWITCH = {"true": True, "false": False}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One number, word or switch.
+
+    Attributes:
+        name: Its dotted name.
+        value: Its value.
+        meaning: What it is, with its unit and why it has this value.
+    """
+
+    name: str
+    value: Any
+    meaning: str
+
+
+def numbers_of(settings: Any, prefix: str = "") -> Iterator[Setting]:
+    """Yield all numbers of settings, those of components after their own."""
+    docs = meanings(type(settings))
+    parts = []
+    for each in fields(settings):
+        value = getattr(settings, each.name)
+        if is_dataclass(value):
+            parts.append((each.name, value))
+        else:
+            yield Setting(prefix + each.name, value, docs.get(each.name, ""))
+    for name, part in parts:
+        yield from numbers_of(part, f"{prefix}{name}.")
+
+
+def changed(settings: Any, values: Mapping[str, Any], what: str = "a controller") -> Any:
+    """Return settings in which some numbers have other values.
+
+    Args:
+        settings: The settings.
+        values: Value by dotted name; a word of the command line becomes what the setting takes.
+        what: What has them, for the message.
+
+    Raises:
+        ParameterError: If there is no such setting, or it cannot have such a value.
+    """
+    known = {each.name: each.value for each in numbers_of(settings)}
+    refuse_unknown(what, values, known)
+    for name, value in values.items():
+        settings = _changed(settings, name.split("."), _typed(name, value, known[name]))
+    return settings
+
+
+def differences(settings: Any) -> dict[str, Any]:
+    """Return the numbers that are not those of the class, by dotted name."""
+    default = {each.name: each.value for each in numbers_of(type(settings)())}
+    every = {each.name: each.value for each in numbers_of(settings)}
+    return {name: value for name, value in every.items() if value != default[name]}
+
+
+@cache
+def meanings(kind: type) -> dict[str, str]:
+    """Return the string under each field of a dataclass and of those it inherits."""
+    found: dict[str, str] = {}
+    for each in reversed(kind.__mro__):
+        if not is_dataclass(each):
+            continue
+        try:
+            (tree,) = ast.parse(textwrap.dedent(inspect.getsource(each))).body
+        except (OSError, TypeError, SyntaxError):  # made elsewhere than in a file
+            continue
+        body = getattr(tree, "body", [])
+        for field, text in zip(body, body[1:], strict=False):
+            if (
+                isinstance(field, ast.AnnAssign)
+                and isinstance(field.target, ast.Name)
+                and isinstance(text, ast.Expr)
+                and isinstance(text.value, ast.Constant)
+            ):
+                found[field.target.id] = " ".join(str(text.value.value).split())
+    return found
+
+
+def _changed(settings: Any, path: list[str], value: Any) -> Any:
+    name, *rest = path
+    if rest:
+        value = _changed(getattr(settings, name), rest, value)
+    return replace(settings, **{name: value})
+
+
+def _typed(name: str, value: Any, before: Any) -> Any:
+    """Return a value of the type that a setting has; a word becomes one."""
+    try:
+        if isinstance(before, bool):
+            given = SWITCH[value.lower()] if isinstance(value, str) else value
+            if isinstance(given, bool):
+                return given
+        elif isinstance(before, str):
+            if isinstance(value, str):
+                return value
+        elif isinstance(before, tuple):
+            given = value.split(",") if isinstance(value, str) else value
+            if len(given) == len(before):
+                return tuple(_typed(name, *pair) for pair in zip(given, before, strict=True))
+        elif not isinstance(value, bool):
+            kind = int if isinstance(before, int) else float
+            given = number_of(kind, value) if isinstance(value, str) else kind(value)
+            if given == given and abs(given) != float("inf"):
+                return given
+    except (ValueError, KeyError, TypeError, OverflowError):
+        pass
+    kinds = {bool: "true or false", str: "a word", tuple: "as many numbers", int: "a whole number"}
+    allowed = kinds.get(type(before), "a finite number")
+    raise ParameterError(f"{name} must be {allowed}, such as {shown(before)}, not {shown(value)}")
