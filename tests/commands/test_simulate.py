@@ -9,6 +9,7 @@ import pytest
 
 import plantigrade as pg
 from plantigrade.commands import main as cli
+from plantigrade.control.balance import BalanceSettings
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.workflows.live import prepare
@@ -80,6 +81,41 @@ def test_what_a_controller_says_of_itself_ends_with_a_fall():
     assert f"It had {ticks} ticks." in run.record.notes
     off = np.deg2rad(run.figures["tracking_error_rms_deg"])
     assert off == pytest.approx(run.figures["fell_at_s"] / np.sqrt(3.0), abs=0.02)
+
+
+def test_the_help_of_a_controller_has_its_own_options_and_every_setting(capsys):
+    assert cli.main(["simulate", "--controller", "balance", "--help"]) == 0
+    text = capsys.readouterr().out
+    assert "--stepping" in text and "--stoop" not in text and "--stiffness" not in text
+    assert "recovery.step.n_steps=3" in text and "Number of steps the planner looks ahead" in text
+    assert cli.main(["simulate", "--help"]) == 0
+    text = capsys.readouterr().out
+    assert "--stepping" not in text and "simulate --controller NAME --help" in text
+
+
+def test_every_number_of_a_controller_can_be_set_and_is_found_in_the_run(folder, capsys):
+    small = ["--rate", "300", "--joints", "42", "--feet", "rigid", "--duration", "0.1"]
+    words = ["simulate", *small, "--controller", "balance", "--set", "com_gain=60", "--out", "run"]
+    assert cli.main([*words, "--set", "recovery.step.swing_durations=.2,.3,.4,.5"]) == 0
+    settings = Run.load(folder / "run").metrics["settings"]
+    assert settings["com_gain"] == 60.0 and "com_damping" not in settings
+    numbers = settings["controller_settings"]
+    assert numbers["com_gain"] == 60.0 and numbers["com_damping"] == 14.0
+    assert numbers["recovery.step.swing_durations"] == [0.2, 0.3, 0.4, 0.5]
+    options = {"rate": 300.0, "joints": "42", "feet": "rigid", "duration": 0.1}
+    how = replace(BalanceSettings(), recovery=replace(BalanceSettings().recovery, crouch=0.05))
+    run = pg.simulate(controller="balance", controller_settings=how, **options)
+    assert run.provenance.settings["recovery.crouch"] == 0.05
+    for given, said in (
+        ("com_gain=much", "com_gain must be a finite number, such as 50"),
+        ("com_gain=nan", "com_gain must be a finite number"),
+        ("com_gian=60", "no controller has a setting 'com_gian'; did you mean 'com_gain'?"),
+        ("com_gain", "give each setting once, as NAME=VALUE"),
+        ("swing.clearance=0.1", "swing.clearance has no effect without controller=pendulum"),
+        ("recovery.step.swing_durations=.2,.3", "must be as many numbers, such as (0.22"),
+    ):
+        assert cli.main(["simulate", "--controller", "balance", "--set", given]) == 2
+        assert said in capsys.readouterr().err
 
 
 def test_an_option_its_usual_controller_ignores_is_refused():
