@@ -8,6 +8,7 @@ import pytest
 import plantigrade as pg
 from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture
+from plantigrade.control.choices import ControllerKind
 from plantigrade.errors import ParameterError
 from plantigrade.live import frame
 from plantigrade.live import session as live
@@ -239,7 +240,10 @@ def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypa
     stage = Stage(stage.first, Otherwise(), how)
     monkeypatch.setattr(
         "plantigrade.control.choices.CONTROLLERS",
-        {"posture": lambda at: Posture(), "fast": lambda at: Fast()},
+        {
+            "posture": ControllerKind(lambda at: Posture()),
+            "fast": ControllerKind(lambda at: Fast()),
+        },
     )
     session = Session(stage, stage.choice)
     session.advance(0.1)
