@@ -69,7 +69,7 @@ def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():
     assert way.started(PathSettings()).heading(0.0, 1.0, 0.0) == pytest.approx(0.0)
 
 
-def test_a_walk_is_slower_before_corners_and_who_is_to_turn_round_is_slow():
+def test_the_speed_limit_falls_before_corners_and_for_turning_round():
     way = path_of("points:6,0/6,4/6,0")
     assert way.heading(0.0, 0.0, 0.0) == 0.0
     before = [way.speed_limit(x, 0.0, 0.0) for x in (0.0, 2.0, 3.0, 3.9)]
@@ -85,7 +85,7 @@ def test_a_walk_is_slower_before_corners_and_who_is_to_turn_round_is_slow():
 
 
 @pytest.mark.parametrize("word", ["points:4,0/4,2", "points:-2,0"])
-def test_corners_are_walked_round_and_who_walks_to_points_behind_arrives(walk, world_of, word):
+def test_corners_are_walked_round_and_points_behind_are_reached(walk, world_of, word):
     led = Walker(walk, WalkCommand(path=path_of(word)))
     world = world_of(led)
     state = world.reset()
@@ -122,7 +122,7 @@ def test_a_walk_that_cuts_a_corner_or_overshoots_it_says_so(walk, world_of):
     assert led.summary().figures["astray_max_m"] == pytest.approx(0.7, abs=0.15)
 
 
-def test_who_is_at_a_point_of_the_way_does_not_circle_about_it():
+def test_a_point_where_the_walk_is_already_is_no_part_of_its_path():
     for word in ("points:0,0", "points:0,0/0,0"):
         assert path_of(word).heading(0.0, 0.5, 0.0) is None  # it stands
     way = path_of("points:0,0/4,0/4,0/4,3")
@@ -161,7 +161,7 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
         SimulateSettings.given("simulate", None, {"speed": "1.0"})
 
 
-def test_who_stoops_is_lower_by_about_as_much_and_comes_up_again(walk):
+def test_a_crouch_lowers_head_and_mass(walk):
     human, crouch = walk.human, Crouch.of(walk.human, CrouchSettings(max_depth_cm=25.0))
     stands, bent = State(human, human.standing()), np.array(human.standing())
     bent[7:] += crouch.angles

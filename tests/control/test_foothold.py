@@ -5,9 +5,9 @@ import pytest
 
 from plantigrade.contact.ground import Ground, HeightField, Step
 from plantigrade.control.gait.phase import Foot
-from plantigrade.control.pendulum.foothold import FootholdSettings, Sole
+from plantigrade.control.pendulum.ground import GroundSettings, Sole
 
-LEG, SETTINGS = 0.9, FootholdSettings()
+LEG, SETTINGS = 0.9, GroundSettings()
 X = np.array([1.0, 0.0])
 
 

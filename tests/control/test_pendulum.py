@@ -51,74 +51,59 @@ def begun(walk, world_of):
     return controller, world, state
 
 
-def test_a_stride_is_closed_and_what_repeats_itself_or_has_no_stride_is_left_alone(walk):
+def test_a_stride_is_closed_and_a_walk_without_one_is_walked_once(walk):
     motion = walk.motion
     np.testing.assert_allclose(motion.qpos[-1, 3:], motion.qpos[0, 3:], atol=1e-9)
     assert motion.qpos[-1, 0] - motion.qpos[0, 0] == pytest.approx(1.2 * motion.duration, rel=0.1)
     assert walk_of(walk) is walk
-    part = walk.motion.frames(np.arange(walk.motion.n_frames // 3))
-    whole = walk_of(replace(walk, motion=part))
-    assert "walked once, unchanged" in whole.notes[-1]
-    once = Pendulum(whole)
-    assert once.duration == part.duration and Pendulum(walk).duration == 10.0
-    run = simulate(
-        Run(replace(whole, notes=("Of before.",)), "fit"), controller="pendulum", duration=0.01
-    )
-    assert "walked once, unchanged" in run.record.notes[0] and "Of before." not in run.record.notes
+    part = motion.frames(np.arange(motion.n_frames // 3))
+    once = walk_of(replace(walk, motion=part))
+    assert len(once.notes) == len(walk.notes) + 1
+    assert Pendulum(once).duration == part.duration
+    assert Pendulum(walk).duration == SETTINGS.duration
+    before = Run(replace(once, notes=("Of before.",)), "fit")
+    notes = simulate(before, controller="pendulum", duration=0.01).record.notes
+    assert once.notes[-1] in notes and "Of before." not in notes
 
 
-def test_the_mass_of_a_walk_that_repeats_itself_moves_as_its_feet_can_make_it(walk):
+def over_ground(reference):
+    """Return centre of mass, its velocity and acceleration, and centre of pressure [m]."""
+    rows = reference.rows
+    fields = rows.com, rows.com_velocity, rows.com_acceleration, rows.cop
+    return (each[:, :2] for each in fields)
+
+
+def test_the_mass_of_a_periodic_walk_moves_as_its_feet_can_bear_it(walk):
     recorded = reference_of(walk_of(walk))
     found = with_feasible_com(recorded)
-    n = len(found.table) - 1
-    rows = found.rows
-    com, velocity, acceleration, pressure = (
-        rows.com,
-        rows.com_velocity,
-        rows.com_acceleration,
-        rows.cop,
-    )
-    np.testing.assert_allclose(
-        acceleration[:n, :2], found.omega**2 * (com - pressure)[:n, :2], atol=1e-9
-    )
+    com, velocity, acceleration, cop = over_ground(found)
+    n = len(com) - 1
+    np.testing.assert_allclose(acceleration[:n], found.omega**2 * (com - cop)[:n], atol=1e-9)
     for value, rate in ((com, velocity), (velocity, acceleration)):  # one motion, and it closes
         gone = STEP * np.cumsum(0.5 * (rate[1:n] + rate[: n - 1]), axis=0)
-        np.testing.assert_allclose((value[1:n] - value[0])[:, :2], gone[:, :2], atol=2e-3)
-    np.testing.assert_allclose(com[-1, :2] - com[0, :2], found.advance[:2], atol=1e-9)
-    # What was recorded is where it was, and pushed itself where there was no foot.
-    was = recorded.rows.com
-    assert np.abs(com - was)[:, :2].max() < 0.04
-    np.testing.assert_array_equal(com[:, 2], was[:, 2])
+        np.testing.assert_allclose(value[1:n] - value[0], gone, atol=2e-3)
+    np.testing.assert_allclose(com[-1] - com[0], found.advance[:2], atol=1e-9)
+    assert np.abs(found.rows.com - recorded.rows.com).max(axis=0) == pytest.approx(0.0, abs=0.04)
+    np.testing.assert_array_equal(found.rows.com[:, 2], recorded.rows.com[:, 2])
 
 
-def test_the_mass_of_a_walk_that_is_done_once_does_so_between_its_ends(walk):
+def test_the_mass_of_a_walk_that_ends_does_so_between_its_ends(walk):
     motion = walk_of(walk).motion
     part = replace(walk, motion=motion.frames(np.arange(4 * motion.n_frames // 5)))
     recorded = reference_of(part, lands=True)
     found = with_feasible_com(recorded)
     assert recorded.period is None and not recorded.ends
-    rows = found.rows
-    com, was, velocity, acceleration, pressure = (
-        each[:, :2]
-        for each in (
-            rows.com,
-            recorded.rows.com,
-            rows.com_velocity,
-            rows.com_acceleration,
-            rows.cop,
-        )
-    )
+    (was, *_), (com, velocity, acceleration, cop) = map(over_ground, (recorded, found))
     np.testing.assert_array_equal(com[[0, -1]], was[[0, -1]])
     assert np.abs(com - was).max() < 0.04
-    np.testing.assert_allclose(acceleration, found.omega**2 * (com - pressure), atol=1e-9)
+    np.testing.assert_allclose(acceleration, found.omega**2 * (com - cop), atol=1e-9)
     np.testing.assert_allclose(np.gradient(com, STEP, axis=0), velocity, atol=1e-9)
     again = np.diff(com, 2, axis=0) / STEP**2
     np.testing.assert_allclose(again, acceleration[1:-1], atol=1e-6)
     # It was cut off in a step; the foot that swung then is down at the end.
-    last = [found.schedule.standing(side, found.duration - 1e-3) for side in SIDES]
-    assert None not in last
-    swings = reference_of(part).schedule
-    assert None in [swings.standing(side, found.duration - 1e-3) for side in SIDES]
+    for schedule, down in ((found.schedule, True), (reference_of(part).schedule, False)):
+        stances = [schedule.standing(side, found.duration - 1e-3) for side in SIDES]
+        assert (None not in stances) == down
 
 
 def test_the_first_step_lands_where_it_was_planned_and_is_drawn(begun):

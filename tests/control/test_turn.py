@@ -75,7 +75,7 @@ def test_a_turn_to_the_right_is_the_mirrored_one():
     assert right.predicted(0.3) == pytest.approx([-x for x in left.predicted(0.3)])
 
 
-def test_who_goes_straight_on_leans_nowhere():
+def test_a_walk_straight_on_leans_nowhere():
     turn = Turn()
     turn.update(0.0, SPEED, DURATION, OMEGA, STEP)
     assert (turn.rate, turn.predicted(0.5)) == (0.0, PredictedTurn())

@@ -1,4 +1,4 @@
-"""What a walk is commanded: speed, path and crouch over time, other walks and upper bodies."""
+"""The command of a walk: speed, path and crouch over time, other walks and upper bodies."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ class Style:
     """Another walk of the same person, or another motion or pose of their upper body.
 
     Attributes:
-        name: What it is called.
+        name: Its name.
         record: The walk or motion; None where it is a pose.
         pose: The pose.
         time: When it begins [s]; None if only by hand.
@@ -29,15 +29,15 @@ class Style:
 
 @dataclass(frozen=True, kw_only=True)
 class WalkCommand:
-    """What a walk is commanded.
+    """The command of a walk.
 
     Attributes:
         speed: Desired speed [m/s]; as recorded if absent.
-        path: Where to; straight on if absent.
+        path: Desired path; straight on if absent.
         stoop: Lowering of the head [cm]; as recorded if absent.
         own: Name of the recorded walk.
         walks: Other walks of the same person, and when they begin.
-        uppers: What spine, neck and arms do instead, and from when on.
+        uppers: Other motions and poses of spine, neck and arms, and when they begin.
     """
 
     speed: Timed | None = None
@@ -56,7 +56,7 @@ class WalkCommand:
 
     @property
     def changes(self) -> tuple[tuple[str, float], ...]:
-        """What changes, and when [s]; of speeds, bearings and stoops the last."""
+        """Changes and their times [s]; of speeds, bearings and stoops the last."""
         kept = {"a speed": self.speed, "a bearing": self.path, "a stoop": self.stoop}
         found = [(name, max(each.times)) for name, each in kept.items() if each is not None]
         styles = (("another walk", self.walks), ("another upper body", self.uppers))

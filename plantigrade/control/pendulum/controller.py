@@ -53,9 +53,9 @@ class Pendulum(Controller):
     Attributes:
         footstep: The next footstep; None in double support.
         footfalls: Touchdowns of the last simulation.
-        position: Of the centre of mass over the ground [m].
+        position: Position of the centre of mass over the ground [m].
         soles: Contact spheres over the ground.
-        foot_positions: Of both feet, right first [m].
+        foot_positions: Positions of both feet, right first [m].
         foot_bodies: Bodies of both feet, likewise.
 
     Raises:
@@ -141,7 +141,7 @@ class Pendulum(Controller):
                 f"in the world has {world.human.model.nv}"
             )
         own = self.settings
-        self.ground = LocalGround(self.person, world.ground, own.foothold.slope_distance)
+        self.ground = LocalGround(self.person, world.ground, own.ground.slope_distance)
         self._friction = own.gait.contact.friction_fraction * world.ground.friction
         # Passive damping holds a light toe back within a tick, as inertia does.
         rest = np.zeros(len(state.rates))

@@ -116,7 +116,7 @@ class CrouchControl:
 
         Args:
             x: How far ahead that is [m].
-            speed: Of the walk [m/s].
+            speed: Speed of the walk [m/s].
         """
         behind = self.settings.barrier_distance
         before = behind + speed * self._greatest / self.settings.speed

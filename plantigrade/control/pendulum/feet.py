@@ -8,9 +8,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.tasks import turn_error
-from plantigrade.control.pendulum.foothold import Sole
 from plantigrade.control.pendulum.footstep import Footstep
-from plantigrade.control.pendulum.ground import LocalGround, Soles
+from plantigrade.control.pendulum.ground import LocalGround, Sole, Soles
 from plantigrade.control.pendulum.plan import StepPlan
 from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
 from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
@@ -23,10 +22,10 @@ class Feet:
     """The feet of a walk.
 
     Args:
-        plan: Of its steps.
+        plan: Step plan.
         ground: Under the feet.
-        tasks: Of the whole body.
-        positions: Of the feet, right and left [m].
+        tasks: Whole-body tasks.
+        positions: Positions of the feet, right and left [m].
     """
 
     def __init__(
@@ -41,7 +40,7 @@ class Feet:
         self._feet, self._hips = (
             np.array([human.body(f"{bone}_{side}") for side in SIDES]) for bone in ("foot", "femur")
         )
-        self._soles = [Sole(self.leg, foot.left, plan.settings.foothold) for foot in plan.gait.feet]
+        self._soles = [Sole(self.leg, foot.left, plan.settings.ground) for foot in plan.gait.feet]
         self._paths = [SwingPath(self.leg, self.settings) for _ in SIDES]
         self._lift = np.zeros(len(SIDES))
         for path, position in zip(self._paths, positions, strict=True):
@@ -60,7 +59,7 @@ class Feet:
         falls.
 
         Args:
-            positions: Of the feet [m].
+            positions: Positions of the feet [m].
             load: On each [N].
             footstep: The planned one.
             step: Time since the last call [s].
@@ -88,7 +87,7 @@ class Feet:
 
         Args:
             i: Which foot.
-            positions: Of the feet [m].
+            positions: Positions of the feet [m].
             ahead: Where it points, over the ground.
             footstep: The planned one.
         """
@@ -116,7 +115,7 @@ class Feet:
             i: Which foot.
             ref: The reference at the phase of the gait.
             rate: Rate of the phase.
-            positions: Of the feet [m].
+            positions: Positions of the feet [m].
             com: Centre of mass [m].
             footstep: The planned one.
             overlap: Greatest depth of one leg in the other in the recording [m].

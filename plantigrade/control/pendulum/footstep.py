@@ -58,13 +58,13 @@ class Reach(FootstepLimits):
         reach: How far and fast a leg reaches.
         max_descent: Greatest downward acceleration of the body [m/s²].
         stance_foot_size: Half axes of the ellipse around the stance foot [leg lengths].
-        foot_velocity: Of the swing foot [m/s].
+        foot_velocity: Velocity of the swing foot [m/s].
         hip: Hip of the swing leg, from the centre of mass [m].
         hip_height: Its height above the ankle at the reference's touchdown [m].
         hip_rise: Its vertical velocity [m/s].
-        offset: Of the swing foot from the reference [m].
+        offset: Offset of the swing foot from the reference [m].
         offset_velocity: Its rate [m/s].
-        leg_momentum: Of a swing leg (:class:`~plantigrade.control.gait.person.Person`).
+        leg_momentum: Angular momentum of a swing leg, as the person has it.
         may_cross: Whether the feet may cross; those of a walk that turns do not.
         hips: Hip at each time, from the stance foot [m].
         spans: Reach on the ground from there [m]; any distance if absent.
@@ -114,7 +114,7 @@ class Reach(FootstepLimits):
             \approx \kappa (d \, e^{\omega T / 2} - \frac{\dot d_0}{\omega} e^{\omega T}).
 
         Args:
-            offset: Of the footstep without it [m].
+            offset: Offset of the footstep without it [m].
             time: To touchdown [s].
             omega: Root of gravity by height [1/s].
         """
@@ -169,7 +169,7 @@ class Reach(FootstepLimits):
         It goes along a cubic, whose acceleration is greatest at its ends.
 
         Args:
-            offset: Of the footstep [m].
+            offset: Offset of the footstep [m].
             left: Time to touchdown [s].
         """
         away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
@@ -198,7 +198,7 @@ def next_footstep(
         law: The landing law.
         com: The mass now [m].
         velocity: Its velocity [m/s].
-        pivot: Of the pendulum until touchdown [m].
+        pivot: Pivot of the pendulum until touchdown [m].
         stance_foot: Position of the stance foot [m].
         time: To the reference's touchdown [s].
         reference: The reference then.

@@ -52,7 +52,7 @@ class Frame:
         Args:
             ahead: Its position along x [m].
             left: And along y [m].
-            angle: Of the turn, to the left [rad].
+            angle: Angle of the turn, to the left [rad].
         """
         local = np.array([ahead, left])
         point = self.origin + self.turn[:2, :2] @ local

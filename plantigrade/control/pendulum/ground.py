@@ -1,5 +1,11 @@
-"""The ground around a person: height, slope, and the gaps under their soles."""
+"""The ground around a person: height and slope, gaps under soles, and better footsteps.
 
+A foot that lands half on an edge along it rolls over that edge; people put it beside. An edge
+across it does little harm: heel and ball are far apart, and the foot lies on both.
+"""
+
+from dataclasses import dataclass
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -7,8 +13,41 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.person import Person
+from plantigrade.control.gait.phase import Foot
 from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.kinematics.state import State
+
+AHEAD = np.array([1.0, 0.0])  # where a foot points at touchdown
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroundSettings:
+    """Slope around a person, soles, and the search for better footsteps; values were chosen."""
+
+    sole_points: tuple[float, float, float] = (-0.07, 0.05, 0.17)
+    """Heel, middle and ball of a sole ahead of the ankle [leg lengths]."""
+    sole_half_width: float = 0.045
+    """Half the width of a sole [leg lengths]."""
+    max_tilt: tuple[float, float] = (0.15, 0.4)
+    """Greatest tilt of a sole with the ground, sideways and along it [rad]: over an edge the ankle
+    keeps it level."""
+    tilt_scale: tuple[float, float] = (0.12, 0.3)
+    """Tilts of the ground, sideways and along the sole, that cost 1 [rad]."""
+    shift_scale: tuple[float, float] = (0.09, 0.06)
+    """Shifts of a footstep ahead and sideways that cost 1 [leg lengths]."""
+    shifts_ahead: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
+    """Shifts ahead that are tried [leg lengths]."""
+    shifts_sideways: tuple[float, ...] = (-0.07, -0.035, 0.0, 0.035, 0.07)
+    """Shifts sideways that are tried [leg lengths]."""
+    hysteresis: float = 0.3
+    """Cost by which another shift must be better than the last."""
+    commitment_time: float = 0.1
+    """Time before touchdown from which the shift stays as it is [s]."""
+    slope_distance: float = 0.3
+    """Distance around the person over which height and slope of the ground are taken [leg
+    lengths]."""
+    min_lateral_distance: float = 0.1
+    """Least lateral distance of feet that a shift may lead to [leg lengths]."""
 
 
 class Soles(NamedTuple):
@@ -76,3 +115,127 @@ class LocalGround:
         low = centre - radius * normals
         height = (low @ self.normal - self.ground.under(low)) * (normals @ self.normal)
         return Soles(low, height, normals)
+
+
+class Sole:
+    """One foot, and the ground under it.
+
+    Args:
+        leg: Length of the leg [m].
+        left: 1 for the left foot, -1 for the right.
+        settings: Settings of sole and search.
+    """
+
+    def __init__(self, leg: float, left: float, settings: GroundSettings | None = None):
+        self.settings = own = settings or GroundSettings()
+        self.leg, self.left = leg, left
+        self._normal, self._shift = np.array([0.0, 0.0, 1.0]), np.zeros(2)
+        width = own.sole_half_width
+        self._points = leg * np.array([(x, y) for x in own.sole_points for y in (width, -width)])
+        self._length = leg * (own.sole_points[2] - own.sole_points[0])
+        self._width = 2.0 * leg * width
+        self._scale = leg * np.array(own.shift_scale)
+        self._tried = leg * np.array(
+            [(x, y) for x in own.shifts_ahead for y in own.shifts_sideways]
+        )
+        self._cost = ((self._tried / self._scale) ** 2).sum(axis=1)
+
+    def heights(
+        self, ground: Ground | Terrain, ankles: Float[Array, "n 2"], ahead: Float[Array, " 2"]
+    ) -> Float[Array, "n 3 2"]:
+        """Return heights of the ground under heel, middle and ball, left and right [m].
+
+        Args:
+            ground: The ground.
+            ankles: Positions of the ankle [m].
+            ahead: Where the foot points, of length one.
+        """
+        axes = np.array([ahead, [-ahead[1], ahead[0]]])
+        points = np.zeros((len(ankles), len(self._points), 3))
+        points[:, :, :2] = ankles[:, None] + self._points @ axes
+        normal = ground.normal
+        height = (ground.under(points) - points @ normal) / normal[2]
+        return height.reshape(-1, len(self.settings.sole_points), 2)
+
+    def normal(
+        self,
+        ground: Ground | Terrain,
+        foot: Foot,
+        phase: float,
+        ankle: Float[Array, " 3"],
+        ahead: Float[Array, " 2"],
+        footstep: Float[Array, " 2"] | None,
+    ) -> Float[Array, " 3"]:
+        """Return the normal of the sole: in stance, or on the way from there to the footstep.
+
+        Args:
+            ground: The ground.
+            foot: The foot.
+            phase: Phase of the gait [s].
+            ankle: Its position [m].
+            ahead: Where the foot points, over the ground.
+            footstep: Where it will land; None if that is not planned [m].
+        """
+        if foot.stands:
+            ahead = ahead / max(hypot(*ahead), 1e-6)
+            self._normal, self._shift = self.under(ground, ankle[:2], ahead), np.zeros(2)
+            return self._normal
+        if footstep is None:
+            return self._normal
+        duration = max(foot.touchdown - foot.lifted, 1e-3)
+        part = min(max((phase - foot.lifted) / duration, 0.0), 1.0)
+        normal = (1.0 - part) * self._normal + part * self.under(ground, footstep, AHEAD)
+        return normal / np.linalg.norm(normal)
+
+    def under(
+        self, ground: Ground | Terrain, ankle: Float[Array, " 2"], ahead: Float[Array, " 2"]
+    ) -> Float[Array, " 3"]:
+        """Return the normal of a sole that lies on the ground.
+
+        It rests on what is highest under heel and ball; sideways it follows the ground a little.
+
+        Args:
+            ground: The ground.
+            ankle: Position of the ankle [m].
+            ahead: Where the foot points, of length one.
+        """
+        height = self.heights(ground, ankle[None], ahead)[0]
+        top, (max_roll, max_pitch) = height.max(axis=1), self.settings.max_tilt
+        pitch = float(top[2] - top[0]) / self._length
+        roll = float((height[:, 0] - height[:, 1]).mean()) / self._width
+        pitch, roll = min(max(pitch, -max_pitch), max_pitch), min(max(roll, -max_roll), max_roll)
+        x, y = ahead.tolist()
+        normal = np.array([-pitch * x + roll * y, -pitch * y - roll * x, 1.0])
+        return normal / np.linalg.norm(normal)
+
+    def shift(
+        self,
+        ground: Ground | Terrain,
+        footstep: Float[Array, " 2"],
+        other: Float[Array, " 2"],
+        time: float,
+    ) -> Float[Array, " 2"]:
+        """Return how far from a planned footstep the foot lands better [m].
+
+        Args:
+            ground: The ground.
+            footstep: As planned for balance [m].
+            other: The other foot [m].
+            time: To touchdown [s].
+        """
+        own = self.settings
+        if time < own.commitment_time:
+            return self._shift
+        tried = np.vstack([self._tried, self._shift])
+        height = self.heights(ground, footstep + tried, AHEAD)
+        roll = np.abs(height[:, :, 0] - height[:, :, 1]).max(axis=1) / self._width
+        top = height.max(axis=2)
+        pitch = np.abs(top[:, 2] - top[:, 0]) / self._length
+        cost = (roll / own.tilt_scale[0]) ** 2 + (pitch / own.tilt_scale[1]) ** 2
+        cost[:-1] += self._cost
+        cost[-1] += ((self._shift / self._scale) ** 2).sum() - own.hysteresis
+        apart = self.left * (footstep[1] - other[1])
+        inward = apart + self.left * tried[:, 1] < min(own.min_lateral_distance * self.leg, apart)
+        cost[inward] = np.inf
+        self._shift = tried[int(np.argmin(cost))]
+        return self._shift

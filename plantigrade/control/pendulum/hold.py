@@ -21,7 +21,7 @@ class CommandHold:
         nv: Coordinates of the person.
 
     Attributes:
-        samples: Of the soles in a tick.
+        samples: Samples of the soles in a tick.
         qacc: Accelerations by the last command.
     """
 

@@ -37,7 +37,7 @@ def linear_pendulum(
     as much as that takes: the pendulum of variable length that keeps its height is linear.
 
     Args:
-        position: Of the mass, horizontal [m].
+        position: Position of the mass, horizontal [m].
         velocity: Its velocity [m/s].
         pivot: Lower end of the leg [m].
         omega: Root of gravity by height [1/s].
@@ -70,7 +70,7 @@ def leg_length(
     minus signs.)
 
     Args:
-        height: Of the mass over the stance foot [m].
+        height: Height of the mass over the stance foot [m].
         trailing: Angle of the stance leg, positive where the mass is ahead [rad].
         leading: Angle of the leg that strikes, positive where the foot is ahead [rad].
         slope: How far the ground rises that way [rad].
@@ -91,10 +91,10 @@ def energy_after_strike(
     :math:`\frac12\omega_2^2 + \frac gr \cos\theta_2`.
 
     Args:
-        speed: Of the mass before the strike [m/s].
+        speed: Speed of the mass before the strike [m/s].
         trailing: Angle of the leg that stood [rad].
         leading: Angle of the leg that strikes [rad].
-        length: Of that leg [m].
+        length: Length of that leg [m].
     """
     rate = speed_after_strike(speed, trailing + leading) / length
     return np.asarray(0.5 * rate**2 + GRAVITY / length * np.cos(leading))
@@ -109,9 +109,9 @@ def landing_angle(
     paper names a Runge–Kutta method, which integrates and finds no roots.)
 
     Args:
-        speed: Of the mass before the strike, in the direction of the step [m/s].
+        speed: Speed of the mass before the strike, in the direction of the step [m/s].
         trailing: Angle of the stance leg [rad].
-        height: Of the mass over the stance foot [m].
+        height: Height of the mass over the stance foot [m].
         energy: Desired :func:`energy_after_strike` [1/s²].
         slope: How far the ground rises that way [rad].
 

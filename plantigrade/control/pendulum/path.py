@@ -3,6 +3,7 @@
 Paths are in the plane of the ground from where the walk starts: x ahead, y to the left.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import atan2, cos, hypot, inf, pi, remainder, sin, sqrt, tan
 
@@ -58,7 +59,7 @@ class PathSettings:
 
         Args:
             inside: How far inside of it the turn begins [m].
-            angle: Of the turn [rad].
+            angle: Angle of the turn [rad].
         """
         nearer = 1.0 - cos(angle)
         room = max(inside, 0.0) + self.tolerated_deviation
@@ -137,39 +138,48 @@ def depths_of(word: str, settings: CrouchSettings | None = None) -> Timed:
     return found
 
 
-@dataclass(frozen=True)
-class Bearings:
-    """A path in a direction, straight on.
+class Path(ABC):
+    """A path to be walked.
 
     Attributes:
+        times: When it changes, whatever the walk does, the start with it [s].
+    """
+
+    times: tuple[float, ...] = (0.0,)
+
+    def started(self, settings: PathSettings) -> "Path":
+        """Return the path for a walk that starts."""
+        return self
+
+    @abstractmethod
+    def heading(self, time: float, x: float, y: float) -> float | None:
+        """Return the desired heading [rad]; None at the end."""
+
+    def speed_limit(self, x: float, y: float, heading: float) -> float:
+        """Return the greatest speed that keeps to the path [m/s]."""
+        return inf
+
+    def deviation(self, x: float, y: float) -> float | None:
+        """Return the distance from the path [m]; None if it goes on from wherever it is."""
+        return None
+
+
+class Bearings(Path):
+    """A path in a direction, straight on.
+
+    Args:
         angles: The direction, to the left of the first one [deg].
     """
 
-    angles: Timed
-
-    @property
-    def times(self) -> tuple[float, ...]:
-        """When it changes, the start with it [s]."""
-        return self.angles.times
-
-    def started(self, settings: PathSettings) -> "Bearings":
-        """Return the path for a walk that starts."""
-        return self
+    def __init__(self, angles: Timed):
+        self.angles, self.times = angles, angles.times
 
     def heading(self, time: float, x: float, y: float) -> float | None:
         """Return the desired heading [rad]."""
         return self.angles.at(time) * pi / 180.0
 
-    def speed_limit(self, x: float, y: float, heading: float) -> float:
-        """Return infinity: a walk turns to a bearing at any speed."""
-        return inf
 
-    def deviation(self, x: float, y: float) -> float | None:
-        """Return None: a bearing is kept from wherever a walk has turned to it."""
-        return None
-
-
-class Waypoints:
+class Waypoints(Path):
     """A path from point to point that ends at the last.
 
     The leg between two points is followed, not only the next point: a person who was pushed aside
@@ -181,7 +191,6 @@ class Waypoints:
 
     Attributes:
         points: The start and the points [m].
-        times: When the path changes, whatever the walk does: never but at the start [s].
     """
 
     def __init__(
@@ -192,7 +201,7 @@ class Waypoints:
         for point in points:
             if hypot(point[0] - kept[-1][0], point[1] - kept[-1][1]) >= RESOLUTION:
                 kept.append(point)
-        self.points, self.times = tuple(kept), (0.0,)
+        self.points = tuple(kept)
         self._leg = 1
         legs = np.diff(np.array(self.points), axis=0)
         self._angle = [atan2(y, x) for x, y in legs.tolist()]
@@ -249,7 +258,7 @@ class Waypoints:
         Args:
             x: Position [m].
             y: Likewise.
-            heading: Of the walk [rad].
+            heading: Heading of the walk [rad].
         """
         own, i = self.settings, self._leg - 1
         if i >= len(self._length):
@@ -271,9 +280,6 @@ class Waypoints:
         (x0, y0), angle = self.points[self._leg - 1], self._angle[self._leg - 1]
         c, s = cos(angle), sin(angle)
         return c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
-
-
-Path = Bearings | Waypoints
 
 
 def _distance(

@@ -58,14 +58,14 @@ class StepPlan:
         reference: The walk.
         person: The person.
         step: Time from one tick to the next [s].
-        settings: Of the controller.
+        settings: The numbers of the controller.
 
     Attributes:
         dcm_error: Error of the divergent component of motion, world [m].
         offset: Load-weighted offset of the stance feet from the reference, world [m].
         cop_offset: Offset of the centre of pressure for feet that stood before a turn, world [m].
         line: Offset of the line of the walk, ahead and to the left, that it keeps, world [m].
-        lowering: Of the body, for legs to reach their footsteps [m].
+        lowering: Lowering of the body, for legs to reach their footsteps [m].
         turn_rate: Rate of turn, to the left [rad/s].
         predicted_turn: Returns the turn until a touchdown in a time [s].
         foot_angle: Rotation of the swing foot into the turn [rad].

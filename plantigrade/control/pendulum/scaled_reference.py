@@ -32,7 +32,7 @@ class ScaledReference:
         step_scale: Length of steps [recorded steps].
         cadence: Steps in a time, by the recorded ones.
         crouch: The crouched posture; None if it is as recorded.
-        upper: Of spine, neck and arms; None if as recorded.
+        upper: Upper of spine, neck and arms; None if as recorded.
         transition: From the walk before, as long as it turns into this one.
     """
 

@@ -6,8 +6,8 @@ from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
 from plantigrade.control.pendulum.disturbance import DisturbanceSettings
-from plantigrade.control.pendulum.foothold import FootholdSettings
 from plantigrade.control.pendulum.footstep import ReachSettings
+from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
 from plantigrade.control.pendulum.plan import PlanSettings
@@ -52,7 +52,7 @@ class PendulumSettings:
     reach: ReachSettings = ReachSettings()
     plan: PlanSettings = PlanSettings()
     swing: SwingSettings = SwingSettings()
-    foothold: FootholdSettings = FootholdSettings()
+    ground: GroundSettings = GroundSettings()
     tasks: WalkingTaskSettings = WalkingTaskSettings()
     disturbance: DisturbanceSettings = DisturbanceSettings()
     speed: SpeedSettings = SpeedSettings()

@@ -34,7 +34,7 @@ class SpeedSettings:
         """Return the time in which a walk turns into one of another mean speed [s].
 
         Args:
-            change: Of the mean speed [m/s].
+            change: Change of the mean speed [m/s].
         """
         return max(self.stride_time, abs(change) / self.acceleration)
 

@@ -61,7 +61,7 @@ class Settling(Reference):
         self._everywhere = np.ones(len(self._points), dtype=bool)
 
     def at(self, time: float) -> ReferenceState:
-        """Return what is wanted at a time [s]."""
+        """Return the desired state at a time [s]."""
         part = min(max((time - self._time) / self._duration, 0.0), 1.0)
         part = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
         if part == self._part:
@@ -80,12 +80,12 @@ class Settling(Reference):
 
 @dataclass(frozen=True)
 class GaitStart:
-    """The instant of a recording with which a person who stands begins to walk.
+    """The instant of a recording with which a walk begins from standing.
 
     Attributes:
-        phase: Of the recording, when a foot is about to leave the ground [s].
+        phase: Phase of the recording, when a foot is about to leave the ground [s].
         stance: Which foot stays.
-        lateral_offset: Of the extrapolated centre of mass from that foot, to the left [m].
+        lateral_offset: Offset of the extrapolated centre of mass to the left of that foot [m].
     """
 
     phase: float

@@ -31,10 +31,10 @@ class StyleChange:
     """A change from one walk to another.
 
     Attributes:
-        name: Of the other one.
+        name: Name of the other one.
         time: When it began [s].
         foot: Stance foot; empty for both.
-        percent: Of the stride, from the right foot's strike on.
+        percent: Percentage of the stride, from the right foot's strike on.
     """
 
     name: str
@@ -53,7 +53,7 @@ def walk_summary(
     """Return the summary of a walk.
 
     Args:
-        footfalls: Of the feet.
+        footfalls: Touchdowns of the feet.
         speed: Mean speed [m/s].
         recorded: That of the recording [m/s].
         lateral_offset: From the line of the walk at the end, to the left [m].

@@ -82,13 +82,13 @@ class SwingPath:
 
         Args:
             foot: The foot.
-            phase: Of the gait [s].
-            rate: Of the phase.
+            phase: Phase of the gait [s].
+            rate: Rate of the phase.
             position: Desired one of the foot [m]; its height does not count.
             velocity: Desired one [m/s].
             footstep: Where it will land; None if that is not planned.
             ground: Height of the ground at a position [m].
-            normal: Of the ground where it is a plane; else None.
+            normal: Normal of the ground where it is a plane; else None.
         """
         own = self.settings
         speed = min(hypot(*foot.swing.velocity), own.max_departure_speed)
@@ -160,7 +160,7 @@ def limit_to_reach(
     meanwhile, while footsteps move on. Therefore it touches down nearer to the hip.
 
     Args:
-        reach: Of the leg [m].
+        reach: Reach of the leg [m].
         hip: Its hip [m].
         hip_velocity: Velocity of the hip [m/s].
         position: Desired one of the foot [m]; changed.

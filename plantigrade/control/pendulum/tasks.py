@@ -87,7 +87,8 @@ class WalkingTaskSettings:
     com_height_time: float = 0.06
     """Time in which its vertical velocity is reached [s]."""
     max_descent: float = 3.0
-    """Greatest downward acceleration of the mass [m/s²]: who falls can neither press nor step."""
+    """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
+    press nor step."""
     max_ascent: float = 4.0
     """Greatest upward acceleration of the mass [m/s²]: more would throw it into the air."""
     max_reaching_descent: float = 7.0
@@ -132,7 +133,7 @@ class WalkingTaskSettings:
 
 
 class WalkingTasks:
-    """The tasks of a person who walks.
+    """The tasks of a walk.
 
     Args:
         human: The person.
@@ -140,7 +141,7 @@ class WalkingTasks:
         settings: Weights and gains.
 
     Attributes:
-        torque_cost: Of each hinge [1/(N m)²].
+        torque_cost: Cost of the torque of each hinge [1/(N m)²].
     """
 
     def __init__(self, human: Human, leg: float, settings: WalkingTaskSettings | None = None):
@@ -204,7 +205,7 @@ class WalkingTasks:
         """Return the desired acceleration of the centre of mass [m/s²].
 
         The centre of pressure goes where it stops the error of the divergent component; it may be
-        asked for outside of the contacts, too.
+        desired outside of the contacts, too.
 
         Args:
             body: The person now.
@@ -213,7 +214,7 @@ class WalkingTasks:
             omega: Root of gravity by height [1/s].
             dcm_error: Error of the divergent component [m].
             cop_offset: Offset of the centre of pressure from the reference [m].
-            lowering: Of the body, for far footsteps [m].
+            lowering: Lowering of the body, for far footsteps [m].
             contacts: Points that touch [m].
             ground: Height of the ground around [m].
             slope: Its rise along x and y, by distance.

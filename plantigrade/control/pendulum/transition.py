@@ -33,7 +33,7 @@ class PhaseMap:
             double support, they do not.
 
     Attributes:
-        period: Of the new walk [s].
+        period: Period of the new walk [s].
         mean_rate: Mean seconds of the old walk in one of the new.
 
     Raises:
@@ -106,9 +106,9 @@ class Transition:
 
     Attributes:
         phases: From the new walk to the old one.
-        speed: Of the old walk, on the clock of the new one [m/s].
+        speed: Speed of the old walk, on the clock of the new one [m/s].
         part: Weight of the new one, from 0 to 1.
-        duration: Of the transition [s].
+        duration: Duration of the transition [s].
 
     Raises:
         ParameterError: If the walks are of different bodies, or not to be compared.
@@ -157,7 +157,7 @@ class Transition:
         Args:
             new: The new walk at a phase.
             phase: That [s].
-            cadence: By how much rates will be multiplied, and changes of rates twice.
+            cadence: Factor by which rates will be multiplied, and changes of rates twice.
         """
         old, rate = self._old.at(self.phases.to_old(phase)), self.phases.rate(phase)
         faster = self.cadence(phase) / cadence

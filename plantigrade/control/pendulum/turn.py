@@ -59,7 +59,7 @@ class PredictedTurn(NamedTuple):
     """The turn of a walk until a touchdown."""
 
     angle: float = 0.0
-    """By how much the walk will have turned, to the left [rad]."""
+    """Angle of the turn until then, to the left [rad]."""
     lateral_offset: float = 0.0
     """Offset of the extrapolated centre of mass to the left, in axes that have turned [m]."""
     foot_angle: float = 0.0
@@ -84,8 +84,8 @@ class Turn:
 
         Args:
             heading_error: From the present to the desired heading, to the left [rad].
-            speed: Of the walk [m/s].
-            duration: Of its steps [s].
+            speed: Speed of the walk [m/s].
+            duration: Duration of its steps [s].
             omega: Root of gravity by height [1/s].
             step: The time step [s].
         """

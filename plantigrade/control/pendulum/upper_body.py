@@ -26,7 +26,7 @@ from plantigrade.models import Human
 SPINE = "lumbar_extension"  # takes up the different tilt of the pelvis
 INSTANTS = 12  # of a stride, by which the mean height of the mass is found
 LEGS = ("femur", "patella", "tibia", "talus", "foot", "heel", "toes", "medial", "lateral")
-"""What the names of bodies of the legs begin with."""
+"""Beginnings of the names of bodies of the legs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +174,7 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     Args:
         human: The person.
         walk: The walk of the legs.
-        source: Of the upper body; None: as recorded.
+        source: Motion of the upper body; None: as recorded.
         time: When it begins [s].
     """
     if source is None:
@@ -198,8 +198,8 @@ class UpperBody:
     Args:
         human: The person.
         walk: The walk of the legs.
-        source: Of its motion; None: as recorded.
-        before: Of its motion before.
+        source: Its motion; None: as recorded.
+        before: Its motion before.
         since: When it changed [s].
         settings: How it changes.
 
@@ -232,7 +232,7 @@ class UpperBody:
 
         Args:
             instant: The instant, which is changed.
-            phase: Of the walk [s].
+            phase: Phase of the walk [s].
             cadence: Steps in a time, by those of the walk.
         """
         part = self.part
