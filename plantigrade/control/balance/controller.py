@@ -64,7 +64,7 @@ class Balance(Controller):
 
     def summary(self) -> Summary:
         """Return what steps were taken in the last simulation."""
-        return Summary(() if self._world is None else self.recovery.said())
+        return Summary(() if self._world is None else self.recovery.sentences())
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
         """Return the goal of the centre of mass, and the line to it."""

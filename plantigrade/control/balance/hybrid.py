@@ -26,7 +26,7 @@ The paper leaves open, and this module adds:
   of the record, and so is how many joints are beyond the strength of the person.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -55,7 +55,7 @@ class HybridSettings:
     """Radius of gyration of a body [body heights]. Chosen."""
     pelvis_weight: float = 0.05
     """Weight of the orientation of the pelvis. Chosen."""
-    joint_gains: JointGains = field(default_factory=JointGains)
+    joint_gains: JointGains = JointGains()
     """Stiffness about the posture."""
     com_gain: float = 25.0
     """Stiffness of the centre of mass, critically damped [1/s²]. Chosen."""

@@ -1,6 +1,6 @@
 """Recovery steps in a world: when one begins and ends, and what the tick of balance does then."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,11 +29,11 @@ OVER_GROUND = np.eye(3)[:2]
 class RecoverySettings:
     """Recovery steps of a person who stands."""
 
-    step: StepSettings = field(default_factory=StepSettings)
+    step: StepSettings = StepSettings()
     """Planner of the steps."""
-    swing: SwingSettings = field(default_factory=SwingSettings)
+    swing: SwingSettings = SwingSettings()
     """Motion of the swing foot."""
-    disturbance: DisturbanceSettings = field(default_factory=DisturbanceSettings)
+    disturbance: DisturbanceSettings = DisturbanceSettings()
     """Estimator of the disturbance."""
     support_height: float = ContactDetectionSettings.max_height
     """Height up to which a sphere counts as support [m]; as in recordings.
@@ -172,7 +172,7 @@ class Recovery:
         """Whether a foot was lifted: the feet are elsewhere than at the start."""
         return self.n_begun > 0
 
-    def said(self) -> tuple[str, ...]:
+    def sentences(self) -> tuple[str, ...]:
         """Return in words what steps were taken."""
         n = len(self.taken)
         count = "One recovery step" if n == 1 else f"{n} recovery steps"

@@ -29,7 +29,7 @@ next, and as little angular momentum as that allows.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -50,7 +50,7 @@ MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jum
 class ScriptSettings:
     """Limits of scripts, and how they become motions."""
 
-    solver: PostureSolverSettings = field(default_factory=PostureSolverSettings)
+    solver: PostureSolverSettings = PostureSolverSettings()
     """Postures over the feet."""
     min_duration: float = 0.1
     """Shortest script [s]. Chosen."""

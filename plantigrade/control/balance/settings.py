@@ -1,6 +1,6 @@
 """Settings of :class:`~plantigrade.control.balance.Balance`."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,17 +51,17 @@ class BalanceSettings:
 
     stepping: bool = False
     """Whether a step is taken where standing in place can no longer succeed."""
-    recovery: RecoverySettings = field(default_factory=RecoverySettings)
+    recovery: RecoverySettings = RecoverySettings()
     """Recovery steps."""
-    flight: FlightSettings = field(default_factory=FlightSettings)
+    flight: FlightSettings = FlightSettings()
     """Flights of a reference."""
-    contact: ContactSettings = field(default_factory=ContactSettings)
+    contact: ContactSettings = ContactSettings()
     """Contacts of the feet."""
-    platform: PlatformSettings = field(default_factory=PlatformSettings)
+    platform: PlatformSettings = PlatformSettings()
     """Posture on a platform that moves."""
-    joint_gains: JointGains = field(default_factory=JointGains)
+    joint_gains: JointGains = JointGains()
     """Stiffness about the reference."""
-    joint_stops: JointStopSettings = field(default_factory=JointStopSettings)
+    joint_stops: JointStopSettings = JointStopSettings()
     """Approach of the end of the range of a joint."""
 
     com_weight: float = 1000.0
