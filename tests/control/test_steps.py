@@ -97,7 +97,8 @@ def test_joints_near_a_stop_are_slowed_and_not_led_away_from_it():
     stops, rates = np.array([[-1.0] * 5, [1.0] * 5]), np.array([0.0, 0.0, -2.0, 0.0, 2.0])
     angles = np.array([0.0, -0.95, -0.95, -1.05, 0.95])
     asked, weight = np.full(5, 3.0), np.full(5, 0.5)
-    slow_at_stops(stops, angles, rates, asked, weight, JointStopSettings())
+    settings = JointStopSettings(distance=0.15, weight=100.0, gain=400.0)
+    slow_at_stops(stops, angles, rates, asked, weight, settings)
     assert (asked[0], weight[0]) == (3.0, 0.5)  # far from both
     assert asked[1] == 3.0 and weight[1] > 10.0  # at rest near one: as it was, but firmly
     assert asked[2] > 50.0  # on its way into one: slowed
