@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.control.balance.controller import slow_at_stops
 from plantigrade.control.balance.settings import JointStopSettings
-from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
+from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.experiments.standing import Standing, stands
 from plantigrade.world import Push
@@ -18,7 +18,7 @@ PLANNER = StepPlanner(LEG)
 def pendulum(velocity, disturbance=(0.0, 0.0), feet=FEET, heading=(1.0, 0.0)):
     """Return a person between two feet who moves so fast."""
     velocity, disturbance = np.array(velocity), np.array(disturbance)
-    return Pendulum(np.zeros(2), velocity, 0.9, feet, feet, np.array(heading), disturbance)
+    return PendulumState(np.zeros(2), velocity, 0.9, feet, feet, np.array(heading), disturbance)
 
 
 @pytest.mark.parametrize("velocity", [(0.4, 0.0), (-0.3, 0.0), (0.1, 0.3)])

@@ -9,7 +9,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.disturbance import DisturbanceEstimator, DisturbanceSettings
 from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
 from plantigrade.control.balance.reference import ContactDetectionSettings
-from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
+from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.control.gait.tasks import TaskSettings
@@ -36,10 +36,8 @@ class RecoverySettings:
     disturbance: DisturbanceSettings = DisturbanceSettings()
     """Estimator of the disturbance."""
     support_height: float = ContactDetectionSettings.max_height
-    """Height up to which a sphere counts as support [m]; as in recordings.
-
-    A foot that is lifted a little by leaning to the other one can still be stood upon.
-    """
+    """Height up to which a sphere counts as support [m]; as in recordings. A foot that is lifted a
+    little by leaning to the other one can still be stood upon."""
     foot_weight: float = 500.0
     """Weight of the position of a foot [per (m/s²)²]. Chosen."""
     foot_orientation_weight: float = 10.0
@@ -51,17 +49,13 @@ class RecoverySettings:
     foot_stopping_rate: float = 20.0
     """Rate at which a foot about to stand comes to rest over the ground [1/s]. Chosen."""
     upright_weight: float = 50.0
-    """Weight of pelvis and trunk upright [per (rad/s²)²].
-
-    Hips and arms may help, but a deep bow leaves nothing for the next step.
-    """
+    """Weight of pelvis and trunk upright [per (rad/s²)²]. Hips and arms may help, but a deep bow
+    leaves nothing for the next step."""
     trunk_frequency: float = 8.0
     """Natural frequency of the lean of the trunk, critically damped [rad/s]. Chosen."""
     spine_weight: float = 5.0
-    """Weight of joints of trunk and neck [per (rad/s²)²].
-
-    Arms may swing; a trunk that twists takes the pelvis along when it reaches its stops.
-    """
+    """Weight of joints of trunk and neck [per (rad/s²)²]. Arms may swing; a trunk that twists takes
+    the pelvis along when it reaches its stops."""
     stance_cop_extent: float = 0.8
     """Centre of pressure of the stance foot, from its middle (0) to its edge (1). Chosen."""
     dcm_gain: float = 1.0
@@ -73,17 +67,13 @@ class RecoverySettings:
     rest_speed: float = 0.15
     """Speed of the centre of mass below which it is [m/s]. Chosen."""
     landing_weight: float = 10.0
-    """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²].
-
-    The heel of a foot that trails in a long stance cannot come down, and must not outweigh balance.
-    """
+    """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²]. The heel
+    of a foot that trails in a long stance cannot come down, and must not outweigh balance."""
     landing_gain: float = 800.0
     """``landing_gain`` of :class:`BalanceSettings` once there were steps [1/s²]. Chosen."""
     max_vertical_acceleration: float = 3.0
-    """Greatest vertical acceleration of the centre of mass [m/s²].
-
-    A body that sinks fast has no load on its feet, and no friction that stops a fall.
-    """
+    """Greatest vertical acceleration of the centre of mass [m/s²]. A body that sinks fast has no
+    load on its feet, and no friction that stops a fall."""
     crouch: float = 0.06
     """Lowering of the centre of mass once a step began [leg lengths]. Chosen."""
 
@@ -222,7 +212,7 @@ class Recovery:
             return contacts
         return contacts.at(~self.foot_spheres[self.swing.footstep.side][contacts.spheres])
 
-    def _stand(self, state: State, now: Pendulum, spheres: Array, touches: Array) -> None:
+    def _stand(self, state: State, now: PendulumState, spheres: Array, touches: Array) -> None:
         """Come to rest on both feet, or begin a step with the better of the two."""
         s, since = self.settings, state.time - self._touchdown
         if since <= s.step.double_support_duration:
@@ -239,7 +229,7 @@ class Recovery:
             self.rest_angles, self._lift_off = None, now.feet[footstep.side]
             self.n_begun += 1
 
-    def pendulum(self, body: BodyState, spheres: Array, contacts: FootContacts) -> Pendulum:
+    def pendulum(self, body: BodyState, spheres: Array, contacts: FootContacts) -> PendulumState:
         """Return the person as a pendulum."""
         com, velocity, steps = body.com, body.com_velocity, self.settings.step
         ground = float(np.mean(contacts.touching.place[:, 2])) if len(contacts.spheres) else 0.0
@@ -249,7 +239,7 @@ class Recovery:
             inside(spheres[own, :2], capture_point, steps.support_margin)
             for own in self.foot_spheres
         ]
-        return Pendulum(
+        return PendulumState(
             com[:2],
             velocity[:2],
             height,

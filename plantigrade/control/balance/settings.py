@@ -71,11 +71,8 @@ class BalanceSettings:
     com_damping: float = 14.0
     """Damping of the centre of mass [1/s]. Chosen, nearly critical."""
     com_centring: float = 0.25
-    """Goal of the centre of mass, from the reference (0) to the middle of the support (1).
-
-    At 0 the heels have less room than the toes, for people stand with their weight behind the
-    middle.
-    """
+    """Goal of the centre of mass, from the reference (0) to the middle of the support (1). At 0 the
+    heels have less room than the toes, for people stand with their weight behind the middle."""
     com_goal_speed: float = 0.1
     """Speed at which the goal moves to where a target has it [m/s]. Chosen."""
     momentum_weight: float = 1e-3
@@ -97,11 +94,8 @@ class BalanceSettings:
     landing_weight: float = 50.0
     """Weight of points that come to the ground, Eq. 7 of [Park2020]_ [per (m/s²)²]. Chosen."""
     landing_gain: float = 200.0
-    """Stiffness of their height, critically damped [1/s²].
-
-    With the 28 of [Park2020]_, and little weight, points that have left the ground in a sideways
-    push come back too late.
-    """
+    """Stiffness of their height, critically damped [1/s²]. With the 28 of [Park2020]_, and little
+    weight, points that have left the ground in a sideways push come back too late."""
     force_weight: float = 1e-3
     """Weight of forces along an edge of a friction pyramid [per (0.1 body weights)²]. Chosen."""
     idle_force_weight: float = 100.0

@@ -46,19 +46,14 @@ class StepSettings:
     n_steps: int = 3
     """Number of steps the planner looks ahead. Chosen: lateral pushes take up to three."""
     capture_margin: float = 0.03
-    """Distance of the capture point from the edge of the support at which a step begins [m].
-
-    A first step begins while it is still inside: a foot can be lifted only while the other one
-    carries, and a push to the side takes the load off the one that has to stand. In balance, later
-    ones begin when it is as far outside.
-    """
+    """Distance of the capture point from the edge of the support at which a step begins [m]: for a
+    first step inside, as a foot can be lifted only while the other one carries, and a push to the
+    side takes the load off the one that has to stand; for later ones of balance outside."""
     max_step_forward: float = 1.0
     """Half-axis of the ellipse of positions before the other foot [leg lengths]. Chosen."""
     max_step_back: float = 0.72
-    """The same behind the other foot [leg lengths].
-
-    Farther back its hip is at the stop and pushes the body over the other foot: 1 step became 6.
-    """
+    """The same behind the other foot [leg lengths]. Farther back its hip is at the stop and pushes
+    the body over the other foot: 1 step became 6."""
     max_step_width: float = 1.05
     """The same beside the other foot [leg lengths]. Chosen."""
     min_step_width: float = 0.17
@@ -68,11 +63,8 @@ class StepSettings:
     max_leg_extension: float = 0.7
     """Greatest horizontal distance of a foot from the centre of mass [leg lengths]. Chosen."""
     capture_overshoot: float = 0.12
-    """Distance of a footstep beyond the capture point [leg lengths].
-
-    Two feet have more room between them than one has under it, and pushes last. Without it four
-    steps took the place of one.
-    """
+    """Distance of a footstep beyond the capture point [leg lengths]. Between two feet is more room
+    than under one, and pushes last. Without it four steps took the place of one."""
     sole_radius: float = 0.05
     """Distance of the centre of pressure from the middle of a sole, at most [m]. Chosen."""
     support_margin: float = 0.015
@@ -99,7 +91,7 @@ class StepSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Pendulum:
+class PendulumState:
     """The state a plan starts from; positions over the ground.
 
     Attributes:
@@ -209,7 +201,7 @@ class StepPlanner:
         y = leg_length * np.linspace(s.min_step_width, s.max_step_width, N_ASIDE)
         self._grid = x[:, None, None], y[None, :, None]
 
-    def plan(self, now: Pendulum, sides: Sequence[int] = (0, 1)) -> Footstep:
+    def plan(self, now: PendulumState, sides: Sequence[int] = (0, 1)) -> Footstep:
         """Return the footstep with the least cost.
 
         Args:
@@ -222,7 +214,7 @@ class StepPlanner:
 
     def footstep(
         self,
-        now: Pendulum,
+        now: PendulumState,
         side: int,
         duration: float,
         *,
@@ -277,7 +269,13 @@ class StepPlanner:
         )
 
     def _remaining(
-        self, now: Pendulum, feet: Array, side: int, capture: Array, error: Array, elapsed: float
+        self,
+        now: PendulumState,
+        feet: Array,
+        side: int,
+        capture: Array,
+        error: Array,
+        elapsed: float,
     ) -> Array:
         """Return the capture errors after the steps that follow, each as fast as can be [m]."""
         s, swing = self.settings, self.settings.swing_durations[0]
@@ -301,12 +299,12 @@ class StepPlanner:
         return error
 
     def within_reach(
-        self, now: Pendulum, side: int, position: Float[Array, "*k 2"]
+        self, now: PendulumState, side: int, position: Float[Array, "*k 2"]
     ) -> Float[Array, "*k 2"]:
         """Return the nearest positions that a foot reaches, on its own side of the other foot."""
         return self._reached(now.feet[1 - side], now, side, position)
 
-    def _reached(self, stance: Array, now: Pendulum, side: int, position: Array) -> Array:
+    def _reached(self, stance: Array, now: PendulumState, side: int, position: Array) -> Array:
         """Return positions drawn into the half-ellipse of positions beside a stance foot."""
         ahead, outward = now.heading, _outward(now, side)
         offset = position - stance
@@ -333,7 +331,7 @@ class StepPlanner:
         return np.maximum(distance - self.settings.sole_radius, 0.0)
 
 
-def _outward(now: Pendulum, side: int) -> Array:
+def _outward(now: PendulumState, side: int) -> Array:
     """Return the direction from the other foot to a foot."""
     return -now.left if side == 0 else now.left
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.gait.step import Footstep, Pendulum, StepPlanner
+from plantigrade.control.gait.step import Footstep, PendulumState, StepPlanner
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,10 +15,8 @@ class SwingSettings:
     clearance: float = 0.06
     """Height of a swing foot at mid-swing [leg lengths]. Chosen."""
     fixed_phase: float = 0.25
-    """Last part of a swing, in which the footstep is no longer replanned.
-
-    A foot that accelerates again there rises, too, and comes down late.
-    """
+    """Last part of a swing, in which the footstep is no longer replanned. A foot that accelerates
+    again there rises, too, and comes down late."""
     min_touchdown_phase: float = 0.8
     """Part of a swing after which ground contact ends it. Chosen."""
     late_descent_speed: float = 0.5
@@ -56,7 +54,7 @@ class SwingFoot:
         return self.phase(time) > self.settings.min_touchdown_phase
 
     def replanned(
-        self, now: Pendulum, time: float, velocity: Float[Array, " 2"] | None = None
+        self, now: PendulumState, time: float, velocity: Float[Array, " 2"] | None = None
     ) -> "SwingFoot":
         """Return the swing to where the foot is needed now; unchanged in its last part.
 

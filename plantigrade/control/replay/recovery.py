@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.control.gait.phase import Foot, Gait, Touchdown
-from plantigrade.control.gait.step import Pendulum, StepPlanner, StepSettings
+from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
@@ -131,7 +131,7 @@ class RecoverySteps:
         far = min(max(far - own.max_upright_distance * leg, 0.0), own.max_lowering_distance * leg)
         self.lowering = leg - float(np.sqrt(leg**2 - far**2))
 
-    def _pendulum(self, body: BodyState, low, heading: Array) -> Pendulum:
+    def _pendulum(self, body: BodyState, low, heading: Array) -> PendulumState:
         """Return the person as a pendulum."""
         com, velocity, steps = body.com, body.com_velocity, self.planner.settings
         height = float(com[2]) - min(float(own[:, 2].min()) for own in low)
@@ -139,7 +139,7 @@ class RecoverySteps:
         xi = com[:2] + velocity[:2] * np.sqrt(height / GRAVITY)
         feet = np.array([own[:, :2].mean(axis=0) for own in low])
         pressure = np.array([inside(own[:, :2], xi, steps.support_margin) for own in low])
-        return Pendulum(com[:2], velocity[:2], height, feet, pressure, heading)
+        return PendulumState(com[:2], velocity[:2], height, feet, pressure, heading)
 
     def _motion_stands(self) -> bool:
         """Return whether both feet are in stance, and the motion lifts none of them soon."""
@@ -151,7 +151,7 @@ class RecoverySteps:
         ]
         return len(stops) == len(gait.feet) and min(stops) > self.settings.min_stance_time
 
-    def _lift_off(self, time: float, now: Pendulum, touching: Sequence[bool]) -> None:
+    def _lift_off(self, time: float, now: PendulumState, touching: Sequence[bool]) -> None:
         """Begin a step with the better foot.
 
         The other one need not carry load yet: after a push to the side a person stands on one foot,
@@ -169,7 +169,7 @@ class RecoverySteps:
         self.waiting, self.steps, self._rest_start = True, self.steps + 1, time
         self._sole = now.feet[footstep.side] - foot.swing.offset
 
-    def _continue(self, time: float, step: float, now: Pendulum, load: Array) -> None:
+    def _continue(self, time: float, step: float, now: PendulumState, load: Array) -> None:
         """Lead the foot to the footstep needed now; end the step when it touches."""
         assert self.swing is not None
         side, gait = self.swing.footstep.side, self.gait
@@ -182,7 +182,7 @@ class RecoverySteps:
         left = self.swing.footstep.duration * (1.0 - phase)
         foot.swing.lead(self.swing.footstep.position - self._sole, left, step)
 
-    def _touch_down(self, time: float, foot: Foot, now: Pendulum) -> None:
+    def _touch_down(self, time: float, foot: Foot, now: PendulumState) -> None:
         """Put a foot in stance where it is."""
         assert foot.number is not None
         foot.stands, foot.caught, foot.early = True, False, False
