@@ -8,7 +8,7 @@ from plantigrade.kinematics.state import sweep
 from plantigrade.reproduce import Reference, rebuild, reference_of
 from plantigrade.reproduce.gait import TASKS
 from plantigrade.reproduce.schedule import ContactSchedule
-from plantigrade.wbc.stepping import OrderedMotion
+from plantigrade.wbc import OrderedMotion
 from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 

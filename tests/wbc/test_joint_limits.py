@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from plantigrade.kinematics.state import State
-from plantigrade.wbc.joint_limits import JointLimits, JointLimitSettings
-from plantigrade.wbc.order import TaskOrder
-from plantigrade.wbc.stepping import move
-from plantigrade.wbc.tasks import TimedPosture
+from plantigrade.wbc import JointLimits, TaskOrder, TimedPosture, move
+from plantigrade.wbc.joint_limits import JointLimitSettings
 from tests.models.presets import PRESETS, person, random_state
 
 

@@ -9,11 +9,19 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc.hierarchy import solve_hierarchy
-from plantigrade.wbc.joint_limits import JointLimits
-from plantigrade.wbc.order import TaskOrder, stacked
-from plantigrade.wbc.stepping import MotionSettings, move, velocity_after_impact
-from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, TimedPosture
+from plantigrade.wbc import (
+    ComTask,
+    ContactTask,
+    FloorTask,
+    JointLimits,
+    PointTask,
+    TaskOrder,
+    TimedPosture,
+    move,
+    solve_hierarchy,
+)
+from plantigrade.wbc.order import stacked
+from plantigrade.wbc.stepping import MotionSettings, velocity_after_impact
 from tests.models.presets import person
 
 HAND = (0.0, 0.0, -0.08)
@@ -275,20 +283,19 @@ def test_the_same_start_gives_the_same_motion(human):
     np.testing.assert_array_equal(a.qpos, b.qpos)
 
 
-def test_tasks_of_one_level_share_it(human):
-    """Two contradicting wishes of one level meet half-way; of two levels the upper one wins."""
-    q = bent(human)
-    state = State(human, q)
-    left = ComTask(Trajectory.fixed(state.com + [0.01, 0, 0]), "x", "left")
-    right = ComTask(Trajectory.fixed(state.com - [0.01, 0, 0]), "x", "right")
-    both = stacked([left.rows(state).level, right.rows(state).level])
-    assert both.name == "left and right" and both.matrix.shape == (2, human.model.nv)
-    wide = np.full(human.model.nv, 1e6)
-    shared = solve_hierarchy([both], lower=-wide, upper=wide)
-    np.testing.assert_allclose(state.com_jacobian[0] @ shared.x, 0.0, atol=1e-9)
-    upper = solve_hierarchy([left.rows(state).level, right.rows(state).level], lower=-wide,
-                            upper=wide)  # fmt: skip
-    np.testing.assert_allclose(state.com_jacobian[0] @ upper.x, 400.0 * 0.01, atol=1e-6)
+def test_tasks_of_one_level_share_it_by_their_weights(human):
+    """Two contradicting wishes of one level meet where weights say; of two levels one wins."""
+    state = State(human, bent(human))
+    tasks = [
+        ComTask(state.com + [way, 0.0, 0.0], "x", name, weight=weight)
+        for way, name, weight in ((0.01, "ahead", 3.0), (-0.01, "behind", 1.0))
+    ]
+    levels, wide = [task.rows(state).level for task in tasks], np.full(human.model.nv, 1e6)
+    both = stacked(levels)
+    assert both.name == "ahead and behind" and both.matrix.shape == (2, human.model.nv)
+    for asked, wanted in (([both], 0.5), (levels, 1.0), (levels[::-1], -1.0)):
+        x = solve_hierarchy(asked, lower=-wide, upper=wide).x
+        np.testing.assert_allclose(state.com_jacobian[0] @ x, 4.0 * wanted, atol=1e-6)
 
 
 def test_a_motion_that_cannot_go_on_ends_where_it_is_and_says_why(monkeypatch):

@@ -10,8 +10,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc.hierarchy import solve_hierarchy
-from plantigrade.wbc.tasks import (
+from plantigrade.wbc import (
     AlignmentTask,
     ComTask,
     ContactTask,
@@ -22,6 +21,7 @@ from plantigrade.wbc.tasks import (
     PostureTask,
     SoleContactTask,
     TimedPosture,
+    solve_hierarchy,
 )
 from plantigrade.wbc.tasks.posture import TimedPostureSettings
 from tests.models.presets import person, random_state

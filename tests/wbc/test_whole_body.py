@@ -9,11 +9,10 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
-from plantigrade.wbc import torque_limits
-from plantigrade.wbc.rows import PointRows, Rows, cost
+from plantigrade.wbc import PointRows, Rows, Touching, WholeBody, torque_limits
+from plantigrade.wbc.rows import cost
 from plantigrade.wbc.shares import ShareProgram, ShareSolver
-from plantigrade.wbc.touching import EDGES, Touching
-from plantigrade.wbc.whole_body import WholeBody
+from plantigrade.wbc.touching import EDGES
 
 
 @pytest.fixture(scope="module", params=["42", "66"])
