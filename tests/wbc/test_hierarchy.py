@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, nnls
 
 from plantigrade.errors import ParameterError
+from plantigrade.wbc import Level, solve_hierarchy
 
 STRICT = 1e-6  # a lower level changes a higher level's residual by no more than this …
 OPTIMAL = 1e-4  # … and each level's gradient vanishes to this, both for rows of size one
-from plantigrade.wbc import Level, solve_hierarchy
 
 
 def wide(n, size=1e4):
