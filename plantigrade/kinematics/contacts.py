@@ -1,34 +1,17 @@
 """When each part of each foot touches the ground, from gait events and from what rests."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.rests import Rest
 from plantigrade.motion import GaitEvent
 
 # Share of a stance during which each region rests, where a recording does not show it: about what
 # walks that do show it have. (A heel that has begun to rise still moves too slowly to be noticed.)
 USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
-
-
-@dataclass(frozen=True)
-class ContactInterval:
-    """One region of one foot on the ground.
-
-    Attributes:
-        side: ``"r"`` or ``"l"``.
-        region: ``"heel"``, ``"ball"`` or ``"toes"``.
-        start: [s].
-        stop: [s].
-    """
-
-    side: str
-    region: str
-    start: float
-    stop: float
 
 
 def foot_contacts(

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import ContactSite, contact_sites
-from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import SitePoints, region_of
 from plantigrade.models import Human
 

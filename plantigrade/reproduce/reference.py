@@ -12,10 +12,11 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.derivatives import continuous, differentiate
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
+from plantigrade.kinematics.contacts import foot_contacts
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.soles import on_own_soles

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import ContactSite, contact_sites
-from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import SitePoints, region_of
 from plantigrade.models import Human
 from plantigrade.reproduce.held import is_tip

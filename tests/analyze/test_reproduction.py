@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison, angles_deg, compare, over_swings
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import ContactSite, foot_sites
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human

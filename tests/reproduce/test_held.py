@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.contacts import ContactInterval
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.state import State
 from plantigrade.reproduce.gait import TASKS, gait_order, rates_through
 from plantigrade.reproduce.held import held_contacts

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.flat_foot import flat_sites
+from plantigrade.contact.intervals import ContactInterval as Contact
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import EARLY
 from plantigrade.errors import ParameterError, ReproduceError
-from plantigrade.kinematics.contacts import ContactInterval as Contact
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.models import Human

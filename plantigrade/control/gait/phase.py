@@ -1,8 +1,8 @@
-"""Which foot stands, how far the motion is, where the feet are beside it: the clock of a replay.
+"""The clock of a gait: its phase, which feet are in stance, and their offsets from the motion.
 
-Feet land when they touch, sooner or later than planned. An early touch makes the foot stand at
-once; the phase then hurries after it. Where the ground is missing the phase waits and the foot is
-let down. What the phase has gained or lost so it gives back slowly, so that its mean rate is 1.
+Feet land when they touch, sooner or later than planned. An early touchdown puts the foot in stance
+at once, and the phase hurries after it. Where the ground is missing the phase waits and the foot
+descends. The phase slowly gives back what it gained or lost so, and its mean rate is 1.
 """
 
 from collections.abc import Sequence
@@ -77,19 +77,19 @@ class GaitSettings:
 
 @dataclass
 class Foot:
-    """A foot of a replay.
+    """A foot of a gait.
 
     Attributes:
         side: Its side.
-        number: Of the stance it is in; of the next one while it swings; None if there is none.
-        stands: Whether it does.
-        touchdown: Of that stance, on the clock of the phase [s].
-        lifted: When it left the ground, likewise [s].
-        swing: Its offset while it swings.
-        lowered: How far it was let down for a missing ground [m].
-        waited: How long the phase has waited for it [s].
-        early: Whether it stands before its time.
-        caught: Whether it swings in a step that the motion does not have.
+        number: Number of its stance, or of the next one while it swings; None if there is none.
+        stands: Whether it is in stance.
+        touchdown: Beginning of that stance, on the clock of the phase [s].
+        lifted: Time of lift-off, likewise [s].
+        swing: Its offset from the motion while it swings.
+        lowered: Descent below the motion, for missing ground [m].
+        waited: Time for which the phase has waited for it [s].
+        early: Whether it is in stance before its time.
+        caught: Whether it swings in a recovery step that the motion does not have.
     """
 
     side: str
@@ -111,13 +111,13 @@ class Foot:
 
 @dataclass(frozen=True)
 class Touchdown:
-    """What happened when a foot came down.
+    """A touchdown.
 
     Attributes:
-        time: When [s].
-        side: Which foot.
-        early: How much sooner than planned on the clock of the phase, negative if later [s].
-        offset: Where, beside the motion, world [m].
+        time: Time [s].
+        side: Side of the foot.
+        early: Time before the planned touchdown on the clock of the phase, negative after it [s].
+        offset: Offset from the motion, world [m].
         axes: Ahead and to the left then, as columns.
     """
 
@@ -170,30 +170,30 @@ class Gait:
             self.feet.append(foot)
 
     def offset(self, number: int) -> Array:
-        """Return where a foot is in a stance, less where the motion has it [m]."""
+        """Return the offset of a stance from the motion [m]."""
         return self.offsets(number, 1)[0]
 
     def offsets(self, first: int, n: int) -> Float[Array, "n 3"]:
-        """Return the offsets of stances from a number on; zero as long as nothing is known [m]."""
+        """Return the offsets of successive stances from a number on; zero where unknown [m]."""
         while first + n > len(self._offsets):
             self._offsets = np.concatenate([self._offsets, np.zeros_like(self._offsets)])
         return self._offsets[first : first + n]
 
     @property
     def standing(self) -> list[Foot]:
-        """Feet that stand."""
+        """Stance feet."""
         return [foot for foot in self.feet if foot.stands]
 
     def carried(self, seats: Array | None = None) -> tuple[int, Array, Array, Array]:
-        """Return what carries, and how far beside the motion.
+        """Return the offsets of all stances and their weights.
 
         Args:
             seats: Which stances of the schedule are on a seat, 1 or 0; none if absent.
 
         Returns:
-            Number of the first stance that counts; how much each one from it on moves the divergent
-            component; their offsets [m]; how far the feet that stand are beside the motion, by
-            their load, world [m].
+            Number of the first stance that counts; weights of its offset and of those after it in
+            the divergent component; these offsets [m]; load-weighted offset of the stance feet,
+            world [m].
         """
         first, alpha, beta = self.reference.schedule.weights(self.phase)
         own = [f.number - first for f in self.standing if f.number is not None]
@@ -210,20 +210,20 @@ class Gait:
         time: float,
         step: float,
         load: Array,
-        beside: Array,
+        offset: Array,
         axes: Array,
         far: Sequence[bool] = (False, False),
     ) -> None:
-        """Let feet land and leave.
+        """Register touchdowns and lift-offs.
 
         Args:
             time: Now [s].
-            step: Since the last look [s].
-            load: Of each foot along the normal [N].
-            beside: Where each foot is, less where the motion has it now [m].
+            step: Time since the last call [s].
+            load: Load of each foot along the normal [N].
+            offset: Offset of each foot from the motion now [m].
             axes: Ahead and to the left, as columns.
-            far: Which feet are far from where they are to land: before their time they only graze
-                the ground.
+            far: Which feet are far from their footstep: before their time they only graze the
+                ground.
         """
         schedule = self.reference.schedule
         for i, foot in enumerate(self.feet):
@@ -232,10 +232,10 @@ class Gait:
                 stop = schedule.stop(foot.number, self.phase)
                 foot.early = foot.early and self.phase < foot.touchdown
                 if not foot.early and self.phase >= stop:
-                    self._lift(foot, beside[i, :2])
+                    self._lift(foot, offset[i, :2])
                 elif load[i] > self.settings.contact.stance_load * self.weight:
                     own = self.offset(foot.number)
-                    own += step / self.settings.stance_time * (beside[i] - own)
+                    own += step / self.settings.stance_time * (offset[i] - own)
                 continue
             if foot.number is None or foot.caught:
                 continue
@@ -246,31 +246,31 @@ class Gait:
             )
             if touches or foot.waited > self.settings.max_wait:
                 foot.stands, foot.early = True, left > 0.0
-                self.offset(foot.number)[:] = beside[i]
+                self.offset(foot.number)[:] = offset[i]
                 late = left if left > 0.0 else -foot.waited
-                at = np.array(beside[i])
+                at = np.array(offset[i])
                 self.touchdowns.append(Touchdown(time, foot.side, float(late), at, axes))
                 foot.lowered = foot.waited = 0.0
 
-    def _lift(self, foot: Foot, beside: Float[Array, " 2"]) -> None:
+    def _lift(self, foot: Foot, offset: Float[Array, " 2"]) -> None:
         """Let a foot swing from where it is: a leg that has crossed rolls off otherwise.
 
         Args:
             foot: The foot.
-            beside: Where it is, less where the motion has it now [m].
+            offset: Its offset from the motion now [m].
         """
         ahead = self.reference.schedule.after(foot.side, self.phase)
         foot.stands, foot.early, foot.lifted = False, False, self.phase
-        foot.swing = SwingOffset(beside, self.settings.swing)
+        foot.swing = SwingOffset(offset, self.settings.swing)
         foot.number, foot.touchdown = (None, np.inf) if ahead is None else ahead
 
-    def advance(self, time: float, step: float, wanted: float) -> None:
-        """Move the phase on.
+    def advance(self, time: float, step: float, rate: float) -> None:
+        """Advance the phase.
 
         Args:
             time: Now [s].
-            step: Until the next look [s].
-            wanted: Rate that the planner wants.
+            step: Time until the next call [s].
+            rate: Rate that the planner desires.
         """
         settings, most = self.settings, self.settings.max_recovery
         missing = [f for f in self.feet if not f.stands and self.phase >= f.touchdown]
@@ -282,9 +282,9 @@ class Gait:
             self.rate = 0.0
             return
         if any(f.early for f in self.feet):
-            wanted = max(wanted, settings.early_rate)
+            rate = max(rate, settings.early_rate)
         else:
-            wanted *= 1.0 - min(max(settings.recovery_gain * (self.phase - time), -most), most)
-        self.rate += min(step / settings.rate_time, 1.0) * (wanted - self.rate)
+            rate *= 1.0 - min(max(settings.recovery_gain * (self.phase - time), -most), most)
+        self.rate += min(step / settings.rate_time, 1.0) * (rate - self.rate)
         ends = [f.touchdown for f in self.feet if not f.stands]
         self.phase = min([self.phase + step * self.rate, *[t for t in ends if t > self.phase]])

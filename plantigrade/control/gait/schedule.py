@@ -1,11 +1,12 @@
-"""When each foot stands in a motion, and what it carries."""
+"""Stances of the feet in a motion, and the share of the load that each carries."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.control.gait.offsets import offset_weights
 
 
@@ -23,25 +24,6 @@ class ScheduleSettings:
     """Time after the end, or the second period, that counts for offsets of the feet [s]. Chosen."""
 
 
-@dataclass(frozen=True)
-class Stance:
-    """A foot on the ground, or a body on a seat.
-
-    Attributes:
-        side: ``"r"``, ``"l"``, or empty for the seat.
-        start: From when; minus infinity if from the beginning on [s].
-        stop: Until when; infinity if to the end [s].
-    """
-
-    side: str
-    start: float
-    stop: float
-
-    def later(self, seconds: float) -> "Stance":
-        """Return the same stance some time later."""
-        return replace(self, start=self.start + seconds, stop=self.stop + seconds)
-
-
 @dataclass(frozen=True, eq=False)
 class Schedule:
     """Stances of a motion, with their weights at every instant.
@@ -50,16 +32,16 @@ class Schedule:
     after; stances of later periods have higher numbers.
 
     Attributes:
-        stances: In order of their start.
-        alpha: Share of the load.
-        beta: Weight of their offset in the divergent component.
-        step: Of the grid [s].
-        period: Of the motion [s], or None.
-        per_period: Stances in a period.
+        stances: Stances of feet and seat, in order of their start.
+        alpha: Share of the load of each of them, at every time of a grid.
+        beta: Weight of its offset in the divergent component, likewise.
+        step: Time step of the grid [s].
+        period: Period of the motion [s], or None.
+        per_period: Number of stances in a period.
         first: Time of the first row on the clock of the stances [s].
     """
 
-    stances: tuple[Stance, ...]
+    stances: tuple[ContactInterval, ...]
     alpha: Float[Array, "n k"]
     beta: Float[Array, "n k"]
     step: float
@@ -107,12 +89,12 @@ class Schedule:
         own, shift = self._found(number, phase)
         return own.stop + shift
 
-    def stance(self, number: int, phase: float) -> Stance:
+    def stance(self, number: int, phase: float) -> ContactInterval:
         """Return a stance by its number, on the clock of the phase."""
         own, shift = self._found(number, phase)
         return own.later(shift)
 
-    def _found(self, number: int, phase: float) -> tuple[Stance, float]:
+    def _found(self, number: int, phase: float) -> tuple[ContactInterval, float]:
         """Return a stance of this period, and how much later the one of a number is [s]."""
         cycle, within = self.cycle(phase)
         column = number - cycle * self.per_period
@@ -159,7 +141,7 @@ def stances_of(
     step: float,
     period: float | None,
     min_duration: float,
-) -> tuple[Stance, ...]:
+) -> tuple[ContactInterval, ...]:
     """Return the stances of feet and seat, by start.
 
     Those of a periodic motion begin in the period. In other motions a stance at the start has no
@@ -175,12 +157,12 @@ def stances_of(
     found = []
     shortest, periodic = round(min_duration / step), period is not None
     for side in (*SIDES, ""):
-        mine = [s.side == side for s in sites]
+        mine, region = [s.side == side for s in sites], "foot" if side else ""
         if not any(mine):
             continue
         stands = settled(np.asarray(on[:, mine].any(axis=1)), shortest)
         if stands.all():
-            found.append(Stance(side, -np.inf, np.inf))
+            found.append(ContactInterval(side, region, -np.inf, np.inf))
             continue
         before = np.roll(stands[:-1], 1) if periodic else np.append(False, stands[:-1])
         rows = stands[:-1] if periodic else stands
@@ -190,13 +172,13 @@ def stances_of(
             assert period is not None
             for start in starts:
                 stop = next((t for t in stops if t > start), stops[0] + period)
-                found.append(Stance(side, start, stop))
+                found.append(ContactInterval(side, region, start, stop))
             continue
         if stands[0]:
             starts[0] = -np.inf
         if stands[-1]:
             stops.append(np.inf)
-        found += [Stance(side, a, b) for a, b in zip(starts, stops, strict=True)]
+        found += [ContactInterval(side, region, a, b) for a, b in zip(starts, stops, strict=True)]
     return tuple(sorted(found, key=lambda s: s.start))
 
 
@@ -213,7 +195,7 @@ def settled(stands: Bool[Array, " n"], shortest: int) -> Bool[Array, " n"]:
 
 
 def schedule_of(
-    stances: tuple[Stance, ...],
+    stances: tuple[ContactInterval, ...],
     sites,
     load: Float[Array, "n k"],
     omega: float,
@@ -247,7 +229,7 @@ def schedule_of(
     time = step * np.arange(len(rows))
     if period is not None:
         time = np.concatenate([step * np.arange(whole) + t * period for t in range(tiles)])
-    found: list[Stance] = []
+    found: list[ContactInterval] = []
     for t in range(tiles):
         found += [s.later(t * (period or 0.0)) for s in stances]
     found.sort(key=lambda s: s.start)

@@ -8,10 +8,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.flat_foot import flat_sites
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.load_intervals import EARLY
-from plantigrade.kinematics.contacts import ContactInterval, foot_contacts
+from plantigrade.kinematics.contacts import foot_contacts
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.state import PointSet, sweep

@@ -23,11 +23,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from plantigrade.arrays import Array
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.contacts import ContactInterval
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import on_own_soles
