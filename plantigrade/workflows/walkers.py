@@ -36,7 +36,7 @@ class Walker:
 
     Attributes:
         record: The gait: who walks, and how; one closed stride, or a motion that ends
-            (:func:`~plantigrade.control.pendulum.walk.walk_of`).
+            (:func:`~plantigrade.control.pendulum.reference.walk_of`).
         make: Makes the controller.
         name: What it is called.
     """

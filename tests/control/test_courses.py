@@ -11,7 +11,7 @@ from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.crouch import Crouch, CrouchSettings
 from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
 from plantigrade.control.pendulum.path import PathSettings, depths_of, path_of, speeds_of
-from plantigrade.control.pendulum.scaled_reference import ScaledReference
+from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.workflows.simulate import simulate

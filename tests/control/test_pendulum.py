@@ -13,10 +13,10 @@ from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
 from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.hold import CommandHold
+from plantigrade.control.pendulum.reference import with_feasible_com
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing import SwingPath, detour_length, detours, limit_to_reach
 from plantigrade.control.pendulum.tasks import WalkingTasks
-from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human

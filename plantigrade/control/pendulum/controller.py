@@ -18,11 +18,10 @@ from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Soles
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.plan import StepPlan, turned_axes
-from plantigrade.control.pendulum.scaled_reference import ScaledReference
+from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.tasks import WalkingTasks
-from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.kinematics.stride import stood_apart
@@ -47,7 +46,7 @@ class Pendulum(Controller):
 
     Args:
         record: The walk; a closed stride is repeated for ever
-            (:func:`plantigrade.control.pendulum.walk.walk_of`), any other motion ends.
+            (:func:`plantigrade.control.pendulum.reference.walk_of`), any other motion ends.
         settings: The numbers of the controller.
 
     Attributes:

@@ -80,45 +80,18 @@ class Feet:
         """Return how far from a planned footstep a foot lands better [m]."""
         return self._soles[i].shift(self.ground.ground, footstep, other, time)
 
-    def normal(
-        self, i: int, positions: Float[Array, "2 3"], ahead: Array, footstep: Footstep | None
-    ) -> Float[Array, " 3"]:
-        """Return the normal of a sole.
-
-        Args:
-            i: Which foot.
-            positions: Positions of the feet [m].
-            ahead: Where it points, over the ground.
-            footstep: The planned one.
-        """
+    def _normal(self, i: int, positions, ahead, footstep: Footstep | None) -> Float[Array, " 3"]:
+        """Return the normal of a sole whose foot points ahead, over the ground."""
         if self.ground.is_plane:
             return self.ground.normal
         gait, goal = self.plan.gait, None if footstep is None else footstep.position
         ground, foot = self.ground.ground, gait.feet[i]
         return self._soles[i].normal(ground, foot, gait.phase, positions[i], ahead, goal)
 
-    def swing(
-        self,
-        i: int,
-        ref: Instant,
-        rate: float,
-        positions: Float[Array, "2 3"],
-        com: Float[Array, " 2"],
-        footstep: Footstep | None,
-        overlap: float,
-    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"], Float[Array, " 3"]]:
+    def _swing(self, i: int, ref: Instant, rate, positions, com, footstep, overlap):
         """Return desired position, velocity and acceleration of a swing foot.
 
         The recorded path, scaled to the planned footstep; its height is kept above the ground.
-
-        Args:
-            i: Which foot.
-            ref: The reference at the phase of the gait.
-            rate: Rate of the phase.
-            positions: Positions of the feet [m].
-            com: Centre of mass [m].
-            footstep: The planned one.
-            overlap: Greatest depth of one leg in the other in the recording [m].
         """
         plan, own, gait = self.plan, self.settings, self.plan.gait
         foot, goal = gait.feet[i], None if footstep is None else footstep.position
@@ -164,7 +137,7 @@ class Feet:
         soles: Soles,
         active: Array,
     ) -> list[Rows]:
-        """Return the rows of both feet; arguments as :meth:`swing`, and contact spheres.
+        """Return the rows of both feet.
 
         Args:
             body: The person now.
@@ -185,7 +158,7 @@ class Feet:
             J, bias, velocity = (
                 each[k] for each in (points.body_jacobian, points.body_bias, points.body_velocity)
             )
-            normal = self.normal(i, positions, now[:2, 0], footstep)
+            normal = self._normal(i, positions, now[:2, 0], footstep)
             tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
             if plan.foot_angle and not foot.stands:  # half of a turn's step before, half behind
                 rotation = about_vertical(plan.foot_angle) @ rotation
@@ -198,7 +171,7 @@ class Feet:
             )
             linear = J[3:], bias[3:], velocity[3:]
             if not foot.stands:
-                swing = self.swing(i, ref, rate, positions, com, footstep, overlap)
+                swing = self._swing(i, ref, rate, positions, com, footstep, overlap)
                 hip = body.origins[self._hips[[i]]]
                 hip_velocity = body.rigid_points(self._hips[[i]], hip).velocity[0]
                 reach = self.settings.max_leg_extension * self.leg

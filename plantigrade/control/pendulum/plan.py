@@ -14,7 +14,7 @@ from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Foot, Gait
 from plantigrade.control.pendulum.footstep import Footstep, Reach, next_footstep
 from plantigrade.control.pendulum.landing_laws import LAWS, ReferenceTouchdown
-from plantigrade.control.pendulum.scaled_reference import ScaledReference
+from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State

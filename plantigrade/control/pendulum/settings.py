@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from plantigrade.control.balance import BalanceSettings
 from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
@@ -38,6 +39,7 @@ class PendulumSettings:
     reported_shortening: float = 0.01
     """Shortening from which a footstep counts as shortened in the summary [m]. Chosen."""
     gait: GaitSettings = GaitSettings()
+    """Clock, contacts and swing offsets of the gait."""
     footsteps: FootstepSettings = FootstepSettings(
         rates=(0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5),
         offset_decay=0.85,
@@ -50,16 +52,29 @@ class PendulumSettings:
     """Slower than those of a replay, for a foot that is late, and wider: the body is lowered for
     them."""
     reach: ReachSettings = ReachSettings()
+    """How far and fast a leg reaches."""
     plan: PlanSettings = PlanSettings()
+    """The return to the path, and the lowering of the body for footsteps."""
     swing: SwingSettings = SwingSettings()
+    """Swing feet."""
     ground: GroundSettings = GroundSettings()
+    """Slope, soles and footholds."""
     tasks: WalkingTaskSettings = WalkingTaskSettings()
+    """Whole-body tasks."""
     disturbance: DisturbanceSettings = DisturbanceSettings()
+    """The estimate of disturbances."""
     speed: SpeedSettings = SpeedSettings()
+    """Speed by the length of steps, and changes from walk to walk."""
     path: PathSettings = PathSettings()
+    """The path, and turns to it."""
     standing: StandingSettings = StandingSettings()
+    """Stops and starts."""
+    balance: BalanceSettings = BalanceSettings(stepping=True)
+    """Balance while it stands."""
     crouch: CrouchSettings = CrouchSettings()
+    """Lowering of the head."""
     upper_body: UpperBodySettings = UpperBodySettings()
+    """Other upper bodies."""
 
     def __post_init__(self):
         """Refuse a law that there is not, and a tick that is no time.

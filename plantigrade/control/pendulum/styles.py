@@ -10,11 +10,10 @@ from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.reference import Reference, reference_of
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
-from plantigrade.control.pendulum.scaled_reference import ScaledReference
+from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
 from plantigrade.control.pendulum.summary import StyleChange
 from plantigrade.control.pendulum.transition import PhaseMap, Transition
 from plantigrade.control.pendulum.upper_body import Pose, Source, UpperBody, UpperMotion, source_of
-from plantigrade.control.pendulum.walk import with_feasible_com
 from plantigrade.errors import ParameterError
 from plantigrade.world import Target
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.balance import Balance, BalanceSettings
+from plantigrade.control.balance import Balance
 from plantigrade.control.gait.support import beyond
 from plantigrade.control.pendulum.command import WalkCommand
 from plantigrade.control.pendulum.controller import Pendulum
@@ -309,7 +309,7 @@ class Walker(Controller):
         self.walks = False
         self.stops.append((state.time, state.time))
         if self._ground.moves:
-            self._balance = Balance(settings=BalanceSettings(stepping=True))
+            self._balance = Balance(settings=self.settings.balance)
             return
         feet = self.frame.to_world(self.pendulum.soles.low)
         x, y = feet.mean(axis=0)[:2]
@@ -317,7 +317,7 @@ class Walker(Controller):
         stands = standing_on(human, world.ground, place=place)
         duration = self.settings.standing.weight_shift_time
         settling = Settling(human, state.qpos, stands, state.time, duration)
-        self._balance = Balance(settling, settings=BalanceSettings(stepping=True))
+        self._balance = Balance(settling, settings=self.settings.balance)
 
     def _shift_weight(self, state: State) -> None:
         """Bring the weight over the first stance foot; then walk, in place at first."""
