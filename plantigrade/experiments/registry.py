@@ -67,6 +67,7 @@ EXPERIMENTS = {
         Experiment("replay", takes=("data", *MEASURED)),
         Experiment("robustness", takes=MEASURED),
         Experiment("rough-walk", takes=MEASURED),
+        Experiment("sensitivity", takes=("data", "controllers", *MEASURED)),
         Experiment("spline-table", takes=("data", "out")),
         Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
         Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),

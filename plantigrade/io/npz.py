@@ -173,6 +173,8 @@ def read_npz(path: str | Path) -> Recording:
     coordinates = None
     if qpos is None:
         arrays.refuse("is missing", "qpos")
+    if len(set(names)) < len(names):
+        arrays.refuse("names a joint twice", "joint_names")
     if qpos.shape[1] - 7 == len(names) > 0:  # the root has a position and a quaternion
         coordinates = Table(tuple(names), time, qpos[:, 7:])
     markers = arrays.markers(time)

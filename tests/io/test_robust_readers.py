@@ -142,6 +142,15 @@ def test_npz_without_joints_and_markers_is_refused(tmp_path):
         read(tmp_path / "a.npz")
 
 
+def test_npz_whose_joints_have_one_name(tmp_path):
+    with np.load(TARGETS["npz"].make(tmp_path)) as archive:
+        arrays = dict(archive)
+    arrays["joint_names"] = np.full(len(arrays["joint_names"]), "knee_angle_r")
+    np.savez(tmp_path / "a.npz", **arrays)
+    with pytest.raises(FileError, match="joint_names: names a joint twice"):
+        read(tmp_path / "a.npz")
+
+
 def test_no_address_of_an_object_in_a_message(tmp_path):
     seed = TARGETS["npz"].make(tmp_path)
     header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10**18,), }"
