@@ -6,6 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.step import Footstep, PendulumState, StepPlanner
+from plantigrade.control.gait.swing import SwingOffsetSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,8 +22,8 @@ class SwingSettings:
     """Part of a swing after which ground contact ends it. Chosen."""
     late_descent_speed: float = 0.5
     """Speed at which a foot descends that has not met the ground in time [m/s]. Chosen."""
-    arrival_lead: float = 0.02
-    """Time before touchdown at which the foot is over its footstep [s]. Chosen."""
+    arrival_lead: float = SwingOffsetSettings.arrival_lead
+    """Time before touchdown at which the foot is over its footstep [s]; as in walking."""
     height_gain: float = 600.0
     """Stiffness of the height of a swing foot [1/s²]. Chosen."""
     height_damping: float = 45.0
