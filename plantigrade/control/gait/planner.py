@@ -163,17 +163,13 @@ def least_cost(
     growth = float(np.exp(omega * settings.next_step_time))
     moved = (offsets - standing_offset) @ (limits.axes / limits.scale)
     effort = (moved * moved).sum(axis=1) + settings.rate_cost * np.log(rates) ** 2
-    tried = np.stack(limits.constrained(offsets))
-    cost = np.stack(
-        [
-            effort
-            + limits.next_step_cost(growth * (offsets - each))
-            + limits.swing_cost(each, left / rates)
-            for each in tried
-        ]
-    )
-    way, best = np.unravel_index(int(np.argmin(cost)), cost.shape)
-    return int(best), tried[way, best]
+    ways = limits.constrained(offsets)
+    tried, n = np.concatenate(ways), len(ways)  # all ways at once: calls cost more than numbers
+    missed = growth * (np.tile(offsets, (n, 1)) - tried)
+    later = limits.next_step_cost(missed) + limits.swing_cost(tried, np.tile(left / rates, n))
+    cost = np.tile(effort, n) + later
+    best = int(np.argmin(cost))
+    return best % len(rates), tried[best]
 
 
 @dataclass(frozen=True)
