@@ -113,6 +113,25 @@ class Contacts:
         load = np.bincount(group[mine[which]], push, n)
         return np.asarray(load, dtype=float)  # of no contact: whole numbers
 
+    def forces(self, data: mujoco.MjData) -> Float[Array, "n_sites 3"]:
+        """Return the force of the ground at each sphere in the last step [N]."""
+        force = np.zeros((self.n_sites, 3))
+        if not data.ncon:
+            return force
+        contact = data.contact
+        geom, address = contact.geom, contact.efc_address
+        own = self._own[geom]
+        second = own[:, 1]
+        site = self.site_of[np.where(second, geom[:, 1], geom[:, 0])]
+        counts = (own[:, 0] != second) & (site >= 0) & (address >= 0)
+        which = (counts & ~self.thing[geom].any(axis=1)).nonzero()[0]
+        local = data.efc_force[address[which][:, None] + _AXES]
+        each = np.einsum("ki,kij->kj", local, contact.frame[which].reshape(-1, 3, 3))
+        each[~second[which]] *= -1.0
+        for i in _AXES:
+            force[:, i] = np.bincount(site[which], each[:, i], self.n_sites)
+        return force
+
     def read(self, steps: Sequence[Taken | None]) -> Touch:
         """Return the forces of several steps."""
         n, k = len(steps), self.n_sites

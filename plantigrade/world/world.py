@@ -348,7 +348,7 @@ class World:
 
     def contact_force(self) -> Float[Array, "n_sites 3"]:
         """Return the force of the ground at each contact sphere in the last step [N]."""
-        return self.contacts.read([self.contacts.take(self.data)[0]]).force[0]
+        return self.contacts.forces(self.data)
 
     def evaluated(self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> BodyState:
         """Return the evaluated body at a configuration and velocity."""
