@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from plantigrade.control.balance import MOTIONS
-from plantigrade.errors import FileError
-from plantigrade.experiments import foot_motions, moving_slope, push_table, uneven_ground
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.experiments import (
+    foot_motions,
+    moving_slope,
+    push_table,
+    sensitivity,
+    uneven_ground,
+)
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.standing import Standing, stand, stood_in_words
 from plantigrade.models import FEET
@@ -134,3 +140,12 @@ def test_a_limit_is_measured_and_is_near_the_pendulums(monkeypatch):
     monkeypatch.setattr(push_table, "WATCH", 2.0)
     found = push_table.measure(Standing("two-segment"), 0.0)
     assert 0.7 < found["force"] / found["pendulum"] < 1.3
+
+
+def test_every_setting_of_a_controller_is_changed_by_a_fifth(tmp_path):
+    table = sensitivity.run(controllers=("posture",), quick=True, out=tmp_path)
+    assert "stiffness" in table.text() and (tmp_path / "sensitivity.html").is_file()
+    whole = sensitivity.cases(("posture", "replay"), None, quick=False)
+    assert "posture/stiffness/+" in whole and "replay/gait.max_velocity_rate/-" in whole
+    with pytest.raises(ParameterError, match="passive has no settings; name one of posture"):
+        sensitivity.run(controllers=("passive",), quick=True)
