@@ -65,7 +65,7 @@ def test_a_foot_on_its_way_turns_from_how_it_stood_to_how_it_lands():
     sole, ground = Sole(LEG, 1.0), Ground(steps=(Step(0.5, 0.1),))
     foot, at = Foot("l", 1, True), np.zeros(3)
     stood = sole.normal(ground, foot, 0.0, at, X, None)
-    foot.stands, foot.lifted, foot.touchdown = False, 1.0, 1.5
+    foot.in_stance, foot.lift_off, foot.touchdown = False, 1.0, 1.5
     goal = np.array([0.45, 0.0])  # heel before the step, ball on it
     lies = sole.under(ground, goal, X)
     assert stood[0] == 0.0 > lies[0]

@@ -320,7 +320,7 @@ def test_another_law_ground_or_person_is_refused(walk):
 
 
 def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands():
-    own = Foot("l", 1, False, touchdown=0.4, lifted=0.0)
+    own = Foot("l", 1, False, touchdown=0.4, lift_off=0.0)
     goal, still = np.array([0.6, 0.0]), np.zeros(3)
 
     def heights(level):

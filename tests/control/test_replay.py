@@ -115,24 +115,24 @@ def swinging(gait: Gait) -> int:
 
 
 def step(gait: Gait, load, offsets=((0.0, 0.0, 0.0),) * 2, far=(False, False)) -> None:
-    gait.look(gait.phase, STEP, np.array(load), np.array(offsets), np.eye(2), far)
+    gait.update(gait.phase, STEP, np.array(load), np.array(offsets), np.eye(2), far)
 
 
 def test_a_foot_that_touches_early_stands_at_once_and_the_phase_hurries_after_it(gait):
     i = swinging(gait)
     foot = gait.feet[i]
     load, offsets = [350.0, 350.0], [[0.03, 0.01, 0.0]] * 2
-    while foot.stands or gait.phase < foot.touchdown - 0.02:
+    while foot.in_stance or gait.phase < foot.touchdown - 0.02:
         step(gait, load)
-        load[i] = 350.0 * foot.stands
+        load[i] = 350.0 * foot.in_stance
         gait.advance(gait.phase, STEP, 1.0)
     load[i] = 100.0
     step(gait, load, offsets, (True, True))
-    assert not foot.stands  # far from its footstep it only grazes the ground
+    assert not foot.in_stance  # far from its footstep it only grazes the ground
     step(gait, load, offsets)
-    assert foot.stands and foot.early
+    assert foot.in_stance and foot.early
     assert gait.touchdowns[-1].early == pytest.approx(0.02, abs=0.003)
-    np.testing.assert_allclose(gait.offset(foot.number), offsets[i])
+    np.testing.assert_allclose(gait.offset(foot.stance), offsets[i])
     for _ in range(5):
         gait.advance(gait.phase, STEP, 1.0)
     assert gait.rate > 1.1
@@ -140,8 +140,8 @@ def test_a_foot_that_touches_early_stands_at_once_and_the_phase_hurries_after_it
 
 def test_a_foot_swings_from_where_it_is_not_from_where_it_stood(gait):
     i = swinging(gait)
-    offsets, stood = np.zeros((2, 3)), gait.feet[i].number
-    while gait.feet[i].stands:
+    offsets, stood = np.zeros((2, 3)), gait.feet[i].stance
+    while gait.feet[i].in_stance:
         offsets[i] += [-0.01, 0.02, 0.0]  # its heel rises otherwise than in the motion
         step(gait, [350.0, 350.0], offsets)
         gait.advance(gait.phase, STEP, 1.0)
@@ -151,12 +151,12 @@ def test_a_foot_swings_from_where_it_is_not_from_where_it_stood(gait):
 
 def test_a_foot_that_finds_no_ground_stops_the_phase_and_descends(gait):
     foot = gait.feet[swinging(gait)]
-    while foot.waited <= 0.1:
-        step(gait, [350.0 * f.stands for f in gait.feet])
+    while foot.wait <= 0.1:
+        step(gait, [350.0 * f.in_stance for f in gait.feet])
         gait.advance(gait.phase, STEP, 1.0)
     assert gait.phase == pytest.approx(foot.touchdown) and gait.rate == 0.0
     speed = gait.settings.late_descent_speed
-    assert foot.lowered == pytest.approx(speed * foot.waited, rel=1e-6)
+    assert foot.descent == pytest.approx(speed * foot.wait, rel=1e-6)
 
 
 def test_arms_that_pass_through_the_body_are_held_out_of_it(side_step):

@@ -88,7 +88,7 @@ def test_a_walk_changes_into_another_in_single_support(walk, slower, world_of):
     paced, gait = walker.pendulum.reference, walker.pendulum.gait
     jumps = np.abs(paced.at(gait.phase).q[7:] - before)
     assert jumps.max() < np.deg2rad(8.0)  # of two control steps at most
-    assert sum(foot.stands for foot in gait.feet) == 1
+    assert sum(foot.in_stance for foot in gait.feet) == 1
     assert paced.speed * paced.transition.mean_cadence == pytest.approx(own, rel=1e-3)
     assert any("stroll" in said for said in walker.summary().sentences)
     assert walker.summary().figures["switched_s"] == switched.time

@@ -81,30 +81,30 @@ class Foot:
 
     Attributes:
         side: Its side.
-        number: Number of its stance, or of the next one while it swings; None if there is none.
-        stands: Whether it is in stance.
+        stance: Number of its stance, or of the next one while it swings; None if there is none.
+        in_stance: Whether it is in stance.
         touchdown: Beginning of that stance, on the clock of the phase [s].
-        lifted: Time of lift-off, likewise [s].
+        lift_off: Time of lift-off, likewise [s].
         swing: Its offset from the motion while it swings.
-        lowered: Descent below the motion, for missing ground [m].
-        waited: Time for which the phase has waited for it [s].
+        descent: Descent below the motion, for missing ground [m].
+        wait: Time for which the phase has waited for it [s].
         early: Whether it is in stance before its time.
-        caught: Whether it swings in a recovery step that the motion does not have.
+        recovering: Whether it swings in a recovery step that the motion does not have.
     """
 
     side: str
-    number: int | None
-    stands: bool = True
+    stance: int | None
+    in_stance: bool = True
     touchdown: float = -np.inf
-    lifted: float = 0.0
+    lift_off: float = 0.0
     swing: SwingOffset = field(default_factory=lambda: SwingOffset(np.zeros(2)))
-    lowered: float = 0.0
-    waited: float = 0.0
+    descent: float = 0.0
+    wait: float = 0.0
     early: bool = False
-    caught: bool = False
+    recovering: bool = False
 
     @property
-    def left(self) -> float:
+    def side_sign(self) -> float:
         """1 for the left foot, -1 for the right."""
         return 1.0 if self.side == "l" else -1.0
 
@@ -161,12 +161,12 @@ class Gait:
         for side in SIDES:
             foot = Foot(side, schedule.standing(side, phase))
             foot.swing = SwingOffset(np.zeros(2), self.settings.swing)
-            if foot.number is None:
-                foot.stands, foot.touchdown = False, np.inf
+            if foot.stance is None:
+                foot.in_stance, foot.touchdown = False, np.inf
                 ahead = schedule.after(side, phase)
                 if ahead is not None:
-                    foot.number, foot.touchdown = ahead
-                    foot.lifted = ahead[1] - self.settings.initial_swing_duration
+                    foot.stance, foot.touchdown = ahead
+                    foot.lift_off = ahead[1] - self.settings.initial_swing_duration
             self.feet.append(foot)
 
     def offset(self, number: int) -> Array:
@@ -180,11 +180,11 @@ class Gait:
         return self._offsets[first : first + n]
 
     @property
-    def standing(self) -> list[Foot]:
+    def stance_feet(self) -> list[Foot]:
         """Stance feet."""
-        return [foot for foot in self.feet if foot.stands]
+        return [foot for foot in self.feet if foot.in_stance]
 
-    def carried(self, seats: Array | None = None) -> tuple[int, Array, Array, Array]:
+    def load_offsets(self, seats: Array | None = None) -> tuple[int, Array, Array, Array]:
         """Return the offsets of all stances and their weights.
 
         Args:
@@ -196,7 +196,7 @@ class Gait:
             world [m].
         """
         first, alpha, beta = self.reference.schedule.weights(self.phase)
-        own = [f.number - first for f in self.standing if f.number is not None]
+        own = [f.stance - first for f in self.stance_feet if f.stance is not None]
         offsets = self.offsets(first, len(alpha))
         share = np.zeros(len(alpha))
         share[own] = alpha[own]
@@ -205,7 +205,7 @@ class Gait:
         seated = 0.0 if seats is None else float(alpha @ seats)
         return first, beta, offsets, share @ offsets / max(float(share.sum()) + seated, 1e-9)
 
-    def look(
+    def update(
         self,
         time: float,
         step: float,
@@ -227,30 +227,30 @@ class Gait:
         """
         schedule = self.reference.schedule
         for i, foot in enumerate(self.feet):
-            if foot.stands:
-                assert foot.number is not None
-                stop = schedule.stop(foot.number, self.phase)
+            if foot.in_stance:
+                assert foot.stance is not None
+                stop = schedule.stop(foot.stance, self.phase)
                 foot.early = foot.early and self.phase < foot.touchdown
                 if not foot.early and self.phase >= stop:
                     self._lift(foot, offset[i, :2])
                 elif load[i] > self.settings.contact.stance_load * self.weight:
-                    own = self.offset(foot.number)
+                    own = self.offset(foot.stance)
                     own += step / self.settings.stance_time * (offset[i] - own)
                 continue
-            if foot.number is None or foot.caught:
+            if foot.stance is None or foot.recovering:
                 continue
             left = foot.touchdown - self.phase
-            begun = 1.0 - left / max(foot.touchdown - foot.lifted, 1e-3)
+            begun = 1.0 - left / max(foot.touchdown - foot.lift_off, 1e-3)
             touches = load[i] > self.settings.contact.touchdown_load * self.weight and (
                 left <= 0.0 or (begun > self.settings.min_touchdown_phase and not far[i])
             )
-            if touches or foot.waited > self.settings.max_wait:
-                foot.stands, foot.early = True, left > 0.0
-                self.offset(foot.number)[:] = offset[i]
-                late = left if left > 0.0 else -foot.waited
+            if touches or foot.wait > self.settings.max_wait:
+                foot.in_stance, foot.early = True, left > 0.0
+                self.offset(foot.stance)[:] = offset[i]
+                late = left if left > 0.0 else -foot.wait
                 at = np.array(offset[i])
                 self.touchdowns.append(Touchdown(time, foot.side, float(late), at, axes))
-                foot.lowered = foot.waited = 0.0
+                foot.descent = foot.wait = 0.0
 
     def _lift(self, foot: Foot, offset: Float[Array, " 2"]) -> None:
         """Let a foot swing from where it is: a leg that has crossed rolls off otherwise.
@@ -260,9 +260,9 @@ class Gait:
             offset: Its offset from the motion now [m].
         """
         ahead = self.reference.schedule.after(foot.side, self.phase)
-        foot.stands, foot.early, foot.lifted = False, False, self.phase
+        foot.in_stance, foot.early, foot.lift_off = False, False, self.phase
         foot.swing = SwingOffset(offset, self.settings.swing)
-        foot.number, foot.touchdown = (None, np.inf) if ahead is None else ahead
+        foot.stance, foot.touchdown = (None, np.inf) if ahead is None else ahead
 
     def advance(self, time: float, step: float, rate: float) -> None:
         """Advance the phase.
@@ -273,11 +273,11 @@ class Gait:
             rate: Rate that the planner desires.
         """
         settings, most = self.settings, self.settings.max_recovery
-        missing = [f for f in self.feet if not f.stands and self.phase >= f.touchdown]
+        missing = [f for f in self.feet if not f.in_stance and self.phase >= f.touchdown]
         for foot in missing:
-            lowered = foot.lowered + settings.late_descent_speed * step
-            foot.lowered = min(lowered, settings.max_late_descent)
-            foot.waited += step
+            lowered = foot.descent + settings.late_descent_speed * step
+            foot.descent = min(lowered, settings.max_late_descent)
+            foot.wait += step
         if missing:
             self.rate = 0.0
             return
@@ -286,5 +286,5 @@ class Gait:
         else:
             rate *= 1.0 - min(max(settings.recovery_gain * (self.phase - time), -most), most)
         self.rate += min(step / settings.rate_time, 1.0) * (rate - self.rate)
-        ends = [f.touchdown for f in self.feet if not f.stands]
+        ends = [f.touchdown for f in self.feet if not f.in_stance]
         self.phase = min([self.phase + step * self.rate, *[t for t in ends if t > self.phase]])

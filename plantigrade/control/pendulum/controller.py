@@ -118,7 +118,7 @@ class Pendulum(Controller):
         if self._world is not state.world or self._now == 0.0:
             return ()
         com = state.body.com
-        stance = [self.foot_positions[i] for i, f in enumerate(self.gait.feet) if f.stands]
+        stance = [self.foot_positions[i] for i, f in enumerate(self.gait.feet) if f.in_stance]
         legs = np.array([[com, foot] for foot in stance]).reshape(-1, 2, 3)
         drawn = [Drawing(name="pendulum", points=com[None], lines=legs)]
         if self.footstep is not None:
@@ -164,8 +164,8 @@ class Pendulum(Controller):
         self.footstep, self._clock = None, phase
         offset = feet - self.reference.at(phase).foot_position
         for i, foot in enumerate(gait.feet):
-            if foot.stands and foot.number is not None:
-                gait.offset(foot.number)[:2] = offset[i, :2]
+            if foot.in_stance and foot.stance is not None:
+                gait.offset(foot.stance)[:2] = offset[i, :2]
 
     def start(self, initial: InitialState) -> InitialState:
         """Return a start at which the centre of mass is as fast as in the walk that is followed.
@@ -199,14 +199,14 @@ class Pendulum(Controller):
             offset[i, 2] = soles.height[self.person.of_side[i]].min()
         n_touchdowns = len(gait.touchdowns)
         grazing = self._feet.grazing(feet, load, self.footstep, step)
-        gait.look(state.time, step, load, offset, np.eye(2), grazing)
+        gait.update(state.time, step, load, offset, np.eye(2), grazing)
         if len(gait.touchdowns) > n_touchdowns:
             self._record_footfall(state.time)
         self.position, self._now = body.com[:2].copy(), self._now + step
         rotation = turned_axes(self.plan.turn_rate * step)
         self.disturbance.update(body, state.contact_force, step, rotation)
         touching = soles.height < self.settings.gait.contact.max_height
-        holds = hold.still_holds(touching, [f.stands for f in gait.feet])
+        holds = hold.still_holds(touching, [f.in_stance for f in gait.feet])
         if not holds:
             ground, disturbance = self.ground, self.disturbance.acceleration
             slope, foothold = ground.slope(body.com)[1], self._feet.foothold
@@ -282,7 +282,7 @@ class Pendulum(Controller):
         if held.any():
             rows.append(tasks.contact_rows(points, held, height, soles.normal[active]))
         posture_error = state.angles - ref.q[7:]
-        swing = [not foot.stands for foot in gait.feet]
+        swing = [not foot.in_stance for foot in gait.feet]
         answer = self.program.solve(
             body,
             contacts,
@@ -317,7 +317,7 @@ class Pendulum(Controller):
     @property
     def _stance(self) -> Array:
         """Which contact spheres are of stance feet."""
-        return np.array([*(f.stands for f in self.gait.feet), False])[self.person.side_of]
+        return np.array([*(f.in_stance for f in self.gait.feet), False])[self.person.side_of]
 
     def _planned_contacts(self, ref: Instant, soles: Soles) -> Array:
         """Return which contact spheres the reference has on the ground."""

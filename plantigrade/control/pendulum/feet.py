@@ -40,7 +40,9 @@ class Feet:
         self._feet, self._hips = (
             np.array([human.body(f"{bone}_{side}") for side in SIDES]) for bone in ("foot", "femur")
         )
-        self._soles = [Sole(self.leg, foot.left, plan.settings.ground) for foot in plan.gait.feet]
+        self._soles = [
+            Sole(self.leg, foot.side_sign, plan.settings.ground) for foot in plan.gait.feet
+        ]
         self._paths = [SwingPath(self.leg, self.settings) for _ in SIDES]
         self._lift = np.zeros(len(SIDES))
         for path, position in zip(self._paths, positions, strict=True):
@@ -66,7 +68,7 @@ class Feet:
         """
         own = self.settings
         found = [
-            not foot.stands
+            not foot.in_stance
             and footstep is not None
             and load[i] > 0.0
             and hypot(*(footstep.position - positions[i, :2])) > own.footstep_radius * self.leg
@@ -97,11 +99,11 @@ class Feet:
         foot, goal = gait.feet[i], None if footstep is None else footstep.position
         position = np.array(ref.foot_position[i])
         velocity, acceleration = rate * ref.foot_velocity[i], rate**2 * ref.foot_acceleration[i]
-        if gait.standing and foot.swing.own is None:
-            k = SIDES.index(gait.standing[0].side)
+        if gait.stance_feet and foot.swing.own is None:
+            k = SIDES.index(gait.stance_feet[0].side)
             planned = (ref.foot_position[i] - ref.foot_position[k])[:2]
             off = position[:2] - positions[k, :2]
-            foot.swing.pass_beside(off, planned, np.eye(2), foot.left, self.leg, overlap)
+            foot.swing.pass_beside(off, planned, np.eye(2), foot.side_sign, self.leg, overlap)
         position[:2] += foot.swing.offset
         # The axes turn about the walker, and the footstep with them.
         ahead, left = position[0] - com[0], position[1] - plan.line[1]
@@ -112,7 +114,7 @@ class Feet:
             velocity[:2], acceleration[:2] = foot.swing.own
         velocity[:2] += plan.turn_rate * np.array([-left, ahead])
         recovers = hypot(*plan.dcm_error) > plan.settings.plan.recovery_error * self.leg
-        if recovers and foot.lowered and goal is not None:
+        if recovers and foot.descent and goal is not None:
             if hypot(*(goal - positions[i, :2])) < own.footstep_radius * self.leg:
                 position[:2], velocity[:2], acceleration[:2] = positions[i, :2], 0.0, 0.0
         normal = self.ground.normal if self.ground.is_plane else None
@@ -121,8 +123,8 @@ class Feet:
         )
         position[2] += height + self._lift[i]
         velocity[2] += rises
-        if foot.lowered:
-            position[2] -= foot.lowered * own.late_descent / gait.settings.late_descent_speed
+        if foot.descent:
+            position[2] -= foot.descent * own.late_descent / gait.settings.late_descent_speed
             velocity[2] = -own.late_descent_speed
         return position, velocity, acceleration
 
@@ -152,7 +154,7 @@ class Feet:
         plan, tasks, person, rows, still = self.plan, self.tasks, self.plan.person, [], np.zeros(3)
         positions = body.origins[self._feet]
         points, rotations = body.rigid_points(self._feet, positions), body.rotations
-        newest = max((f.touchdown for f in plan.gait.standing), default=np.inf)
+        newest = max((f.touchdown for f in plan.gait.stance_feet), default=np.inf)
         for i, foot in enumerate(plan.gait.feet):
             k, now = points.owner[i], rotations[self._feet[i]]
             J, bias, velocity = (
@@ -160,17 +162,17 @@ class Feet:
             )
             normal = self._normal(i, positions, now[:2, 0], footstep)
             tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
-            if plan.foot_angle and not foot.stands:  # half of a turn's step before, half behind
+            if plan.foot_angle and not foot.in_stance:  # half of a turn's step before, half behind
                 rotation = about_vertical(plan.foot_angle) @ rotation
             error = turn_error(tilt @ rotation, now)
             desired = tilt @ (rate * ref.foot_angular_velocity[i]) + plan.turn_rate * normal
             change = tilt @ (rate**2 * ref.foot_angular_acceleration[i])
-            across = normal if foot.stands else None
+            across = normal if foot.in_stance else None
             rows.append(
                 tasks.rotation_rows(J[:3], bias[:3], velocity[:3], error, desired, change, across)
             )
             linear = J[3:], bias[3:], velocity[3:]
-            if not foot.stands:
+            if not foot.in_stance:
                 swing = self._swing(i, ref, rate, positions, com, footstep, overlap)
                 hip = body.origins[self._hips[[i]]]
                 hip_velocity = body.rigid_points(self._hips[[i]], hip).velocity[0]

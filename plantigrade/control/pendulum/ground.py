@@ -176,14 +176,14 @@ class Sole:
             ahead: Where the foot points, over the ground.
             footstep: Where it will land; None if that is not planned [m].
         """
-        if foot.stands:
+        if foot.in_stance:
             ahead = ahead / max(hypot(*ahead), 1e-6)
             self._normal, self._shift = self.under(ground, ankle[:2], ahead), np.zeros(2)
             return self._normal
         if footstep is None:
             return self._normal
-        duration = max(foot.touchdown - foot.lifted, 1e-3)
-        part = min(max((phase - foot.lifted) / duration, 0.0), 1.0)
+        duration = max(foot.touchdown - foot.lift_off, 1e-3)
+        part = min(max((phase - foot.lift_off) / duration, 0.0), 1.0)
         normal = (1.0 - part) * self._normal + part * self.under(ground, footstep, AHEAD)
         return normal / np.linalg.norm(normal)
 

@@ -113,13 +113,13 @@ class StepPlan:
         """
         gait, omega = self.gait, self.reference.omega
         velocity = body.com_velocity[:2] + disturbance / (2.0 * omega)
-        first, beta, offsets, self.offset = gait.carried()
+        first, beta, offsets, self.offset = gait.load_offsets()
         path = self._path_offset()
         self.cop_offset = np.zeros(2)
         self._turned += self.turn_rate * self.step
-        swing = [f for f in gait.feet if not f.stands and f.number is not None]
+        swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.plan.rise_time
-        if len(gait.standing) != 1 or len(swing) != 1:
+        if len(gait.stance_feet) != 1 or len(swing) != 1:
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None
         return self._with_swing(swing[0], body, ref, velocity, feet, slope, ground, path, foothold)
@@ -127,22 +127,22 @@ class StepPlan:
     def _without_swing(self, body, ref, velocity, feet, ground, path, carried) -> None:
         """Find the error of the divergent component in double support, or in flight."""
         gait, omega, footsteps = self.gait, self.reference.omega, self.settings.footsteps
-        for f in gait.standing:
+        for f in gait.stance_feet:
             k = SIDES.index(f.side)
-            if len(gait.standing) == 1 or feet[k, 0] > feet[1 - k, 0]:
+            if len(gait.stance_feet) == 1 or feet[k, 0] > feet[1 - k, 0]:
                 self._lower(ground, body.com[:2], feet[k, :2], ref.com, ref.foot_position[k])
         xi = body.com[:2] + velocity / omega
         error = xi - (ref.com + ref.com_velocity / omega)[:2] - path
         error = error - [0.0, self.predicted_turn(0.0).lateral_offset]
-        if not gait.standing:
+        if not gait.stance_feet:
             for f in gait.feet:
-                if f.number is not None:
+                if f.stance is not None:
                     left = (f.touchdown - gait.phase) / self.reference.cadence
                     f.swing.lead(error + path, left, self.step)
             self.dcm_error = np.zeros(2)
             return
         first, beta, offsets = carried
-        last = max((f.number for f in gait.standing if f.number is not None), default=first)
+        last = max((f.stance for f in gait.stance_feet if f.stance is not None), default=first)
         known = np.arange(first, first + len(beta)) <= last
         later = footsteps.decayed(beta[~known]) * footsteps.offset_decay
         newest = gait.offset(last)[:2] - path
@@ -153,20 +153,20 @@ class StepPlan:
     ) -> Footstep:
         """Plan the footstep of a swing foot, and lead the foot to it."""
         gait, reference, settings = self.gait, self.reference, self.settings
-        (other,), omega, leg = gait.standing, reference.omega, self.person.leg_length
-        assert foot.number is not None and other.number is not None
+        (other,), omega, leg = gait.stance_feet, reference.omega, self.person.leg_length
+        assert foot.stance is not None and other.stance is not None
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         left = max(foot.touchdown - gait.phase, MIN_PHASE) / reference.cadence
         then = reference.at(foot.touchdown)
         turn = self.predicted_turn(left)
         self.foot_angle = turn.foot_angle
-        touchdown = self._touchdown(foot.touchdown, foot.number, then, i, path, slope, turn)
+        touchdown = self._touchdown(foot.touchdown, foot.stance, then, i, path, slope, turn)
         # At touchdown the walk has another heading.
         com, axes = body.com[:2], turned_axes(turn.angle)
         here = com + (feet[:, :2] - com) @ axes.T
-        stance_foot = then.foot_position[k, :2] + gait.offset(other.number)[:2]
+        stance_foot = then.foot_position[k, :2] + gait.offset(other.stance)[:2]
         stance_foot = com + axes @ (stance_foot - com)
-        width = foot.left * float(touchdown.footstep[1] - touchdown.stance_foot[1])
+        width = foot.side_sign * float(touchdown.footstep[1] - touchdown.stance_foot[1])
         lands = com + (touchdown.footstep - com) @ axes
         hip = body.origin(f"femur_{foot.side}")
         own = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), feet[[i]])
@@ -174,7 +174,7 @@ class StepPlan:
         reach = Reach(
             axes=np.eye(2),
             nominal=touchdown.footstep - stance_foot,
-            side=foot.left,
+            side=foot.side_sign,
             leg_length=leg,
             min_width=min(gait.settings.swing.min_foot_distance * leg, width),
             swing_offset=here[i] - touchdown.footstep,
@@ -260,7 +260,7 @@ class StepPlan:
         """Lead a swing foot to its footstep: along with the reference, or on a way of its own."""
         width = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
         stance_foot = feet[k, :2]
-        by = self.detour(foot.left, feet[i, :2] - stance_foot, footstep - stance_foot, width)
+        by = self.detour(foot.side_sign, feet[i, :2] - stance_foot, footstep - stance_foot, width)
         small = self.settings.plan.recovery_error * self.person.leg_length
         if by is None and foot.swing.own is None and abs(float(self.dcm_error[1])) < small:
             foot.swing.lead(footstep - then.foot_position[i, :2], time, self.step)

@@ -205,17 +205,17 @@ class Styles:
         """Begin a transition to another walk at a like instant; None if none can begin now."""
         pendulum, gait = self._pendulum, self._pendulum.gait
         before, settings = pendulum.reference, pendulum.settings.speed
-        swing = [f for f in gait.feet if not f.stands and f.number is not None]
-        if len(gait.standing) != 1 or len(swing) != 1:
+        swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
+        if len(gait.stance_feet) != 1 or len(swing) != 1:
             return None
-        (foot,), (stance,) = swing, gait.standing
-        if foot.caught or foot.waited or stance.early or gait.phase >= foot.touchdown:
+        (foot,), (stance,) = swing, gait.stance_feet
+        if foot.recovering or foot.wait or stance.early or gait.phase >= foot.touchdown:
             return None
         transition = Transition(walk.reference, before.recorded, settings)
         phases = transition.phases
         phase = phases.to_new(gait.phase)
         new = Gait(walk.reference, gait.weight, phase, gait.settings)
-        if [f.stands for f in new.feet] != [f.stands for f in gait.feet]:
+        if [f.in_stance for f in new.feet] != [f.in_stance for f in gait.feet]:
             return None
         reference = ScaledReference(walk.reference, settings)
         reference.crouch = before.crouch
@@ -225,9 +225,9 @@ class Styles:
         reference.scale(before.step_scale, transition.cadence(phase), phase)
         reference.shift(ahead - float(reference.at(phase).q[0]))
         for now, then in zip(new.feet, gait.feet, strict=True):
-            now.swing, now.lifted = then.swing, phases.to_new(then.lifted)
-            assert now.number is not None and then.number is not None
-            new.offset(now.number)[:] = gait.offset(then.number)
+            now.swing, now.lift_off = then.swing, phases.to_new(then.lift_off)
+            assert now.stance is not None and then.stance is not None
+            new.offset(now.stance)[:] = gait.offset(then.stance)
         new.rate, new.touchdowns = gait.rate, gait.touchdowns
         pendulum.reference = reference
         pendulum.walk_on(new)

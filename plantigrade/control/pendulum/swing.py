@@ -93,8 +93,8 @@ class SwingPath:
         own = self.settings
         speed = min(hypot(*foot.swing.velocity), own.max_departure_speed)
         clear = own.clearance * self.leg + own.clearance_by_speed * speed
-        duration = max(foot.touchdown - foot.lifted, 1e-3)
-        u = min(max((phase - foot.lifted) / duration, 0.0), 1.0)
+        duration = max(foot.touchdown - foot.lift_off, 1e-3)
+        u = min(max((phase - foot.lift_off) / duration, 0.0), 1.0)
         rises = 4.0 * clear * (1.0 - 2.0 * u) * rate / duration
         height = 4.0 * clear * u * (1.0 - u)
         if normal is not None or footstep is None:

@@ -296,7 +296,7 @@ class Walker(Controller):
             return False
         if abs(self._turn.rate) > own.max_turn_rate:
             return False
-        if len(self.pendulum.gait.standing) < len(SIDES):
+        if len(self.pendulum.gait.stance_feet) < len(SIDES):
             return False
         body = self._seen(state).body
         xi = (body.com + body.com_velocity / self.pendulum.reference.omega)[:2]

@@ -106,7 +106,7 @@ class Replay(Controller):
         for i in (0, 1):
             offsets[i, 2] = height[self.of_side[i]].min()
         axes = heading(ref.q[3:7])
-        gait.look(state.time, step, load, offsets, axes)
+        gait.update(state.time, step, load, offsets, axes)
         plan = None
         if self.recovery.waiting:
             ref = ref.still()
@@ -225,9 +225,9 @@ class Replay(Controller):
                 rate**2 * ref.foot_angular_acceleration[i],
             )
             hangs = bool((hanging == i).any())
-            rotation = tasks.rotation(i, target, normal if own.stands else None, hangs)
+            rotation = tasks.rotation(i, target, normal if own.in_stance else None, hangs)
             rows.append(rotation.rows(body))
-            if not own.stands:
+            if not own.in_stance:
                 tasks.swing[i].target = self._swing(own, i, ref, rate, feet, state.time)
                 rows.append(tasks.swing[i].rows(body))
         if held.any():
@@ -282,7 +282,7 @@ class Replay(Controller):
         as the motion does not yet have it there, leaves the foot on its heel for a whole step.
         """
         gait, contact = self.gait, self.settings.gait.contact
-        stands = np.array([*(f.stands for f in gait.feet), True])[self.side_of]
+        stands = np.array([*(f.in_stance for f in gait.feet), True])[self.side_of]
         touches = stands & (gap < contact.max_height) & (self.side_of != SEAT)
         planned = (on & stands & (gap < contact.max_planned_height)) | (soon & touches)
         touching = planned | touches
@@ -292,7 +292,7 @@ class Replay(Controller):
     def _lifted(self) -> Array:
         """Return how much higher the ground is under each point than planned [m]."""
         found = [
-            0.0 if f.number is None or not f.stands else self.gait.offset(f.number)[2]
+            0.0 if f.stance is None or not f.in_stance else self.gait.offset(f.stance)[2]
             for f in self.gait.feet
         ]
         return np.array([*found, 0.0])[self.side_of]
@@ -304,13 +304,13 @@ class Replay(Controller):
         position = np.array(ref.foot_position[i])
         velocity = rate * ref.foot_velocity[i]
         acceleration = rate**2 * ref.foot_acceleration[i]
-        stance = self.gait.standing
+        stance = self.gait.stance_feet
         if stance:
             k = SIDES.index(stance[0].side)
             planned = (ref.foot_position[i] - ref.foot_position[k])[:2]
             off = ref.foot_position[i, :2] - feet[k, :2]
             axes = heading(ref.q[3:7])
-            own.swing.pass_beside(off, planned, axes, own.left, self.leg, self.clearance.legs)
+            own.swing.pass_beside(off, planned, axes, own.side_sign, self.leg, self.clearance.legs)
         offset = own.swing.offset
         level = self.ground.under(position)
         position[:2] += offset
@@ -319,10 +319,10 @@ class Replay(Controller):
         position[2] += rise(self.normal, offset)
         if not self.ground.steps:
             position[2] += float(self.ground.under(position) - level)
-        if own.caught:
+        if own.recovering:
             height, velocity[2] = self.recovery.foot_height(time)
             position[2] += height
-        elif own.lowered:
-            position[2] -= own.lowered
+        elif own.descent:
+            position[2] -= own.descent
             velocity[2] = -self.settings.gait.late_foot_speed
         return position, velocity, acceleration

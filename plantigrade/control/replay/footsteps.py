@@ -86,7 +86,7 @@ class FootstepPlanner:
             ref: The motion now.
         """
         first, alpha, _ = self.reference.schedule.weights(self.gait.phase)
-        own = [f.number - first for f in self.gait.standing if f.number is not None]
+        own = [f.stance - first for f in self.gait.stance_feet if f.stance is not None]
         share = np.zeros(len(alpha))
         share[own] = np.maximum(alpha[own], 1e-3)
         self.stance_offset = share @ self.gait.offsets(first, len(alpha)) / share.sum()
@@ -129,13 +129,13 @@ class FootstepPlanner:
         gait, omega = self.gait, self.reference.omega
         xi = (body.com + body.com_velocity / omega)[:2]
         xi_ref = (ref.com + ref.com_velocity / omega)[:2]
-        first, beta, offsets, self.stance_offset = gait.carried(self._seats)
-        standing = gait.standing
-        swinging = [f for f in gait.feet if not f.stands and f.number is not None]
+        first, beta, offsets, self.stance_offset = gait.load_offsets(self._seats)
+        standing = gait.stance_feet
+        swinging = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         if len(standing) == 1 and len(swinging) == 1:
             return self._step(xi, xi_ref, swinging[0], standing[0], feet, dt)
         if standing:
-            last = max((f.number for f in standing if f.number is not None), default=first)
+            last = max((f.stance for f in standing if f.stance is not None), default=first)
             known = np.arange(first, first + len(beta)) <= last
             later = self.settings.decayed(beta[~known]) * self.settings.offset_decay
             newest = gait.offset(last)[:2] - self.path_offset
@@ -153,24 +153,24 @@ class FootstepPlanner:
         """Return the step of the one foot that swings, and lead it there."""
         gait, reference, path = self.gait, self.reference, self.path_offset
         omega = reference.omega
-        assert foot.number is not None and other.number is not None
+        assert foot.stance is not None and other.stance is not None
         left = max(foot.touchdown - gait.phase, 0.01)
         then = self._touchdown(foot.touchdown)
         head, _, weights = reference.schedule.weights(foot.touchdown)
-        before = np.arange(head, head + len(weights)) < foot.number
+        before = np.arange(head, head + len(weights)) < foot.stance
         later = self.settings.decayed(weights[~before])
         stays = float(weights[before].sum())
-        other_offset = kept = gait.offset(other.number)[:2]
+        other_offset = kept = gait.offset(other.stance)[:2]
         if stays > 1e-9:
             kept = weights[before] @ gait.offsets(head, len(weights))[before, :2] / stays
         axes = heading(then.q[3:7])
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
         planned = then.foot_position[i, :2] - then.foot_position[k, :2]
-        width = foot.left * float(planned @ axes[:, 1])
+        width = foot.side_sign * float(planned @ axes[:, 1])
         limits = FootstepLimits(
             axes=axes,
             nominal=planned - other_offset + path,
-            side=foot.left,
+            side=foot.side_sign,
             leg_length=self.leg_length,
             min_width=min(gait.settings.swing.min_foot_distance * self.leg_length, width),
             swing_offset=feet[i, :2] - then.foot_position[i, :2] - path,

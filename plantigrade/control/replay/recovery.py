@@ -76,7 +76,7 @@ class RecoverySteps:
     @property
     def displaced(self) -> bool:
         """Whether the feet are where recovery steps have put them, and not the motion."""
-        return self.waiting or self._stances == [foot.number for foot in self.gait.feet]
+        return self.waiting or self._stances == [foot.stance for foot in self.gait.feet]
 
     def update(
         self,
@@ -123,7 +123,7 @@ class RecoverySteps:
                 self._rest_start = time
             elif time - self._rest_start > own.rest_time:
                 self.waiting = False
-                self._stances = [foot.number for foot in self.gait.feet]
+                self._stances = [foot.stance for foot in self.gait.feet]
         if not self.waiting:
             return
         leg = self.leg_length
@@ -145,9 +145,9 @@ class RecoverySteps:
         """Return whether both feet are in stance, and the motion lifts none of them soon."""
         gait = self.gait
         stops = [
-            gait.reference.schedule.stance(foot.number, gait.phase).stop - gait.phase
+            gait.reference.schedule.stance(foot.stance, gait.phase).stop - gait.phase
             for foot in gait.feet
-            if foot.stands and foot.number is not None
+            if foot.in_stance and foot.stance is not None
         ]
         return len(stops) == len(gait.feet) and min(stops) > self.settings.min_stance_time
 
@@ -163,9 +163,9 @@ class RecoverySteps:
         footstep = self.planner.plan(now, sides)
         self.swing = SwingFoot(self.planner, self.settings.swing, footstep, time)
         foot = self.gait.feet[footstep.side]
-        assert foot.number is not None
-        foot.stands, foot.caught = False, True
-        foot.swing = SwingOffset(self.gait.offset(foot.number)[:2], self.gait.settings.swing)
+        assert foot.stance is not None
+        foot.in_stance, foot.recovering = False, True
+        foot.swing = SwingOffset(self.gait.offset(foot.stance)[:2], self.gait.settings.swing)
         self.waiting, self.steps, self._rest_start = True, self.steps + 1, time
         self._sole = now.feet[footstep.side] - foot.swing.offset
 
@@ -184,9 +184,9 @@ class RecoverySteps:
 
     def _touch_down(self, time: float, foot: Foot, now: PendulumState) -> None:
         """Put a foot in stance where it is."""
-        assert foot.number is not None
-        foot.stands, foot.caught, foot.early = True, False, False
-        own = self.gait.offset(foot.number)
+        assert foot.stance is not None
+        foot.in_stance, foot.recovering, foot.early = True, False, False
+        own = self.gait.offset(foot.stance)
         own[:2] = now.feet[self.gait.feet.index(foot)] - self._sole
         axes = np.stack([now.heading, now.left], axis=1)
         self.gait.touchdowns.append(Touchdown(time, foot.side, 0.0, own.copy(), axes))
