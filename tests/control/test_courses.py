@@ -92,10 +92,10 @@ def test_corners_are_walked_round_and_points_behind_are_reached(walk, world_of, 
     while (
         world.fall is None
         and world.time < 30.0
-        and (led.walks or world.time < led.stops[0][0] + 2.0)
+        and (led.walking or world.time < led.stops[0][0] + 2.0)
     ):
         state = world.step(led(state))
-    assert world.fall is None and not led.walks
+    assert world.fall is None and not led.walking
     assert state.body.com[:2] == pytest.approx(led.command.path.points[-1], abs=1.2)
     assert led.command.path.passed == len(led.command.path.points) - 1
 

@@ -123,16 +123,13 @@ def speeds_of(word: str) -> Timed:
     return found
 
 
-def depths_of(word: str, settings: CrouchSettings | None = None) -> Timed:
+def depths_of(word: str) -> Timed:
     """Return the lowerings of the head of a word [cm].
 
     Raises:
         ParameterError: If it is none.
     """
-    found, deepest = (
-        Timed.written(word, "stoop", STOOP),
-        (settings or CrouchSettings()).max_depth_cm,
-    )
+    found, deepest = Timed.written(word, "stoop", STOOP), CrouchSettings.max_depth_cm
     if not all(0.0 <= d <= deepest for d in found.values):
         raise ParameterError(f"{word!r}: a stoop must be 0–{deepest:g} cm")
     return found

@@ -50,7 +50,7 @@ class Walker(Controller):
     Attributes:
         targets: Speed, heading and stoop, and the walk and the upper body where there are several,
             to be set while it walks.
-        walks: Whether it walks; else it stands.
+        walking: Whether it walks; else it stands.
         stops: From when to when it stood [s].
 
     Raises:
@@ -93,7 +93,7 @@ class Walker(Controller):
             Target("stoop", 0.0, self.settings.crouch.max_depth_cm, 0.0, "cm"),
             *self.styles.targets,
         )
-        self.walks, self._world, self._balance = True, None, Balance()
+        self.walking, self._world, self._balance = True, None, Balance()
 
     def start(self, initial: InitialState) -> InitialState:
         """Return how the walk starts."""
@@ -117,7 +117,7 @@ class Walker(Controller):
         figures, mean = dict(walked.figures), self._speed.mean
         if own.leads:
             figures["speed_wanted_m_s"] = self.targets[0].value
-            figures["speed_at_end_m_s"] = mean if self.walks else 0.0
+            figures["speed_at_end_m_s"] = mean if self.walking else 0.0
             if own.path is not None:
                 figures["astray_max_m"] = self._max_deviation
             if isinstance(own.path, Waypoints):
@@ -141,12 +141,12 @@ class Walker(Controller):
         return (self.record,)
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
-        """Return the pendulum and where the swinging foot is to land; what balance has."""
+        """Return the pendulum and the next footstep, or the drawings of balance."""
         if self._world is not state.world:
             return ()
-        if not self.walks:
+        if not self.walking:
             return self._balance.drawings(state)
-        drawn = self.pendulum.drawings(self._seen(state))
+        drawn = self.pendulum.drawings(self._observed(state))
         if self.frame.is_world:
             return drawn
         put = self.frame.to_world
@@ -166,12 +166,12 @@ class Walker(Controller):
             self._begin(state)
         self._time = state.time
         self._set_targets(state.time)
-        self.styles.update(state.time, self.walks)
-        if self.walks and self._may_stand(state):
+        self.styles.update(state.time, self.walking)
+        if self.walking and self._may_stand(state):
             self._stop(state)
-        elif not self.walks and self.targets[0].value > 0.0:
+        elif not self.walking and self.targets[0].value > 0.0:
             self._shift_weight(state)
-        if not self.walks:
+        if not self.walking:
             self.stops[-1] = (self.stops[-1][0], state.time)
             return self._balance(state)
         pendulum, frame, step = self.pendulum, self.frame, 1.0 / state.world.control_rate
@@ -180,7 +180,7 @@ class Walker(Controller):
         pendulum.reference.crouch = self._crouch.update(self._depth(), step)
         if self._ground.moves or not frame.is_world:
             pendulum.ground.replace(self._ground)
-        command = pendulum(self._seen(state))
+        command = pendulum(self._observed(state))
         self.styles.record_error(float(command.signals["tracking_error"]))
         if frame.is_world:
             return command
@@ -198,7 +198,7 @@ class Walker(Controller):
         self._turn = Turn(own.path.turn)
         pendulum.plan.predicted_turn = self._turn.predicted
         self._ground = Terrain(state.world, self.frame)
-        self.walks, self._time = True, 0.0
+        self.walking, self._time = True, 0.0
         self._speed = SpeedControl(own.speed, 1.0, self._own, float(pendulum.position[0]))
         self._crouch = CrouchControl(state.human, state.world, own.crouch)
         pendulum.reference.crouch = None
@@ -210,8 +210,8 @@ class Walker(Controller):
         self._lateral_error = self._max_deviation = 0.0
         self.stops: list[tuple[float, float]] = []
 
-    def _seen(self, state: State) -> State:
-        """Return the state as the pendulum sees it."""
+    def _observed(self, state: State) -> State:
+        """Return the state as the pendulum observes it."""
         return state if self.frame.is_world else ObservedState(state, self.frame)
 
     def _set_targets(self, time: float) -> None:
@@ -298,7 +298,7 @@ class Walker(Controller):
             return False
         if len(self.pendulum.gait.stance_feet) < len(SIDES):
             return False
-        body = self._seen(state).body
+        body = self._observed(state).body
         xi = (body.com + body.com_velocity / self.pendulum.reference.omega)[:2]
         low, height, _ = self.pendulum.soles
         return beyond(low[height < own.contact_height, :2], xi) < -own.min_margin
@@ -306,7 +306,7 @@ class Walker(Controller):
     def _stop(self, state: State) -> None:
         """Hand over to balance."""
         world, human = state.world, state.human
-        self.walks = False
+        self.walking = False
         self.stops.append((state.time, state.time))
         if self._ground.moves:
             self._balance = Balance(settings=self.settings.balance)
@@ -322,7 +322,7 @@ class Walker(Controller):
     def _shift_weight(self, state: State) -> None:
         """Bring the weight over the first stance foot; then walk, in place at first."""
         pendulum, reference, own = self.pendulum, self.pendulum.reference, self.settings
-        body = self._seen(state).body
+        body = self._observed(state).body
         feet = body.origins[pendulum.foot_bodies]
         if self._since is None:
             ahead = float(feet[0, 0] - feet[1, 0])
@@ -342,8 +342,8 @@ class Walker(Controller):
         now = reference.at(start.phase).foot_position[start.stance, 1]
         self.frame.shift(float(feet[start.stance, 1] - now))
         pendulum.position = np.array([ahead, 0.0])
-        pendulum.resume(self._seen(state).body, start.phase)
+        pendulum.resume(self._observed(state).body, start.phase)
         self._turn = Turn(own.path.turn)
         pendulum.plan.predicted_turn = self._turn.predicted
-        self.walks, self._since = True, None
+        self.walking, self._since = True, None
         self._speed = SpeedControl(own.speed, 0.0, 0.0, ahead)
