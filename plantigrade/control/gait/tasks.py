@@ -13,21 +13,8 @@ from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows
 from plantigrade.wbc.tasks import LinearMomentumTask, OrientationTask, PointTask
-from plantigrade.wbc.tasks.point import rotation_to as turn_error
 from plantigrade.wbc.tasks.task import Target
 
-__all__ = [
-    "TaskSettings",
-    "TaskWeights",
-    "TrackingTasks",
-    "heading",
-    "joint_weights",
-    "leg_joints",
-    "root_error",
-    "turn_error",
-    "wanted_accelerations",
-    "within_foot",
-]
 LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
 TRUNK = ("lumbar_", "thor")
 

@@ -87,7 +87,6 @@ class Pendulum(Controller):
         self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)
         self._damping = own.gait.joint_damping * self.person.strength
-        self._gravity = np.array(human.model.opt.gravity)
         self._world: World | None = None
         self.footstep: Footstep | None = None
         self.footfalls: list[Footfall] = []
@@ -274,7 +273,7 @@ class Pendulum(Controller):
         if error > self.settings.tasks.min_friction_error * self.person.leg_length:
             contacts = replace(contacts, along=float(np.arctan2(com[1], com[0])))
         rows: list[Rows | PointRows] = [
-            tasks.com_rows(body, self._gravity, com),
+            tasks.com.rows(body, acceleration=com),
             *self._feet.rows(
                 body, ref, rate, self.position, footstep, self.clearance.legs, soles, active
             ),

@@ -7,7 +7,6 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.tasks import turn_error
 from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Sole, Soles
 from plantigrade.control.pendulum.plan import StepPlan
@@ -16,6 +15,7 @@ from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
 from plantigrade.kinematics.state import State
 from plantigrade.spatial.conventions import about_vertical
 from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks.point import rotation_to
 
 
 class Feet:
@@ -156,33 +156,28 @@ class Feet:
         points, rotations = body.rigid_points(self._feet, positions), body.rotations
         newest = max((f.touchdown for f in plan.gait.stance_feet), default=np.inf)
         for i, foot in enumerate(plan.gait.feet):
-            k, now = points.owner[i], rotations[self._feet[i]]
-            J, bias, velocity = (
-                each[k] for each in (points.body_jacobian, points.body_bias, points.body_velocity)
-            )
+            now = rotations[self._feet[i]]
             normal = self._normal(i, positions, now[:2, 0], footstep)
             tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
             if plan.foot_angle and not foot.in_stance:  # half of a turn's step before, half behind
                 rotation = about_vertical(plan.foot_angle) @ rotation
-            error = turn_error(tilt @ rotation, now)
+            error = rotation_to(tilt @ rotation, now)
             desired = tilt @ (rate * ref.foot_angular_velocity[i]) + plan.turn_rate * normal
             change = tilt @ (rate**2 * ref.foot_angular_acceleration[i])
             across = normal if foot.in_stance else None
-            rows.append(
-                tasks.rotation_rows(J[:3], bias[:3], velocity[:3], error, desired, change, across)
-            )
-            linear = J[3:], bias[3:], velocity[3:]
+            rows.append(tasks.rotation_rows(body, points, i, (error, desired, change), across))
             if not foot.in_stance:
                 swing = self._swing(i, ref, rate, positions, com, footstep, overlap)
                 hip = body.origins[self._hips[[i]]]
                 hip_velocity = body.rigid_points(self._hips[[i]], hip).velocity[0]
                 reach = self.settings.max_leg_extension * self.leg
                 limit_to_reach(reach, hip[0], hip_velocity, *swing)
-                rows.append(tasks.position_rows(*linear, swing[0] - positions[i], *swing[1:]))
+                target = swing[0] - positions[i], *swing[1:]
+                rows.append(tasks.position.of(points, i, target).rows(body))
                 continue
             self._paths[i].start(positions[i])
             if foot.touchdown >= newest and not (person.side_of[active] == i).any():
                 # The foot that bears the body has lost the ground: it is led back there.
                 gap = -float(soles.height[person.of_side[i]].min()) * normal
-                rows.append(tasks.position_rows(*linear, gap, still, still))
+                rows.append(tasks.position.of(points, i, (gap, still, still)).rows(body))
         return rows

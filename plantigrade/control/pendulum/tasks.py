@@ -10,7 +10,7 @@ tasks at once.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
+from plantigrade.wbc.tasks import LinearMomentumTask, Task
+from plantigrade.wbc.tasks.task import Target
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,6 +134,60 @@ class WalkingTaskSettings:
         return 0.25 / self.foot_gain
 
 
+class FootTask(Task):
+    """Position or rotation of a foot, as a desired velocity that is reached in a time.
+
+    Args:
+        part: Which rows of the motion of its body: rotation, or position.
+        gain: Desired velocity by error [1/s].
+        time: Time in which it is reached [s].
+        weight: Root of the cost of a squared unit missed.
+        max_error: Error beyond which the desired velocity grows no further.
+    """
+
+    points: RigidPoints
+
+    def __init__(
+        self, part: slice, gain: float, time: float, weight: float, max_error: float = inf
+    ):
+        super().__init__("foot", weight=weight**2)
+        self.part, self.gain, self.time, self.max_error = part, gain, time, max_error
+
+    def of(self, points: RigidPoints, i: int, target: Target) -> "FootTask":
+        """Return the task of a foot.
+
+        Args:
+            points: The origins of the feet.
+            i: Which of them.
+            target: Error that is left to undo, target velocity and target acceleration.
+        """
+        self.points, self._body, self.target = points, points.owner[i], target
+        return self
+
+    def error(self, state, time):
+        """Return the error."""
+        error = -self.aim(time)[0]
+        return error * min(1.0, self.max_error / max(sqrt(error @ error), 1e-9))
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the foot."""
+        return self.points.body_jacobian[self._body, self.part]
+
+    def velocity(self, state, time, jacobian=None):
+        """Return its velocity."""
+        return self.points.body_velocity[self._body, self.part]
+
+    def bias_acceleration(self, state, time):
+        """Return its acceleration where nothing accelerates."""
+        return self.points.body_bias[self._body, self.part]
+
+    def acceleration(self, state, time, jacobian=None):
+        """Return the desired acceleration."""
+        _, desired, acceleration = self.aim(time)
+        desired = desired - self.gain * self.error(state, time)
+        return acceleration + (desired - self.velocity(state, time)) / self.time
+
+
 class WalkingTasks:
     """The tasks of a walk.
 
@@ -141,6 +197,8 @@ class WalkingTasks:
         settings: Weights and gains.
 
     Attributes:
+        com: The centre of mass; its desired acceleration is given.
+        position: Position of the origin of a foot.
         torque_cost: Cost of the torque of each hinge [1/(N m)²].
     """
 
@@ -149,7 +207,16 @@ class WalkingTasks:
         self.leg, names, weights = leg, human.coordinates, own.weights
         self._weight = weights.posture(human)
         self._neck = 6 + np.flatnonzero(["neck_" in name for name in names])
-        self._com_weight = np.array(weights.com_weight) ** 2
+        mass = float(human.model.body_mass.sum())
+        self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
+        gain, time = own.foot_rotation_gain, own.foot_rotation_time
+        self._swing_rotation, self._stance_rotation = (
+            FootTask(slice(3), gain, time, weight)
+            for weight in (weights.swing_rotation_weight, weights.stance_rotation_weight)
+        )
+        self.position = FootTask(
+            slice(3, 6), own.foot_gain, own.foot_time, weights.foot_weight, weights.max_foot_error
+        )
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
         self._toes = sides & within_foot(human)
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
@@ -246,28 +313,13 @@ class WalkingTasks:
         desired[2] = min(max(recorded + back, least), most)
         return desired
 
-    def com_rows(self, body: State, gravity: Array, acceleration: Float[Array, " 3"]) -> Rows:
-        """Return rows of the acceleration of the centre of mass: the root's own equations."""
-        M, h, mass = body.mass_matrix, body.bias, body.mass
-        return Rows(M[:3] / mass, acceleration - (h[:3] / mass + gravity), self._com_weight)
-
-    def position_rows(self, J, bias, now, error, velocity, acceleration) -> Rows:
-        """Return rows that lead the origin of a foot."""
-        own, weights = self.settings, self.settings.weights
-        error = error * min(1.0, weights.max_foot_error / max(sqrt(error @ error), 1e-9))
-        desired = velocity + own.foot_gain * error
-        right = acceleration + (desired - now) / own.foot_time - bias
-        return Rows(J, right, weights.foot_weight**2)
-
-    def rotation_rows(self, J, bias, now, error, velocity, acceleration, normal=None) -> Rows:
+    def rotation_rows(
+        self, body: State, points: RigidPoints, i: int, target: Target, normal: Array | None = None
+    ) -> Rows:
         """Return rows that rotate a foot; a stance foot, on its normal, keeps its heading."""
-        own, weights = self.settings, self.settings.weights
-        desired = velocity + own.foot_rotation_gain * error
-        right = acceleration + (desired - now) / own.foot_rotation_time - bias
-        if normal is None:
-            return Rows(J, right, weights.swing_rotation_weight**2)
-        across = np.eye(3) - normal[:, None] * normal
-        return Rows(across @ J, across @ right, weights.stance_rotation_weight**2)
+        task = self._swing_rotation if normal is None else self._stance_rotation
+        rows = task.of(points, i, target).rows(body)
+        return rows if normal is None else rows.along(np.eye(3) - normal[:, None] * normal)
 
     def contact_rows(self, points: RigidPoints, held, gap, normal) -> PointRows:
         """Return rows that bring points to rest on the ground."""
