@@ -17,8 +17,7 @@ from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.reproduce import GaitTasks, Reference, ReproducedGait, reference_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
-from plantigrade.wbc.order import TaskOrder
-from plantigrade.wbc.stepping import OrderedMotion
+from plantigrade.wbc import OrderedMotion, TaskOrder
 from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
 
 STEP = 0.005

@@ -7,7 +7,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum.tasks import JointVelocitySettings, WalkingTasks, tilt_to
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
-from plantigrade.wbc.whole_body import Rows, Touching, WholeBody
+from plantigrade.wbc import Rows, Touching, WholeBody
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 TASKS = WalkingTasks(HUMAN, 0.9)
