@@ -189,6 +189,21 @@ def test_no_modules_import_each_other():
     assert cycles(plain) == []
 
 
+def test_controllers_are_siblings_above_the_toolbox_of_gait():
+    """A walk that stops hands over to balance; else no controller knows another one."""
+    known = {
+        "gait": set(),
+        "balance": {"gait"},
+        "replay": {"gait"},
+        "pendulum": {"gait", "balance"},
+    }
+    edges = graph({module_name(p): ast.parse(p.read_text("utf-8")) for p in FILES})
+    for room, others in known.items():
+        for name in (each for each in edges if f".control.{room}" in each):
+            found = {target.split(".")[2] for target in edges[name] if ".control." in target}
+            assert found & {*known} <= {room, *others}, name
+
+
 def test_cycles_are_found():
     sources = {
         "plantigrade.a": "def f():\n    from plantigrade.b import g",
