@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from plantigrade.bounds import Bounded
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, Number, OptionalWord, optional, shown
 
@@ -24,8 +25,10 @@ class AnyOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpringOptions:
+class SpringOptions(Bounded):
     """Options of controllers that hold joints with springs."""
+
+    ranges = {"stiffness": (0, 100, "times what is usual")}
 
     stiffness: Number = None
     """posture, stable-pd: joint stiffness; 1 is four times the joint's strength per radian."""
@@ -40,8 +43,10 @@ class StepOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WalkOptions:
+class WalkOptions(Bounded):
     """Options of the walk of an inverted pendulum."""
+
+    ranges = {"tick": (1e-3, 0.1, "s")}
 
     speed: Annotated[str | None, optional("M/S[,M/S@S,…]")] = None
     """pendulum: walking speed, with changes: 1.2,0.8@5,0@10; 0 stands."""

@@ -16,7 +16,15 @@ from plantigrade.options import (
     optional,
     refuse_unknown,
 )
-from plantigrade.workflows.controller_options import WORDS, WalkOptions, assignments, given
+from plantigrade.workflows.controller_options import (
+    CLASSES,
+    OPTIONS,
+    WORDS,
+    WalkOptions,
+    assignments,
+    given,
+)
+from plantigrade.workflows.controller_options import users as options_of
 from plantigrade.workflows.settings import RecordingSettings
 
 LEARNED, POLICY = "learned", ".npz"
@@ -188,6 +196,8 @@ class SimulateSettings(RecordingSettings):
                 raise ParameterError(
                     f"{name} has no effect without controller={' or '.join(users)}"
                 )
+            if name in OPTIONS:
+                CLASSES[options_of(name)[0]](**{name: value})  # within its bounds
             if name not in WORDS:
                 word = next(word for word in controllers if word in users)
                 own[name] = typed_setting(word, name, value)
