@@ -68,8 +68,8 @@ class ForcedGaitSettings:
     """Gains of a gait that forces move."""
 
     com_stiffness: float = 49.0
-    """Stiffness of the centre of mass [1/s²], critically damped: that of a body that balances (see
-    the module)."""
+    """Stiffness of the centre of mass, critically damped, as of a body that balances (see the
+    module) [1/s²]."""
     momentum_stiffness: float = 25.0
     """Stiffness of the whole body's turn [1/s²], critically damped. Chosen."""
     momentum_lever: float = 0.5
