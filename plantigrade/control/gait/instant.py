@@ -1,10 +1,10 @@
 """A motion at one phase: named views of one row of numbers, so that a look-up blends once."""
 
-from typing import Any, Self, overload
+from typing import Any, overload
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 
 Layout = dict[str, tuple[Any, tuple[int, ...] | None]]
 """Field → its columns, and the shape they are brought to; None where they have it."""
@@ -27,7 +27,7 @@ class Field:
         self.name = name
 
     @overload
-    def __get__(self, instant: None, owner: type) -> Self: ...
+    def __get__(self, instant: None, owner: type) -> "Field": ...
     @overload
     def __get__(self, instant: "Instant", owner: type) -> Array: ...
     def __get__(self, instant, owner):
@@ -47,7 +47,8 @@ class Instant:
     """A motion at one phase, world axes; feet right first.
 
     Args:
-        row: All numbers; of several phases one row each, which every field then begins with.
+        row: All numbers, or a mask of them; of several phases one row each, which every field then
+            begins with.
         layout: Columns and shape of every field.
     """
 
@@ -90,7 +91,9 @@ class Instant:
 
     __slots__ = ("layout", "row")
 
-    def __init__(self, row: Float[Array, "*n n_columns"], layout: Layout):
+    def __init__(
+        self, row: Float[Array, "*n n_columns"] | Bool[Array, " n_columns"], layout: Layout
+    ):
         self.row, self.layout = row, layout
 
     def still(self) -> "Instant":

@@ -70,7 +70,7 @@ class Feet:
         found = [
             not foot.in_stance
             and footstep is not None
-            and load[i] > 0.0
+            and bool(load[i] > 0.0)
             and hypot(*(footstep.position - positions[i, :2])) > own.footstep_radius * self.leg
             for i, foot in enumerate(self.plan.gait.feet)
         ]

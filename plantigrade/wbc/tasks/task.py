@@ -83,8 +83,11 @@ class Task(ABC):
         """Return :math:`J v`; :math:`J` may be given where it is known."""
         return (self.jacobian(state, time) if jacobian is None else jacobian) @ state.qvel
 
-    def aim(self, time: float) -> tuple[Any, Any, Any]:
-        """Return value, velocity and acceleration of the target; rates of 0 where it rests."""
+    def aim(self, time: float) -> Any:
+        """Return value, velocity and acceleration of the target: three things, or rows of an array.
+
+        Rates are 0 where it rests.
+        """
         target = self.target
         if callable(target):
             return target(time)
