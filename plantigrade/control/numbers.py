@@ -15,6 +15,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.options import number_of, refuse_unknown, shown
 
 SWITCH = {"true": True, "false": False}
+MAX_FACTOR = 100.0  # by which a number may be greater than it is: beyond it units are confused
+MAX_COUNT_FACTOR = 10  # the same of whole numbers, which multiply time and memory
 
 
 @dataclass(frozen=True)
@@ -119,9 +121,24 @@ def _typed(name: str, value: Any, before: Any) -> Any:
             kind = int if isinstance(before, int) else float
             given = number_of(kind, value) if isinstance(value, str) else kind(value)
             if given == given and abs(given) != float("inf"):
-                return given
+                return _within(name, given, before)
+    except ParameterError:
+        raise
     except (ValueError, KeyError, TypeError, OverflowError):
         pass
     kinds = {bool: "true or false", str: "a word", tuple: "as many numbers", int: "a whole number"}
     allowed = kinds.get(type(before), "a finite number")
     raise ParameterError(f"{name} must be {allowed}, such as {shown(before)}, not {shown(value)}")
+
+
+def _within(name: str, value: float, before: float) -> float:
+    """Return a number of the order of magnitude and sign of the usual one, or zero.
+
+    Raises:
+        ParameterError: If it is another one.
+    """
+    far = before * (MAX_COUNT_FACTOR if isinstance(before, int) else MAX_FACTOR)
+    low, high = min(far, 0.0), max(far, 0.0)
+    if before and not low <= value <= high:
+        raise ParameterError(f"{name} must be {low:g} to {high:g}, not {shown(value)}")
+    return value

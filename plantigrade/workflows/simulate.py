@@ -14,10 +14,11 @@ from plantigrade.constants import SIDES
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.control.gait.reference import period_of
 from plantigrade.control.numbers import numbers_of
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.kinematics.posture import lean_figures
 from plantigrade.motion import Motion
 from plantigrade.notes import Info
+from plantigrade.options import shown
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
@@ -110,7 +111,16 @@ def simulate(
     with step("simulating"):
         began = clock.perf_counter()
         world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
-        record = world.simulate(otherwise.seen(moved_by), lasts, after_fall=AFTER_FALL)
+        try:
+            record = world.simulate(otherwise.seen(moved_by), lasts, after_fall=AFTER_FALL)
+        except (ArithmeticError, ValueError, IndexError) as error:  # LinAlgError is a ValueError
+            if not how.values or isinstance(error, PlantigradeError):
+                raise
+            raise ParameterError(
+                f"with {', '.join(f'{n}={shown(v)}' for n, v in [*how.values.items()][:5])} the "
+                f"controller {word} finds no command ({error!s:.80}): choose values nearer to the "
+                "usual ones"
+            ) from error
         seconds = clock.perf_counter() - began
     return run_of(begin, otherwise, how, world, record, word, seconds, moved_by)
 

@@ -109,6 +109,8 @@ def test_every_number_of_a_controller_can_be_set_and_is_found_in_the_run(folder,
     for given, said in (
         ("com_gain=much", "com_gain must be a finite number, such as 50"),
         ("com_gain=nan", "com_gain must be a finite number"),
+        ("com_gain=-1", "com_gain must be 0 to 5000, not -1"),
+        ("recovery.step.n_steps=1000000", "n_steps must be 0 to 30, not"),
         ("com_gian=60", "no controller has a setting 'com_gian'; did you mean 'com_gain'?"),
         ("com_gain", "give each setting once, as NAME=VALUE"),
         ("swing.clearance=0.1", "swing.clearance has no effect without controller=pendulum"),
@@ -116,6 +118,12 @@ def test_every_number_of_a_controller_can_be_set_and_is_found_in_the_run(folder,
     ):
         assert cli.main(["simulate", "--controller", "balance", "--set", given]) == 2
         assert said in capsys.readouterr().err
+
+
+def test_settings_that_lead_to_no_command_are_an_error_of_our_own():
+    small = {"rate": 300.0, "joints": "42", "feet": "rigid", "duration": 0.1}
+    with pytest.raises(ParameterError, match="momentum_weight=0 the controller hybrid finds no"):
+        pg.simulate(controller="hybrid", momentum_weight=0.0, **small)
 
 
 def test_an_option_its_usual_controller_ignores_is_refused():
