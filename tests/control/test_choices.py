@@ -1,5 +1,6 @@
 """The table of controllers, and what a controller may offer."""
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -7,12 +8,12 @@ import pytest
 
 from plantigrade.contact.ground import Ground
 from plantigrade.control import CONTROLLERS, Posture, Situation, controller_named
-from plantigrade.control.choices import usual
+from plantigrade.control.choices import having, usual
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.workflows.simulate_settings import LEARNED
+from plantigrade.workflows.simulate_settings import LEARNED, SimulateSettings
 from plantigrade.world import Rates, Summary, Target, World, controller_from, standing_on
 
 USAGE = Path(__file__).parents[2] / "docs" / "usage.md"
@@ -77,3 +78,8 @@ def test_rates_that_a_user_sets_fit_each_other():
     assert rates.changed(physics=1000.0) == Rates(1000.0, 200.0)
     assert rates.changed(physics=500.0) == Rates(500.0, 500.0 / 3)
     assert rates.changed(control=50.0) == Rates(600.0, 50.0)
+
+
+def test_no_setting_of_a_controller_has_the_name_of_an_option_of_a_simulation():
+    taken = {each.name for each in fields(SimulateSettings)}
+    assert not [name for name in taken if having(name)]

@@ -82,7 +82,7 @@ class Pendulum(Controller):
         recorded = with_feasible_com(reference_of(record, self.clearance, lands=True))
         self.reference = ScaledReference(recorded, own.speed)
         repeats = self.reference.period is not None
-        self.duration = max(record.motion.duration, own.duration if repeats else 0.0)
+        self.duration = max(record.motion.duration, own.usual_duration if repeats else 0.0)
         human, self.person = self.human, Person.of(record)
         self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)

@@ -32,7 +32,7 @@ class PendulumSettings:
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
     slow_tick: float = 0.02
     """Tick from which soles are sampled, and commands given, at half the rate [s]. Chosen."""
-    duration: float = 10.0
+    usual_duration: float = 10.0
     """Duration of a walk that is repeated, where none is named [s]. Chosen."""
     max_height_difference: float = 0.06
     """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen."""
