@@ -60,7 +60,7 @@ def test_a_stride_is_closed_and_a_walk_without_one_is_walked_once(walk):
     once = walk_of(replace(walk, motion=part))
     assert len(once.notes) == len(walk.notes) + 1
     assert Pendulum(once).duration == part.duration
-    assert Pendulum(walk).duration == SETTINGS.duration
+    assert Pendulum(walk).duration == SETTINGS.usual_duration
     before = Run(replace(once, notes=("Of before.",)), "fit")
     notes = simulate(before, controller="pendulum", duration=0.01).record.notes
     assert once.notes[-1] in notes and "Of before." not in notes
