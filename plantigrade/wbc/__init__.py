@@ -7,7 +7,8 @@ controller of your own is a few tasks and one call of it per tick::
     rows = [task.rows(body) for task in (feet, centre_of_mass)]
     answer = program.solve(body, touching, rows, wanted=posture.acceleration(body, time))
 
-A strict order of the same tasks moves a body with or without forces: :func:`move`.
+The tasks are in :mod:`plantigrade.wbc.tasks`. A strict order of them moves a body, with or without
+forces: :func:`move`.
 """
 
 from plantigrade.wbc.forces import Footing
@@ -16,50 +17,18 @@ from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.stepping import OrderedMotion, move
-from plantigrade.wbc.tasks import (
-    AlignmentTask,
-    AngularMomentumTask,
-    ComTask,
-    ContactTask,
-    FloorTask,
-    LandingTask,
-    LinearMomentumTask,
-    OrientationTask,
-    PassingPosture,
-    PlacingHeelTask,
-    PointTask,
-    PostureTask,
-    SoleContactTask,
-    Task,
-    TimedPosture,
-)
 from plantigrade.wbc.touching import Touching
 from plantigrade.wbc.whole_body import Answer, WholeBody
 
 __all__ = [
-    "AlignmentTask",
-    "AngularMomentumTask",
     "Answer",
-    "ComTask",
-    "ContactTask",
-    "FloorTask",
     "Footing",
     "JointLimits",
-    "LandingTask",
     "Level",
-    "LinearMomentumTask",
     "OrderedMotion",
-    "OrientationTask",
-    "PassingPosture",
-    "PlacingHeelTask",
     "PointRows",
-    "PointTask",
-    "PostureTask",
     "Rows",
-    "SoleContactTask",
-    "Task",
     "TaskOrder",
-    "TimedPosture",
     "Touching",
     "WholeBody",
     "move",

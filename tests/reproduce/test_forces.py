@@ -17,15 +17,8 @@ from plantigrade.models import Human
 from plantigrade.reproduce import Reference, ReproducedGait, rebuild, reference_of
 from plantigrade.reproduce.schedule import ContactSchedule
 from plantigrade.reproduce.support import Support, displaced, rolled_off, with_shift
-from plantigrade.wbc import (
-    ComTask,
-    ContactTask,
-    Footing,
-    OrderedMotion,
-    PassingPosture,
-    TaskOrder,
-    move,
-)
+from plantigrade.wbc import Footing, OrderedMotion, TaskOrder, move
+from plantigrade.wbc.tasks import ComTask, ContactTask, PassingPosture
 from tests.models.presets import person
 from tests.reproduce.walks import reference as as_it_is
 

@@ -11,9 +11,10 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.reproduce import GaitTasks, gait_tasks
 from plantigrade.reproduce.gait import TASKS, gait_order
-from plantigrade.wbc import ComTask, ContactTask, FloorTask, JointLimits, PointTask, solve_hierarchy
+from plantigrade.wbc import JointLimits, solve_hierarchy
 from plantigrade.wbc.order import stacked
 from plantigrade.wbc.stepping import MotionSettings
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask
 from tests.reproduce.walks import paths, rebuilt, reference, soles
 
 BODY = ("42", "two-segment")

@@ -10,8 +10,8 @@ from plantigrade.kinematics.state import State
 from plantigrade.reproduce.gait import TASKS, gait_order, rates_through
 from plantigrade.reproduce.held import held_contacts
 from plantigrade.reproduce.schedule import ContactSchedule
-from plantigrade.wbc import ContactTask
 from plantigrade.wbc.stepping import first_state
+from plantigrade.wbc.tasks import ContactTask
 from tests.models.presets import person
 from tests.reproduce.walks import reference
 

@@ -8,7 +8,7 @@ from plantigrade.dynamics.centroid import centroid
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc import (
+from plantigrade.wbc.tasks import (
     AngularMomentumTask,
     LandingTask,
     PassingPosture,

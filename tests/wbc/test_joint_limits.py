@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from plantigrade.kinematics.state import State
-from plantigrade.wbc import JointLimits, TaskOrder, TimedPosture, move
+from plantigrade.wbc import JointLimits, TaskOrder, move
 from plantigrade.wbc.joint_limits import JointLimitSettings
+from plantigrade.wbc.tasks import TimedPosture
 from tests.models.presets import PRESETS, person, random_state
 
 

@@ -9,19 +9,10 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc import (
-    ComTask,
-    ContactTask,
-    FloorTask,
-    JointLimits,
-    PointTask,
-    TaskOrder,
-    TimedPosture,
-    move,
-    solve_hierarchy,
-)
+from plantigrade.wbc import JointLimits, TaskOrder, move, solve_hierarchy
 from plantigrade.wbc.order import stacked
 from plantigrade.wbc.stepping import MotionSettings, velocity_after_impact
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, TimedPosture
 from tests.models.presets import person
 
 HAND = (0.0, 0.0, -0.08)

@@ -10,7 +10,8 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.kinematics.trajectory import Trajectory
-from plantigrade.wbc import (
+from plantigrade.wbc import solve_hierarchy
+from plantigrade.wbc.tasks import (
     AlignmentTask,
     ComTask,
     ContactTask,
@@ -21,7 +22,6 @@ from plantigrade.wbc import (
     PostureTask,
     SoleContactTask,
     TimedPosture,
-    solve_hierarchy,
 )
 from plantigrade.wbc.tasks.posture import TimedPostureSettings
 from tests.models.presets import person, random_state
