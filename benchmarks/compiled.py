@@ -17,9 +17,9 @@ from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.problem.dynamics import dynamics
-from plantigrade.synthesize.transcription.derivatives import Derivatives
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.problem.dynamics import dynamics
+from plantigrade.trajopt.transcription.derivatives import Derivatives
 
 NODES = 61
 REPEATS = 15  # evaluations of which the fastest counts

@@ -14,7 +14,7 @@ from threading import Event, Thread
 from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import RATE, run
-from plantigrade.report.live_world import LiveWorld
+from plantigrade.pages.live_world import LiveWorld
 from plantigrade.workflows.live import prepare, responsive
 
 SECONDS, PUSHES = 10.0, 4

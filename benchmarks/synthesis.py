@@ -16,7 +16,7 @@ import numpy as np
 
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.models import Human
-from plantigrade.synthesize import (
+from plantigrade.trajopt import (
     ContactBody,
     InteriorPoint,
     MotionTask,
@@ -24,10 +24,10 @@ from plantigrade.synthesize import (
     Problem,
     make_task,
 )
-from plantigrade.synthesize.solvers import kkt
-from plantigrade.synthesize.transcription.constraint_block import ConstraintBlock
-from plantigrade.synthesize.transcription.derivatives import Derivatives
-from plantigrade.synthesize.transcription.linear_map import Transcription
+from plantigrade.trajopt.solvers import kkt
+from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
+from plantigrade.trajopt.transcription.derivatives import Derivatives
+from plantigrade.trajopt.transcription.linear_map import Transcription
 
 NODES = (61, 121, 301)
 ITERATIONS = 5  # that are timed, after as many that are not

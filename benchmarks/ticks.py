@@ -22,8 +22,8 @@ from plantigrade.errors import PlantigradeError
 from plantigrade.experiments.table import Row, at_most
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.reproduce.gait import TASKS, gait_order
-from plantigrade.reproduce.reference import Reference, reference_of
+from plantigrade.ordered_tasks.gait import TASKS, gait_order
+from plantigrade.ordered_tasks.reference import Reference, reference_of
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import MotionSettings, move
 from plantigrade.wbc.tasks import ComTask, PointTask, TimedPosture

@@ -8,14 +8,9 @@ plantigrade`` costs nothing::
     run = pg.fit("walk.c3d")
     run.record.motion["knee_angle_r"]  # [rad]
     run.report()  # runs/fit-walk/report.html
-
-``synthesize``, ``reproduce``, ``report`` and ``vault`` are functions and also rooms of this
-package: whichever is met first, the name is the room, and calling the room calls the function.
 """
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -100,49 +95,15 @@ _HOMES = {
     "vault": "workflows.vault",
 }
 """Public name → the module of this package it lives in."""
-_ROOMS = ("report", "reproduce", "synthesize", "vault")
-
-
-def _load(name: str) -> Any:
-    """Return what lives under a public name, loaded."""
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-
-
-class _Room(ModuleType):
-    """A room that bears the name of a function of the face: calling it calls the function."""
-
-    def __call__(self, *args: Any, **options: Any) -> Any:
-        return _load(self.__name__.rpartition(".")[2])(*args, **options)
-
-    @property
-    def __signature__(self) -> Any:
-        import inspect
-
-        return inspect.signature(_load(self.__name__.rpartition(".")[2]))
-
-    def __reduce__(self) -> tuple[Any, tuple[str]]:
-        return import_module, (self.__name__,)
-
-
-class _Face(ModuleType):
-    """This module: it makes a room callable when the room is imported, whoever imports it."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name in _ROOMS and type(value) is ModuleType:
-            value.__class__ = _Room
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Face
 
 
 def __getattr__(name: str) -> Any:
     """Return a public name, loaded when it is first used."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module(f"{__name__}.{name}") if name in _ROOMS else _load(name)
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    """Return every name, loaded or not."""
-    return sorted({*globals(), *__all__})
+    """Return the public names, loaded or not."""
+    return sorted(__all__)

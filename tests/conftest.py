@@ -139,8 +139,8 @@ class Synthesized:
 @pytest.fixture(scope="session")
 def synthesized(tmp_path_factory) -> Synthesized:
     """A periodic walk made from the task alone: the solution, its run, what was told."""
-    from plantigrade.synthesize import ContactBody, parse_task_file, synthesize
-    from plantigrade.synthesize.tasks.settings import Walk
+    from plantigrade.trajopt import ContactBody, parse_task_file, synthesize
+    from plantigrade.trajopt.tasks.settings import Walk
     from plantigrade.workflows.save import save
     from plantigrade.workflows.settings import SolveSettings
     from plantigrade.workflows.synthesize import Origin, person, run_of, the_task

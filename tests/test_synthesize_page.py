@@ -49,7 +49,7 @@ def test_hips_go_down_as_far_as_was_asked(page):
 
 
 def test_the_task_file_shifts_the_weight(page):
-    from plantigrade.synthesize import parse_task_file, synthesize
+    from plantigrade.trajopt import parse_task_file, synthesize
 
     (text,) = blocks("toml")
     told = parse_task_file(text)

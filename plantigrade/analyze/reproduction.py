@@ -24,8 +24,8 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
 from plantigrade.motion.resample import interpolate
+from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.record import Record
-from plantigrade.reproduce.phases import Phase
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
 ROTATIONS = (

@@ -119,8 +119,8 @@ def batch_folder(options: RunOptions, name: str, open_: "Callable[[Path], Made]"
 
 def batch_outcome(batch: "Batch", progress: "Progress") -> Outcome:
     """Compute a batch and return what is printed of it."""
+    from plantigrade.pages.batch import PAGE
     from plantigrade.record.batch import FAILED
-    from plantigrade.report.batch import PAGE
 
     printed = 0
     for result in batch:

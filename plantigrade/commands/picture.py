@@ -101,9 +101,9 @@ class Command(PrintOptions, Bounded):
                     raise ParameterError(f"--{name} has no effect with --still")
 
     def _moving(self, run: "Run") -> tuple[str, dict[str, Any]]:
-        from plantigrade.report.moving import moving_picture
-        from plantigrade.report.pages import title_of_run
-        from plantigrade.report.section import Subject
+        from plantigrade.pages.moving import moving_picture
+        from plantigrade.pages.pages import title_of_run
+        from plantigrade.pages.section import Subject
 
         picture = moving_picture(
             run.record,
@@ -121,8 +121,8 @@ class Command(PrintOptions, Bounded):
         return picture.svg, facts
 
     def _still(self, run: "Run") -> tuple[str, dict[str, Any]]:
-        from plantigrade.report.pages import PICTURES, strip_of
-        from plantigrade.report.section import Subject
+        from plantigrade.pages.pages import PICTURES, strip_of
+        from plantigrade.pages.section import Subject
 
         svg = strip_of(
             Subject(run),

@@ -20,7 +20,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import ParameterError
 from plantigrade.options import optional, refuse_unknown
-from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings
+from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings
 from plantigrade.workflows.settings import (
     PAPER,
     TRACK,
@@ -298,7 +298,7 @@ def parse(words: Sequence[str]) -> Any:
         )
     kind = SUBCOMMANDS.get(first)
     if first.lower().endswith(".toml"):
-        from plantigrade.synthesize.tasks.task_file import read_task_file
+        from plantigrade.trajopt.tasks.task_file import read_task_file
 
         file = read_task_file(first)
         kind = SUBCOMMANDS[file.base]

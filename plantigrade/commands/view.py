@@ -34,11 +34,11 @@ class Command(PrintOptions, Bounded):
         Raises:
             FileError: If the folder is no run folder.
         """
+        from plantigrade.pages.live import serve
+        from plantigrade.pages.pages import title_of_run
+        from plantigrade.pages.section import Subject
         from plantigrade.record import Run
         from plantigrade.record.folder import read_metrics
-        from plantigrade.report.live import serve
-        from plantigrade.report.pages import title_of_run
-        from plantigrade.report.section import Subject
 
         run = Run.load(self.run_folder)
         serve(

@@ -27,7 +27,7 @@ def flat_sites(
 
     Returns:
         Name → x along the foot, y to the left, both without the rolling of the sphere
-        (:func:`~plantigrade.synthesize.problem.contact.site_places`), and the height of the
+        (:func:`~plantigrade.trajopt.problem.contact.site_places`), and the height of the
         lowest point [m].
     """
     from scipy.optimize import least_squares

@@ -29,7 +29,7 @@ from plantigrade.experiments.walking import (
     recorded,
     runs,
 )
-from plantigrade.report.section import Section
+from plantigrade.pages.section import Section
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.harness import Going, PushedWalk, walk, world_of
 from plantigrade.workflows.motions import synthesize

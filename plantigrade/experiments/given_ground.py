@@ -17,7 +17,7 @@ from plantigrade.kinematics.textbook_walk import TextbookWalk
 from plantigrade.motion.filters import lowpass
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
-from plantigrade.synthesize.tasks.settings import Walk
+from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.workflows.fit import fit_recording
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.synthesize import synthesize_task

@@ -10,7 +10,7 @@ from plantigrade.experiments.kept_results import KeptResults, Result
 from plantigrade.experiments.page import Grid, write_page
 from plantigrade.experiments.synthesis_trial import chosen_parts
 from plantigrade.experiments.table import ResultTable, Row
-from plantigrade.report.section import Section
+from plantigrade.pages.section import Section
 
 Cases = Mapping[str, Callable[[], dict[str, Any]]]
 """Key of a result → what makes it."""

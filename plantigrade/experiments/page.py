@@ -7,7 +7,7 @@ from pathlib import Path
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.synthesis_trial import failures
 from plantigrade.experiments.table import ResultTable, sheet
-from plantigrade.report.section import Section, page_html
+from plantigrade.pages.section import Section, page_html
 
 
 @dataclass(frozen=True)

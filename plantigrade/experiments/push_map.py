@@ -37,7 +37,7 @@ from plantigrade.experiments.walking import (
     runs,
     walking,
 )
-from plantigrade.report.section import Section
+from plantigrade.pages.section import Section
 from plantigrade.workflows.harness import PushedWalk
 from plantigrade.workflows.other_bodies import limits_of
 from plantigrade.world.push_limits import PushTest, directions, push_limit

@@ -18,7 +18,7 @@ from plantigrade.experiments.measured import Cases, Measured
 from plantigrade.experiments.page import Grid
 from plantigrade.experiments.standing import FORMULATIONS, MASS, ORDER, ROOMS, Standing, stands
 from plantigrade.experiments.table import Row, at_least
-from plantigrade.report.section import Section
+from plantigrade.pages.section import Section
 from plantigrade.world.push_limits import PushTest, directions, on_feet, predicted_limit
 
 DURATION, WATCH, STEP = 0.4, 5.0, 2.5  # of a push [s], of what follows [s], of the forces [N]

@@ -14,7 +14,7 @@ from plantigrade.analyze.norms import CHILDREN, norm
 from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
 from plantigrade.constants import GRAVITY
 from plantigrade.experiments.table import ResultTable, Row, at_most, equal, sheet
-from plantigrade.synthesize.zhakatayev2023 import (
+from plantigrade.trajopt.zhakatayev2023 import (
     BASES,
     MOTIONS,
     PaperSolution,

@@ -32,7 +32,7 @@ NOTES = (
     "machine, whatever else it was doing. Loading is what the first motion of a process waits "
     "longer for derivatives that are on disk already. No compiler is used anywhere. Noise on a "
     "first guess is a sum of smooth waves on every coordinate "
-    "(plantigrade.synthesize.guess.walk.with_noise), its size a root mean square. 'helped' counts "
+    "(plantigrade.trajopt.guess.walk.with_noise), its size a root mean square. 'helped' counts "
     "motions whose first try failed: an easier problem then leads there, and starts from the "
     "task's own guess without the noise. 'costs' counts the different minima that guesses of a "
     "part led to (costs that differ by more than a thousandth).",

@@ -18,10 +18,10 @@ from plantigrade.experiments.synthesis_trial import (
     tried,
 )
 from plantigrade.models import Human
-from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-from plantigrade.synthesize.tasks.task import MotionTask
-from plantigrade.synthesize.tasks.walking_plan import walk_plan
-from plantigrade.synthesize.transcription.mesh import nodes_of
+from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.walking_plan import walk_plan
+from plantigrade.trajopt.transcription.mesh import nodes_of
 
 SPEED, DURATION = 1.3, 3.0  # of the walk [m/s], [s]
 NODES, FINE_NODES = 61, 301

@@ -35,9 +35,9 @@ from plantigrade.experiments.synthesis_trial import (
 )
 from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, between
 from plantigrade.models import Person
+from plantigrade.pages.section import Section
 from plantigrade.record import Run
-from plantigrade.report.section import Section
-from plantigrade.synthesize.tasks.gait_parameters import leg_length
+from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
 FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
 OTHERS = ("sit-to-stand", "stand-to-sit", "squat", "reach", "side-step", "jump")

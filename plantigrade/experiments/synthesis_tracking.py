@@ -21,7 +21,7 @@ from plantigrade.experiments.fit_accuracy import SETTLED, WALKS
 from plantigrade.experiments.force_figures import FORCES, MOMENTS, Figure
 from plantigrade.experiments.gait_forces import STANCES
 from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials, sheet
-from plantigrade.reproduce.phases import walking_events
+from plantigrade.ordered_tasks.phases import walking_events
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.track import Tracked, track_trial

@@ -10,13 +10,13 @@ from plantigrade.experiments.kept_results import Result
 from plantigrade.experiments.table import Row
 from plantigrade.models import Human
 from plantigrade.record import Run
-from plantigrade.synthesize.guess.walk import crude_guess, with_noise
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution, Stage
-from plantigrade.synthesize.solve import synthesize
-from plantigrade.synthesize.solvers.interior_point import InteriorPoint, Options
-from plantigrade.synthesize.tasks.registry import make_task
-from plantigrade.synthesize.tasks.task import MotionTask
+from plantigrade.trajopt.guess.walk import crude_guess, with_noise
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.solution import Solution, Stage
+from plantigrade.trajopt.solve import synthesize
+from plantigrade.trajopt.solvers.interior_point import InteriorPoint, Options
+from plantigrade.trajopt.tasks.registry import make_task
+from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.workflows.synthesize import run_of
 
 LAST = 4  # iterations of each stage that are kept of a failure

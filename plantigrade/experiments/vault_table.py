@@ -16,11 +16,11 @@ from plantigrade.errors import SolverError
 from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.experiments.table import ResultTable, Row, at_most, between, sheet
 from plantigrade.record.jobs import run_jobs
-from plantigrade.vault.changes import AGAIN, Changed, ranking, sensitivity
-from plantigrade.vault.result import Vaulted, angular_difference
-from plantigrade.vault.search import OPTIMISERS, Found, Search
-from plantigrade.vault.segments import NAMES
-from plantigrade.vault.simulation import NODES, Vault
+from plantigrade.vaulting.changes import AGAIN, Changed, ranking, sensitivity
+from plantigrade.vaulting.result import Vaulted, angular_difference
+from plantigrade.vaulting.search import OPTIMISERS, Found, Search
+from plantigrade.vaulting.segments import NAMES
+from plantigrade.vaulting.simulation import NODES, Vault
 from plantigrade.workflows.settings import VaultSettings
 from plantigrade.workflows.vault import FINE, figures_of, recorded, the_vault
 

@@ -2,5 +2,5 @@
 
 A :class:`~plantigrade.live.session.Session` is a world, a controller and what a person changes of
 both; a :class:`~plantigrade.live.clock.Clock` keeps it to real time. What is drawn of it, and how
-it is handled, lies in :mod:`plantigrade.report`.
+it is handled, lies in :mod:`plantigrade.pages`.
 """

@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 from plantigrade.errors import NothingToFit, ParameterError
 from plantigrade.extras import require
 from plantigrade.options import as_path
+from plantigrade.pages.batch import PAGE, BatchKind, page_html_of
 from plantigrade.record.batch import BatchFolder, Row
 from plantigrade.record.folder import METRICS
 from plantigrade.record.jobs import Done, Workers
 from plantigrade.record.provenance import sha256_of
-from plantigrade.report.batch import PAGE, BatchKind, page_html_of
 from plantigrade.workflows.batch_items import Group, Item, Result
 from plantigrade.workflows.batch_pace import Pace
 from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpack

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from plantigrade.report.batch import BatchKind
+from plantigrade.pages.batch import BatchKind
 from plantigrade.workflows.batch_items import Result
 
 MAX_LINES = 200

@@ -9,12 +9,12 @@ from plantigrade import __version__
 from plantigrade.analyze.run_comparison import RunComparison, compare_runs
 from plantigrade.errors import ParameterError
 from plantigrade.options import as_path
+from plantigrade.pages.compare import compare_html
 from plantigrade.printable import cell
 from plantigrade.record import Run
 from plantigrade.record.folder import METRICS, write_folder
 from plantigrade.record.provenance import source_files
 from plantigrade.record.run import RUNS
-from plantigrade.report.compare import compare_html
 
 PAGE, TABLE = "compare.html", "compare.csv"
 

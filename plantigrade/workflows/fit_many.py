@@ -13,11 +13,11 @@ from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.io import format_of
 from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import candidates
+from plantigrade.pages.batch import FITS
 from plantigrade.record import Run
 from plantigrade.record.inputs import Inputs, inputs, names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.record.provenance import sha256_of
-from plantigrade.report.batch import FITS
 from plantigrade.workflows.batch import Batch, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.batch_work import Keep

@@ -19,8 +19,8 @@ from plantigrade.live.session import Cast, Choice, Session, run
 from plantigrade.live.slope import Slope
 from plantigrade.models import Human
 from plantigrade.notes import Info
+from plantigrade.pages.live_world import LiveWorld
 from plantigrade.record import Run
-from plantigrade.report.live_world import LiveWorld
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, silent

@@ -9,10 +9,10 @@ from typing import Any
 from plantigrade.errors import ParameterError
 from plantigrade.options import as_path, refuse_unknown
 from plantigrade.record import Run
-from plantigrade.synthesize.solve import Progress
-from plantigrade.synthesize.tasks.settings import TASKS
-from plantigrade.synthesize.tasks.task_file import read_task_file
 from plantigrade.threads import on_one_thread
+from plantigrade.trajopt.solve import Progress
+from plantigrade.trajopt.tasks.settings import TASKS
+from plantigrade.trajopt.tasks.task_file import read_task_file
 from plantigrade.workflows.fit import silent
 from plantigrade.workflows.settings import (
     PAPER,
@@ -39,7 +39,7 @@ def synthesize(
     """Generate a motion from a task by trajectory optimisation, and check it.
 
     Args:
-        task: A task of :data:`~plantigrade.synthesize.tasks.settings.TASKS` (``"walk"``,
+        task: A task of :data:`~plantigrade.trajopt.tasks.settings.TASKS` (``"walk"``,
             ``"sit-to-stand"``, …), a task file (``"mine.toml"``), ``"zhakatayev2023"`` for a
             motion as the paper sets it, or ``"track"`` to move a ``recording`` by forces.
         settings: How it is solved: ``SolveSettings``, for the last two ``PaperSettings`` or

@@ -19,10 +19,10 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
 from plantigrade.notes import Info
+from plantigrade.ordered_tasks.gait import gait_tasks
+from plantigrade.ordered_tasks.reference import Reference
+from plantigrade.ordered_tasks.result import rebuild
 from plantigrade.record import Record, Run
-from plantigrade.reproduce.gait import gait_tasks
-from plantigrade.reproduce.reference import Reference
-from plantigrade.reproduce.result import rebuild
 from plantigrade.threads import on_one_thread
 from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.fit import (

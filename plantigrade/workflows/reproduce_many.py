@@ -7,11 +7,11 @@ from typing import Any
 
 from plantigrade.analyze.reproduction import compare
 from plantigrade.errors import ParameterError
+from plantigrade.pages.batch import REPRODUCED
 from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
 from plantigrade.record.inputs import Inputs, names_of
 from plantigrade.record.jobs import Workers
-from plantigrade.report.batch import REPRODUCED
 from plantigrade.workflows.batch import Batch, Concluded, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.batch_work import Keep

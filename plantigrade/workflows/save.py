@@ -8,11 +8,11 @@ from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
 from plantigrade.options import as_path
+from plantigrade.pages.pages import pages
 from plantigrade.record import Run
 from plantigrade.record.folder import METRICS, replace_files
 from plantigrade.record.provenance import source_files
 from plantigrade.record.run import COORDINATES, MODEL, MOTION
-from plantigrade.report.pages import pages
 from plantigrade.workflows.settings import FitSettings
 
 REPORT = "report.html"

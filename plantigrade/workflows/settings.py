@@ -19,9 +19,9 @@ from plantigrade.options import (
     Years,
     refuse_unknown,
 )
-from plantigrade.synthesize.tasks.settings import Basis
-from plantigrade.vault.approach import Approach
-from plantigrade.vault.table import Table
+from plantigrade.trajopt.tasks.settings import Basis
+from plantigrade.vaulting.approach import Approach
+from plantigrade.vaulting.table import Table
 
 TRACK, PAPER = "track", "zhakatayev2023"
 """Motions that ``synthesize`` makes from something other than a task."""

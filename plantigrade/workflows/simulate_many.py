@@ -8,12 +8,12 @@ from typing import Any
 
 from plantigrade.control.balance import script_named
 from plantigrade.errors import ParameterError
+from plantigrade.pages.batch import SIMULATIONS
 from plantigrade.record import Run
 from plantigrade.record.folder import METRICS
 from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.record.run import MODEL, MOTION
-from plantigrade.report.batch import SIMULATIONS
 from plantigrade.workflows.batch import Batch, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.batch_work import Keep

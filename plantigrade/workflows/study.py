@@ -10,9 +10,9 @@ from typing import Any
 from plantigrade import __version__
 from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison
+from plantigrade.pages.study import Gait, study_html
 from plantigrade.printable import cell
 from plantigrade.record.provenance import source_files
-from plantigrade.report.study import Gait, study_html
 from plantigrade.workflows.settings import ReproduceSettings
 
 PAGE, TABLE = "study.html", "study.csv"

@@ -16,20 +16,20 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
-from plantigrade.synthesize.diagnose.violations import Violation
-from plantigrade.synthesize.guess.walk import with_noise
-from plantigrade.synthesize.optimise_timing import optimise_timing
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution
-from plantigrade.synthesize.solve import Progress, synthesize
-from plantigrade.synthesize.tasks.gait_parameters import GaitParameters, gait_parameters
-from plantigrade.synthesize.tasks.registry import task_for
-from plantigrade.synthesize.tasks.settings import TASKS, TaskSettings, Walk
-from plantigrade.synthesize.tasks.task import MotionTask
-from plantigrade.synthesize.tasks.task_file import TaskFile
-from plantigrade.synthesize.tasks.walking import periodic_walk
-from plantigrade.synthesize.warm_start import WarmStart
-from plantigrade.synthesize.zhakatayev2023 import paper_motion
+from plantigrade.trajopt.diagnose.violations import Violation
+from plantigrade.trajopt.guess.walk import with_noise
+from plantigrade.trajopt.optimise_timing import optimise_timing
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.solution import Solution
+from plantigrade.trajopt.solve import Progress, synthesize
+from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.trajopt.tasks.registry import task_for
+from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings, Walk
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.task_file import TaskFile
+from plantigrade.trajopt.tasks.walking import periodic_walk
+from plantigrade.trajopt.warm_start import WarmStart
+from plantigrade.trajopt.zhakatayev2023 import paper_motion
 from plantigrade.workflows.replays import certificate, certified
 from plantigrade.workflows.settings import (
     DEFAULT_JOINTS,

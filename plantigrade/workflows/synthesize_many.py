@@ -8,10 +8,10 @@ from typing import Any
 
 from plantigrade.errors import ParameterError
 from plantigrade.options import as_path
+from plantigrade.pages.batch import MOTIONS
 from plantigrade.record import Run
 from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
-from plantigrade.report.batch import MOTIONS
 from plantigrade.workflows.batch import Batch, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.batch_work import Keep

@@ -30,13 +30,13 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
 from plantigrade.motion.filters import resample
 from plantigrade.options import as_path
+from plantigrade.ordered_tasks.phases import walking_events
 from plantigrade.record import Record, Run
-from plantigrade.reproduce.phases import walking_events
-from plantigrade.synthesize.problem.contact_body import ContactBody
-from plantigrade.synthesize.solution import Solution
-from plantigrade.synthesize.solve import Progress, synthesize
-from plantigrade.synthesize.tasks.tracking import Tracking, grounded
-from plantigrade.synthesize.tasks.tracking import track as track_task
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.solution import Solution
+from plantigrade.trajopt.solve import Progress, synthesize
+from plantigrade.trajopt.tasks.tracking import Tracking, grounded
+from plantigrade.trajopt.tasks.tracking import track as track_task
 from plantigrade.workflows.fit import fit_trial, norm_signals, silent
 from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures

@@ -11,13 +11,13 @@ from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
 from plantigrade.threads import on_one_thread
-from plantigrade.vault.approach import NAMES, Approach
-from plantigrade.vault.changes import Changed, ranking, sensitivity
-from plantigrade.vault.result import Vaulted, angular_difference
-from plantigrade.vault.search import OPTIMISERS, Found, Search, searched
-from plantigrade.vault.segments import Segments
-from plantigrade.vault.simulation import LONGEST, Vault
-from plantigrade.vault.table import Table
+from plantigrade.vaulting.approach import NAMES, Approach
+from plantigrade.vaulting.changes import Changed, ranking, sensitivity
+from plantigrade.vaulting.result import Vaulted, angular_difference
+from plantigrade.vaulting.search import OPTIMISERS, Found, Search, searched
+from plantigrade.vaulting.segments import Segments
+from plantigrade.vaulting.simulation import LONGEST, Vault
+from plantigrade.vaulting.table import Table
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
 

@@ -27,10 +27,10 @@ from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.recording import even_clock
 from plantigrade.notes import Info
+from plantigrade.ordered_tasks.phases import in_order, walking_events
+from plantigrade.ordered_tasks.reference import Reference, reference_of
+from plantigrade.ordered_tasks.unroll import find_loop, unroll
 from plantigrade.record import Record
-from plantigrade.reproduce.phases import in_order, walking_events
-from plantigrade.reproduce.reference import Reference, reference_of
-from plantigrade.reproduce.unroll import find_loop, unroll
 
 UNEVEN = 0.06
 """Feet that stand at heights further apart are not on level ground [m]."""

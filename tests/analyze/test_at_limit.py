@@ -8,7 +8,7 @@ import pytest
 from plantigrade.analyze.at_limit import at_limit, cycles_at_limit, limit_figures, limit_notes
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.record import Limits
-from tests.report.walker import walk, walker
+from tests.pages.walker import walk, walker
 
 
 def pinned(**shares):

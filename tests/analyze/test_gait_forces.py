@@ -7,7 +7,7 @@ import pytest
 
 from plantigrade.analyze.gait_forces import STANCE, compare_forces, measured_signals
 from plantigrade.constants import SIDES
-from tests.report.walker import walk, walker
+from tests.pages.walker import walk, walker
 
 
 @pytest.fixture(scope="module")

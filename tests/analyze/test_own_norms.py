@@ -14,7 +14,7 @@ from plantigrade.commands.norms import Command as Norms
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Run
-from tests.report.walker import walk
+from tests.pages.walker import walk
 
 TABLE = "# our 3 friends\nvariable,percent,mean,sd\nknee_angle,0,5,4\nknee_angle,100,7,2\n"
 

@@ -14,8 +14,8 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.ordered_tasks import GaitTasks, Reference, ReproducedGait, reference_of
 from plantigrade.record import Record
-from plantigrade.reproduce import GaitTasks, Reference, ReproducedGait, reference_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.wbc import OrderedMotion, TaskOrder
 from plantigrade.workflows.textbook import TextbookWalk, textbook_walk

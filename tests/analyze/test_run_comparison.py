@@ -11,11 +11,11 @@ import plantigrade as pg
 from plantigrade.commands.main import main
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.pages.compare import compare_html
 from plantigrade.record import Run
-from plantigrade.report.compare import compare_html
 from plantigrade.workflows.compare import write
 from tests.analyze.test_own_norms import bent
-from tests.report.walker import walk
+from tests.pages.walker import walk
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, pelvis_angles_to_quaternion
-from plantigrade.synthesize.tasks.chair import seated_posture
+from plantigrade.trajopt.tasks.chair import seated_posture
 from plantigrade.workflows.fit import fit_trial
 
 TIME = np.arange(24) / 50.0

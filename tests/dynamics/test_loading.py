@@ -13,7 +13,7 @@ from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     pelvis_angles_to_quaternion,
 )
-from plantigrade.synthesize.tasks.chair import seated_posture
+from plantigrade.trajopt.tasks.chair import seated_posture
 
 TIME = np.arange(60) / 50.0
 

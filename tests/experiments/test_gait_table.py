@@ -26,8 +26,8 @@ from plantigrade.experiments.gait_walks import (
     reproduce_walks,
 )
 from plantigrade.motion import Motion
+from plantigrade.ordered_tasks.gait import TASKS
 from plantigrade.record import Record
-from plantigrade.reproduce.gait import TASKS
 from tests.analyze.test_gait_study import NAMES, comparison
 from tests.models.presets import person
 

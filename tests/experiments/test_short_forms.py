@@ -16,7 +16,7 @@ from plantigrade.experiments import (
 )
 from plantigrade.experiments.gait_walks import PEOPLE, Walks, reproduce_walks
 from plantigrade.experiments.table import Row
-from plantigrade.synthesize.zhakatayev2023 import MOTIONS
+from plantigrade.trajopt.zhakatayev2023 import MOTIONS
 
 OVER_TRIALS = (
     fit_accuracy,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.experiments import spline_table
-from plantigrade.synthesize.zhakatayev2023 import MOTIONS
+from plantigrade.trajopt.zhakatayev2023 import MOTIONS
 
 
 def test_measured_knees_bend_in_swing(data):

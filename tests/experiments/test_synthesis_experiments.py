@@ -17,7 +17,7 @@ from plantigrade.experiments.kept_results import KeptResults, code_of, code_vers
 from plantigrade.experiments.random_requests import random_request
 from plantigrade.experiments.synthesis_planes import growth_row
 from plantigrade.experiments.synthesis_trial import crude, task_of, tried, why
-from plantigrade.synthesize.transcription.mesh import nodes_of
+from plantigrade.trajopt.transcription.mesh import nodes_of
 
 STAGE = {
     "name": "first try",
@@ -115,7 +115,7 @@ def test_the_walk_takes_three_seconds_on_enough_nodes(human):
 
 
 def test_the_crude_guess_knows_nothing_of_walking(human):
-    from plantigrade.synthesize import ContactBody
+    from plantigrade.trajopt import ContactBody
 
     task = crude(cases.walk_of(human, cases.Extent()))
     body = ContactBody.for_plan(human, task.plan)

@@ -15,9 +15,9 @@ from plantigrade.kinematics.given_ground import below_feet, suggested
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
-from plantigrade.synthesize.guess.walk import walking_guess
-from plantigrade.synthesize.tasks.gait_parameters import gait_parameters
-from plantigrade.synthesize.tasks.walking_plan import walk_plan
+from plantigrade.trajopt.guess.walk import walking_guess
+from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
+from plantigrade.trajopt.tasks.walking_plan import walk_plan
 from plantigrade.workflows.fit import given_ground
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.textbook import recorded, textbook_walk

@@ -10,8 +10,8 @@ import numpy as np
 
 from plantigrade.record import Condition, Record, Run
 from tests.nasty.seeds import Make, Wholes
-from tests.report.runs import from_tasks, solved
-from tests.report.walker import walk, walker
+from tests.pages.runs import from_tasks, solved
+from tests.pages.walker import walk, walker
 
 
 def signals(record: Record) -> dict[str, np.ndarray]:

@@ -17,8 +17,8 @@ import plantigrade.learn
 from plantigrade.io import read
 from plantigrade.io.csv import write_csv
 from plantigrade.motion import ForcePlate, GaitEvent, Markers, Recording, Subject, Table
-from plantigrade.synthesize.tasks.settings import TASKS
-from plantigrade.synthesize.tasks.task_file import TaskFile
+from plantigrade.trajopt.tasks.settings import TASKS
+from plantigrade.trajopt.tasks.task_file import TaskFile
 
 Make = Callable[[Path], Path]
 """Makes a seed in a folder, and returns the path of the file that is damaged."""

@@ -30,13 +30,13 @@ from plantigrade.learn.policy import Policy
 from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
 from plantigrade.motion import Recording
+from plantigrade.pages.batch import FITS, page_html_of
+from plantigrade.pages.pages import pages
 from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
 from plantigrade.record.folder import FORMAT, METRICS
 from plantigrade.record.inputs import inputs
-from plantigrade.report.batch import FITS, page_html_of
-from plantigrade.report.pages import pages
-from plantigrade.synthesize import read_task_file
+from plantigrade.trajopt import read_task_file
 from tests import nasty
 from tests.nasty import npz, runs, seeds
 

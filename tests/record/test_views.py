@@ -9,7 +9,7 @@ import pytest
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.record import Run
 from plantigrade.record.views import columns_of
-from tests.report.walker import walk, walker
+from tests.pages.walker import walk, walker
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import pytest
 
 from plantigrade.errors import FitError, ParameterError
 from plantigrade.motion import Markers, Recording, Subject
+from plantigrade.pages.pages import pages
 from plantigrade.record import Run
-from plantigrade.report.pages import pages
 from plantigrade.workflows import fit as fitting
 from plantigrade.workflows import memory
 from plantigrade.workflows.save import save

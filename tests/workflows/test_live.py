@@ -5,7 +5,7 @@ from threading import Event
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.report.live_world import LiveWorld
+from plantigrade.pages.live_world import LiveWorld
 from plantigrade.workflows import live as module
 from plantigrade.workflows.live import live, prepare
 from plantigrade.world import Controller, StablePD, Summary

@@ -22,8 +22,8 @@ from plantigrade.errors import ReproduceError
 from plantigrade.io import write
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent
+from plantigrade.ordered_tasks.phases import in_order, walking_events
 from plantigrade.record import Run
-from plantigrade.reproduce.phases import in_order, walking_events
 from plantigrade.workflows import reproduce as reproducing
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.save import save

@@ -12,12 +12,12 @@ from plantigrade.analyze.movement import movement_figures
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
-from plantigrade.synthesize import ContactBody, make_task, parse_task_file, synthesize
-from plantigrade.synthesize.diagnose.violations import Violation, pressing, violations
-from plantigrade.synthesize.tasks.settings import Walk
-from plantigrade.synthesize.warm_start import WarmStart
-from plantigrade.synthesize.zhakatayev2023 import MOTIONS, paper_human
-from plantigrade.synthesize.zhakatayev2023.solve import equal_shares, plan_of
+from plantigrade.trajopt import ContactBody, make_task, parse_task_file, synthesize
+from plantigrade.trajopt.diagnose.violations import Violation, pressing, violations
+from plantigrade.trajopt.tasks.settings import Walk
+from plantigrade.trajopt.warm_start import WarmStart
+from plantigrade.trajopt.zhakatayev2023 import MOTIONS, paper_human
+from plantigrade.trajopt.zhakatayev2023.solve import equal_shares, plan_of
 from plantigrade.workflows.settings import SolveSettings
 from plantigrade.workflows.synthesize import (
     in_words,

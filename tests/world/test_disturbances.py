@@ -10,8 +10,8 @@ from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.pages.scene import build_scene
 from plantigrade.record.moving_ground import GroundPath
-from plantigrade.report.scene import build_scene
 from plantigrade.world import (
     Box,
     FloorShift,

@@ -10,11 +10,11 @@ from plantigrade.contact.thing import Thing
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.pages.live import LiveViewer
+from plantigrade.pages.scene import build_scene, side_forces
+from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Run
 from plantigrade.record.things import things_of
-from plantigrade.report.live import LiveViewer
-from plantigrade.report.scene import build_scene, side_forces
-from plantigrade.report.viewer import viewer_html
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Barrier, Load, Push, ThrownBox, World
 

@@ -1,0 +1,136 @@
+"""A recorded gait reproduced from prioritised tasks, with or without forces."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.constants import FRICTION
+from plantigrade.contact.ground import Ground
+from plantigrade.ordered_tasks.forces import ForcedGaitSettings, forced_order
+from plantigrade.ordered_tasks.gait import GaitSettings, GaitTasks, gait_order, phase_ends
+from plantigrade.ordered_tasks.reference import Reference
+from plantigrade.ordered_tasks.schedule import ContactSchedule
+from plantigrade.ordered_tasks.support import Support, SupportSettings, support_of
+from plantigrade.record import Record
+from plantigrade.wbc.forces import Footing, ForceSettings
+from plantigrade.wbc.stepping import MotionSettings, OrderedMotion, move
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings:
+    """Numbers of a reproduced gait, by component.
+
+    Attributes:
+        gait: Gains of the tasks.
+        forced: Gains of a gait that forces move.
+        support: How far the recorded path gives way to the estimated forces.
+        forces: Bounds and costs of contact forces.
+        motion: Integration.
+    """
+
+    gait: GaitSettings = GaitSettings()
+    forced: ForcedGaitSettings = ForcedGaitSettings()
+    support: SupportSettings = SupportSettings()
+    forces: ForceSettings = ForceSettings()
+    motion: MotionSettings = MotionSettings()
+
+
+@dataclass(frozen=True)
+class ReproducedGait:
+    """A recorded gait and the motion reproduced from it.
+
+    Attributes:
+        reference: What the tasks saw of the recording.
+        tasks: Which tasks.
+        motion: What came out.
+        friction: Coefficient of friction.
+        support: What carried it; None for a motion without forces.
+    """
+
+    reference: Reference
+    tasks: GaitTasks
+    motion: OrderedMotion
+    friction: float = FRICTION
+    support: Support | None = None
+
+    def record(self) -> Record:
+        """Return what happened, the recorded motion beside it as ``references["recorded"]``.
+
+        The reference keeps its own frames, on the same clock; :meth:`Motion.at` puts it on others.
+        """
+        reference, record = self.reference, self.motion.record()
+        by_forces = self.motion.qfrc is not None
+        schedule = ContactSchedule(reference, None if by_forces else reference.held)
+        return replace(
+            record,
+            motion=replace(record.motion, events=reference.events),
+            sites=schedule.points.sites,
+            contact_planned=np.array([schedule(float(t)) for t in self.motion.time]),
+            ground=Ground(friction=self.friction),
+            signals={**record.signals, **self._gait_signals()},
+            references={"recorded": reference.motion},
+        )
+
+    def _gait_signals(self) -> dict[str, np.ndarray]:
+        """Return phases, posture instants, contacts and estimated forces of the recording."""
+        phases, contacts = self.reference.phases, self.reference.contacts
+        posture, support, time = self.tasks.posture, self.support, self.motion.time
+        wanted = {}
+        if support is not None:
+            wrench = np.array([support.wrench_at(float(t)) for t in time])
+            wanted["estimated.force"] = wrench[..., :3]
+        return wanted | {
+            "phase.span": np.array([(p.start, p.stop) for p in phases]).reshape(-1, 2),
+            "phase.kind": np.array([p.kind for p in phases], dtype=np.str_),
+            "phase.swing": np.array([p.swing for p in phases], dtype=np.str_),
+            "posture.end": (
+                phase_ends(self.reference, self.tasks.phases) if posture else np.zeros(0)
+            ),
+            "contact.span": np.array([(c.start, c.stop) for c in contacts]).reshape(-1, 2),
+            "contact.place": np.array([f"{c.region}_{c.side}" for c in contacts], dtype=np.str_),
+        }
+
+
+def rebuild(
+    reference: Reference,
+    tasks: GaitTasks | None = None,
+    *,
+    forces: bool = False,
+    friction: float = FRICTION,
+    settings: ReproduceSettings | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> ReproducedGait:
+    """Reproduce a recorded gait from prioritised tasks.
+
+    Args:
+        reference: The recorded gait.
+        tasks: Which tasks; the default ones if absent.
+        forces: Whether forces move the body: joint moments and ground reactions come with it.
+        friction: Coefficient of friction, for forces.
+        settings: Gains, scales and the time step.
+        progress: Called with the share that is done, now and then.
+
+    Raises:
+        ParameterError: If the tasks ask for phases that do not exist.
+        SolverError: If the first tick has no solution.
+    """
+    tasks, s = tasks or GaitTasks(), settings or ReproduceSettings()
+    if forces:
+        support = support_of(reference, s.support)
+        reference, order = support.reference, forced_order(support, tasks, s.forced, s.gait)
+        ground = Footing(friction, support.wrench_at, s.forces)
+    else:
+        order, ground, support = gait_order(reference, tasks, settings=s.gait), None, None
+    motion = move(
+        reference.human,
+        order,
+        reference.at(reference.start),
+        reference.velocity_at(reference.start),
+        start=reference.start,
+        stop=reference.stop,
+        settings=s.motion,
+        ground=ground,
+        progress=progress,
+    )
+    return ReproducedGait(reference, tasks, motion, friction, support)

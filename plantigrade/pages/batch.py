@@ -1,0 +1,412 @@
+"""``batch.html``: many items on one page: distributions, outliers, failures, curves, a table."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from textwrap import shorten
+from typing import Any, Protocol, runtime_checkable
+from urllib.parse import quote
+
+import numpy as np
+
+from plantigrade.analyze.curves import LOADED
+from plantigrade.analyze.gait_profile import ANGLES, SMALLEST
+from plantigrade.arrays import Array
+from plantigrade.charts import Figure, Ribbon, Series, histogram_plot, line_plot
+from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.theme import STROKES
+from plantigrade.motion.cycles import PERCENT
+from plantigrade.pages.section import Section, page_html
+from plantigrade.pages.text import rounded_text
+from plantigrade.record.batch import BatchFolder, Row
+
+PAGE = "batch.html"
+MAX_TABLE_ROWS = 1_000
+"""Items up to which the page has a line for each; a browser scrolls through more only slowly, and
+the table as a file has them all."""
+MAX_LISTED = 100
+"""Outliers, and failures, that are listed."""
+MAX_STATUS_LETTERS = 60
+"""Longest status in a line of the table; reasons of failures are listed whole."""
+MIN_DISTRIBUTION = 5
+"""Fewest values whose distribution is drawn."""
+OUTLIER_ROBUST_SD = 3.5
+"""Distance from the median in robust standard deviations above which a value is an outlier
+([Iglewicz1993]_)."""
+MAD_TO_SD = 1.4826
+"""Standard deviation of normally distributed values over their median absolute deviation."""
+
+Column = tuple[str, tuple[str, ...], int]
+"""Heading, figures (one, or right and left) and decimals of a column of numbers."""
+
+
+@runtime_checkable
+class Ended(Protocol):
+    """Result of an item, as far as it is counted."""
+
+    @property
+    def status(self) -> str:
+        """``"ok"``, what is wrong with the result, or why there is none."""
+        ...
+
+    @property
+    def problem(self) -> str:
+        """Why there is no result; empty where there is one."""
+        ...
+
+    @property
+    def left_out(self) -> bool:
+        """Whether it was found in a folder and holds nothing to work on."""
+        ...
+
+    @property
+    def figures(self) -> Mapping[str, Any]:
+        """Every figure."""
+        ...
+
+
+@dataclass(frozen=True)
+class BatchKind:
+    """Words and columns of a batch.
+
+    Attributes:
+        title: Heading of the page.
+        noun: What an item is.
+        done: What was done with it.
+        columns: Figures of the table, of the distributions and of the outliers.
+        note: What a reader should know of them.
+    """
+
+    title: str
+    noun: str
+    done: str
+    columns: tuple[Column, ...]
+    note: str = ""
+
+    def fails(self, one: Ended) -> bool:
+        """Return whether an item counts as failed."""
+        return one.status != "ok"
+
+    def words(self, one: Ended) -> str:
+        """Return the outcome of an item in a few words."""
+        return one.status
+
+    def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
+        """Return status and counts of a batch."""
+        count = failed = without = left_out = 0
+        for one in ended:
+            if one.left_out:
+                left_out += 1
+                continue
+            count += 1
+            failed += self.fails(one)
+            without += bool(one.problem)
+        status = f"{failed} of {count} {self.noun}s failed" if failed else "ok"
+        if not count:
+            status = f"no {self.noun} could be {self.done}"
+        return {
+            "status": status,
+            f"{self.noun}s_count": count,
+            "failed_count": failed,
+            "without_result_count": without,
+            "left_out_count": left_out,
+        }
+
+    def sentence(self, counts: Mapping[str, Any]) -> str:
+        """Return what was done, in one sentence."""
+        count = counts[f"{self.noun}s_count"]
+        return f"{count - counts['without_result_count']} of {count} {self.noun}s {self.done}."
+
+    def sections(self, rows: Sequence[Row]) -> list[Section]:
+        """Return further sections, before all others."""
+        return []
+
+
+FITS = BatchKind(
+    title="Fitted recordings",
+    noun="recording",
+    done="fitted",
+    columns=(
+        ("marker error [mm]", ("marker_rms_mean_mm",), 1),
+        ("joint error [mm]", ("joint_rms_mm",), 1),
+        ("walking speed [m/s]", ("walking_speed_m_s",), 2),
+        ("running speed [m/s]", ("running_speed_m_s",), 2),
+        ("cadence [1/min]", ("cadence_steps_min",), 0),
+        ("step, right / left [m]", ("step_length_r_m", "step_length_l_m"), 2),
+        ("symmetry index [%]", ("symmetry_index_step_length_pct",), 1),
+        ("GPS, right / left [°]", ("gps_r_deg", "gps_l_deg"), 1),
+        ("GPS, both [°]", ("gps_deg",), 1),
+        ("strides", ("strides_r_count", "strides_l_count"), 0),
+    ),
+    note=(
+        "Error: RMS of the markers, mean over frames, or of the joint centres of a skeleton. "
+        "Symmetry index: of step length (Robinson et al. 1987). GPS: Gait Profile Score; "
+        f"{SMALLEST}° matter clinically (Baker et al. 2009, 2012). Mean and SD are over the "
+        "recordings: give one per person for them to be those of people."
+    ),
+)
+MOTIONS = BatchKind(
+    title="Synthesised motions",
+    noun="motion",
+    done="synthesised",
+    columns=(
+        ("residual force, peak [% BW]", ("check_root_force_max_bw_percent",), 2),
+        ("slip [mm]", ("check_slip_max_mm",), 2),
+        ("walking speed [m/s]", ("walking_speed_m_s",), 2),
+        ("cadence [1/min]", ("cadence_steps_min",), 0),
+        ("cost of transport", ("cost_of_transport",), 2),
+        ("joint work [J]", ("joint_work_absolute_j",), 0),
+        ("duration [s]", ("duration_s",), 2),
+        ("iterations", ("iterations",), 0),
+    ),
+)
+REPRODUCED = BatchKind(
+    title="Reproduced gaits",
+    noun="recording",
+    done="reproduced",
+    columns=(
+        ("range of motion, error [°]", ("rom_error_mean_deg",), 1),
+        ("centre of mass, error [mm]", ("com_error_max_mm",), 1),
+        ("walking speed [m/s]", ("walking_speed_m_s",), 2),
+        ("strides", ("cycles_count",), 0),
+        ("vertical force, RMSE [BW]", ("vertical_force_rmse_bw",), 3),
+        ("vertical force, r", ("vertical_force_correlation",), 3),
+    ),
+)
+
+
+class _Simulations(BatchKind):
+    """Simulations: a fall is a result, a simulation that diverged is none."""
+
+    def fails(self, one: Ended) -> bool:
+        """Return whether a simulation could not be done, or diverged."""
+        return bool(one.problem) or one.figures.get("diverged_at_s") is not None
+
+    def words(self, one: Ended) -> str:
+        """Return how it ended."""
+        return "on the feet" if one.status == "ok" else one.status
+
+    def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
+        """Return status and counts, with the number on their feet at the end."""
+        on_feet = diverged = 0
+
+        def counted() -> Iterator[Ended]:
+            nonlocal on_feet, diverged
+            for one in ended:
+                on_feet += bool(one.figures.get("on_feet"))
+                diverged += one.figures.get("diverged_at_s") is not None
+                yield one
+
+        found = super().counts(counted())
+        status = found["status"].replace("failed", "failed or diverged")
+        return {**found, "status": status, "on_feet_count": on_feet, "diverged_count": diverged}
+
+    def sentence(self, counts: Mapping[str, Any]) -> str:
+        """Return how many stayed on their feet."""
+        return (
+            f"{counts['on_feet_count']} of {counts['simulations_count']} on their feet at the end."
+        )
+
+    def sections(self, rows: Sequence[Row]) -> list[Section]:
+        """Return how many stayed on their feet for each value of what varies."""
+        lines = []
+        for name in rows[0].varied if rows else ():
+            values = list(dict.fromkeys(str(row.varied.get(name)) for row in rows))
+            if not 1 < len(values) < len(rows):
+                continue
+            for value in values:
+                those = [row for row in rows if str(row.varied.get(name)) == value]
+                held = sum(bool(row.figures.get("on_feet")) for row in those)
+                lines.append([name, value, f"{held} of {len(those)}"])
+        headers = ("", "value", "on their feet at the end")
+        return [Section("By varied option", headers=headers, rows=lines)] if lines else []
+
+
+SIMULATIONS = _Simulations(
+    title="Batch of simulations",
+    noun="simulation",
+    done="simulated",
+    columns=(
+        ("fell at [s]", ("fell_at_s",), 2),
+        ("diverged at [s]", ("diverged_at_s",), 2),
+        ("duration [s]", ("duration_s",), 2),
+        ("peak force [BW]", ("vertical_force_max_bw",), 2),
+        ("peak motor torque [%]", ("motor_torque_max_pct",), 0),
+        ("tracking error [°]", ("tracking_error_rms_deg",), 1),
+    ),
+)
+
+
+def page_html_of(kind: BatchKind, store: BatchFolder, counts: Mapping[str, Any]) -> str:
+    """Return the page of a batch as one text without any outside address."""
+    keys = {key for _, keys, _ in kind.columns for key in keys} | {"on_feet"}
+    rows = [  # of each item what the page needs: a batch of 100,000 has more figures than memory
+        replace(row, figures={key: row.figures[key] for key in keys if key in row.figures})
+        for row in store.rows()
+    ]
+    failed = [(row.name, row.status) for row in rows if row.failed]
+    rows = [row for row in rows if not row.left_out]
+    linked = {
+        row.name
+        for row in rows
+        if not row.failed and (store.path / row.name / "report.html").is_file()
+    }
+    more = len(failed) - MAX_LISTED
+    if more > 0:
+        failed = [*failed[:MAX_LISTED], (f"{more} more", "see the table")]
+    return page_html(
+        [
+            *kind.sections(rows),
+            *_distributions(kind, rows),
+            *_outliers(kind, rows, linked),
+            *_mean_curves(store),
+            _table(kind, rows, linked),
+        ],
+        provenance={"command": store.command, **store.spec},
+        title=kind.title,
+        sentence=kind.sentence(counts),
+        status=str(counts["status"]),
+        left_out=failed,
+        key=(("right", STROKES["r"]), ("left", STROKES["l"])),
+        footer=(
+            "All figures of all items are in batch.csv (and batch.parquet), curves in "
+            "curves.parquet or curves.csv. The same command tries again what failed; failed.txt "
+            "lists those files for --list."
+        ),
+    )
+
+
+def _distributions(kind: BatchKind, rows: Sequence[Row]) -> list[Section]:
+    figures = []
+    for label, values in _values(kind, rows):
+        values = values[np.isfinite(values)]
+        if len(values) >= MIN_DISTRIBUTION and np.ptp(values) > 0:
+            name, _, unit = label.partition(" [")
+            figures.append(Figure(histogram_plot(values, title=name, x_label=unit.rstrip("]"))))
+    text = f"Number of {kind.noun}s by value; the line is the median."
+    return [Section("Distributions", figures, text)] if figures else []
+
+
+def _outliers(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> list[Section]:
+    found: list[tuple[float, list[Any]]] = []
+    for label, values in _values(kind, rows):
+        known = values[np.isfinite(values)]
+        if len(known) < MIN_DISTRIBUTION:
+            continue
+        middle = float(np.median(known))
+        sd = MAD_TO_SD * float(np.median(np.abs(known - middle)))
+        if sd <= 0:
+            continue
+        away = np.abs(values - middle) / sd
+        for k in map(int, np.flatnonzero(away > OUTLIER_ROBUST_SD)):
+            shown = [f"{values[k]:.4g}", f"{middle:.4g}", f"{away[k]:.1f}"]
+            found.append((float(away[k]), [_link(rows[k].name, linked), label, *shown]))
+    found.sort(key=lambda each: -each[0])
+    headers = (kind.noun, "figure", "value", "median", "robust SDs away")
+    text = (
+        f"More than {OUTLIER_ROBUST_SD} robust standard deviations (1.4826 times the median "
+        f"absolute deviation) from the median; the {min(len(found), MAX_LISTED)} farthest of "
+        f"{len(found)}."
+    )
+    lines = [line for _, line in found[:MAX_LISTED]]
+    return [Section("Outliers", headers=headers, rows=lines, text=text)] if found else []
+
+
+def _values(kind: BatchKind, rows: Sequence[Row]) -> Iterator[tuple[str, Array]]:
+    """Yield heading and values of every column; of right and left their mean."""
+    for label, keys, _ in kind.columns:
+        values = np.full((len(rows), len(keys)), np.nan)
+        for k, row in enumerate(rows):
+            for i, key in enumerate(keys):
+                if _is_number(value := row.figures.get(key)):
+                    values[k, i] = value
+        known = np.isfinite(values).all(axis=1)
+        yield label, np.where(known, values.mean(axis=1), np.nan)
+
+
+def _mean_curves(store: BatchFolder) -> list[Section]:
+    """Return mean and standard deviation over items of every curve that two items have."""
+    sums: dict[str, list[Any]] = {}
+    for _, curves in store.curve_means():
+        for name, curve in curves.items():
+            mine = sums.setdefault(name, [0, 0.0, 0.0, curve.unit])
+            mine[0], mine[1], mine[2] = (
+                mine[0] + 1,
+                mine[1] + curve.mean,
+                mine[2] + curve.mean**2,
+            )
+    order = [*ANGLES, *(f"{name}_moment" for name in LOADED)]
+    order += ["ground_force_up", "ground_force_forward"]
+    figures, most = [], 0
+    for name in order:
+        series, bands, unit = [], [], ""
+        for key, (count, total, squares, of) in sums.items():
+            if without_side(key) != name or count < 2:
+                continue
+            mean, unit, most = total / count, of, max(most, count)
+            sd = np.sqrt(np.maximum(squares - count * mean**2, 0.0) / (count - 1))
+            colour = STROKES[side_of(key) or ""]
+            series.append(Series(PERCENT, mean, "", colour))
+            bands.append(Ribbon(PERCENT, mean - sd, mean + sd, colour))
+        if series:
+            shown = {"deg": "°", "body weight": "BW"}.get(unit, unit)
+            svg = line_plot(
+                series,
+                bands=bands,
+                title=title_of(name),
+                x_label="% of the gait cycle",
+                y_label=axis_label(name, shown),
+                least=SPAN.get(shown, 0.0),
+            )
+            figures.append(Figure(svg))
+    text = f"Mean and standard deviation over up to {most} items, of the mean of each over cycles."
+    return [Section("Curves over the gait cycle", figures, text)] if figures else []
+
+
+def _table(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> Section:
+    columns = [c for c in kind.columns if any(key in row.figures for row in rows for key in c[1])]
+    own = list(rows[0].varied) if rows else []
+    lines = []
+    for row in rows[:MAX_TABLE_ROWS]:
+        cells = [_cell(row.figures, keys, digits) for _, keys, digits in columns]
+        varied = [str(row.varied.get(name, "")) for name in own]
+        status = shorten(row.status, MAX_STATUS_LETTERS, placeholder=" …")
+        lines.append([_link(row.name, linked), *varied, status, *cells])
+    if len(rows) > 1:
+        spread = [_spread(rows, keys, digits) for _, keys, digits in columns]
+        lines.append(["mean ± SD", *[""] * len(own), "", *spread])
+    text = kind.note
+    if len(rows) > MAX_TABLE_ROWS:
+        text += f" The first {MAX_TABLE_ROWS} of {len(rows)}; all of them are in batch.csv."
+    if not linked and rows:
+        text += " plantigrade report FOLDER writes report and viewer of a run that was kept."
+    headers = (kind.noun, *own, "status", *(label for label, _, _ in columns))
+    return Section(f"{kind.noun.capitalize()}s", headers=headers, rows=lines, text=text.strip())
+
+
+def _link(name: str, linked: set[str]) -> Any:
+    if name not in linked:
+        return name
+    from markupsafe import Markup
+
+    folder = quote(name, errors="surrogateescape")
+    text = '<a href="{0}/report.html">{1}</a> <a href="{0}/viewer.html">viewer</a>'
+    return Markup(text).format(folder, name)
+
+
+def _cell(figures: Mapping[str, Any], keys: Sequence[str], digits: int) -> str:
+    shown = [rounded_text(figures.get(key), digits) for key in keys]
+    return "–" if set(shown) == {"–"} else " / ".join(shown)
+
+
+def _spread(rows: Sequence[Row], keys: Sequence[str], digits: int) -> str:
+    """Return mean and SD over items, of the mean of both sides where there are two."""
+    found = [[row.figures.get(key) for key in keys] for row in rows]
+    known = np.array([v for v in found if all(map(_is_number, v))], dtype=float)
+    if len(known) < 2:
+        return ""
+    known = known.mean(axis=1)
+    return f"{rounded_text(known.mean(), digits)} ± {rounded_text(known.std(ddof=1), digits)}"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,282 @@
+"""``compare.html``: gaits over each other, and their differences with confidence."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from plantigrade.analyze.clinical import compared_with
+from plantigrade.analyze.curve_difference import FEWEST
+from plantigrade.analyze.curves import LOADED
+from plantigrade.analyze.gait_profile import SMALLEST
+from plantigrade.analyze.norms import PUBLISHED_NAMES, Population, names, norm, unit_of
+from plantigrade.analyze.run_comparison import TRUNK, Gait, RunComparison
+from plantigrade.arrays import Array
+from plantigrade.charts import Figure, Ribbon, Series, line_plot
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
+from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
+from plantigrade.motion.cycles import PERCENT
+from plantigrade.pages.section import Section, page_html
+from plantigrade.pages.sections.clinical import LEVELS, OWN_SIDE, PLANES
+from plantigrade.pages.sections.cycles import mean_sd
+from plantigrade.pages.text import rounded_text, signed_text
+
+COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
+"""Of the gaits, in their order; again from the first where there are more."""
+UNITS = {"deg": "°", "N m/kg": "N m/kg", "body weight": "BW"}
+LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in LOADED))
+TABLE = (
+    ("walking speed", "m/s", "walking_speed_m_s", 2),
+    ("running speed", "m/s", "running_speed_m_s", 2),
+    ("cadence", "steps/min", "cadence_steps_min", 0),
+    ("step length, right", "m", "step_length_r_m", 2),
+    ("step length, left", "m", "step_length_l_m", 2),
+    ("step width", "m", "step_width_m", 2),
+    ("stance, right", "% of stride", "stance_r_pct", 1),
+    ("stance, left", "% of stride", "stance_l_pct", 1),
+    ("double support", "% of stride", "double_support_pct", 1),
+    ("Gait Profile Score, right", "°", "gps_r_deg", 1),
+    ("Gait Profile Score, left", "°", "gps_l_deg", 1),
+    ("Gait Profile Score", "°", "gps_deg", 1),
+    ("RMS marker error", "mm", "marker_rms_mean_mm", 1),
+)
+FASTER = 0.1
+"""Difference of walking speeds [m/s] that changes angles by itself."""
+HEIGHT = 182
+
+
+def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
+    """Return the page of a comparison as one text without any outside address."""
+    gaits = found.gaits
+    first, others = gaits[0].name, ", ".join(gait.name for gait in gaits[1:])
+    if found.sides:
+        sentence = "Left and right side of one gait; differences are left minus right."
+        titles = {"": "Right and left"}
+    else:
+        sentence = f"{others} beside {first}; differences are the later minus {first}."
+        titles = {side: f"{word.capitalize()} side" for side, word in SIDE_NAMES.items()}
+    sections = [] if found.sides else [measure_section(found)]
+    ends = {"": ""} if found.sides else {"r": "_r", "l": "_l"}
+    for side, ending in ends.items():
+        sections.append(overlay_section(found, titles[side], ending))
+    for side, ending in ends.items():
+        sections.append(difference_section(found, titles[side], ending))
+    sections += [s for side, ending in ends.items() for s in more_sections(found, side, ending)]
+    return page_html(
+        sections,
+        provenance=provenance,
+        title=f"{first} and {others}" if not found.sides else found.runs[0].title or "Two sides",
+        sentence=sentence,
+        status="ok",
+        who=[_who(found, k) for k in range(len(found.runs))],
+        notes=_notes(found),
+        key=[(gait.name, colour_of(found, k)) for k, gait in enumerate(gaits)],
+        footer="Angles in degrees; coordinates and signs are OpenSim's. Curves are in compare.csv.",
+    )
+
+
+def colour_of(found: RunComparison, k: int) -> str:
+    """Return the colour of a gait: of the sides their own."""
+    return STROKES["rl"[k]] if found.sides else COLOURS[k % len(COLOURS)]
+
+
+def measure_section(found: RunComparison) -> Section:
+    """Return the measures of the runs side by side, and their differences from the first."""
+    rows = []
+    for label, unit, key, digits in TABLE:
+        values = [run.figures.get(key) for run in found.runs]
+        known = [float(v) if isinstance(v, int | float) else None for v in values]
+        if all(value is None for value in known):
+            continue
+        row = [label, *(rounded_text(value, digits) for value in known)]
+        for value in known[1:]:
+            row.append(_minus(value, known[0], digits))
+        rows.append([*row, unit])
+    one = "difference" if len(found.gaits) == 2 else "{} minus first"
+    headers = ["measure", *(gait.name for gait in found.gaits)]
+    headers += [one.format(gait.name) for gait in found.gaits[1:]]
+    text = (
+        f"A Gait Profile Score that differs by less than {SMALLEST}° is not clinically relevant "
+        "(Baker et al. 2012, Gait & Posture 35:612; in children)."
+    )
+    return Section("Measures", headers=[*headers, "unit"], rows=rows, text=text)
+
+
+def overlay_section(found: RunComparison, title: str, ending: str) -> Section:
+    """Return the mean curves of the gaits over each other, in levels and planes."""
+    counts = ", ".join(f"{gait.name} {_count(gait, f'knee_angle{ending}')}" for gait in found.gaits)
+    who = _norm_of(found)
+    text = f"Line and band: mean and standard deviation over cycles ({counts})."
+    text += " Dashed vertical lines: foot off. Thick lines on the axis: the difference from the "
+    text += "first exceeds its 95 % band."
+    if who is not None:
+        text += f" Grey band: mean ± 1 SD of {who[0].people}. {who[0].citation}".rstrip() + "."
+    grid = [[_cell(found, name, ending, overlay) for name in level] for level in LEVELS]
+    return Section(f"{title}: angles", text=text, grid=[PLANES, *grid], sheet=found.sides)
+
+
+def difference_section(found: RunComparison, title: str, ending: str) -> Section:
+    """Return the differences with their bands, in levels and planes."""
+    text = (
+        "Difference of the mean curves; band: 95 % confidence for the whole curve at once (random "
+        "field theory as in statistical parametric mapping, Pataky 2010, J Biomech 43:1976). Where "
+        "it leaves zero out, these recordings differ. It takes cycles as independent: strides that "
+        "follow each other are alike, so it is somewhat too narrow, and another day or markers "
+        "placed anew are not in it; between sessions 2 to 5° are usual for that reason alone "
+        "(McGinley et al. 2009, Gait & Posture 29:360)."
+    )
+    if any(each.half is None for table in found.differences.values() for each in table.values()):
+        text += f" No band: fewer than {FEWEST} cycles of a gait that was measured."
+    grid = [[_cell(found, name, ending, difference) for name in level] for level in LEVELS]
+    return Section(f"{title}: differences", text=text, grid=[PLANES, *grid])
+
+
+def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]:
+    """Return trunk, ground reactions and moments, where all gaits have them."""
+    sections = []
+    trunk = [name for name in TRUNK if name in found.names] if side != "l" else []
+    loads = [f"{name}{ending}" for name in LOADS if f"{name}{ending}" in found.names]
+    word = f", {SIDE_NAMES[side]}" if side else ""
+    for title, shown in (("Trunk", trunk), (f"Ground reactions and moments{word}", loads)):
+        figures = [draw(found, name) for name in shown for draw in (overlay, difference)]
+        if figures:
+            sections.append(Section(title, figures, text="Drawn as above.", folded=True))
+    return sections
+
+
+def overlay(found: RunComparison, name: str, height: int = 210) -> Figure:
+    """Return a curve of all gaits: mean and standard deviation."""
+    series, ribbons, marks, spans = [], [], [], []
+    base, side = _base(name)
+    who = _norm_of(found)
+    if who is not None and PUBLISHED_NAMES.get(base, base) in names(who[0]):
+        band = norm(base, who[1], population=who[0])
+        low, high = band.mean - band.sd, band.mean + band.sd
+        ribbons.append(Ribbon(band.percent, low, high, STROKE_MIDDLE, 0.16))
+    for k, gait in enumerate(found.gaits):
+        colour = colour_of(found, k)
+        mean, sd = mean_sd(gait.curves[name])
+        if len(gait.curves[name]) > 1:
+            ribbons.append(Ribbon(PERCENT, mean - sd, mean + sd, colour, 0.18))
+        series.append(Series(PERCENT, mean, "", colour, 2.0))
+        offs = gait.foot_off.values() if found.sides else [gait.foot_off.get(side or "r")]
+        marks += [(off, colour) for off in offs if off is not None]
+        if k:
+            spans += _spans(found.differences[gait.name][name].beyond, colour)
+    return Figure(
+        line_plot(
+            series, bands=ribbons, marks=marks, spans=spans, title=title_of(base),
+            x_label="gait cycle [%]", y_label=_label(base), least=_least(base), height=height,
+        )
+    )  # fmt: skip
+
+
+def difference(found: RunComparison, name: str, height: int = 210) -> Figure:
+    """Return the differences of a curve from the first gait, each with its band."""
+    series, ribbons, spans = [], [], []
+    base, _ = _base(name)
+    for k, gait in enumerate(found.gaits[1:], start=1):
+        colour = STROKE_MIDDLE if found.sides else colour_of(found, k)
+        each = found.differences[gait.name][name]
+        if each.half is not None:
+            low, high = each.mean - each.half, each.mean + each.half
+            ribbons.append(Ribbon(PERCENT, low, high, colour, 0.22))
+        series.append(Series(PERCENT, each.mean, "", colour, 2.0))
+        spans += _spans(each.beyond, colour)
+    unit = UNITS[unit_of(base)]
+    return Figure(
+        line_plot(
+            series, bands=ribbons, spans=spans, title=f"{title_of(base)}, difference",
+            x_label="gait cycle [%]", y_label=f"[{unit}]", least=_least(base), height=height,
+            zero=True,
+        )
+    )  # fmt: skip
+
+
+def _cell(found: RunComparison, name: str, ending: str, draw) -> Figure | str:
+    if "_" not in name:
+        return name
+    full = f"{name}{ending}"
+    return draw(found, full, HEIGHT) if full in found.names else "do not move in all of them"
+
+
+def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
+    """Return the stretches of the cycle where a difference is greater than its band."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], beyond.astype(int), [0]])))
+    return [
+        (float(PERCENT[a]), float(PERCENT[min(b, len(PERCENT) - 1)]), colour)
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def _norm_of(found: RunComparison) -> tuple[Population, str] | None:
+    """Return the norm of the people compared, where it is one for all of them."""
+    if any(run.figures.get("running") for run in found.runs):
+        return None
+    every = [compared_with(run.record, run.figures) for run in found.runs]
+    same = {(each.population, each.speed_class) for each in every}
+    adults = {each.population for each in every}
+    if len(same) > 1 and not (len(adults) == 1 and every[0].population.name == "adults"):
+        return None
+    return every[0].population, every[0].speed_class
+
+
+def _notes(found: RunComparison) -> list[str]:
+    """Return what has to be known to read the differences."""
+    notes, first = [], found.runs[0]
+    for gait, run in zip(found.gaits[1:], found.runs[1:], strict=False):
+        slow, fast = (
+            r.figures.get("walking_speed_m_s", r.figures.get("running_speed_m_s"))
+            for r in (first, run)
+        )
+        known = isinstance(slow, float) and isinstance(fast, float)
+        if known and abs(fast - slow) > FASTER:
+            notes.append(
+                f"{gait.name} went at {fast:.2f} m/s, {found.gaits[0].name} at {slow:.2f} m/s: "
+                "angles and forces differ for that reason alone."
+            )
+        a, b = (r.record.human for r in (first, run))
+        if abs(a.height - b.height) > 0.03 or (a.joints, a.feet) != (b.joints, b.feet):
+            notes.append(
+                f"{gait.name} ({b.height:.2f} m, {b.joints} joints, {b.feet} feet) is another body "
+                f"than {found.gaits[0].name} ({a.height:.2f} m, {a.joints} joints, {a.feet} feet)."
+            )
+        if run.kind != first.kind:
+            notes.append(
+                f"{gait.name} was made by {run.kind}, {found.gaits[0].name} by {first.kind}."
+            )
+    for gait in found.gaits:
+        if gait.exact:
+            notes.append(
+                f"every stride of {gait.name} is the same because it was generated from a task: "
+                "the band contains the scatter of the others only."
+            )
+    return notes
+
+
+def _who(found: RunComparison, k: int) -> str:
+    run = found.runs[k]
+    human, name = run.record.human, run.name if found.sides else found.gaits[k].name
+    return f"{name}: {run.kind}, {human.height:.2f} m, {human.mass:.1f} kg"
+
+
+def _count(gait: Gait, name: str) -> str:
+    rows = gait.curves.get(name, ())
+    return "as made" if gait.exact else str(len(rows))
+
+
+def _minus(value: float | None, first: float | None, digits: int) -> str:
+    return "–" if value is None or first is None else signed_text(value - first, digits)
+
+
+def _base(name: str) -> tuple[str, str]:
+    ends = name[-2:] in ("_r", "_l")
+    return (name[:-2], name[-1]) if ends else (name, "")
+
+
+def _label(base: str) -> str:
+    return OWN_SIDE.get(base) or axis_label(base, UNITS[unit_of(base)])
+
+
+def _least(base: str) -> float:
+    return SPAN.get(UNITS[unit_of(base)], 0.0)

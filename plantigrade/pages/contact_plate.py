@@ -1,0 +1,192 @@
+"""The virtual contact plate: which places of the feet press how hard ([Park2020]_, Figure 13).
+
+A sole is seen from above, toes up: rings are the places that can touch the ground, where they are
+in quiet standing; discs show what presses there, by their area; a cross is the centre of pressure.
+The paper's plate shows which places touch; how hard is ours. A measured force has no place of its
+own: it is drawn where it acts on the segment.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.charts.labels import SIDE_NAMES
+from plantigrade.charts.theme import STROKES
+from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.models import Human
+from plantigrade.pages.shapes import convex_hull
+from plantigrade.record import Record
+
+SCALE = 560.0
+"""Of the drawing [px/m]."""
+HEAVY, WIDE = 0.5, 0.034
+"""A place that carries so much of the body weight has a disc of that radius [m]."""
+MARGIN = 0.034
+"""Around the places of a foot [m]."""
+LEAST = 0.05
+"""A foot that carries less has no centre of pressure [body weights]."""
+INK, SOFT = "var(--fg, #1c2430)", "var(--soft, #64707f)"
+
+
+@dataclass(frozen=True, eq=False)
+class Sole:
+    """One foot from above: forward from its rearmost place, left from the middle [m].
+
+    Attributes:
+        side: ``"r"`` or ``"l"``.
+        rings: The spheres of the foot.
+        index: Of the sites that can press on it, among those of the record or world.
+        place: Where these are; NaN for measured ones, which move about.
+        corner: Of these axes, in the world in quiet standing [m].
+        stands: Position and rotation of every body in quiet standing [m].
+    """
+
+    side: str
+    rings: Float[Array, "n_rings 2"]
+    index: Int[Array, " k"]
+    place: Float[Array, "k 2"]
+    corner: Float[Array, " 2"]
+    stands: tuple[Float[Array, "nbody 3"], Float[Array, "nbody 3 3"]]
+
+    @classmethod
+    def of(cls, human: Human, sites: Sequence[ContactSite], side: str) -> "Sole":
+        """Return the sole of a side, and which of the sites press on it."""
+        data = mujoco.MjData(human.model)
+        data.qpos[:] = human.standing()
+        mujoco.mj_kinematics(human.model, data)
+        stands = data.xpos.copy(), data.xmat.reshape(-1, 3, 3).copy()
+
+        def place(site: ContactSite) -> Array:
+            body = human.body(site.body)
+            return (stands[0][body] + stands[1][body] @ np.array(site.position))[:2]
+
+        rings = np.array([place(s) for s in contact_sites(human) if s.side == side])
+        corner = np.array([rings[:, 0].min(), 0.5 * (rings[:, 1].min() + rings[:, 1].max())])
+        own = [i for i, site in enumerate(sites) if site.side == side]
+        fixed = [np.full(2, np.nan) if sites[i].measured else place(sites[i]) for i in own]
+        places = np.reshape(fixed, (-1, 2)) - corner
+        return cls(side, rings - corner, np.array(own, dtype=int), places, corner, stands)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """How long and wide it is drawn [m]."""
+        length, width = np.ptp(self.rings, axis=0) + 2 * MARGIN
+        return float(length), float(width)
+
+    def places(self, record: Record, frame: int) -> Float[Array, "k 2"]:
+        """Return where its sites press in a frame: measured forces where they act on the segment.
+
+        That place goes with the segment into quiet standing.
+        """
+        places = np.array(self.place)
+        sites = [record.sites[i] for i in self.index]
+        if record.contact_point is None or not any(site.measured for site in sites):
+            return places
+        human = record.human
+        data = mujoco.MjData(human.model)
+        data.qpos[:] = record.motion.qpos[frame]
+        mujoco.mj_kinematics(human.model, data)
+        for row, site in enumerate(sites):
+            if site.measured:
+                body = human.body(site.body)
+                point = record.contact_point[frame, self.index[row]]
+                inside = data.xmat[body].reshape(3, 3).T @ (point - data.xpos[body])
+                there = self.stands[0][body] + self.stands[1][body] @ inside
+                places[row] = there[:2] - self.corner
+        return places
+
+
+def centre(place: Float[Array, "k 2"], load: Float[Array, " k"]) -> Float[Array, " 2"]:
+    """Return the centre of pressure on a sole [m]; NaN where it carries next to nothing."""
+    up = np.where(np.isfinite(place).all(axis=1), np.maximum(load, 0.0), 0.0)
+    if up.sum() <= LEAST:
+        return np.full(2, np.nan)
+    return up @ np.nan_to_num(place) / up.sum()
+
+
+def plate_svg(soles: Sequence[Sole], load: Float[Array, " n_sites"]) -> str:
+    """Return both feet side by side, the left one on the left; ``load`` in body weights."""
+    feet = sorted(soles, key=lambda sole: sole.side != "l")
+    titles = [
+        f"{SIDE_NAMES[s.side]} {100 * np.maximum(load[s.index], 0.0).sum():.0f} %" for s in feet
+    ]
+    drawn = [
+        foot_svg(sole, sole.place, load[sole.index], title, 1.4 * SCALE)
+        for sole, title in zip(feet, titles, strict=True)
+    ]
+    return "".join(drawn)
+
+
+def foot_svg(
+    sole: Sole,
+    place: Float[Array, "k 2"],
+    load: Float[Array, " k"],
+    title: str,
+    scale: float = SCALE,
+    path: Float[Array, "n 2"] | None = None,
+) -> str:
+    """Return one foot.
+
+    Args:
+        sole: The foot.
+        place: Where its sites are [m].
+        load: What they carry [body weights].
+        title: Under it.
+        scale: Of the drawing [px/m].
+        path: Of the centre of pressure [m].
+    """
+    length, width = sole.size
+    wide, high = round(scale * width), round(scale * length + 20)
+    colour = STROKES[sole.side]
+
+    def x(values: Any) -> Any:
+        return scale * (0.5 * width - values)
+
+    def y(values: Any) -> Any:
+        return scale * (length - MARGIN - values)
+
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" '
+        f'viewBox="0 0 {wide} {high}" role="img" font-family="system-ui, sans-serif" '
+        f'font-size="11"><title>{escape(title)}</title>'
+    ]
+    corners = convex_hull(np.column_stack([x(sole.rings[:, 1]), y(sole.rings[:, 0])]))
+    around = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
+    parts.append(
+        f'<polygon points="{around}" stroke-linejoin="round" stroke-width="{0.03 * scale:.1f}" '
+        f'style="fill:{colour};stroke:{colour}" opacity=".1"/>'
+    )
+    for a, b in zip(x(sole.rings[:, 1]), y(sole.rings[:, 0]), strict=True):
+        parts.append(
+            f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.007 * scale:.1f}" fill="none" '
+            f'style="stroke:{colour}" stroke-opacity=".55"/>'
+        )
+    for (ahead, left), carried in zip(place, load, strict=True):
+        if carried > 0.0 and np.isfinite([ahead, left]).all():
+            radius = max(scale * WIDE * np.sqrt(carried / HEAVY), 1.0)
+            parts.append(
+                f'<circle cx="{x(left):.1f}" cy="{y(ahead):.1f}" r="{radius:.1f}" '
+                f'style="fill:{colour}" fill-opacity=".65"/>'
+            )
+    if path is not None:
+        seen = path[np.isfinite(path).all(axis=1)]
+        points = " ".join(f"{x(b):.1f},{y(a):.1f}" for a, b in seen)
+        parts.append(
+            f'<polyline points="{points}" fill="none" style="stroke:{INK}" stroke-width="1.6"/>'
+        )
+    a, b = centre(place, load)
+    if np.isfinite(a):
+        parts.append(
+            f'<path d="M{x(b) - 5:.1f} {y(a):.1f}h10M{x(b):.1f} {y(a) - 5:.1f}v10" fill="none" '
+            f'style="stroke:{INK}" stroke-width="1.6"/>'
+        )
+    parts.append(
+        f'<text x="{wide / 2:.0f}" y="{high - 6}" text-anchor="middle" '
+        f'style="fill:{SOFT}">{escape(title)}</text></svg>'
+    )
+    return "".join(parts)

@@ -1,0 +1,162 @@
+"""A moving body as layers of an SVG: the limbs as silhouettes, the bones of a foot one by one."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.outlines import is_stroke, outlines, path_data
+from plantigrade.pages.shapes import Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
+from plantigrade.pages.strip import TINTS
+from plantigrade.pages.svg_motion import Clock
+from plantigrade.spatial.conventions import rotation_matrix
+
+RIM, FINE_RIM = 0.012, 0.004  # width of the outline of a limb, and of a bone [m]
+PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # how much white the segments of a foot are mixed with
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """A body in motion.
+
+    Attributes:
+        model: The body and what it stands on.
+        positions: World position of each body in each frame [m].
+        quats: World rotation of each body, ``wxyz``.
+    """
+
+    model: mujoco.MjModel
+    positions: Float[Array, "n nbody 3"]
+    quats: Float[Array, "n nbody 4"]
+
+    @cached_property
+    def shapes(self) -> tuple[Shape, ...]:
+        """The visual geoms of the body."""
+        return tuple(shape for shape in shapes_of(self.model) if shape.body)
+
+    def bones(self, side: str) -> tuple[Shape, ...]:
+        """Return the geoms of a foot."""
+        inside = foot_bodies(self.model, side)
+        return tuple(shape for shape in self.shapes if inside[shape.body])
+
+    def has_foot(self, side: str) -> bool:
+        """Return whether a foot can be told."""
+        return bool(self.bones(side))
+
+    def foot_centre(self, side: str) -> Float[Array, "n 3"]:
+        """Return the middle of a foot's geoms in each frame [m]."""
+        places = [
+            self.positions[:, s.body] + rotation_matrix(self.quats[:, s.body]) @ s.position
+            for s in self.bones(side)
+        ]
+        stacked = np.stack(places)
+        return (stacked.min(axis=0) + stacked.max(axis=0)) / 2
+
+
+def figure_layers(
+    figure: Figure,
+    centre: Float[Array, "n 3"],
+    camera: Camera,
+    clock: Clock,
+    *,
+    prefix: str,
+    per_metre: float,
+) -> tuple[list[str], tuple[float, float, float, float]]:
+    """Return the layers of a body, the far ones first, and their extent (left, top, right, bottom).
+
+    All geoms of a limb share one outline; those of a foot have one each.
+    """
+    feet = foot_bodies(figure.model, "r") | foot_bodies(figure.model, "l")
+    groups: dict[object, list[Shape]] = defaultdict(list)
+    for k, shape in enumerate(figure.shapes):
+        groups[("bone", k) if feet[shape.body] else _limb(figure.model, shape)].append(shape)
+    return _layers(
+        list(groups.values()), figure, centre, camera, clock,
+        prefix=prefix, per_metre=per_metre, rim=RIM,
+    )  # fmt: skip
+
+
+def foot_layers(
+    figure: Figure,
+    side: str,
+    centre: Float[Array, "n 3"],
+    camera: Camera,
+    clock: Clock,
+    *,
+    prefix: str,
+    per_metre: float,
+) -> tuple[list[str], int]:
+    """Return the layers of a foot with the shank above it, and the number of its bones."""
+    bones = figure.bones(side)
+    roots = {int(figure.model.body_parentid[bone.body]) for bone in bones}
+    shank = roots - {bone.body for bone in bones}
+    how = {"per_metre": per_metre, "rim": FINE_RIM}
+    layers, _ = _layers(
+        [[bone] for bone in bones], figure, centre, camera, clock, prefix=prefix, **how
+    )
+    above = [shape for shape in figure.shapes if shape.body in shank]
+    leg, _ = _layers([above], figure, centre, camera, clock, prefix=f"{prefix}k", **how)
+    faint = f'<g opacity=".3">{"".join(leg)}</g>' if above else ""
+    return [faint, *layers], len(bones) if len(bones) > 4 else 0
+
+
+def _limb(model: mujoco.MjModel, shape: Shape) -> object:
+    """Return what tells limbs apart: where a sided branch leaves the trunk; None for the trunk."""
+    if shape.side is None:
+        return None
+    body = shape.body
+    while True:
+        parent = int(model.body_parentid[body])
+        if parent == 0 or not model.body(parent).name.endswith(f"_{shape.side}"):
+            return body
+        body = parent
+
+
+def _layers(groups, figure, centre, camera, clock, *, prefix, per_metre, rim):
+    layers, spans = [], []
+    segments: dict[int, int] = {}
+    feet = foot_bodies(figure.model, "r") | foot_bodies(figure.model, "l")
+    count = 0
+    for shapes in groups:
+        outer, inner, defined, depths = [], [], [], []
+        for shape in shapes:
+            place = figure.positions[:, shape.body] - centre
+            points = outlines(shape, place, figure.quats[:, shape.body], camera)
+            name = f"{prefix}{count}"
+            count += 1
+            stroke = is_stroke(shape)
+            width = 2 * shape.size[0] if stroke else 0.0
+            data = path_data(points, per_metre=per_metre, closed=not stroke)
+            defined.append(clock.path(data, f'id="{name}"'))
+            edge, fill = TINTS[shape.side]
+            if shape.colour is not None:
+                fill = hexadecimal(shape.colour)
+            if feet[shape.body]:
+                kind = segments.setdefault(shape.body, len(segments))
+                fill = hexadecimal(whiter(rgb(fill), PALE[kind % len(PALE)]))
+            thin = min(rim, width / 4) if stroke else rim
+            use = f'<use href="#{name}"'
+            if stroke:
+                outer.append(f'{use} stroke="{edge}" stroke-width="{width * per_metre:.0f}"/>')
+                inner.append(
+                    f'{use} stroke="{fill}" stroke-width="{(width - thin) * per_metre:.0f}"/>'
+                )
+            else:
+                outer.append(f'{use} stroke="{edge}" stroke-width="{thin * per_metre:.0f}"/>')
+                inner.append(f'{use} fill="{fill}"/>')
+            depth = place + rotation_matrix(figure.quats[:, shape.body]) @ shape.position
+            depths.append(float((depth @ camera.towards).mean()))
+            reach = width / 2
+            spans.append((*(points.min(axis=(0, 1)) - reach), *(points.max(axis=(0, 1)) + reach)))
+        markup = (
+            f'<defs>{"".join(defined)}</defs><g fill="none" stroke-linecap="round" '
+            f'stroke-linejoin="round">{"".join(outer)}{"".join(inner)}</g>'
+        )
+        layers.append((float(np.mean(depths)), markup))
+    left, top, right, bottom = np.transpose(spans) * per_metre
+    ordered = [markup for _, markup in sorted(layers, key=lambda layer: layer[0])]
+    return ordered, (left.min(), top.min(), right.max(), bottom.max())

@@ -1,0 +1,299 @@
+"""Animated picture of a motion: one SVG that plays wherever a page shows images.
+
+The file holds no script and asks for nothing, so that it also moves in a README. Every outline is
+one path whose data are animated (SMIL); limbs are drawn as silhouettes, far ones first. Beside the
+body stands its foot enlarged, bone by bone, with the force at each place that touches the ground.
+Who asks their system for less motion sees one instant.
+"""
+
+from dataclasses import dataclass, replace
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.charts import theme
+from plantigrade.errors import ParameterError
+from plantigrade.motion.resample import interpolate, resampled
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
+from plantigrade.pages.outlines import arrows
+from plantigrade.pages.playback import RATE, Playback, playback
+from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
+from plantigrade.pages.stage import stage
+from plantigrade.pages.svg_motion import Clock
+from plantigrade.record import Record
+
+UNITS = 1000  # of the drawing in a metre
+PAD = 110  # around the body
+WIDTH = 800  # half of what is seen of the body's way, at least
+INSET = (1560, 1160)  # width and height of the enlarged foot
+ZOOM = 4.5  # how much larger the foot is drawn
+BODY_WEIGHT, SITE_WEIGHT = 0.6, 0.22  # length of the arrow of one body weight, also at a site [m]
+HEIGHTS = (100, 2000)  # of a picture [px]
+FEET = {"right": "r", "left": "l", "none": ""}
+INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
+
+
+@dataclass(frozen=True)
+class MovingPicture:
+    """An animated picture and what it shows.
+
+    Attributes:
+        svg: The file.
+        frames: How many instants of the motion it holds.
+        seconds: How long it plays before it starts again [s].
+        loop: Whether its end is its beginning: one stride of a steady gait.
+    """
+
+    svg: str
+    frames: int
+    seconds: float
+    loop: bool
+
+
+def moving_picture(
+    record: Record,
+    *,
+    forces: Record | None = None,
+    view: str = "side",
+    foot: str = "right",
+    start: float | None = None,
+    stop: float | None = None,
+    rate: float = RATE,
+    speed: float = 1.0,
+    height_px: int = 420,
+    title: str = "",
+) -> MovingPicture:
+    """Return a motion as an animated SVG.
+
+    Args:
+        record: What happened.
+        forces: The record whose ground reactions are drawn; that of the motion if absent.
+        view: From where: one of :data:`plantigrade.pages.camera.VIEWS`.
+        foot: Which foot is shown enlarged: ``"right"``, ``"left"`` or ``"none"``.
+        start: First instant, on the clock of the motion [s]; with neither ``start`` nor ``stop``,
+            one stride of a gait that repeats, else the first ten seconds.
+        stop: Last instant [s].
+        rate: Frames per second of the motion.
+        speed: How fast it plays; 1 is true speed.
+        height_px: Height of the picture [px]; the drawing scales freely.
+        title: Words above the body.
+
+    Raises:
+        ParameterError: If a value is not allowed, or the motion cannot be drawn.
+    """
+    check(record)
+    if foot not in FEET:
+        raise ParameterError(f"foot is {foot!r}; allowed are {', '.join(FEET)}")
+    if not (np.isfinite(speed) and 0.05 <= speed <= 10.0):
+        raise ParameterError(f"speed={speed} must be from 0.05 to 10 times true speed")
+    if not HEIGHTS[0] <= height_px <= HEIGHTS[1]:
+        low, high = HEIGHTS
+        raise ParameterError(f"height_px={height_px} must be from {low} to {high} pixels")
+    plays = playback(record, start=start, stop=stop, rate=rate)
+    clock = Clock(plays.seconds / speed)
+    drawn = _Instants.of(record, forces or record, plays)
+    still = drawn.only(0)
+    box, moving = _scene(record, drawn, view=view, side=FEET[foot], clock=clock, prefix="")
+    _, resting = _scene(record, still, view=view, side=FEET[foot], clock=clock, prefix="s", box=box)
+    left, top, right, bottom = box
+    width, height = right - left, bottom - top
+    words = title or "Animated body"
+    svg = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" '
+        f'aria-label="{escape(words, {chr(34): "&quot;"})}" '
+        f'width="{round(height_px * width / height)}" height="{height_px}" '
+        f'viewBox="{left} {top} {width} {height}">'
+        f"<title>{escape(words)}</title>"
+        "<style>.still{display:none}@media(prefers-reduced-motion:reduce)"
+        "{.moving{display:none}.still{display:inline}}"
+        "text{font-family:system-ui,sans-serif}</style>"
+        f'<rect x="{left}" y="{top}" width="{width}" height="{height}" rx="40" fill="{CARD}"/>'
+        f'<g class="moving">{moving}</g><g class="still">{resting}</g>'
+        f"{_words(title, left, top)}</svg>\n"
+    )
+    return MovingPicture(svg, len(plays.time), plays.seconds / speed, plays.loop is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class _Instants:
+    """Everything that moves, at the instants that are drawn."""
+
+    figure: Figure
+    centre: Float[Array, "n 3"]
+    com: Float[Array, "m 3"]  # of the whole motion, whatever is drawn: it says where the body goes
+    plays: Playback
+    total: Float[Array, "n 3 3"] | None
+    cop: Float[Array, "n 3 3"] | None
+    force: Float[Array, "n k 3"] | None
+    point: Float[Array, "n k 3"] | None
+    sides: tuple[str, ...]
+    weight: float
+
+    @classmethod
+    def of(cls, record: Record, source: Record, plays: Playback) -> "_Instants":
+        model = scene_model(record)
+        positions, quats, com = poses(model, resampled(record.motion, plays.time).qpos)
+        total, cop = side_forces(source)
+
+        def here(values):
+            return None if values is None else interpolate(plays.time, source.motion.time, values)
+
+        return cls(
+            Figure(model, positions, quats),
+            plays.centre,
+            com,
+            plays,
+            here(None if total is None else np.nan_to_num(total)),
+            here(cop),
+            here(None if source.contact_force is None else np.nan_to_num(source.contact_force)),
+            here(source.contact_point),
+            tuple(site.side for site in source.sites),
+            record.weight,
+        )
+
+    def only(self, k: int) -> "_Instants":
+        """Return one instant."""
+        one = slice(k, k + 1)
+        figure = self.figure
+        return replace(
+            self,
+            figure=Figure(figure.model, figure.positions[one], figure.quats[one]),
+            centre=self.centre[one],
+            **{name: _cut(getattr(self, name), one) for name in ("total", "cop", "force", "point")},
+        )
+
+
+def _cut(values: Array | None, frames: slice) -> Array | None:
+    return None if values is None else values[frames]
+
+
+Box = tuple[int, int, int, int]
+
+
+def _scene(
+    record: Record,
+    drawn: _Instants,
+    *,
+    view: str,
+    side: str,
+    clock: Clock,
+    prefix: str,
+    box: Box | None = None,
+) -> tuple[Box, str]:
+    """Return the extent of the picture and its elements: ground, body, forces, enlarged foot."""
+    forward = travel(drawn.com)
+    camera = Camera.named(view, forward)
+    layers, extent = figure_layers(
+        drawn.figure, drawn.centre, camera, clock, prefix=prefix, per_metre=UNITS
+    )
+    if side and not drawn.figure.has_foot(side):
+        side = ""
+    if box is None:
+        left, top, right, bottom = (int(round(v)) for v in extent)
+        left, right = min(left, -WIDTH), max(right, WIDTH)
+        box = (left - PAD, top - PAD - 90, right + PAD, max(bottom, top + INSET[1]) + PAD)
+        if side:
+            box = (box[0], box[1], box[2] + INSET[0] + PAD, box[3])
+    ground = stage(
+        record.ground,
+        drawn.figure.model,
+        drawn.com,
+        forward,
+        drawn.centre,
+        camera,
+        clock,
+        per_metre=UNITS,
+        loop=drawn.plays.loop,
+        box=box,
+    )
+    parts = [ground, *layers]
+    if drawn.total is not None and drawn.cop is not None:
+        for k in range(3):
+            at = drawn.cop[:, k] - drawn.centre
+            parts.append(_arrow(drawn.total[:, k], at, camera, clock, drawn.weight))
+    if side:
+        parts.append(_enlarged(record, drawn, forward, side, clock, prefix, box))
+    return box, "".join(parts)
+
+
+def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
+    """Return the panel with the enlarged foot, which its camera follows."""
+    azimuth = 62.0 if side == "r" else -62.0
+    camera = Camera.around(forward, azimuth=azimuth, elevation=24.0)
+    width, height = INSET
+    x, y = box[2] - PAD - width, box[3] - PAD - height
+    follow = drawn.figure.foot_centre(side)
+    low = record.ground.under(follow) if not record.ground.slope else follow[:, 2]
+    rise = follow[:, 2] - low  # the foot is seen to rise, but stays in the panel
+    rise = np.maximum(0.6 * rise + 0.02, rise - 0.06)
+    follow = np.column_stack([follow[:, :2], low + rise])
+    per_metre = UNITS * 2  # finer than the body, for it is drawn larger
+    layers, bones = foot_layers(
+        drawn.figure, side, follow, camera, clock, prefix=f"{prefix}z", per_metre=per_metre
+    )
+    half = np.array([width, height]) / (2 * ZOOM * UNITS) * per_metre
+    inner = (int(-half[0]), int(-half[1]), int(half[0]), int(half[1]))
+    ground = stage(
+        record.ground,
+        drawn.figure.model,
+        drawn.com,
+        forward,
+        follow,
+        camera,
+        clock,
+        per_metre=per_metre,
+        loop=drawn.plays.loop,
+        box=inner,
+        fine=True,
+    )
+    parts = [ground, *layers]
+    if drawn.force is not None and drawn.point is not None:
+        for k, name in enumerate(drawn.sides):
+            if name == side:
+                at = drawn.point[:, k] - follow
+                parts.append(
+                    _arrow(
+                        drawn.force[:, k], at, camera, clock, drawn.weight,
+                        per_metre=per_metre, length=SITE_WEIGHT, width=0.014,
+                    )
+                )  # fmt: skip
+    name = f"{prefix}panel"
+    scale = ZOOM * UNITS / per_metre
+    label = f"{'right' if side == 'r' else 'left'} foot, {ZOOM:g} times larger"
+    if bones:
+        label += f": {bones} bones"
+    return (
+        f'<clipPath id="{name}"><rect x="{x}" y="{y}" width="{width}" height="{height}" rx="36"/>'
+        f'</clipPath><g clip-path="url(#{name})">'
+        f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="{PANEL}"/>'
+        f'<g transform="translate({x + width / 2:g} {y + height / 2:g}) scale({scale:g})">'
+        f"{''.join(parts)}</g></g>"
+        f'<rect x="{x}" y="{y}" width="{width}" height="{height}" rx="36" fill="none" '
+        f'stroke="#d5dae1" stroke-width="6"/>'
+        f'<text x="{x + 40}" y="{y + height - 45}" font-size="56" fill="{SOFT}">'
+        f"{escape(label)}</text>"
+    )
+
+
+def _arrow(
+    force, point, camera, clock, weight, *, per_metre=UNITS, length=BODY_WEIGHT, width=0.05
+) -> str:
+    """Return a force as an arrow that grows and turns; nothing where there is never one."""
+    data = arrows(
+        force, point, camera, per_metre=per_metre, length=length, weight=weight, width=width
+    )
+    if data is None:
+        return ""
+    line = f'fill="none" stroke="{theme.FORCE}" stroke-width="{0.36 * width * per_metre:g}"'
+    return clock.path(data[0], line) + clock.path(data[1], f'fill="{theme.FORCE}"')
+
+
+def _words(title: str, left: int, top: int) -> str:
+    if not title:
+        return ""
+    return (
+        f'<text x="{left + 50}" y="{top + 95}" font-size="62" font-weight="600" fill="{INK}">'
+        f"{escape(title)}</text>"
+    )

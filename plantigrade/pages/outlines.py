@@ -1,0 +1,119 @@
+"""Outlines of moving geoms as SVG path data: one string a frame, of the same commands in each.
+
+Path data that differ in their numbers alone can be animated: a browser draws what lies between two
+frames. A capsule or sphere is a thick stroke between its ends, exactly; everything else is drawn as
+the polygon of the points that reach farthest in fixed directions of the picture.
+"""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.shapes import Shape, surface_points
+from plantigrade.spatial.conventions import rotation_matrix
+
+ROUND, EDGED = 20, 12  # corners of the polygon of an ellipsoid, and of other shapes
+
+
+def outlines(
+    shape: Shape,
+    positions: Float[Array, "n 3"],
+    quats: Float[Array, "n 4"],
+    camera: Camera,
+) -> Float[Array, "n m 2"]:
+    """Return a geom in the picture while its body moves.
+
+    Args:
+        shape: The geom.
+        positions: World position of its body in each frame, relative to the camera [m].
+        quats: World rotation of its body, ``wxyz``.
+        camera: The camera.
+
+    Returns:
+        The two ends of a thick stroke (``m`` = 2; its width is twice the first size), or the
+        corners of a polygon, to the right and down [m].
+    """
+    turn = rotation_matrix(quats)
+    centre = positions + turn @ shape.position
+    axes = turn @ rotation_matrix(shape.quat)
+    if is_stroke(shape):
+        half = shape.size[1] if shape.kind == "capsule" else 0.0
+        ends = centre[:, None] + np.array([-half, half])[:, None] * axes[:, None, :, 2]
+        return camera.project(ends)
+    count = ROUND if shape.kind == "ellipsoid" else EDGED
+    angle = 2 * np.pi * np.arange(count) / count
+    ways = np.outer(np.cos(angle), camera.right) + np.outer(np.sin(angle), camera.up)
+    if shape.kind == "ellipsoid":
+        local = ways @ axes * shape.size  # (n, count, 3)
+        reach = local * shape.size / np.linalg.norm(local, axis=2, keepdims=True)
+        return camera.project(centre[:, None] + reach @ axes.transpose(0, 2, 1))
+    points = centre[:, None] + surface_points(shape) @ axes.transpose(0, 2, 1)
+    farthest = np.argmax(points @ ways.T, axis=1)
+    return camera.project(np.take_along_axis(points, farthest[..., None], axis=1))
+
+
+def is_stroke(shape: Shape) -> bool:
+    """Return whether a geom is drawn as a thick stroke."""
+    return shape.kind in ("capsule", "sphere")
+
+
+def path_data(points: Float[Array, "n m 2"], *, per_metre: float, closed: bool) -> list[str]:
+    """Return points as path data, one string a frame: whole numbers, each relative to the last."""
+    whole = np.round(points * per_metre).astype(int)
+    steps = np.diff(whole, axis=1)
+    end = "z" if closed else ""
+    return [
+        f"M{_pair(first)}" + "".join(f"l{_pair(step)}" for step in rest) + end
+        for first, rest in zip(whole[:, 0], steps, strict=True)
+    ]
+
+
+def arrows(
+    force: Float[Array, "n 3"],
+    point: Float[Array, "n 3"],
+    camera: Camera,
+    *,
+    per_metre: float,
+    length: float,
+    weight: float,
+    width: float,
+) -> tuple[list[str], list[str]] | None:
+    """Return shaft and head of a force arrow in each frame; None where there is never a force.
+
+    Args:
+        force: The force, world [N].
+        point: Where it acts, relative to the camera [m]; NaN where there is none.
+        camera: The camera.
+        per_metre: Units of the drawing in a metre.
+        length: Length of the arrow of one body weight [m].
+        weight: Body weight [N].
+        width: Width of the head [m]; it shrinks with a short arrow.
+    """
+    known = np.isfinite(np.concatenate([point, force], axis=1)).all(axis=1)
+    if not known.any():
+        return None
+    frames = np.arange(len(point))
+    foot = np.stack([np.interp(frames, frames[known], p[known]) for p in point.T], axis=1)
+    start = camera.project(foot)
+    shaft = camera.project(
+        np.where(np.isfinite(force) & np.isfinite(point), force, 0.0) * length / weight
+    )
+    size = np.linalg.norm(shaft, axis=1, keepdims=True)
+    if size.max() < width / 4:
+        return None
+    along = shaft / np.maximum(size, 1e-9)
+    across = along[:, ::-1] * [-1.0, 1.0]
+    head = np.minimum(width, size * 0.6)
+    tip, neck = start + shaft, start + shaft - 1.6 * head * along
+    corners = np.stack([tip, neck + 0.6 * head * across, neck - 0.6 * head * across], axis=1)
+    line = np.stack([start, np.where(size > 1.6 * head, neck, start)], axis=1)
+    return (
+        path_data(line, per_metre=per_metre, closed=False),
+        path_data(corners, per_metre=per_metre, closed=True),
+    )
+
+
+def _pair(values: Int[Array, " 2"]) -> str:
+    """Return two numbers as short as path data allow."""
+    x, y = int(values[0]), int(values[1])
+    return f"{x}{y}" if y < 0 else f"{x} {y}"

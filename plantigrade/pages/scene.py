@@ -1,0 +1,326 @@
+"""What a viewer draws, taken once from a record: shapes, poses, markers, forces.
+
+Both viewers (the self-contained page and the live server) draw a :class:`Scene`.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+
+from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.charts import theme
+from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.scene import scene_xml
+from plantigrade.contact.site import PUSH
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
+from plantigrade.kinematics.unmeasured import bodies_of
+from plantigrade.motion.resample import resampled
+from plantigrade.pages.shapes import PLATE, THING, Shape, rgb, shapes_of
+from plantigrade.record import Record
+from plantigrade.record.moving_ground import GroundPath
+from plantigrade.record.things import Placed, things_of
+from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
+
+VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
+MAX_FRAMES = 6000  # that a page holds; longer motions are thinned
+REACH, THICK = 0.8, 0.02
+"""How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
+CAMERA = 0.3  # width of the window that smooths the ground under the camera [s]
+LOADED = 0.02  # a foot bears load above this fraction of body weight
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything to draw, on the frames that are drawn.
+
+    Attributes:
+        time: Time of each drawn frame [s].
+        stride: Frames of the motion from one drawn frame to the next.
+        ground: What the body stood on; its steps, relief and seats are among the shapes.
+        floor: Height of the ground under the centre of mass [m].
+        level: The same, smoothed, for the camera to follow [m].
+        shapes: Visual geoms.
+        positions: World position of each body [m].
+        quats: World rotation of each body, ``wxyz``.
+        com: Centre of mass [m].
+        weight: Body weight [N].
+        reference_positions: As ``positions``, of the reference body.
+        reference_quats: As ``quats``, of the reference body.
+        reference_name: What the reference body is.
+        marker_names: Names of the markers.
+        recorded: Recorded markers [m]; NaN where not seen.
+        fitted: Markers on the body [m].
+        force: Ground reaction at each site, on the body [N].
+        point: Where it acts [m].
+        site_sides: ``"l"``, ``"r"`` or ``""`` of each site.
+        pushes: Which sites are where something pushed.
+        total_force: Ground reaction of each side, right then left, then unknown [N].
+        cop: Centre of pressure of each of them [m]; NaN where unloaded.
+        estimated: Where each of them was estimated, not measured; None where nothing was.
+        plate: Whether the ground moved, and is a plate, the last of the bodies.
+    """
+
+    time: Float[Array, " n"]
+    stride: int
+    ground: Ground
+    floor: Float[Array, " n"]
+    level: Float[Array, " n"]
+    shapes: tuple[Shape, ...]
+    positions: Float[Array, "n nbody 3"]
+    quats: Float[Array, "n nbody 4"]
+    com: Float[Array, "n 3"]
+    weight: float
+    reference_positions: Float[Array, "n nbody 3"] | None = None
+    reference_quats: Float[Array, "n nbody 4"] | None = None
+    reference_name: str = ""
+    marker_names: tuple[str, ...] = ()
+    recorded: Float[Array, "n m 3"] | None = None
+    fitted: Float[Array, "n m 3"] | None = None
+    force: Float[Array, "n k 3"] | None = None
+    point: Float[Array, "n k 3"] | None = None
+    site_sides: tuple[str, ...] = ()
+    pushes: tuple[int, ...] = ()
+    total_force: Float[Array, "n 3 3"] | None = None
+    cop: Float[Array, "n 3 3"] | None = None
+    estimated: Bool[Array, "n 3"] | None = None
+    plate: bool = False
+
+
+def assumed_bodies(record: Record) -> set[str]:
+    """Return the bodies of trunk, head and arms whose motion was not measured but assumed."""
+    return bodies_of(record.human, [str(n) for n in np.ravel(record.signals.get(ASSUMED, ()))])
+
+
+def build_scene(record: Record, *, forces: Record | None = None, rate: float = VIEW_RATE) -> Scene:
+    """Return what to draw of a record, at most ``rate`` frames per second [Hz].
+
+    Where it has no forces, those of another record may be drawn.
+
+    Raises:
+        ParameterError: If the record cannot be drawn.
+    """
+    check(record)
+    motion = record.motion
+    step = max(1, round(motion.rate / rate)) if motion.n_frames > 1 else 1
+    step = max(step, -(-motion.n_frames // MAX_FRAMES))
+    frames = np.arange(0, motion.n_frames, step)
+    model = scene_model(record)
+    positions, quats, com = poses(model, motion.qpos[frames])
+    shapes, moved = shapes_of(model, assumed_bodies(record)), GroundPath.of(record)
+    if moved is not None:
+        shapes = (*shapes, plate_shape(com, body=model.nbody))
+    name = next(iter(record.references), "")
+    reference = (None, None)
+    if name:
+        reference = poses(model, resampled(record.references[name], motion.time[frames]).qpos)[:2]
+    if moved is not None:
+        plate = moved.shift[frames], _quaternions(moved.rotation[frames])
+        positions, quats = _with(plate, (positions, quats))
+        if reference[0] is not None:
+            reference = _with(plate, reference)
+    for each in things_of(record):
+        shapes = (*shapes, thing_shape(each, body=positions.shape[1]))
+        pose = each.pose[frames, :3], each.pose[frames, 3:]
+        positions, quats = _with(pose, (positions, quats))
+        if reference[0] is not None:
+            reference = _with(pose, reference)
+    source = forces if forces is not None else record
+    here = frames if source is record else nearest(source.motion.time, motion.time[frames])
+    total, cop = side_forces(source, pushes=False)
+    estimated = estimated_sides(source)
+    markers = record.recorded_markers
+    floor = height_below(record.ground, com)
+    window = CAMERA * motion.rate / step if len(frames) > 1 else 1.0  # in drawn frames
+    return Scene(
+        time=np.asarray(motion.time[frames], dtype=float),
+        stride=step,
+        ground=record.ground,
+        floor=floor,
+        level=gaussian_filter1d(floor, window, mode="nearest"),
+        shapes=shapes,
+        plate=moved is not None,
+        positions=positions,
+        quats=quats,
+        com=com,
+        weight=record.weight,
+        reference_positions=reference[0],
+        reference_quats=reference[1],
+        reference_name=name,
+        marker_names=markers.names if markers else (),
+        recorded=_take(markers and markers.positions, frames),
+        fitted=_take(record.fitted_markers, frames),
+        force=_take(source.contact_force, here),
+        point=_take(source.contact_point, here),
+        site_sides=tuple(site.side for site in source.sites),
+        pushes=tuple(k for k, site in enumerate(source.sites) if site.part == PUSH),
+        total_force=_take(total, here),
+        cop=_take(cop, here),
+        estimated=None if estimated is None else estimated[here],
+    )
+
+
+def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
+    """Return a plate of ground that moves, under all of a way.
+
+    Args:
+        com: The centre of mass [m].
+        body: Index of the plate among the bodies.
+    """
+    low, high = com[:, :2].min(axis=0) - REACH, com[:, :2].max(axis=0) + REACH
+    size = np.array([*(high - low) / 2, THICK])
+    middle, straight = np.array([*(high + low) / 2, -THICK]), np.array([1.0, 0.0, 0.0, 0.0])
+    return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name=PLATE)
+
+
+def thing_shape(placed: Placed, *, body: int) -> Shape:
+    """Return what a thing looks like, as a body of its own.
+
+    Args:
+        placed: The thing.
+        body: Index of it among the bodies.
+    """
+    thing, size = placed.thing, np.array(placed.thing.size)
+    middle, straight = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+    wood, name = rgb(theme.THING), f"{THING}_{thing.name}"
+    return Shape(thing.kind, size, middle, straight, wood, body, "", name=name)
+
+
+def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
+    """Return rotations as quaternions ``wxyz``."""
+    return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
+
+
+def _with(pose: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:
+    """Return places and rotations of the bodies, those of another one last."""
+    first, second = (np.concatenate([b, p[:, None]], 1) for b, p in zip(bodies, pose, strict=True))
+    return first, second
+
+
+def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
+    """Return where the force right, left and of no side was estimated; None where nothing was."""
+    told = record.signals.get("forces.measured")
+    return None if told is None else np.column_stack([~told, np.ones(len(told), dtype=bool)])
+
+
+def scene_model(record: Record) -> mujoco.MjModel:
+    """Return the body and what it stood on as a MuJoCo model."""
+    return mujoco.MjModel.from_xml_string(scene_xml(record.human, record.ground))
+
+
+def check(record: Record) -> None:
+    """Raise unless ``record`` can be drawn.
+
+    Raises:
+        ParameterError: If it has no frame, or a configuration is not finite.
+    """
+    n, nq = record.motion.qpos.shape
+    if n == 0:
+        raise ParameterError("the motion has no frames: there is nothing to draw")
+    if nq != record.human.model.nq:
+        raise ParameterError(
+            f"the motion has {nq} configuration entries and the person {record.human.model.nq}"
+        )
+    if not np.isfinite(record.motion.qpos).all():
+        bad = int(np.flatnonzero(~np.isfinite(record.motion.qpos).all(axis=1))[0])
+        raise ParameterError(f"configuration of frame {bad} is not finite; fill or cut the gap")
+
+
+def poses(
+    model: mujoco.MjModel, qpos: Float[Array, "n nq"]
+) -> tuple[Float[Array, "n nbody 3"], Float[Array, "n nbody 4"], Float[Array, "n 3"]]:
+    """Return world positions [m] and quaternions ``wxyz`` of all bodies, and centre of mass [m]."""
+    data = mujoco.MjData(model)
+    n, k = len(qpos), model.nbody
+    positions, quats, com = np.empty((n, k, 3)), np.empty((n, k, 4)), np.empty((n, 3))
+    moving = 1 if k > 1 else 0
+    for i, q in enumerate(qpos):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        positions[i], quats[i], com[i] = data.xpos, data.xquat, data.subtree_com[moving]
+    return positions, quats, com
+
+
+def height_below(ground: Ground, points: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """Return the height of the ground vertically below world points [m]."""
+    below = points * [1.0, 1.0, 0.0]
+    for _ in range(4):  # on a slope, which step lies below depends on the height itself
+        below[:, 2] += (ground.under(below) - below @ ground.normal) / ground.normal[2]
+    return below[:, 2]
+
+
+def side_forces(
+    record: Record, *, pushes: bool = True
+) -> tuple[Float[Array, "n 3 3"] | None, Float[Array, "n 3 3"] | None]:
+    r"""Return ground reaction and centre of pressure of each side.
+
+    The centre of pressure is the mean of the contact points, weighted with the vertical force,
+    :math:`p = \sum_i f_{z,i}\, p_i / \sum_i f_{z,i}`. A side that carries less than a fiftieth of
+    body weight counts as unloaded. A force under a foot of which it is not known that it is all of
+    that foot's, and of no other's (both feet on one plate), counts as of unknown side.
+
+    Args:
+        record: Whose forces.
+        pushes: Whether what pushes, and is no ground, counts as of unknown side.
+
+    Returns:
+        Forces, right, left and side unknown [N], and centres of pressure [m] (NaN where unloaded);
+        None twice where the record has no forces.
+    """
+    if record.contact_force is None:
+        return None, None
+    force = np.nan_to_num(record.contact_force)
+    total = np.zeros((len(force), 3, 3))
+    cop = np.full((len(force), 3, 3), np.nan)
+    known = np.ones(force.shape[:2], bool) if record.contact_known is None else record.contact_known
+    for row, side in enumerate((*SIDES, "")):
+        own = np.array([s.side == side and (pushes or s.part != PUSH) for s in record.sites], bool)
+        part = np.where((own & known if side else own | ~known)[..., None], force, 0.0)
+        total[:, row] = part.sum(axis=1)
+        if record.contact_point is None:
+            continue
+        point = record.contact_point
+        share = np.where(np.isfinite(point).all(axis=2), np.maximum(part[..., 2], 0), 0)
+        load = share.sum(axis=1)
+        loaded = load > LOADED * record.weight
+        mean = np.einsum("nk,nkd->nd", share, np.nan_to_num(point))
+        cop[loaded, row] = mean[loaded] / load[loaded, None]
+    return total, cop
+
+
+def travel(com: Float[Array, "n 3"]) -> Float[Array, " 3"]:
+    """Return the horizontal unit vector of travel; forward where the body goes less than 0.3 m."""
+    way = (com[-1] - com[0]) * [1, 1, 0]
+    length = np.linalg.norm(way)
+    return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
+
+
+def heading_of(scene: Scene) -> float:
+    """Return which way the body faces on average, about the vertical [rad]."""
+    ahead = np.array([rotation_matrix(quat)[:2, 0] for quat in scene.quats[:, 1]]).mean(axis=0)
+    way = ahead if np.linalg.norm(ahead) > 0.1 else travel(scene.com)[:2]
+    return float(np.arctan2(way[1], way[0]))
+
+
+def standing_height(scene: Scene) -> float:
+    """Return how far above the ground the body reaches in its tallest frame [m]."""
+    top = 0.0
+    for shape in scene.shapes:
+        if shape.body and not (shape.is_plate or shape.is_thing):
+            reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
+            top = max(top, float((scene.positions[:, shape.body, 2] - scene.floor).max()) + reach)
+    return float(np.clip(top + 0.1, 0.4, 3.0))
+
+
+def nearest(clock: Float[Array, " m"], time: Float[Array, " n"]) -> Int[Array, " n"]:
+    """Return the frame of a clock that is nearest to each instant."""
+    return np.abs(np.searchsorted((clock[1:] + clock[:-1]) / 2, time))
+
+
+def _take(array, frames):
+    return None if array is None else np.asarray(array, dtype=float)[frames]

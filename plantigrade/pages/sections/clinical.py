@@ -1,0 +1,126 @@
+"""The sheet of a gait laboratory: angles of five levels in three planes, scores and symmetry."""
+
+import numpy as np
+
+from plantigrade.analyze.gait_profile import ANGLES, SMALLEST
+from plantigrade.analyze.symmetry import ANGLES as BOTH_SIDES
+from plantigrade.charts import Figure, bar_plot
+from plantigrade.charts.labels import SIDE_NAMES, title_of
+from plantigrade.charts.theme import STROKES
+from plantigrade.constants import SIDES
+from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_words
+from plantigrade.pages.text import rounded_text, signed_text
+
+TITLE = "Joint angles over the gait cycle"
+PLANES = ("sagittal plane", "frontal plane", "transverse plane")
+HINGE = "The knee of this model is a hinge."
+LEVELS = (
+    ("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
+    ("hip_flexion", "hip_adduction", "hip_rotation"),
+    ("knee_angle", HINGE, HINGE),
+    ("ankle_angle", "subtalar_angle", "The ankle of this model does not rotate."),
+    ("mtp_angle", "", "foot_progression"),
+)
+"""Pelvis, hip, knee, ankle and foot: the coordinate of each plane, or why there is none."""
+NAMES = tuple(name for level in LEVELS for name in level if "_" in name)
+NOT_MOVED = "This model does not move here."
+OWN_SIDE = {
+    "pelvis_list": "own side up ← [°] → down",
+    "pelvis_rotation": "own side back ← [°] → front",
+}
+"""What the ends of an axis mean for an angle of the pelvis that is drawn for each side."""
+HEIGHT = 188
+"""Of a drawing, so that five rows and their heading fill one page of paper [px]."""
+
+
+def clinical_section(subject: Subject) -> list[Section]:
+    """Return the angles of pelvis, hip, knee, ankle and foot in three planes, both sides."""
+    if not subject.walks:
+        return []
+    record, percent = subject.record, subject.angle_curves.percent
+    marks, ticks = subject.foot_off, opposite_events(subject)
+    drawn = {}
+    for name in NAMES:
+        curves = chosen(percent, subject.clinical_angles, (name,), "°")
+        moves = any(np.nanmax(c.values) - np.nanmin(c.values) > 1e-6 for c in curves)
+        if moves or (curves and name in ANGLES):
+            drawn[name] = curve_figure(
+                name, curves, subject, ticks=ticks, y_label=OWN_SIDE.get(name, ""), height=HEIGHT
+            )
+    rows = [
+        [drawn.get(cell, NOT_MOVED) if "_" in cell else cell for cell in level] for level in LEVELS
+    ]
+    shown = [c for name in drawn for c in chosen(percent, subject.clinical_angles, (name,), "°")]
+    caption = (
+        "From one heel strike of a foot (0 %) to its next (100 %). Pelvis: over the cycles of each "
+        "foot, mirrored for the left."
+    )
+    if marks and ticks:
+        caption += " Short lines at the top: the other foot leaves the ground, then lands."
+    words = cycle_words(caption, shown, subject, list(drawn))
+    beside = "recorded" in record.references
+    sheet = not beside and "check.quantity" not in record.signals
+    return [Section(TITLE, text=words, grid=[PLANES, *rows], sheet=sheet, folded=beside)]
+
+
+def opposite_events(subject: Subject) -> list[tuple[float, str]]:
+    """Return when in the cycle of each foot the other leaves the ground and lands: %, colour."""
+    found = []
+    for side in SIDES:
+        cycles = [c for c in subject.angle_curves.cycles if c.side == side]
+        for kind in ("opposite_toe_off", "opposite_heel_strike"):
+            at = [c.percent(t) for c in cycles if (t := getattr(c, kind)) is not None]
+            if at:
+                found.append((sum(at) / len(at), STROKES[side]))
+    return found
+
+
+def profile_section(subject: Subject) -> list[Section]:
+    """Return Gait Profile Score, Movement Analysis Profile and symmetry, where they are known."""
+    number, who = subject.number, subject.compared
+    if number("gps_deg") is None:
+        return []
+    labels, values, usual, colours, rows = [], [], [], [], []
+    for name in ANGLES:
+        reference = number(f"gvs_{name}_reference_deg")
+        cells = []
+        for side in SIDES:
+            value = number(f"gvs_{name}_{side}_deg")
+            cells.append(rounded_text(value, 1))
+            labels.append(f"{title_of(name)}, {SIDE_NAMES[side]}")
+            values.append(float("nan") if value is None else value)
+            usual.append(float("nan") if reference is None else reference)
+            colours.append(STROKES[side])
+        alike = [number(key.format(name)) for key in _SYMMETRY] if name in BOTH_SIDES else []
+        words = [signed_text(alike[0]) if alike and alike[0] is not None else ""]
+        words += [rounded_text(alike[1], 1) if alike and alike[1] is not None else ""]
+        rows.append([title_of(name), *cells, "", rounded_text(reference, 1), *words])
+    scores = [rounded_text(number(f"gps_{side}deg"), 1) for side in ("r_", "l_", "")]
+    rows.append(
+        ["Gait Profile Score", *scores, rounded_text(number("gps_reference_deg"), 1), "", ""]
+    )
+    headers = (
+        "angle, differences in °", "right", "left", "both", "usual",
+        "symmetry index of the range, %", "trend symmetry, %",
+    )  # fmt: skip
+    text = (
+        "Root mean square difference between the mean curve of each of nine angles and that of "
+        f"{who.population.people}, and the root mean square of them all (Baker et al. 2009, Gait & "
+        "Posture 30:265); of both sides the pelvis counts once. Usual, and the tick in each bar: "
+        "the same of somebody of that population, root mean square over its people. Offsets that "
+        "come from another definition of an angle are part of it, most of all in pelvis tilt, hip "
+        f"rotation and foot progression. {SMALLEST}° is the smallest difference of the score that "
+        "matters clinically, found in children (Baker et al. 2012, Gait & Posture 35:612). "
+        "Symmetry index: right minus left, of their mean (Robinson et al. 1987); trend symmetry: "
+        "0 where both curves have one shape (Crenshaw & Richards 2006, Gait & Posture 24:515)."
+    )
+    bars = bar_plot(
+        labels, values, title="Movement Analysis Profile", x_label="RMS difference [°]",
+        tips=usual, colours=colours,
+    )  # fmt: skip
+    title = "Gait Profile Score and symmetry"
+    return [Section(title, [Figure(bars)], text=text, headers=headers, rows=rows, folded=True)]
+
+
+_SYMMETRY = ("symmetry_index_{}_range_pct", "trend_symmetry_{}_pct")

@@ -1,0 +1,157 @@
+"""Planned contact: force by segment of the foot, centre of pressure in the support, and when."""
+
+import numpy as np
+
+from plantigrade.analyze.pressure import outside_hull
+from plantigrade.arrays import Array
+from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, without_side
+from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.sole_paths import SitePoints
+from plantigrade.kinematics.state import sweep
+from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.sections.tasks import active_bars
+from plantigrade.pages.shapes import convex_hull
+from plantigrade.pages.text import place_text
+from plantigrade.record import Record
+
+MOST_HULLS = 60
+LEAST_LOAD = 0.02  # body weights on the feet below which there is no centre of pressure
+
+
+@needs(planned=True)
+def segment_section(subject: Subject) -> Section:
+    """Return the vertical force under every segment of each foot, and under other supports."""
+    title, record = "Contact forces by segment", subject.record
+    time, figures = record.motion.time, []
+    assert record.contact_force is not None  # the section asks for forces
+    vertical = np.nan_to_num(record.contact_force[..., 2]) / record.weight
+    for side in (*SIDES, ""):
+        groups: dict[str, list[int]] = {}
+        for i, site in enumerate(record.sites):
+            if site.side == side:
+                groups.setdefault(without_side(site.body).replace("_", " "), []).append(i)
+        total = vertical[:, sum(groups.values(), [])].sum(axis=1)
+        if not np.any(total):
+            continue
+        series = [
+            Series(time, vertical[:, own].sum(axis=1), name, PALETTE[1 + k % (len(PALETTE) - 1)])
+            for k, (name, own) in enumerate(groups.items())
+        ]
+        if len(groups) > 1:
+            series.insert(0, Series(time, total, "sum", STROKES[side], 2.0, 0.6, "5 3"))
+        drawing = line_plot(
+            series,
+            title=f"{SIDE_NAMES[side].capitalize()} foot" if side else "Other supports",
+            y_label="vertical [BW]",
+            width=520,
+            height=250,
+            zero=True,
+            least=SPAN["BW"],
+        )
+        figures.append(Figure(drawing))
+    if not figures:
+        return Section(title, missing="no contact carried force.")
+    text = "Ground reaction on each segment of the foot, in body weights."
+    return Section(title, figures, text=text, folded=True)
+
+
+@needs(planned=True)
+def pressure_section(subject: Subject) -> Section:
+    """Return the centre of pressure over the polygons of support, and its distance to the edge."""
+    title, record = "Centre of pressure and support", subject.record
+    centre = centre_of_pressure(record)
+    known = np.isfinite(centre).all(axis=1)
+    if not known.any():
+        return Section(title, missing="the feet carry no load.")
+    point = site_points(record)
+    com = np.array([state.com for state in sweep(record.human, record.motion)])
+    series = [
+        Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),
+        Series(centre[:, 0], centre[:, 1], "centre of pressure", STROKE_FORCE, 2.2),
+    ]
+    outlines = _supports(record, point)
+    above = path_plot(series, outlines=outlines, title="From above", y_label="left [m]")
+    inside = inside_support(record, point, centre)
+    margin = line_plot(
+        [Series(record.motion.time, 1000.0 * inside, "", STROKE_MIDDLE, 1.8)],
+        title="Distance to the edge of the support",
+        y_label="inside [mm]",
+        width=1060,
+        height=230,
+        zero=True,
+        least=20.0,
+    )
+    hulls = (
+        "Pale shapes: convex hulls of the loaded sites of each foot, one for every change. The "
+        "centre of pressure of both feet lies in the hull of all that stands at the time, in "
+        "double support between the feet."
+    )
+    edge = (
+        "Positive inside the hull of everything that stands; where only an edge of the foot "
+        "stands, as at heel strike, the hull has no inside."
+    )
+    figures = [Figure(above, hulls, wide=True), Figure(margin, edge, wide=True)]
+    return Section(title, figures, folded=True)
+
+
+@needs(planned=True)
+def contact_section(subject: Subject) -> Section:
+    """Return which site of which foot stands when."""
+    record, title = subject.record, "Contact plan"
+    time, planned = record.motion.time, _planned(record)
+    rows = []
+    for side in (*SIDES, ""):
+        for i, site in enumerate(record.sites):
+            if site.side == side:
+                bars = active_bars(planned[:, i], time, STROKES[side], 0.6)
+                rows.append((place_text(site.name, side), bars))
+    if not any(bars for _, bars in rows):
+        return Section(title, missing="no contact is planned.")
+    figure = Figure(timeline_plot(rows), wide=True)
+    return Section(title, [figure], text="Planned contact times of each site.", folded=True)
+
+
+def centre_of_pressure(record: Record) -> Array:
+    """Return where the force on both feet acts, world [m]; NaN where they carry next to nothing."""
+    feet = [record.foot(side) for side in SIDES]
+    load = np.stack([foot.force @ record.ground.normal for foot in feet], axis=1)
+    place = np.stack([np.nan_to_num(foot.centre_of_pressure) for foot in feet], axis=1)
+    whole = load.sum(axis=1)[:, None]
+    moved = (load[..., None] * place).sum(axis=1)
+    loaded = whole > LEAST_LOAD * record.weight
+    return np.divide(moved, whole, out=np.full_like(moved, np.nan), where=loaded)
+
+
+def site_points(record: Record) -> Array:
+    """Return the lowest point of every site, world [m]."""
+    radius = np.array([site.radius for site in record.sites])
+    centres = SitePoints(record.human, record.sites).path(record.motion.qpos)
+    return centres - radius[:, None] * record.ground.normal
+
+
+def inside_support(record: Record, point: Array, centre: Array) -> Array:
+    """Return how far inside the hull of what stands centres of pressure are [m]."""
+    feet = np.array([site.side != "" for site in record.sites])
+    return -outside_hull(centre[:, :2], point[..., :2], _planned(record) & feet)
+
+
+def _supports(record: Record, point: Array) -> list[Outline]:
+    """Return hulls of each foot's standing sites, one for each change of what stands."""
+    found = []
+    for side in SIDES:
+        standing = _planned(record) & np.array([site.side == side for site in record.sites])
+        change = np.flatnonzero(np.any(standing[1:] != standing[:-1], axis=1)) + 1
+        for a, b in zip([0, *change], [*change, len(standing)], strict=True):
+            middle = (a + b) // 2
+            if standing[middle].sum() > 2:
+                hull = convex_hull(point[middle, standing[middle], :2])
+                if len(hull) > 2:
+                    found.append(Outline(hull, STROKES[side]))
+    return found[:MOST_HULLS]
+
+
+def _planned(record: Record) -> Array:
+    assert record.contact_planned is not None  # the section asks for a plan
+    return record.contact_planned

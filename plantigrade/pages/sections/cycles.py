@@ -1,0 +1,331 @@
+"""A walk: curves of angles, forces, moments and powers over the gait cycle."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.analyze import norms
+from plantigrade.analyze.curves import LOADED, known_above, nothing_measured
+from plantigrade.analyze.gait_profile import ANGLES
+from plantigrade.arrays import Array, Float
+from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
+from plantigrade.motion.views import curves_of
+from plantigrade.pages.section import Section, Subject, needs
+
+OTHERS = (
+    *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),
+    *("knee_adduction_markers", "knee_rotation_markers"),
+    *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+    *("arm_flex", "arm_add", "elbow_flex"),
+)
+SHOWN = (
+    *(name for name in ANGLES if name != "foot_progression"),
+    *("subtalar_angle", "mtp_angle"),
+    *OTHERS,
+)
+LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
+POWERED = (*LOADED, "lumbar_extension")
+FORCES = {
+    "up": "ground_force_up",
+    "forward": "ground_force_forward",
+    "left": "ground_force_sideways",
+}
+FIRST, MOST = 9, 24  # panels of joint angles over time: open, and in all
+
+
+@dataclass(frozen=True)
+class CycleCurves:
+    """A coordinate with its side over the gait cycle (0 % at heel strike), one row per cycle.
+
+    NaN is unknown; the unit is that of the plot (``"°"``, ``"N m/kg"``).
+    """
+
+    name: str
+    percent: Float[Array, " n_percent"]
+    values: Float[Array, "n_cycles n_percent"]
+    unit: str = "°"
+
+
+def angle_section(subject: Subject) -> list[Section]:
+    """Return joint angles over time, where there is no whole gait cycle."""
+    if subject.walks:
+        return []
+    motion, held = subject.record.motion, subject.held
+    panels = tuple(
+        replace(
+            panel,
+            hatched={s: held[name] for s, name in _names(panel).items() if name in held},
+            dotted=tuple(s for s, name in _names(panel).items() if name in subject.assumed),
+        )
+        for panel in panels_of(curves_of(motion, motion.joint_names[1:]))
+    )
+    text = "Joint angles over time; no whole gait cycle was found or asked for."
+    text += _signs(any(p.hatched for p in panels), any(p.dotted for p in panels))
+    found = [Section("Joint angles", _over_time(panels[:FIRST], motion.time), text=text)]
+    if len(panels) > FIRST:
+        text = "Drawn as above."
+        if len(panels) > MOST:
+            text += f" Those beyond {MOST} joints are in motion.mot."
+        others = _over_time(panels[FIRST:MOST], motion.time)
+        found.append(Section("Further joint angles", others, text=text, folded=True))
+    return found
+
+
+def other_angle_section(subject: Subject) -> list[Section]:
+    """Return the angles of trunk and arms over the gait cycle."""
+    source = subject.angle_curves
+    curves = chosen(source.percent, source.angles, OTHERS, "°") if subject.walks else []
+    if not curves:
+        return []
+    title, caption = "Trunk and arms over the gait cycle", "Drawn as above."
+    return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+
+
+def _over_time(panels: Sequence[Panel], time: Array, **options: bool) -> list[Figure]:
+    return [Figure(panel_plot(panel, time, **options)) for panel in panels]
+
+
+def force_section(subject: Subject) -> list[Section]:
+    """Return ground reaction over the gait cycle."""
+    source = subject.force_curves
+    curves = chosen(source.percent, source.forces, tuple(FORCES), "BW")
+    if not curves:
+        return []
+    caption = "Ground reaction on the foot, in body weights (BW)."
+    title = "Ground reaction over the gait cycle"
+    return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+
+
+def moment_section(subject: Subject) -> list[Section]:
+    """Return joint moments over the gait cycle; over time where there is no whole cycle."""
+    title, source, record = "Joint moments", subject.force_curves, subject.forces
+    curves = chosen(source.percent, source.moments, LOADED, "N m/kg", "_moment")
+    what = "Internal moments{}, made by the body's own muscles and ligaments"
+    if curves:
+        sign = "; positive in the positive direction of the joint angle."
+        caption = what.format("") + sign
+        return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+    if nothing_measured(record):
+        return []
+    if record.qfrc_actuator is None:
+        return [
+            Section(title, missing="no forces were measured or estimated, so no joint moments.")
+        ]
+    moments = {
+        f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
+        for name in record.human.coordinates
+    }
+    panels = panels_of(moments)
+    if not panels:
+        missing = "no foot had a force of its own measured, so no joint moments."
+        return [Section(title, missing=missing)]
+    legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
+    figures = _over_time(legs, record.motion.time, zero=True)
+    return [Section(title, figures, text=what.format(" over time") + ".", folded=True)]
+
+
+def power_section(subject: Subject) -> list[Section]:
+    """Return joint powers over the gait cycle; over time where there is no whole cycle."""
+    source, record = subject.force_curves, subject.forces
+    curves = chosen(source.percent, source.powers, LOADED, "W/kg", "_power")
+    if curves:
+        caption = (
+            "Joint moment times joint speed: positive where muscles give energy to the body, "
+            "negative where they absorb it."
+        )
+        found = cycle_section("Joint powers", curves, subject, caption=caption)
+        return [replace(found, folded=True)]
+    if nothing_measured(record):
+        return []
+    if record.qfrc_actuator is None or source.cycles:
+        missing = "joint powers need measured or computed forces and whole gait cycles."
+        return [Section("Joint powers", missing=missing)]
+    powers = {}
+    for name in record.human.coordinates:
+        if without_side(name) in POWERED:
+            power = record.torque(name) * record.motion.velocity(name) / record.human.mass
+            powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
+    figures = _over_time(panels_of(powers), record.motion.time, zero=True)
+    text = "Joint moment times angular velocity, per kilogram of body mass."
+    return [Section("Joint powers over time", figures, text=text, folded=True)]
+
+
+@needs("foot.percent", "foot.names")
+def foot_segment_section(subject: Subject) -> list[Section]:
+    """Return the angles of hindfoot, forefoot and hallux."""
+    signals = subject.record.signals
+    curves = [
+        CycleCurves(name, signals["foot.percent"], signals[f"foot.{name}"])
+        for name in subject.words("foot.names")
+        if f"foot.{name}" in signals
+    ]
+    if not curves:
+        return []
+    caption = (
+        "Angles between the segments of the foot by its markers, as the Oxford Foot Model defines "
+        "them: hindfoot to tibia, forefoot to hindfoot and to tibia, hallux to forefoot."
+    )
+    rms = subject.number("foot_segments_marker_rms_mm")
+    if rms is not None:
+        caption += f" Markers of a segment move {rms:.1f} mm (RMS) against each other."
+    found = cycle_section("Foot segments", curves, subject, caption=caption, published=False)
+    return [replace(found, folded=True)]
+
+
+def cycle_section(
+    title: str,
+    curves: Sequence[CycleCurves],
+    subject: Subject,
+    *,
+    caption: str,
+    published: bool = True,
+) -> Section:
+    """Return curves over the gait cycle, one plot per quantity, left and right together."""
+    grouped: dict[tuple[str, str], list[CycleCurves]] = {}
+    for curve in curves:
+        grouped.setdefault((without_side(curve.name), curve.unit), []).append(curve)
+    figures = [
+        curve_figure(base, members, subject, published=published)
+        for (base, _), members in grouped.items()
+    ]
+    names = [base for base, _ in grouped] if published else []
+    return Section(title, figures, text=cycle_words(caption, curves, subject, names))
+
+
+def cycle_words(
+    caption: str, curves: Sequence[CycleCurves], subject: Subject, names: Sequence[str]
+) -> str:
+    """Return what stands before curves over the cycle: of whom, and whose norms of these names."""
+    words = caption
+    if any(len(curve.values) > 1 for curve in curves):
+        counts = ", ".join(
+            f"{max(counted)} {SIDE_NAMES.get(side or '', 'middle')}"
+            for side in ("r", "l", None)
+            if (counted := [len(c.values) for c in curves if side_of(c.name) == side])
+        )
+        words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
+    if subject.foot_off:
+        words += " Dashed vertical lines: foot off."
+    every = {curve.name for curve in curves}
+    words += _signs(every & set(subject.held_in_cycles), every & set(subject.assumed))
+    return words + _whose(subject, [band for n in names if (band := _norm(subject, n)) is not None])
+
+
+def _names(panel: Panel) -> dict[str, str]:
+    """Return side → full name of the coordinates of a panel."""
+    return {side: f"{panel.name}_{side}" if side else panel.name for side in panel.curves}
+
+
+def _signs(hatched: Collection | bool, dotted: Collection | bool) -> str:
+    """Return what hatching and dots mean, where there are any."""
+    words = " Hatched: the joint is at a limit of its range." if hatched else ""
+    return words + (" Dotted: assumed, not measured." if dotted else "")
+
+
+def curve_figure(
+    base: str,
+    members: Sequence[CycleCurves],
+    subject: Subject,
+    *,
+    published: bool = True,
+    ticks: Sequence[tuple[float, str]] = (),
+    y_label: str = "",
+    height: int = 210,
+) -> Figure:
+    """Return the curves of one quantity, left and right, over the gait cycle and its norm."""
+    series, ribbons = [], []
+    unit, norm = members[0].unit, _norm(subject, base) if published else None
+    marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
+    if norm is not None:
+        low, high = norm.mean - norm.sd, norm.mean + norm.sd
+        ribbons.append(Ribbon(norm.percent, low, high, STROKE_MIDDLE, 0.22))
+        name = "own" if norm.population.own else norm.population.name
+        series.append(Series(norm.percent, norm.mean, name, STROKE_MIDDLE, 1.0, 0.8, "4 3"))
+    for curve in sorted(members, key=lambda c: side_of(c.name) != "r"):
+        side = side_of(curve.name)
+        mean, sd = mean_sd(curve.values)
+        if len(curve.values) > 1:
+            ribbons.append(Ribbon(curve.percent, mean - sd, mean + sd, STROKES[side], 0.18))
+        held = subject.held_in_cycles.get(curve.name)
+        dash = DOTTED if curve.name in subject.assumed else ""
+        name, colour = SIDE_NAMES.get(side or "", ""), STROKES[side]
+        series.append(Series(curve.percent, mean, name, colour, 2, dash=dash, hatched=held))
+    sides = {side_of(curve.name) for curve in members}
+    drawn = line_plot(
+        series,
+        bands=ribbons,
+        marks=[mark for mark in marks if any(STROKES[side] == mark[1] for side in sides)],
+        ticks=ticks,
+        title=title_of(base),
+        x_label="gait cycle [%]",
+        y_label=y_label or axis_label(base, unit),
+        least=SPAN.get(unit, 0.0),
+        height=height,
+    )
+    return Figure(drawn)
+
+
+def chosen(
+    percent: Float[Array, " n_percent"],
+    table: Mapping[str, Array],
+    names: Sequence[str],
+    unit: str,
+    suffix: str = "",
+) -> list[CycleCurves]:
+    """Return the curves of some coordinates, both sides of each."""
+    found = []
+    for name in names:
+        for side in ("", "_r", "_l"):
+            values = table.get(f"{name}{side}")
+            if values is not None and len(values):
+                full = f"{FORCES.get(name, name)}{suffix}{side}"
+                found.append(CycleCurves(full, percent, values, unit))
+    return found
+
+
+def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+    """Return mean and standard deviation over rows, NaN left out; NaN where nothing is known."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(known, values, 0.0).sum(axis=0) / count
+        spread = np.where(known, values - mean, 0.0) ** 2
+        sd = np.sqrt(spread.sum(axis=0) / np.maximum(count - 1, 1))
+    return mean, sd
+
+
+def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
+    """Return the norm of a curve: of the person's population, else of children; None if none.
+
+    A user's own norms are never mixed with others.
+    """
+    own = subject.population.own
+    if subject.runs and not own:
+        return None
+    for population in (subject.population,) if own else (subject.population, norms.CHILDREN):
+        known = name if own else norms.PUBLISHED_NAMES.get(name, name)
+        if known in norms.names(population):
+            return norms.norm(known, subject.speed_class, population=population)
+    return None
+
+
+def _whose(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
+    """Return whose published curves are drawn, how many people, of which age, how fast."""
+    words, speed = "", subject.number("walking_speed_m_s")
+    for people in dict.fromkeys(band.population for band in bands):
+        words += f" Grey band: mean ± 1 SD of {people.people}"
+        if people.own:
+            words += " (your own norms)."
+            continue
+        words += f", {people.speed}"
+        if people is norms.CHILDREN:
+            words += f" (here: {subject.speed_class.replace('_', ' ')})"
+        words += f"; {people.citation}."
+        if people is not subject.population:
+            words += " No free adult norms exist; adults' moments tend to be larger."
+        elif people is norms.ADULTS and speed is not None and not norms.comfortable(speed):
+            words += f" At {speed:.2f} m/s angles differ from these for that reason alone."
+    return words

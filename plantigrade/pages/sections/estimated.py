@@ -1,0 +1,163 @@
+"""Ground reactions, joint moments and powers that no plate told, with their bands."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.analyze.curves import LOADED, nothing_measured
+from plantigrade.arrays import Array
+from plantigrade.charts import Figure, Ribbon, Series, line_plot
+from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label
+from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
+from plantigrade.constants import SIDES
+from plantigrade.motion.cycles import PERCENT, normalise_cycles
+from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.sections.cycles import mean_sd
+from plantigrade.pages.text import sided_title
+from plantigrade.record import Record
+
+AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
+FORCES, MOMENTS = "Estimated ground reactions", "Estimated joint moments"
+POWERS = "Estimated joint powers"
+MOST = 400  # points of a curve over time, as wide as it is drawn
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    """A curve over the frames: estimated, half-width of its band, measured (NaN where not)."""
+
+    title: str
+    label: str
+    side: str
+    value: Array
+    half: Array
+    measured: Array
+    least: float
+
+
+@needs("forces.measured", "forces.band", "forces.moment_band")
+def estimated_section(subject: Subject) -> list[Section]:
+    """Return what was estimated, over the gait cycle, or over time where there is none."""
+    record = subject.record
+    if not record.has_forces or record.qfrc_actuator is None:
+        return []
+    forces, (moments, powers) = _forces(record), _moments(record)
+    return [
+        Section(title, [_figure(subject, one) for one in found], text=text, folded=True)
+        for title, text, found in (
+            (FORCES, _words(subject, "Ground reaction on each foot in body weights"), forces),
+            (MOMENTS, _words(subject, "Internal moments per body mass"), moments),
+            (POWERS, _words(subject, "Joint moment times angular velocity per body mass"), powers),
+        )
+        if found
+    ]
+
+
+def _words(subject: Subject, what: str) -> str:
+    """Return what the lines mean."""
+    text = f"{what}. Full line: estimated from the motion, not measured; shade: its 90 % band"
+    text += ", mean over gait cycles" if subject.walks else ""
+    if "measured.force" in subject.record.signals:
+        return (
+            text + ". Violet dashes: measured by the plates, which were withheld from the estimate."
+        )
+    if nothing_measured(subject.record):
+        return text + ". No plate measured anything here."
+    return text + ". Violet dashes: measured by a plate."
+
+
+def _forces(record: Record) -> list[_Estimate]:
+    found, band = [], record.signals["forces.band"]
+    withheld = record.signals.get("measured.force")
+    for axis, name in AXES.items():
+        for k, side in enumerate(SIDES):
+            foot = record.foot(side)
+            value = foot.force[:, axis] / record.weight
+            seen = np.where(foot.measured, value, np.nan)
+            found.append(
+                _Estimate(
+                    f"{SIDE_NAMES[side].capitalize()}, {name}",
+                    "[BW]",
+                    side,
+                    np.where(foot.known & ~foot.measured, value, np.nan),
+                    band[:, k, axis] / record.weight,
+                    seen if withheld is None else withheld[:, k, axis] / record.weight,
+                    SPAN["BW"],
+                )
+            )
+    return found
+
+
+def _moments(record: Record) -> tuple[list[_Estimate], list[_Estimate]]:
+    """Return moments and powers of the joints of both legs."""
+    motion, mass, band = record.motion, record.human.mass, record.signals["forces.moment_band"]
+    names = [str(name) for name in record.signals.get("measured.moment_names", ())]
+    moments, powers = [], []
+    for stem in LOADED:
+        for side in SIDES:
+            name, foot = f"{stem}_{side}", record.foot(side)
+            if name not in record.human.coordinates:
+                continue
+            value, half = record.torque(name) / mass, band[:, 6 + motion.hinge(name)] / mass
+            seen = np.where(foot.measured, value, np.nan)
+            if names:
+                seen = np.full(motion.n_frames, np.nan)
+                if name in names:
+                    seen = record.signals["measured.moment"][:, names.index(name)]
+            value = np.where(foot.known & ~foot.measured, value, np.nan)
+            speed = motion.velocity(name)
+            for found, kind, unit, by in (
+                (moments, "moment", "N m/kg", np.ones_like(speed)),
+                (powers, "power", "W/kg", speed),
+            ):
+                found.append(
+                    _Estimate(
+                        sided_title(name),
+                        axis_label(f"{stem}_{kind}", unit),
+                        side,
+                        value * by,
+                        half * np.abs(by),
+                        seen * by,
+                        SPAN.get(unit, 0.0),
+                    )
+                )
+    return moments, powers
+
+
+def _figure(subject: Subject, one: _Estimate) -> Figure:
+    """Return one plot: the estimate in its band, the measured beside."""
+    motion = subject.record.motion
+    step = -(-motion.n_frames // MOST)
+    x, curves = motion.time[::step], tuple(y[::step] for y in (one.value, one.half, one.measured))
+    x_label = "time [s]"
+    if subject.walks:
+        cycles = [c for c in subject.angle_curves.cycles if c.side == one.side]
+        x, x_label = PERCENT, "gait cycle [%]"
+        frames = (one.value, one.half, one.measured)
+        curves = tuple(mean_sd(normalise_cycles(motion.time, y, cycles))[0] for y in frames)
+    value, half, measured = curves
+    series, colour = _series(x, value, measured, STROKES[one.side]), STROKES[one.side]
+    known = np.concatenate([s.y[np.isfinite(s.y)] for s in series] or [np.zeros(1)])
+    low, high = known.min(initial=0.0), known.max(initial=0.0)
+    room = high - low  # a band that is wider leaves the plot, so that the curves can be seen
+    lower, upper = (np.clip(y, low - room, high + room) for y in (value - half, value + half))
+    drawn = line_plot(
+        series,
+        bands=[Ribbon(x, lower, upper, colour, 0.22)],
+        title=one.title,
+        x_label=x_label,
+        y_label=one.label,
+        zero=True,
+        least=one.least,
+    )
+    return Figure(drawn)
+
+
+def _series(x: Array, value: Array, measured: Array, colour: str) -> Sequence[Series]:
+    series = []
+    if np.isfinite(measured).any():
+        series.append(Series(x, measured, "measured", STROKE_REFERENCE, 1.6, 1.0, "5 3"))
+    if np.isfinite(value).any():
+        series.append(Series(x, value, "estimated", colour, 1.8))
+    return series

@@ -1,0 +1,102 @@
+"""Spatio-temporal measures of a walk, beside what is published of adults or children."""
+
+from plantigrade.analyze import norms
+from plantigrade.analyze.symmetry import symmetry_index
+from plantigrade.constants import SIDES
+from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.text import rounded_text, signed_text
+
+MEASURES = "Spatio-temporal measures"
+WHOLE = (
+    ("walking speed", "m/s", "walking_speed{}_m_s", 2),
+    ("running speed", "m/s", "running_speed{}_m_s", 2),
+    ("cadence", "steps/min", "cadence{}_steps_min", 0),
+    ("step width", "m", "step_width{}_m", 2),
+    ("double support", "% of stride", "double_support{}_pct", 0),
+)
+BY_SIDE = (
+    ("stride length", "m", "stride_length_SIDE{}_m", 2),
+    ("stride time", "s", "stride_time_SIDE{}_s", 2),
+    ("step length", "m", "step_length_SIDE{}_m", 2),
+    ("step time", "s", "step_time_SIDE{}_s", 2),
+    ("stance", "% of stride", "stance_SIDE{}_pct", 1),
+    ("swing", "% of stride", "swing_SIDE{}_pct", 1),
+    ("contact time", "s", "contact_time_SIDE{}_s", 3),
+    ("flight time", "s", "flight_time_SIDE{}_s", 3),
+    ("duty factor", "of stride", "duty_factor_SIDE{}_ratio", 2),
+)
+"""Name, unit, key of the figure (``{}``: where the standard deviation's has ``_sd``), decimals."""
+
+
+def measure_section(subject: Subject) -> list[Section]:
+    """Return the table of measures: right, left, both, their symmetry, and published."""
+    if not subject.walks:
+        missing = "no whole gait cycle was found, so no step or stride could be measured."
+        return [Section(MEASURES, missing=missing)]
+    none = subject.runs or subject.population.own  # of running, or among one's own norms
+    published = {} if none else _published(subject)
+    rows = [
+        [name, "", "", _value(subject, key, digits), "", unit, published.get(name, "")]
+        for name, unit, key, digits in WHOLE
+    ]
+    for name, unit, key, digits in BY_SIDE:
+        keys = [key.replace("SIDE", side) for side in SIDES]
+        cells = [_value(subject, one, digits) for one in keys]
+        rows.append([name, *cells, "", _symmetry(subject, keys), unit, published.get(name, "")])
+    rows = [row for row in rows if any(row[1:4])]
+    if not rows:
+        return [Section(MEASURES, missing="no gait measures are known.")]
+    text = (
+        "A step goes from one foot's heel strike to the other's and is named after the foot that "
+        "lands; a stride goes to the same foot's next. Mean ± standard deviation where there are "
+        "several. Symmetry index: right minus left, of the mean of both (Robinson et al. 1987, J "
+        "Manipulative Physiol Ther 10:172)."
+    )
+    who = subject.population
+    if published and who is norms.ADULTS:
+        text += (
+            " Adults: mean ± SD at this speed of 51 people of 21–37 and 50–84 years on a treadmill "
+            "(BMClab, CC BY 4.0)."
+        )
+    elif published:
+        speed = subject.speed_class.replace("_", " ")
+        text += f" Children: {who.people}, {who.speed}; here: {speed} ({who.citation})."
+    headers = ("measure", "right", "left", "both", "symmetry index", "unit", who.name)
+    if none:
+        headers, rows = headers[:-1], [row[:-1] for row in rows]
+    return [Section(MEASURES, headers=headers, rows=rows, text=text)]
+
+
+def _value(subject: Subject, key: str, digits: int) -> str:
+    """Return mean and standard deviation; nothing where it is not known."""
+    mean, sd = (subject.number(key.format(part)) for part in ("", "_sd"))
+    if mean is None:
+        return ""
+    spread = "" if sd is None else f" ± {rounded_text(sd, digits)}"
+    return rounded_text(mean, digits) + spread
+
+
+def _symmetry(subject: Subject, keys: list[str]) -> str:
+    """Return the symmetry index of a measure."""
+    right, left = (subject.number(key.format("")) for key in keys)
+    index = float("nan") if right is None or left is None else symmetry_index(right, left)
+    return f"{signed_text(index)} %" if index == index else ""
+
+
+def _published(subject: Subject) -> dict[str, str]:
+    """Return what is published of adults at the speed of the walk, or of children."""
+    if subject.population is norms.ADULTS:
+        speed = subject.number("walking_speed_m_s")
+        steps = {} if speed is None else norms.adult_steps(speed)
+        digits = {"step_length": 2, "cadence": 0}
+        return {
+            name.replace("_", " "): f"{mean:.{digits[name]}f} ± {sd:.{digits[name]}f}"
+            for name, (mean, sd) in steps.items()
+        }
+    foot_off, both = (
+        table[subject.speed_class] for table in (norms.FOOT_OFF, norms.DOUBLE_SUPPORT)
+    )
+    return {
+        "stance": f"{foot_off[0]} ± {foot_off[1]}",
+        "double support": f"{both[0]} ± {both[1]}",
+    }

@@ -1,0 +1,95 @@
+"""The virtual contact plate: where each foot presses how hard, through one contact."""
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.charts import Figure, grid
+from plantigrade.charts.labels import SIDE_NAMES, without_side
+from plantigrade.constants import SIDES
+from plantigrade.pages.contact_plate import LEAST, Sole, centre, foot_svg
+from plantigrade.pages.section import Group, Section, Subject
+from plantigrade.record import Record
+
+TITLE = "Virtual contact plate"
+SHARES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)
+"""Where in a contact the foot is drawn."""
+POINTS = 80
+"""Of the path of the centre of pressure."""
+
+
+def plate_section(subject: Subject) -> list[Section]:
+    """Return which places of the feet press how hard, wherever forces at the feet are known."""
+    record = subject.forces
+    if not record.has_forces or not any(site.side for site in record.sites):
+        return []
+    assert record.contact_force is not None  # that is what having forces means
+    load = np.nan_to_num(record.contact_force[..., 2]) / record.weight
+    if record.contact_known is not None:  # both feet on one plate: nobody knows what each carries
+        load = np.where(record.contact_known, load, 0.0)
+    if record.contact_point is not None:
+        load = np.where(np.isfinite(record.contact_point).all(axis=2), load, 0.0)
+    soles = [Sole.of(record.human, record.sites, side) for side in SIDES]
+    figures = [_contact(record, sole, load) for sole in soles if len(sole.index)]
+    drawn = [figure for figure in figures if figure is not None]
+    if not drawn:
+        return [Section(TITLE, missing="no force is known for a single foot.")]
+    text = (
+        "The soles from above, toes up. Rings: places that can touch the ground; discs: what "
+        "presses, by area; cross and line: centre of pressure."
+    )
+    if any(site.measured and site.side for site in record.sites):
+        text += " Measured forces are drawn where they act on hindfoot and toes."
+    groups = [group for sole in soles if (group := _group(record, sole, load)) is not None]
+    return [Section(TITLE, drawn, text=text, groups=groups, folded=True)]
+
+
+def longest(loaded: Array) -> tuple[int, int] | None:
+    """Return first and last frame of the longest contact, of those that begin and end if any do.
+
+    Example:
+        >>> longest(np.array([True, True, True, False, True, True, False]))
+        (4, 5)
+    """
+    edges = np.flatnonzero(np.diff(np.r_[False, loaded, False].astype(int)))
+    found = [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
+    whole = [(a, b) for a, b in found if a > 0 and b < len(loaded) - 1]
+    return max(whole or found, key=lambda span: span[1] - span[0], default=None)
+
+
+def _contact(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Figure | None:
+    """Return a foot at several instants of its longest contact."""
+    own = load[:, sole.index]
+    span = longest(np.maximum(own, 0.0).sum(axis=1) > LEAST)
+    if span is None:
+        return None
+    first, last = span
+    time = record.motion.time
+    frames = [round(first + share * (last - first)) for share in SHARES]
+    feet = []
+    for frame in dict.fromkeys(frames):
+        feet.append(foot_svg(sole, sole.places(record, frame), own[frame], f"{time[frame]:.2f} s"))
+    on = np.unique(np.linspace(first, last, POINTS).astype(int))
+    path = np.array([centre(sole.places(record, int(frame)), own[frame]) for frame in on])
+    nothing = np.zeros(len(sole.index))
+    feet.append(foot_svg(sole, sole.place, nothing, "path", path=path))
+    caption = (
+        f"{SIDE_NAMES[sole.side].capitalize()} foot, from {time[first]:.2f} to {time[last]:.2f} s."
+    )
+    return Figure(grid(feet, columns=len(feet)).svg, caption)
+
+
+def _group(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Group | None:
+    """Return what every place carries; nothing where forces are measured, for these move about."""
+    on = np.maximum(load[:, sole.index], 0.0).sum(axis=1) > LEAST
+    rows = []
+    for i in sole.index:
+        site = record.sites[i]
+        if site.measured or not on.any():
+            continue
+        own = np.maximum(load[:, i], 0.0)
+        name = without_side(site.name).replace("_", " ")
+        share = 100.0 * float(np.mean(own[on] > 1e-3))
+        rows.append((name, f"{own.max():.2f}", f"{own[on].mean():.2f}", f"{share:.0f}"))
+    title = f"{SIDE_NAMES[sole.side].capitalize()} foot, while it stands"
+    headers = ("place", "greatest [BW]", "mean [BW]", "time [%]")
+    return Group(title, headers, rows) if rows else None

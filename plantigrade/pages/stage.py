@@ -1,0 +1,133 @@
+"""What a moving picture stands on: a strip of ground that passes under the body, and seats."""
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.ground import Ground
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.shapes import convex_hull, mesh_of, shapes_of
+from plantigrade.pages.svg_motion import Clock
+from plantigrade.spatial.conventions import rotation_matrix
+
+WIDE = (0.42, 1.2)  # half width of the strip of ground, also around an enlarged foot [m]
+MARKS = 0.25  # distance of the marks across it, about [m]
+GRAIN = 0.02  # spacing at which uneven ground is followed [m]
+TOP, EDGE, LINE, SIDE_FACE = "#e6eaef", "#98a3b3", "#c3cbd6", "#f0f2f5"
+WOOD, WOOD_EDGE = "#c9ab80", "#8f744b"
+
+
+def stage(
+    ground: Ground,
+    model: mujoco.MjModel,
+    com: Float[Array, "m 3"],
+    forward: Float[Array, " 3"],
+    centre: Float[Array, "n 3"],
+    camera: Camera,
+    clock: Clock,
+    *,
+    per_metre: float,
+    loop: Float[Array, " 3"] | None,
+    box: tuple[int, int, int, int],
+    fine: bool = False,
+) -> str:
+    """Return the ground with marks across it, and seats, as they pass by the camera.
+
+    Args:
+        ground: What the motion happened on.
+        model: The scene, for what stands on the ground.
+        com: Path of the centre of mass, world [m].
+        forward: Horizontal direction of travel, unit vector.
+        centre: What the camera looks at in each frame, world [m].
+        camera: The camera.
+        clock: The clock of the picture.
+        per_metre: Units of the drawing in a metre.
+        loop: How far a stride carries the body [m]: then marks divide it evenly, so that the end
+            of the loop is its beginning.
+        box: What is seen (left, top, right, bottom), around the camera's centre.
+        fine: Draw closer marks.
+    """
+    middle = com.mean(axis=0)
+    origin = middle - forward * float(middle @ forward)
+    across = np.array([forward[1], -forward[0], 0.0])
+    reach = max(abs(v) for v in box) / per_metre + 0.5
+    along = centre @ forward
+    ends = along.min() - reach, along.max() + reach
+    spacing = MARKS / 2 if fine else MARKS
+    stride = 0.0 if loop is None else float(loop @ forward)
+    if stride > 0.1:
+        spacing = stride / max(round(stride / spacing), 1)
+    marks = np.arange(np.ceil(ends[0] / spacing), np.floor(ends[1] / spacing) + 1) * spacing
+
+    aside = abs(float(camera.right @ forward)) > 0.5  # not from in front, nor from behind
+    wide = WIDE[fine or not aside]
+
+    def surface(s: np.ndarray, to_side: float) -> np.ndarray:
+        level = origin * [1, 1, 0] + np.outer(s, forward) + to_side * across
+        n = ground.normal
+        height = (ground.under(level) - level @ n) / n[2]
+        return level + np.outer(height, [0.0, 0.0, 1.0])
+
+    plain = not (ground.steps or ground.bumps or ground.field)
+    s = np.array(ends) if plain else np.arange(ends[0], ends[1] + GRAIN, GRAIN)
+    s = s if plain else _corners(s, surface(s, 0.0))
+    near, far = surface(s, wide), surface(s, -wide)
+    if camera.towards @ across < 0:
+        near, far = far, near
+
+    def data(points: np.ndarray, closed: bool) -> str:
+        whole = np.round(camera.project(points) * per_metre).astype(int)
+        return "M" + "L".join(f"{x} {y}" for x, y in whole) + ("z" if closed else "")
+
+    width = f'stroke-width="{(0.002 if fine else 0.005) * per_metre:g}"'
+    top = data(np.concatenate([near, far[::-1]]), closed=True)
+    deep = near - [0.0, 0.0, 3.0]
+    face = data(np.concatenate([near, deep[::-1]]), closed=True)
+    lines = "".join(
+        data(np.concatenate([surface(m[None], wide), surface(m[None], -wide)]), closed=False)
+        for m in marks
+    )
+    parts = [
+        f'<path d="{face}" fill="{SIDE_FACE}"/>' if aside else "",
+        f'<path d="{top}" fill="{TOP}"/>',
+        f'<path d="{lines}" stroke="{LINE}" {width}/>',
+        f'<path d="{data(near, False)}" fill="none" stroke="{EDGE}" {width}/>',
+        *([] if fine else _seats(ground, model, camera, per_metre, surface, origin, forward)),
+    ]
+    whole = np.round(-camera.project(centre) * per_metre).astype(int)
+    return clock.shifted([f"{x} {y}" for x, y in whole], "".join(parts))
+
+
+def _corners(s: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the places where a profile bends, and its ends."""
+    bend = np.abs(np.diff(points[:, 2], 2)) > 1e-6
+    keep = np.concatenate([[True], bend, [True]])
+    return s[keep]
+
+
+def _seats(ground, model, camera, per_metre, surface, origin, forward) -> list[str]:
+    """Return boards that stand on legs."""
+    if not ground.seats:
+        return []
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    parts = []
+    for shape in shapes_of(model):
+        if shape.body or shape.kind != "box" or shape.size[0] > 2.0:
+            continue
+        corners = mesh_of(shape)[0] @ rotation_matrix(shape.quat).T + shape.position
+        hull = convex_hull(camera.project(corners))
+        for corner in corners[corners[:, 2] < shape.position[2]]:
+            foot = corner.copy()
+            foot[2] = surface(np.array([(corner - origin) @ forward]), 0.0)[0, 2]
+            (x1, y1), (x2, y2) = np.round(camera.project(np.stack([corner, foot])) * per_metre)
+            parts.append(
+                f'<path d="M{x1:g} {y1:g}L{x2:g} {y2:g}" stroke="{WOOD_EDGE}" '
+                f'stroke-width="{0.025 * per_metre:g}"/>'
+            )
+        outline = "L".join(f"{x:g} {y:g}" for x, y in np.round(hull * per_metre))
+        parts.append(
+            f'<path d="M{outline}z" fill="{WOOD}" stroke="{WOOD_EDGE}" '
+            f'stroke-width="{0.006 * per_metre:g}"/>'
+        )
+    return parts

@@ -1,0 +1,265 @@
+"""A picture strip of a motion as plain SVG, with no OpenGL: capsules are thick round strokes."""
+
+from collections.abc import Collection, Sequence
+from xml.sax.saxutils import escape
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.charts import theme
+from plantigrade.constants import GRAVITY
+from plantigrade.contact.ground import Ground
+from plantigrade.errors import ParameterError
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.scene import poses, travel
+from plantigrade.pages.shapes import PALE, hexadecimal, rgb, shapes_of, silhouette, whiter
+from plantigrade.spatial.conventions import rotation_matrix
+
+GROUND = "#8a94a3"
+BREADTH = 0.25  # to each side of the middle, within which the ground's outline is taken [m]
+NEAR = 0.6  # a seat further from the body is not in its picture [m]
+SEEN = {
+    "side": "from its right",
+    "left": "from its left",
+    "front": "from the front",
+    "back": "from behind",
+    "quarter": "from the front right",
+}
+TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
+
+
+def instants(n_frames: int, count: int = 8) -> list[int]:
+    """Return ``count`` frame indices spread evenly over ``n_frames`` frames.
+
+    Example:
+        >>> instants(101, 5)
+        [0, 25, 50, 75, 100]
+    """
+    count = min(count, n_frames)
+    return [int(i) for i in np.round(np.linspace(0, n_frames - 1, count))]
+
+
+def strip_svg(
+    model: mujoco.MjModel,
+    qpos: Float[Array, "n nq"],
+    indices: Sequence[int],
+    *,
+    time: Float[Array, " n"] | None = None,
+    force: Float[Array, "n k 3"] | None = None,
+    point: Float[Array, "n k 3"] | None = None,
+    height_px: int = 230,
+    background: str | None = None,
+    behind: Float[Array, "n nq"] | None = None,
+    pale: Collection[str] = (),
+    ground: Ground | None = None,
+    view: str = "side",
+) -> str:
+    """Return an SVG of the body at several instants, and what carries it.
+
+    Every geom is projected along a horizontal; near ones are drawn over far ones. A capsule or
+    sphere is exact, an ellipsoid, cylinder or box is drawn as the outline of its projection.
+
+    Args:
+        model: The body.
+        qpos: Configurations.
+        indices: Which frames to draw, in this order from left to right.
+        time: Time of each frame [s]; written under each picture.
+        force: Ground reaction at each contact, world [N], drawn as an arrow.
+        point: Where it acts, world [m].
+        height_px: Height of the picture [px]; the drawing scales freely.
+        background: CSS colour behind it; none where None.
+        behind: Another motion of the same body, drawn translucent behind the first.
+        pale: Bodies that are drawn paler.
+        ground: What it stands and sits on: slope, steps, bumps, relief and seats are drawn; level
+            ground at height zero where None.
+        view: From where, one of :data:`~plantigrade.pages.camera.VIEWS`, on eye level.
+
+    Raises:
+        ParameterError: If there is no index, one lies outside the motion, or there is no such view.
+    """
+    indices = [int(i) for i in indices]
+    if not indices or min(indices) < 0 or max(indices) >= len(qpos):
+        raise ParameterError(f"picture instants {indices} must be frames from 0 to {len(qpos) - 1}")
+    chosen = np.asarray(qpos)[indices]
+    positions, quats, com = poses(model, chosen)
+    shapes = [shape for shape in shapes_of(model, pale) if shape.body]
+    along = Camera.named(view, travel(com)).right
+    weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
+
+    bodies = [_figure(shapes, p, q, along) for p, q in zip(positions, quats, strict=True)]
+    drawn = [elements for elements, _ in bodies]  # in metres, the far ones first
+    left, right, tops = np.array([extent for _, extent in bodies]).T
+    if behind is not None:
+        others = poses(model, np.asarray(behind)[indices])
+        for i in range(len(indices)):
+            violet = (theme.REFERENCE,) * 2
+            ghost, extent = _figure(shapes, others[0][i], others[1][i], along, violet)
+            drawn[i] = ['<g opacity=".4">', *ghost, "</g>", *drawn[i]]
+            left[i], right[i] = min(left[i], extent[0]), max(right[i], extent[1])
+            tops[i] = max(tops[i], extent[2])
+    centre = com @ along
+    ground = ground or Ground()
+    boards = _boards(model, along)
+    for i in range(len(indices)):
+        for elements, (a, b) in boards:
+            if a - NEAR < centre[i] < b + NEAR:
+                drawn[i] = [*elements, *drawn[i]]
+                left[i], right[i] = min(left[i], a), max(right[i], b)
+    left, right = left - centre, right - centre
+    spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(indices) > 1 else 1.0
+    places = np.arange(len(indices)) * spacing
+    low, high = float(left[0] + places[0] - 0.1), float(right[-1] + places[-1] + 0.1)
+    top = float(tops.max()) + 0.06
+    bottom = 0.18 if time is not None else 0.06
+
+    parts = []
+    if background:
+        parts.append(
+            f'<rect x="{low:.3f}" y="{-top:.3f}" width="{high - low:.3f}" '
+            f'height="{top + bottom:.3f}" fill="{background}"/>'
+        )
+    profiles = [_profile(ground, c, along, spacing) for c in com]
+    if _level(ground):
+        floor, z = 0.0, -ground.height
+        parts.append(
+            f'<line x1="{low:.3f}" x2="{high:.3f}" y1="{z:.3f}" y2="{z:.3f}" stroke="{GROUND}" '
+            'stroke-width=".008"/>'
+        )
+    else:
+        floor = min(0.0, *(float(heights.min()) for _, heights in profiles))
+        for place, (x, z) in zip(places, profiles, strict=True):
+            line = "L".join(f"{a + place:.3f} {-b:.3f}" for a, b in zip(x, z, strict=True))
+            below = (
+                f"L{x[-1] + place:.3f} {-floor + 0.03:.3f}L{x[0] + place:.3f} {-floor + 0.03:.3f}Z"
+            )
+            parts.append(f'<path d="M{line}{below}" fill="{GROUND}" opacity=".25"/>')
+            parts.append(f'<path d="M{line}" fill="none" stroke="{GROUND}" stroke-width=".008"/>')
+    bottom -= floor
+    for i, frame in enumerate(indices):
+        shift = places[i] - centre[i]
+        parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(drawn[i])}')
+        if force is not None and point is not None:
+            parts += _arrows(force[frame], point[frame], along, weight)
+        parts.append("</g>")
+        if time is not None:
+            parts.append(
+                f'<text x="{places[i]:.3f}" y="{0.135 - floor:.3f}" font-size=".1" '
+                f'text-anchor="middle" fill="{GROUND}" font-family="system-ui, sans-serif">'
+                f"{escape(f'{time[frame]:.2f} s')}</text>"
+            )
+    width_px = round(height_px * (high - low) / (top + bottom))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="strip" role="img" '
+        f'aria-label="The body at {len(indices)} instants, seen {SEEN[view]}" '
+        f'width="{width_px}" height="{height_px}" '
+        f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+def _level(ground: Ground) -> bool:
+    """Return whether a ground is one level plane."""
+    return not (ground.slope or ground.steps or ground.bumps or ground.field)
+
+
+def _profile(
+    ground: Ground, com: Float[Array, " 3"], along: Float[Array, " 3"], width: float
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Return the outline of the ground under one picture, seen along a horizontal.
+
+    Returns:
+        Places beside the centre of mass and heights, world [m]: the highest within the breadth of
+        a person.
+    """
+    ahead = np.linspace(-width / 2, width / 2, 241)
+    aside = np.linspace(-BREADTH, BREADTH, 13)
+    across = np.array([-along[1], along[0], 0.0])
+    points = com * [1, 1, 0] + ahead[:, None, None] * along + aside[:, None] * across
+    up = ground.normal
+    for _ in range(3):  # on a slope the place along it depends on the height
+        points[..., 2] = (ground.under(points) - points[..., :2] @ up[:2]) / up[2]
+    return ahead, points[..., 2].max(axis=1)
+
+
+def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
+    """Return the elements of each seat, with legs, and where it begins and ends along the way."""
+    plane, found = np.array([along, [0.0, 0.0, 1.0]]), []
+    for shape in shapes_of(model):
+        if not shape.name.startswith("seat_"):
+            continue
+        points, _ = silhouette(shape, np.zeros(3), np.array([1.0, 0, 0, 0]), plane)
+        (a, low), (b, _) = points.min(axis=0), points.max(axis=0)
+        red, green, blue = (round(255 * c) for c in shape.colour or (0.7, 0.6, 0.45))
+        fill = f"#{red:02x}{green:02x}{blue:02x}"
+        legs = "".join(f"M{x:.3f} {-low:.3f}V0" for x in (a + 0.03, b - 0.03))
+        found.append(
+            (
+                [
+                    f'<path d="{legs}" fill="none" stroke="{fill}" stroke-width=".03"/>',
+                    _element(points, 0.0, "#8a6d4a", fill),
+                ],
+                (a, b),
+            )
+        )
+    return found
+
+
+def _figure(shapes, positions, quats, along, colours=None):
+    """Return the elements of one picture, far ones first, and its extent (left, right, top)."""
+    marks, spans = [], []
+    plane = np.array([along, [0.0, 0.0, 1.0]])
+    across = np.array([along[1], -along[0], 0.0])  # to the right: towards the reader
+    for shape in shapes:
+        position, quat = positions[shape.body], quats[shape.body]
+        points, width = silhouette(shape, position, quat, plane)
+        near = (position + rotation_matrix(quat) @ shape.position) @ across
+        edge, fill = colours or TINTS[shape.side]
+        if shape.colour is not None and colours is None:
+            fill = hexadecimal(shape.colour)
+        if shape.pale and colours is None:
+            edge, fill = (hexadecimal(whiter(rgb(colour), PALE)) for colour in (edge, fill))
+        marks.append((near, _element(points, width, edge, fill)))
+        low, high = points.min(axis=0) - width / 2, points.max(axis=0) + width / 2
+        spans.append((low[0], high[0], high[1]))
+    left, right, top = np.transpose(spans)
+    elements = [element for _, element in sorted(marks, key=lambda mark: mark[0])]
+    return elements, (left.min(), right.max(), top.max())
+
+
+def _element(points: np.ndarray, width: float, edge: str, fill: str) -> str:
+    """Return the SVG of a thick stroke with a rim, or of a closed shape (metres, y down)."""
+    if not width:
+        path = "M" + "L".join(f"{x:.3f} {-z:.3f}" for x, z in points) + "Z"
+        style = 'stroke-width=".008" stroke-linejoin="round"'
+        return f'<path d="{path}" fill="{fill}" stroke="{edge}" {style}/>'
+    (x1, z1), (x2, z2) = points
+    if abs(x1 - x2) + abs(z1 - z2) < 1e-4:
+        x2 += 1e-4  # a stroke without length has no ends in some readers
+    place = f'x1="{x1:.3f}" y1="{-z1:.3f}" x2="{x2:.3f}" y2="{-z2:.3f}"'
+    line = f'<line {place} stroke-linecap="round" stroke='
+    rim = min(0.012, width / 4)
+    return (
+        f'{line}"{edge}" stroke-width="{width:.3f}"/>'
+        f'{line}"{fill}" stroke-width="{width - rim:.3f}"/>'
+    )
+
+
+def _arrows(force, point, along, weight):
+    """Yield ground reactions as arrows; one body weight is 0.6 m long."""
+    for f, p in zip(np.nan_to_num(force), point, strict=True):
+        length = 0.6 * float(np.linalg.norm(f)) / weight
+        if length < 0.03 or not np.isfinite(p).all():
+            continue
+        x, z = float(p @ along), float(p[2])
+        dx, dz = 0.6 * float(f @ along) / weight, 0.6 * float(f[2]) / weight
+        tip_x, tip_z = x + dx, z + dz
+        ux, uz = dx / length, dz / length
+        back_x, back_z = tip_x - 0.07 * ux, tip_z - 0.07 * uz
+        yield (
+            f'<line x1="{x:.3f}" y1="{-z:.3f}" x2="{back_x:.3f}" y2="{-back_z:.3f}" '
+            f'stroke="{theme.FORCE}" stroke-width=".018"/>'
+            f'<path d="M{tip_x:.3f} {-tip_z:.3f}'
+            f"L{back_x - 0.028 * uz:.3f} {-(back_z + 0.028 * ux):.3f}"
+            f'L{back_x + 0.028 * uz:.3f} {-(back_z - 0.028 * ux):.3f}Z" fill="{theme.FORCE}"/>'
+        )

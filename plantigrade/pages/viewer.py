@@ -1,0 +1,235 @@
+"""``viewer.html``: one self-contained page with the moving body, its forces and its curves.
+
+The page draws with its own few hundred lines of WebGL 2. viser's static page was measured first
+(0.8 MB): it has no follow camera, plays no slower than half speed, and hands neither its clock nor
+its camera to the page around it, so curves could not move with the body. viser serves the live
+view, :mod:`plantigrade.pages.live`.
+"""
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+
+from plantigrade.charts import Panel, panels_of, theme
+from plantigrade.charts.labels import SIDE_NAMES
+from plantigrade.constants import SIDES
+from plantigrade.motion.views import curves_of
+from plantigrade.pages.scene import (
+    VIEW_RATE,
+    Scene,
+    build_scene,
+    heading_of,
+    side_forces,
+    standing_height,
+)
+from plantigrade.pages.section import template_text
+from plantigrade.record import Record
+
+SCRIPTS = tuple(f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_curves", ""))
+COLOURS = {
+    "recorded": theme.RECORDED,
+    "fitted": theme.FITTED,
+    "reference": theme.REFERENCE,
+    "left": theme.LEFT,
+    "right": theme.RIGHT,
+    "com": theme.COM,
+    "floor": theme.FLOOR,
+    "grid": theme.GRID,
+    "floor_dark": theme.FLOOR_DARK,
+    "grid_dark": theme.GRID_DARK,
+    "pushed": theme.PUSHED,
+}
+
+
+def viewer_html(
+    record: Record,
+    *,
+    title: str,
+    subtitle: str = "",
+    coordinates: tuple[str, ...] = (),
+    forces: Record | None = None,
+    rate: float = VIEW_RATE,
+) -> str:
+    """Return the page of a record as one string without any outside address.
+
+    Args:
+        record: What to show.
+        title: Heading.
+        subtitle: One line beside it.
+        coordinates: Whose curves stand beside the body; those of all hinges if empty.
+        forces: Whose forces to draw where the record has none.
+        rate: Frames per second kept [Hz]; the page interpolates between them.
+
+    Raises:
+        ParameterError: If the record cannot be drawn.
+    """
+    from jinja2 import Environment
+    from markupsafe import Markup
+
+    scene = build_scene(record, forces=forces, rate=rate)
+    panels = panels_of(curves_of(record.motion, coordinates or record.motion.joint_names[1:]))
+    curves = [_curve(panel, record.motion.time, scene.time) for panel in panels]
+    shown = record if forces is None else forces
+    curves += [_curve(p, shown.motion.time, scene.time) for p in force_panels(shown)]
+    has_cop = scene.cop is not None and bool(np.isfinite(scene.cop).any())
+    has = {
+        "reference": scene.reference_positions is not None,
+        "recorded": scene.recorded is not None,
+        "fitted": scene.fitted is not None,
+        "force": has_cop and bool(np.any(scene.total_force)),
+        "cop": has_cop,
+        "estimated": has_cop and scene.estimated is not None,
+        "plate": scene.plate,
+        "pushes": bool(scene.pushes),
+    }
+    template = Environment(autoescape=True).from_string(template_text("viewer.html"))
+    payload = page_data(record, scene) | {"curves": curves}
+    text = json.dumps(payload, separators=(",", ":"))
+    return template.render(
+        title=title,
+        subtitle=subtitle,
+        css=Markup(template_text("viewer.css")),
+        js=Markup("".join(template_text(name) for name in SCRIPTS)),
+        scene=Markup(text.replace("<", "\\u003c")),
+        colours=COLOURS,
+        has=has,
+        weight=round(scene.weight),
+        thinned=_thinned(record, scene, rate),
+        reference_label=scene.reference_name.capitalize(),
+    )
+
+
+def _thinned(record: Record, scene: Scene, rate: float) -> str:
+    """Return how many frames per second are drawn of a motion too long to be drawn at ``rate``."""
+    if len(scene.time) < 2 or scene.stride <= max(1.0, round(record.motion.rate / rate)):
+        return ""
+    return f"{record.motion.rate / scene.stride:.3g}"
+
+
+def force_panels(record: Record) -> tuple[Panel, ...]:
+    """Return ground reaction over time in body weights, vertical and forward."""
+    total, _ = side_forces(record, pushes=False)
+    if total is None or not np.any(total):
+        return ()
+    loaded = [(row, side) for row, side in enumerate((*SIDES, "")) if np.any(total[:, row])]
+    return tuple(
+        Panel(name, "BW", {side: total[:, row, axis] / record.weight for row, side in loaded})
+        for axis, name in ((2, "ground_force_up"), (0, "ground_force_forward"))
+    )
+
+
+def _curve(panel: Panel, clock: np.ndarray, time: np.ndarray) -> dict[str, Any]:
+    """Return a panel as the page takes it, on the frames that are drawn."""
+    lines = [
+        {
+            "label": SIDE_NAMES.get(side, ""),
+            "unit": panel.unit if panel.unit == "°" else f" {panel.unit}",
+            "colour": theme.SIDE_COLOURS.get(side, theme.MIDDLE),
+            "values": encode(np.interp(time, clock, values)),
+        }
+        for side, values in panel.curves.items()
+    ]
+    return {"title": panel.title, "lines": lines}
+
+
+def encode(array: np.ndarray) -> dict:
+    """Return ``array`` as 16-bit steps in base64; NaN becomes 65535.
+
+    The step is the range over 65534: 0.15 mm over a walkway of ten metres.
+    """
+    values = np.asarray(array, dtype=float)
+    finite = values[np.isfinite(values)]
+    low = float(finite.min()) if finite.size else 0.0
+    step = float((finite.max() - low) / 65534) if finite.size and finite.max() > low else 1.0
+    words = np.where(np.isfinite(values), np.round((np.nan_to_num(values) - low) / step), 65535)
+    data = base64.b64encode(words.astype("<u2").tobytes()).decode("ascii")
+    return {"data": data, "low": low, "step": step}
+
+
+def page_data(record: Record, scene: Scene) -> dict[str, Any]:
+    """Return the data the page is drawn from: shapes, positions, colours."""
+    shapes = []
+    for shape in scene.shapes:
+        item = {
+            "kind": shape.kind,
+            "size": _rounded(shape.size),
+            "position": _rounded(shape.position),
+            "quat": _rounded(shape.quat, 6),
+            "colour": _rounded(shape.paint, 3),
+            "body": shape.body,
+        }
+        if shape.is_ground:
+            item["ground"] = shape.shade
+        if shape.is_plate or shape.is_thing:
+            item["thing"] = True
+        if shape.vertices is not None and shape.faces is not None:
+            item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
+        shapes.append(item)
+    reference = None
+    if scene.reference_positions is not None:
+        positions = encode(scene.reference_positions)
+        reference = {"positions": positions, "quats": _encoded(scene.reference_quats)}
+    counts = [scene.site_sides.count(side) for side in set(scene.site_sides)]
+    ground, events = scene.ground, record.motion.events
+    kinds = {"heel_strike": "heel strike", "toe_off": "toe off"}
+    return {
+        "time": _rounded(scene.time),
+        "stride": scene.stride,
+        "bodies": scene.positions.shape[1],
+        "shapes": shapes,
+        "positions": encode(scene.positions),
+        "quats": encode(scene.quats),
+        "reference": reference,
+        "com": encode(scene.com),
+        "marker_names": list(scene.marker_names)
+        or [str(i + 1) for i in range(0 if scene.fitted is None else scene.fitted.shape[1])],
+        "recorded": _encoded(scene.recorded),
+        "fitted": _encoded(scene.fitted),
+        "force": _encoded(scene.force),
+        "point": _encoded(scene.point),
+        "contact_colours": [theme.SIDE_COLOURS.get(s, theme.MIDDLE) for s in scene.site_sides],
+        "pushes": list(scene.pushes),
+        "many_contacts": max(counts, default=0) > 1,
+        "total": _encoded(scene.total_force),
+        "cop": _encoded(scene.cop),
+        "estimated": None if scene.estimated is None else encode(scene.estimated),
+        "side_colours": theme.BY_SIDE,
+        "weight": max(scene.weight, 1e-6),
+        "height": standing_height(scene),
+        "heading": heading_of(scene),
+        "ground": {
+            "axes": _rounded(ground.to_world.T.ravel(), 9),
+            "plane": not (ground.steps or scene.plate),
+            "height": ground.height,
+        },
+        "floor": encode(scene.floor) if np.any(scene.floor) else None,
+        "level": encode(scene.level) if np.any(scene.floor) else None,
+        "cycles": {
+            SIDE_NAMES[side]: _rounded(
+                sorted(e.time for e in events if (e.side, e.kind) == (side, "heel_strike"))
+            )
+            for side in SIDES
+        },
+        "colours": COLOURS,
+        "events": [
+            {
+                "time": float(event.time),
+                "kind": event.kind,
+                "colour": theme.SIDE_COLOURS.get(event.side, theme.MIDDLE),
+                "title": f"{SIDE_NAMES.get(event.side, '')} "
+                f"{kinds.get(event.kind, event.kind)} {event.time:.2f} s",
+            }
+            for event in events
+            if scene.time[0] <= event.time <= scene.time[-1]
+        ],
+    }
+
+
+def _encoded(array):
+    return None if array is None else encode(array)
+
+
+def _rounded(values, digits: int = 5) -> list:
+    return np.round(np.asarray(values, dtype=float), digits).tolist()

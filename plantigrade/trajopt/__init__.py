@@ -1,0 +1,75 @@
+"""Motion from a task alone: tasks and their terms, trajectories on splines, and who solves them.
+
+A person and a task become a motion in three lines::
+
+    task = make_task("walk", human, {"periodic": True})
+    solution = synthesize(ContactBody.for_plan(human, task.plan), task)
+    record = solution.record()
+
+What is named here is loaded when it is first used. A run with its check and its folder is made by
+``plantigrade.synthesize("walk")``.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from plantigrade.trajopt.problem.builder import ProblemBuilder
+    from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
+    from plantigrade.trajopt.problem.contact_body import ContactBody
+    from plantigrade.trajopt.problem.nlp import PeriodicClosure, Problem
+    from plantigrade.trajopt.solution import Solution
+    from plantigrade.trajopt.solve import synthesize
+    from plantigrade.trajopt.solvers.interior_point import InteriorPoint, Options
+    from plantigrade.trajopt.tasks.registry import make_task
+    from plantigrade.trajopt.tasks.settings import TASKS
+    from plantigrade.trajopt.tasks.task import MotionTask
+    from plantigrade.trajopt.tasks.task_file import TaskFile, parse_task_file, read_task_file
+    from plantigrade.trajopt.terms.term import Term
+
+_HOMES = {
+    "problem.builder": ("ProblemBuilder",),
+    "problem.contact_body": ("ContactBody",),
+    "problem.constraint_family": ("ConstraintFamily",),
+    "problem.nlp": ("PeriodicClosure", "Problem"),
+    "solution": ("Solution",),
+    "solve": ("synthesize",),
+    "solvers.interior_point": ("InteriorPoint", "Options"),
+    "tasks.registry": ("make_task",),
+    "tasks.settings": ("TASKS",),
+    "tasks.task": ("MotionTask",),
+    "tasks.task_file": ("TaskFile", "parse_task_file", "read_task_file"),
+    "terms.term": ("Term",),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "TASKS",
+    "ConstraintFamily",
+    "ContactBody",
+    "InteriorPoint",
+    "MotionTask",
+    "Options",
+    "PeriodicClosure",
+    "Problem",
+    "ProblemBuilder",
+    "Solution",
+    "TaskFile",
+    "Term",
+    "make_task",
+    "parse_task_file",
+    "read_task_file",
+    "synthesize",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is named here and not loaded yet."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return every name, loaded or not."""
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,232 @@
+r"""A first guess of how a foot moves from footprint to footprint.
+
+In stance it turns about the back of the heel until it is flat, then about the hinge of the toes (a
+rigid foot: about the tips of the toes). Its pitch falls as :math:`(1 - s)^2 (1 + s)` from strike to
+flat and rises as :math:`s^2` from heel off to toe off. In swing, ankle and foot follow the mean
+curves of :mod:`~plantigrade.models.textbook_gait`, plus a quintic polynomial that matches position
+and velocity at both ends, and are raised until the sole clears the ground.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.plan import Stance
+from plantigrade.models import Human
+from plantigrade.models.feet import point, sphere_radius
+from plantigrade.trajopt.guess.postures import smooth_step
+
+STRIKE = tuple(np.deg2rad([3.0, 30.0]))  # least and largest toe-up angle at heel strike [rad]
+OFF = tuple(np.deg2rad([10.0, 50.0]))  # the same of the heel-up angle at toe off
+OFF_RIGID = float(np.deg2rad(35.0))  # a foot without toes does not turn further [rad]
+CLEARANCE = 0.015  # of the sole in mid-swing; people have 1 to 2 cm below the toes [m]
+STRAIGHT = 0.5  # of the swing, until bent toes are straight again
+_STEP = 1e-4  # of differences in time [s]
+
+
+@dataclass(frozen=True)
+class FootMotion:
+    """A foot over time.
+
+    Attributes:
+        ankle: Ankle joint centre, world [m].
+        heading: Where the foot points, from x towards y [rad].
+        pitch: Heel up positive, toes up negative [rad].
+        toes: Dorsiflexion of the toes [rad].
+    """
+
+    ankle: Float[Array, "n_times 3"]
+    heading: Float[Array, " n_times"]
+    pitch: Float[Array, " n_times"]
+    toes: Float[Array, " n_times"]
+
+    def rotations(self) -> Float[Array, "n_times 3 3"]:
+        """Return the matrices that turn foot axes to world axes."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        cp, sp = np.cos(self.pitch), np.sin(self.pitch)
+        zero = np.zeros_like(c)
+        rows = [[c * cp, -s, c * sp], [s * cp, c, s * sp], [-sp, zero, cp]]
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+@dataclass(frozen=True)
+class FootCurves:
+    """How a foot moves in walking, evenly sampled over the swing from toe off to heel strike.
+
+    Attributes:
+        strike: Toe-up angle at heel strike [rad].
+        off: Heel-up angle at toe off [rad].
+        pitch: Heel-up angle in swing [rad].
+        forward: Forward travel of the ankle, 0 to 1.
+        up: Height of the ankle above any level [m].
+    """
+
+    strike: float
+    off: float
+    pitch: Float[Array, " n_swing"]
+    forward: Float[Array, " n_swing"]
+    up: Float[Array, " n_swing"]
+
+
+def foot_motion(
+    human: Human,
+    stances: Sequence[Stance],
+    times: Float[Array, " n_times"],
+    curves: FootCurves,
+) -> FootMotion:
+    """Return how a foot moves through all its stances; it rests before and after them."""
+    stands = [_Standing(human, s, curves) for s in stances]
+    out = np.full((len(times), 6), np.nan)
+    for k, stand in enumerate(stands):
+        stance = stand.stance
+        first, last = k == 0, k == len(stands) - 1
+        own = (times >= stance.heel_strike) | first
+        own &= (times <= stance.toe_off) | last
+        out[own] = stand.at(times[own])
+        if not last:
+            swing = (times > stance.toe_off) & (times < stands[k + 1].stance.heel_strike)
+            if swing.any():
+                out[swing] = _swing(human, stand, stands[k + 1], curves, times[swing])
+    return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
+
+
+def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[Array, " n"]]:
+    r"""Return the coordinates of one foot, without side, with which bent toes lie flat [rad].
+
+    The fourth metatarsal is shorter than the third: as the foot turns by :math:`\theta` about the
+    head of the third, the lateral metatarsals turn by :math:`\theta + \delta` with
+    :math:`\sin(\theta + \delta) / \sin\theta` the ratio of the distances of both heads from the
+    cuboid, so that both lie on the ground.
+    """
+    if human.feet == "rigid":
+        return {}
+    if human.feet == "two-segment":
+        return {"mtp_angle": toes}
+    x = {
+        n: float(point(n, human.dimensions)[0]) for n in ("base_4", "metatarsal_3", "metatarsal_4")
+    }
+    ratio = (x["metatarsal_3"] - x["base_4"]) / (x["metatarsal_4"] - x["base_4"])
+    lateral = np.arcsin(np.clip(ratio * np.sin(toes), -1.0, 1.0))
+    return {"mtp_angle": toes, "cuboid_angle": toes - lateral, "mtp4_angle": lateral}
+
+
+class _Standing:
+    """A foot that turns on its footprint."""
+
+    def __init__(self, human: Human, stance: Stance, curves: FootCurves):
+        d = human.dimensions
+        self.stance = stance
+        self.ankle_height, self.radius = d.ankle_height, sphere_radius(d)
+        self.heel = point("heel_back_medial", d)[[0, 2]]
+        front = {"rigid": "toe_1", "two-segment": "metatarsal_1", "multi-segment": "metatarsal_3"}
+        self.front = point(front[human.feet], d)[[0, 2]]
+        self.bends = human.feet != "rigid"
+        self.strike_angle, self.off_angle = curves.strike, curves.off
+        if not self.bends:
+            self.off_angle = min(self.off_angle, OFF_RIGID)
+
+    def at(self, times: Float[Array, " n"]) -> Float[Array, "n 6"]:
+        """Return ankle, heading, pitch and toe angle; times outside the stance are cut to it."""
+        s = self.stance
+        t = np.clip(times, s.heel_strike, s.toe_off)
+        landing = np.zeros_like(t)
+        if s.foot_flat > s.heel_strike:
+            left = np.clip((s.foot_flat - t) / (s.foot_flat - s.heel_strike), 0.0, 1.0)
+            landing = left**2 * (2 - left)
+        rising = np.zeros_like(t)
+        if s.toe_off > s.heel_off:
+            rising = np.clip((t - s.heel_off) / (s.toe_off - s.heel_off), 0.0, 1.0) ** 2
+        pitch = self.off_angle * rising - self.strike_angle * landing
+        pivot = np.where((pitch < 0)[:, None], self.heel, self.front)
+        c, sn = np.cos(pitch), np.sin(pitch)
+        # The pivot stays, and the ankle is at -pivot from it, turned; a sphere rolls.
+        forward = pivot[:, 0] - (c * pivot[:, 0] + sn * pivot[:, 1])
+        forward += np.where((pitch < 0) | (not self.bends), self.radius * pitch, 0.0)
+        up = self.ankle_height + pivot[:, 1] - (-sn * pivot[:, 0] + c * pivot[:, 1])
+        (x, y, z), heading = s.footprint.position, np.full_like(t, s.footprint.heading)
+        x, y = x + np.cos(heading) * forward, y + np.sin(heading) * forward
+        toes = np.maximum(pitch, 0.0) if self.bends else np.zeros_like(t)
+        return np.column_stack([x, y, z + up, heading, pitch, toes])
+
+
+def _swing(
+    human: Human,
+    behind: _Standing,
+    ahead: _Standing,
+    curves: FootCurves,
+    times: Float[Array, " n"],
+) -> Float[Array, "n 6"]:
+    """Return ankle, heading, pitch and toe angle between two footprints."""
+    off, strike = behind.stance.toe_off, ahead.stance.heel_strike
+    span = strike - off
+    before, begin = behind.at(np.array([off - _STEP, off]))
+    end, after = ahead.at(np.array([strike, strike + _STEP]))
+    v0, v1 = (begin - before) / _STEP, (after - end) / _STEP
+    end[3] = begin[3] + (end[3] - begin[3] + np.pi) % (2 * np.pi) - np.pi
+    # the mean curve, and a polynomial that matches both ends
+    bent, begin[5] = begin[5], 0.0
+    v0[5] = v1[5] = end[5] = 0.0
+    even = np.linspace(0.0, 1.0, len(curves.pitch))
+    mean = np.zeros((len(even), 6))
+    mean[:, :2] = begin[:2] + curves.forward[:, None] * (end[:2] - begin[:2])
+    mean[:, 2], mean[:, 4] = curves.up, curves.pitch
+    slope = np.asarray(np.gradient(mean, even, axis=0)) / span
+    first, last = begin - mean[0], end - mean[-1]
+    v0, v1 = v0 - slope[0], v1 - slope[-1]
+
+    def path(s: np.ndarray) -> np.ndarray:
+        out = _quintic(s, span, first, v0, last, v1)
+        for i in (0, 1, 2, 4):
+            out[:, i] += np.interp(s, even, mean[:, i])
+        out[:, 5] = bent * (1 - smooth_step(s / STRAIGHT))
+        return out
+
+    # raised until the sole is clear, on a grid so that the times asked for do not matter
+    grid = np.linspace(0.0, 1.0, 41)
+    levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
+    lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))
+    inner = (grid >= 0.15) & (grid <= 0.85)
+    lift = max(0.0, float((lacking[inner] / _bump(grid[inner])).max()))
+    lacking -= (lift + CLEARANCE) * _bump(grid)  # what may be left of it near the ends
+    s = (times - off) / span
+    out = path(s)
+    out[:, 2] += lift * _bump(s) + np.interp(s, grid, np.maximum(lacking, 0.0))
+    return out
+
+
+def _bump(s: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Return a smooth rise from 0 to 1 and back."""
+    return (4 * s * (1 - s)) ** 2
+
+
+def _quintic(s, span, x0, v0, x1, v1):
+    """Return polynomials from x0 to x1 with end speeds v0 and v1 and no end acceleration."""
+    s = s[:, None]
+    d, a, b = x1 - x0, v0 * span, v1 * span
+    c3 = 10 * d - 6 * a - 4 * b
+    c4 = -15 * d + 8 * a + 7 * b
+    c5 = 6 * d - 3 * a - 3 * b
+    return x0 + s * (a + s * s * (c3 + s * (c4 + s * c5)))
+
+
+def _ground(s, behind, ahead):
+    """Return the height to clear along a swing from one level to another."""
+    if ahead > behind:  # up before the edge
+        return np.where(s > 0.35, ahead, behind)
+    return np.where(s < 0.65, behind, ahead)
+
+
+def _lowest(human: Human, path: Float[Array, "n 6"]) -> Float[Array, " n"]:
+    """Return the height of the lowest point of the sole, bent toes included [m]."""
+    d = human.dimensions
+    ankle, pitch, toes = path[:, 2], path[:, 4], path[:, 5]
+    heel, ball, tip = (point(n, d) for n in ("heel_back_medial", "metatarsal_1", "toe_1"))
+
+    def height(p: np.ndarray) -> np.ndarray:
+        return ankle - np.sin(pitch) * p[0] + np.cos(pitch) * p[2]
+
+    heights = [height(heel), height(ball)]
+    heights.append(heights[1] - np.sin(pitch - toes) * (tip[0] - ball[0]))
+    return np.min(heights, axis=0) - sphere_radius(d)

@@ -1,0 +1,113 @@
+"""A person with the sites that can carry force, ready for trajectory optimisation."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.site import ContactSite, foot_sites
+from plantigrade.dynamics.passive import scale
+from plantigrade.dynamics.symbolic import SymbolicHuman
+from plantigrade.models import Human
+from plantigrade.trajopt.problem.constraint_family import node_symbols
+
+if TYPE_CHECKING:
+    import casadi
+
+TORQUE = 100.0
+"""A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
+[N m, W]; others' go with mass times height, as strengths do."""
+
+STIFF = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
+"""Joints, by the beginning of their names, at which passive tissue bears a part of the torque that
+counts beside its limit."""
+
+Made = TypeVar("Made")
+
+
+class Cache:
+    """What is expensive to make, made once."""
+
+    def __init__(self):
+        self._made: dict[Any, Any] = {}
+
+    def get(self, key: Any, make: Callable[[], Made]) -> Made:
+        """Return what is kept under a key, made where it is not there yet."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+
+class ContactBody:
+    """A person with the sites that can carry force.
+
+    Args:
+        plan: Says how the ground slopes; level if absent. Motions are in the axes of the ground,
+            in which gravity leans.
+
+    Attributes:
+        human: The person.
+        sites: Places that can carry force.
+        passive: Whether passive tissue bears part of the torques, so that muscles bear the rest.
+        symbolic: Equations of motion.
+        cache: Functions and matrices made for this body.
+    """
+
+    def __init__(
+        self,
+        human: Human,
+        sites: Sequence[ContactSite],
+        *,
+        passive: bool = True,
+        plan: ContactPlan | None = None,
+    ):
+        self.human, self.sites, self.passive = human, tuple(sites), passive
+        gravity = np.array(human.model.opt.gravity)
+        self.symbolic = SymbolicHuman(human, gravity if plan is None else plan.to_world.T @ gravity)
+        self.cache = Cache()
+
+    @classmethod
+    def for_plan(cls, human: Human, plan: ContactPlan) -> "ContactBody":
+        """Return a person with every site a plan may load: both feet, and its supports."""
+        places = {s.site.name: s.site for s in plan.supports}
+        return cls(human, (*foot_sites(human), *places.values()), plan=plan)
+
+    def function(
+        self, key: Any, expression: Callable[..., Any], n_parameters: int = 0
+    ) -> "casadi.Function":
+        """Return a function of a node, made at the first call.
+
+        Args:
+            key: What it is called; with numbers where it depends on them.
+            expression: (ca, q, qd, qdd, u, p) ↦ column of rows.
+            n_parameters: Length of p.
+        """
+
+        def make() -> "casadi.Function":
+            import casadi as ca
+
+            given = node_symbols(self.symbolic.nv, 3 * len(self.sites), n_parameters)
+            return ca.Function("rows", list(given), [expression(ca, *given)])
+
+        return self.cache.get(("function", key), make)
+
+    @property
+    def weight(self) -> float:
+        """Body weight [N]."""
+        return self.symbolic.mass * float(np.linalg.norm(self.symbolic.gravity))
+
+    @property
+    def torque(self) -> float:
+        """A torque of 1 in rows [N m], and a work rate of 1 [W]."""
+        return TORQUE * scale(self.human.mass, self.human.height)
+
+    @property
+    def stiff(self) -> tuple[str, ...]:
+        """Hinges at which tissue bears a part of the torque that counts beside its limit."""
+        return tuple(n for n in self.symbolic.names[6:] if self.passive and n.startswith(STIFF))
+
+    @property
+    def force_names(self) -> tuple[str, ...]:
+        """Names of node unknowns, three forces a site."""
+        return tuple(f"force {axis} of {s.name}" for s in self.sites for axis in "xyz")

@@ -1,0 +1,296 @@
+"""Solve a task: mesh refinement, warm starts and fallbacks.
+
+A task is solved on its own mesh from its own guess, or from the motion of a similar task on the
+corresponding mesh. If that fails, easier problems lead the way: half the nodes; then a cost of
+smoothness alone, from which the true problem is then solved. Once solved, the mesh
+is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
+torque, speed or range than a joint has, takes limbs into each other, or a swinging foot too low.
+Every step is a :class:`~plantigrade.trajopt.solution.Stage` that the user sees.
+"""
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.threads import on_one_thread
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.problem.nlp import Problem
+from plantigrade.trajopt.solution import Solution, Stage
+from plantigrade.trajopt.solvers.interior_point import InteriorPoint
+from plantigrade.trajopt.solvers.result import Iterate, Multipliers, Options
+from plantigrade.trajopt.tasks.task import MotionTask, coefficients, sample_times
+from plantigrade.trajopt.terms.effort import Acceleration, Work
+from plantigrade.trajopt.transcription.mesh import nodes_like, split
+from plantigrade.trajopt.warm_start import WarmStart
+
+Solver = Literal["interior-point", "ipopt"]
+Start = tuple[Array, Array, Multipliers | None]
+Progress = Callable[[str, Iterate], bool | None]
+
+UNEXPLAINED = 1.2e-3
+"""Wrench between nodes above which the mesh is refined [body weights, body weights · m]: moments
+of 2e-3 put a centre of pressure out of the base of support by 2 mm, of 3 that are allowed."""
+OVERLAPPING = -0.001
+"""Depth of limbs in each other above which it is, too [m]: to a millimetre do rows tell it."""
+OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
+BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
+LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
+FALSE = 0.5
+"""Wrench between nodes from which a motion is none [body weights, body weights · m]: it meets rows
+at nodes alone, and no finer mesh has been seen to make one of it."""
+REFINEMENTS = 8  # of the mesh, at most
+FAR = 0.3  # violation left by a stalled solver that smoothness does not help out of
+MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
+
+
+@dataclass(frozen=True, eq=False)
+class _Ending:
+    """Where a stage ended."""
+
+    problem: Problem
+    c: Array
+    u: Array
+    status: str
+    success: bool
+    multipliers: Multipliers | None = None
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing else is to be tried: it succeeded, or the user stopped it."""
+        return self.success or self.status == "stopped"
+
+    def on(self, problem: Problem) -> Start:
+        """Return it as the start of another problem."""
+        return transferred(self.problem, self.c, self.u, self.multipliers, problem)
+
+
+@on_one_thread
+def synthesize(
+    body: ContactBody,
+    task: MotionTask,
+    *,
+    solver: Solver = "interior-point",
+    warm: Solution | WarmStart | None = None,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    c0: Float[Array, "n_coefficients nv"] | None = None,
+    refinements: int = REFINEMENTS,
+    rescue: bool = True,
+) -> Solution:
+    """Return the motion of a person who does a task.
+
+    Args:
+        body: The person and the places that can carry force.
+        task: What is to be done.
+        solver: ``"interior-point"``, or ``"ipopt"`` as the reference.
+        warm: Solution of a similar task to start from.
+        options: Settings of the interior point.
+        progress: Called with the stage and every iteration; returning True stops with the best so
+            far.
+        c0: Initial coefficients in place of the task's guess.
+        refinements: How often the mesh may be refined.
+        rescue: Whether to try easier problems where the solver fails.
+
+    Returns:
+        The motion, also if no solver succeeded: see ``success`` and ``stages``.
+
+    Raises:
+        ParameterError: If the solver is unknown, or the warm start has other joints.
+    """
+    if solver not in ("interior-point", "ipopt"):
+        raise ParameterError(f"solver is {solver!r}; allowed are 'interior-point' and 'ipopt'")
+    if warm is not None and warm.problem.names != body.symbolic.names:
+        raise ParameterError(
+            f"cannot warm-start: the run has {len(warm.problem.names)} coordinates, this person "
+            f"{len(body.symbolic.names)}"
+        )
+    run = _Stages(body, task, options, progress)
+    nodes = None if warm is None else nodes_like(task.plan, warm.switches, warm.nodes)
+    problem = task.problem(body, nodes)
+    c, u = task.start(body, problem)
+    start: Start = (c if c0 is None else c0, u, None)
+    if warm is not None:
+        switches = warm.switches, task.plan.switches
+        start = transferred(
+            warm.problem, warm.coefficients, warm.forces, warm.multipliers, problem, switches
+        )
+    if solver == "ipopt":
+        at = run.ipopt("IPOPT", problem, start)
+    else:
+        guessed = warm is None and c0 is None
+        at = _first(run, problem, start, "first try" if warm is None else "warm start", guessed)
+        if warm is not None and not at.over and rescue:
+            problem = task.problem(body)
+            at = run.interior_point("first try", problem, (*task.start(body, problem), None))
+        if not at.over and rescue:
+            at = _rescued(run, problem, at)
+    solve = run.ipopt if solver == "ipopt" else run.interior_point
+    for number in range(refinements if at.success else 0):
+        made = run.solution(at)
+        beside = number == 0 and problem.closure is None  # one round does for a periodic motion
+        times, excess = _wrong(made)
+        finer = split(made.nodes, times, excess, beside=beside)
+        if len(finer) == len(made.nodes) or excess.max() > FALSE / UNEXPLAINED:
+            break
+        problem = task.problem(body, finer)
+        after = solve("more nodes", problem, at.on(problem))
+        if not after.success:
+            break
+        at = after
+    return run.solution(at)
+
+
+def _wrong(solution: Solution) -> tuple[Array, Array]:
+    """Return when the motion between nodes is not what it has to be, and how much too far off."""
+    times, missing = solution.unexplained()
+    use, low = solution.overloaded()[1], solution.too_low()[1]
+    entered = solution.overlapping()[1]
+    excess = np.where(missing > UNEXPLAINED, missing / UNEXPLAINED, 0.0)
+    beyond = solution.beyond()[1]
+    others = (use > OVERLOADED) | (entered > OVERLAPPING) | (low > LOW) | (beyond > BEYOND)
+    excess = np.maximum(excess, others)
+    return times[excess > 0], excess[excess > 0]
+
+
+def _first(run: "_Stages", problem: Problem, start: Start, name: str, guessed: bool) -> _Ending:
+    """Solve the problem; where it is large and starts from a guess, on a coarse mesh before."""
+    n = len(problem.nodes)
+    if guessed and n > MANY:
+        rate = run.task.nodes_per_second * FEW / n
+        at = run.easier("coarse mesh", replace(run.task, nodes_per_second=rate))
+        if at.success:
+            name, start = "fine mesh", at.on(problem)
+    return run.interior_point(name, problem, start)
+
+
+def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
+    """Return what the first easier problem that can be solved leads to.
+
+    Where both the task and its coarse mesh stalled far from being met, nothing smoother is tried.
+    """
+    task = run.task
+    coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
+    smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
+    for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
+        if easier is not coarse and run.far_off:
+            break
+        middle = run.easier(name, easier)
+        if middle.success:
+            c, u, _ = middle.on(problem)
+            after = run.interior_point("the task itself", problem, (c, u, None))
+            if after.over:
+                return after
+        elif middle.over:
+            return at
+    return at
+
+
+class _Stages:
+    """Runs solvers and keeps a record of the stages."""
+
+    def __init__(
+        self,
+        body: ContactBody,
+        task: MotionTask,
+        options: Options | None,
+        progress: Progress | None,
+    ):
+        self.body, self.task, self._options, self._progress = body, task, options, progress
+        self._stages: list[Stage] = []
+
+    @property
+    def far_off(self) -> bool:
+        """Whether every stage stalled, none of them near to what was asked."""
+        return all(
+            s.status == "stalled" and min(it.violation for it in s.history) > FAR
+            for s in self._stages
+        )
+
+    def interior_point(self, name: str, problem: Problem, start: Start) -> _Ending:
+        """Run the interior point."""
+        started = clock.perf_counter()
+        r = InteriorPoint(problem, self._options).solve(*start, lambda it: self._tell(name, it))
+        self._note(name, "interior-point", problem, r.status, started, r.history)
+        return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)
+
+    def easier(self, name: str, task: MotionTask) -> _Ending:
+        """Run the interior point on another task, from its own guess."""
+        problem = task.problem(self.body)
+        return self.interior_point(name, problem, (*task.start(self.body, problem), None))
+
+    def ipopt(self, name: str, problem: Problem, start: Start) -> _Ending:
+        """Run IPOPT, which takes no multipliers."""
+        from plantigrade.trajopt.solvers import ipopt
+
+        started, history = clock.perf_counter(), []
+
+        def report(iterate: Iterate) -> bool | None:
+            history.append(iterate)
+            return self._tell(name, iterate)
+
+        r = ipopt.solve(problem, *start[:2], callback=report)
+        self._note(name, "ipopt", problem, r.status, started, tuple(history))
+        return _Ending(problem, r.c, r.u, r.status, r.success)
+
+    def solution(self, at: _Ending) -> Solution:
+        """Return the motion where a stage ended."""
+        found = at.problem, at.c, at.u, at.status, at.success
+        return Solution(self.body, self.task, *found, tuple(self._stages), at.multipliers)
+
+    def _tell(self, name: str, iterate: Iterate) -> bool | None:
+        return self._progress(name, iterate) if self._progress is not None else None
+
+    def _note(
+        self,
+        name: str,
+        solver: Solver,
+        problem: Problem,
+        status: str,
+        started: float,
+        history: tuple[Iterate, ...],
+    ) -> None:
+        seconds = clock.perf_counter() - started
+        self._stages.append(Stage(name, solver, len(problem.nodes), status, seconds, history))
+
+
+def transferred(
+    old: Problem,
+    c: Array,
+    u: Array,
+    multipliers: Multipliers | None,
+    new: Problem,
+    switches: tuple[Array, Array] | None = None,
+) -> Start:
+    """Return the solution of an old problem as the start of a new one.
+
+    With changes of contact of both (``switches``), what lies between two of them stays between
+    them. Without, or where their numbers differ, times are scaled with the duration.
+    """
+    ends = np.array([0.0, new.basis.span]), np.array([0.0, old.basis.span])
+    if switches is not None and len(switches[0]) == len(switches[1]):
+        ends = switches[1], switches[0]
+
+    def before(times: Array) -> Array:
+        return np.interp(times, *ends)
+
+    times = sample_times(new)
+    then = np.clip(before(times), 0.0, old.basis.stop)
+    q = old.states(c, then)[0] - old.drift(then) + new.drift(times)
+    nodes, values = old.nodes, u
+    if old.closure is not None:
+        nodes = np.append(nodes, old.basis.span)
+        values = np.vstack([values, values[:1, old.closure.u_source] * old.closure.u_sign])
+    forces = np.zeros((len(new.nodes), new.n_unknowns))
+    by_name = dict(zip(old.u_names, values.T, strict=False))  # not every task has a seat
+    for i, name in enumerate(new.u_names):
+        if name in by_name:
+            forces[:, i] = np.interp(before(new.nodes), nodes, by_name[name])
+    moved = None
+    if multipliers is not None:
+        moved = multipliers.moved(old.nodes, before(new.nodes))
+    return coefficients(new, times, q), np.clip(forces, new.u_lower, new.u_upper), moved

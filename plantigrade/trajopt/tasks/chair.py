@@ -1,0 +1,136 @@
+"""Rising from a chair and sitting down on it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.bounds import number
+from plantigrade.contact.plan import ContactPlan, Footprint, Support
+from plantigrade.contact.seat import H_POINT, SEATED_TILT, seat_sites
+from plantigrade.contact.site import ContactSite
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+from plantigrade.spatial.conventions import (
+    OPENSIM_TO_WORLD,
+    PELVIS,
+    pelvis_angles_to_quaternion,
+    rotation_matrix,
+)
+from plantigrade.trajopt.guess.postures import (
+    KeyPostures,
+    posture,
+    standing_feet,
+    standing_on,
+    standing_stances,
+)
+from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT
+from plantigrade.trajopt.tasks.mechanics import check_support, check_time
+from plantigrade.trajopt.tasks.settings import SitToStand, StandToSit
+from plantigrade.trajopt.tasks.standing import at_rest, basics, bent
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.terms.contact import Above
+from plantigrade.trajopt.terms.posture import Symmetry
+
+KNEE_PART = 0.9  # chair height, of the knee's; about what a chair of 45 cm is to an adult
+UP = 0.235  # of the time after seat-off, until half way up
+SHANK_LEAN = float(np.deg2rad(15.0))  # knees ahead of the ankles, seated
+
+
+def resting_place(
+    human: Human, site: ContactSite, q: Float[Array, " nv"]
+) -> tuple[float, float, float]:
+    """Return where a site of the pelvis rests in a posture, as rows of contact have it [m]."""
+    R = rotation_matrix(pelvis_angles_to_quaternion(q[None, :3]))[0]
+    centre = OPENSIM_TO_WORLD @ q[3:6] + R @ np.array(site.position)
+    rho = site.radius
+    x = centre[0] + rho * np.arcsin(R[2, 0])
+    y = centre[1] + rho * np.arctan2(R[2, 1], R[2, 2])
+    return float(x), float(y), float(centre[2] - rho)
+
+
+def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
+    """Return the coordinates of sitting upright on a seat [m], feet where they are in standing.
+
+    Raises:
+        ParameterError: If the seat is too high or too low.
+    """
+    d = human.dimensions
+    feet = _feet(human)
+    ankle = feet["r"].position[0]
+    hip = chair_height + H_POINT * human.height
+    knee = d.ankle_height + d.shank * np.cos(SHANK_LEAN)
+    rise = (hip - knee) / d.thigh
+    low, high = (knee + k * d.thigh - H_POINT * human.height for k in (-0.5, 0.75))
+    number("chair_height", chair_height, low, high, "m", f"a person of {human.height:.2f} m")
+    x = ankle + d.shank * np.sin(SHANK_LEAN) - d.thigh * np.sqrt(1 - rise**2)
+    joints = bent(human, -SEATED_TILT)
+    return posture(human, feet, hip=(float(x), hip), tilt=SEATED_TILT, joints=joints)
+
+
+def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
+    """Return the task of rising from a chair, or of sitting down on it.
+
+    The pelvis rests on two points below the hip joints, which roll on the seat without slipping
+    and carry force until seat-off, or from seat contact on.
+
+    Raises:
+        ParameterError: If the chair is too high or too low for this person, or there is too little
+            time.
+    """
+    d, chair_height, duration = human.dimensions, told.chair_height, told.duration
+    if chair_height is None:
+        chair_height = KNEE_PART * (d.ankle_height + d.shank)
+    reverse = isinstance(told, StandToSit)
+    feet, sites = _feet(human), seat_sites(human)
+    seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
+    off = told.seat_off * duration
+    rising = np.array([0.0, off, off + UP * (duration - off), duration])
+    lean = _leaning(human, seated)
+    middle = (lean + standing) / 2
+    keys = [seated, lean, middle, standing]
+    span = (-1.0, off)
+    if reverse:
+        rising, keys = duration - rising[::-1], keys[::-1]
+        span = (duration - off, duration + 1.0)
+    supports = tuple(Support(s, resting_place(human, s, seated), *span) for s in sites)
+    plan = ContactPlan(duration, standing_stances(feet, duration), supports=supports)
+    places = [_centre_of_mass(human, q) for q in (keys[0], keys[-1])]
+    check_time(
+        duration - off, abs(places[1][2] - places[0][2]), "to sit down" if reverse else "to rise"
+    )
+    check_support(human, plan, (places[0], places[1]))
+    terms = (
+        *basics(),
+        *at_rest(human, 0.0, keys[0]),
+        *at_rest(human, duration, keys[-1]),
+        *(Above(s.name, chair_height) for s in sites),
+        Symmetry(),
+    )
+    name = "stand-to-sit" if reverse else "sit-to-stand"
+    return MotionTask(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+
+
+def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float, float]:
+    """Return where it is in a posture, world [m]."""
+    qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
+    x, y, z = State(human, qpos).com
+    return float(x), float(y), float(z)
+
+
+def _feet(human: Human) -> dict[str, Footprint]:
+    """Return where the feet are: as in standing, turned out as in walking.
+
+    On parallel feet the knees of somebody who sits meet, because of the axis of the knee.
+    """
+    turned = {"r": -TOE_OUT, "l": TOE_OUT}
+    return {s: replace(foot, heading=turned[s]) for s, foot in standing_feet(human).items()}
+
+
+def _leaning(human: Human, seated: Float[Array, " nv"]) -> Float[Array, " nv"]:
+    """Return the posture just before seat-off: pelvis rolled forward, trunk bent."""
+    out = seated.copy()
+    out[0] -= np.deg2rad(35.0)
+    if "lumbar_extension" in human.coordinates:
+        out[6 + human.hinge("lumbar_extension")] -= np.deg2rad(10.0)
+    return out

@@ -1,0 +1,200 @@
+r"""How people walk at a speed: lengths, times and angles of a step, from published measurements.
+
+With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v / \sqrt{g l}`:
+
+- **Step length** :math:`s / l = 1.16 \sqrt{v^*}`: step length over cadence is the same at all
+  speeds, as in adults who walk over ground at more than 1 m/s [Murakami2017]_; their 62 m/min with
+  98 steps/min are 1.16 for a leg of 0.93 m. Published laws disagree: :math:`(v^*)^{0.42}`
+  [Kuo2001]_ gives shorter steps, by 6 % at 1.0 and 8 % at 1.3 m/s, as those of adults on treadmills
+  [Fukuchi2018]_: 120 a minute at 1.3 m/s instead of 110. As the excursion of the centre of mass is
+  the force's over the square of the cadence, it stays smaller than people's there.
+  ``step_length`` gives others.
+- **Stance** as the fraction of the stride until foot off, by dimensionless speed
+  [Schwartz2008]_: 68 % when very slow, 59 % at free speed, 56 % when very fast.
+- **Step width** :math:`0.13\, l` between the ankles, preferred at 1.25 m/s [Donelan2001]_; walkway
+  norms show no trend with speed, so it is taken as constant.
+- **Toe-out** 5°: foot progression in mid-stance lies between 4° and 5.7° at all five speeds of
+  [Schwartz2008]_.
+- **Foot flat** two thirds through the first double support, 6 % of the stride at free speed
+  (*estimate*; heel-only support lasts 6 to 12 % [Perry1992]_).
+- **Heel off** at 58 % of stance: 34 % of the stride at free speed, an *estimate*; 31 % is published
+  [Perry1992]_ and 32 % [Whittle2007]_, where the heel is seen to rise.
+- **Ball off**, when only the toes are left [Perry1992]_: at 92 % of stance (*estimate*), or as the
+  other foot gets flat where that is within 1 % of the stride, below 0.9 m/s: two changes of contact
+  a few milliseconds apart are hard to solve.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.bounds import number
+from plantigrade.constants import GRAVITY
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
+from plantigrade.trajopt.tasks.settings import FASTEST, SLOWEST
+
+STEP_TIMES = (0.15, 3.0)
+"""Shortest and longest time of a step that is taken [s]."""
+
+STEP = 1.16  # of leg length, at a dimensionless speed of 1
+WIDTH = 0.13  # of leg length
+TOE_OUT = float(np.deg2rad(5.0))
+HEEL_OFF = 0.58  # of stance
+FLAT = 2.0 / 3.0  # of double support
+BALL_OFF = 0.92  # of stance
+TOGETHER = 0.01  # of the stride: changes of contact that fall together
+LONGEST_STEP = 1.15  # of leg length: legs 70° apart
+
+
+@dataclass(frozen=True)
+class GaitParameters:
+    """Lengths and times of a walk.
+
+    Attributes:
+        speed: Walking speed [m/s].
+        step_length: From foot to foot along the path [m].
+        step_time: From heel strike to the other foot's heel strike [s].
+        stance_fraction: Foot off as a fraction of the stride.
+        step_width: Between the lines on which the ankles step [m].
+        toe_out: How far each foot points outwards [rad].
+        foot_flat: When the whole foot is down, fraction of the stride from heel strike.
+        heel_off: When the heel leaves, fraction of the stride.
+        forefoot_off: When all but the toes leave, fraction of the stride.
+        leg_length: Hip to ground [m].
+    """
+
+    speed: float
+    step_length: float
+    step_time: float
+    stance_fraction: float
+    step_width: float
+    toe_out: float
+    foot_flat: float
+    heel_off: float
+    forefoot_off: float
+    leg_length: float
+
+    def __post_init__(self):
+        """Refuse a stance out of order."""
+        order = (0.0, self.foot_flat, self.heel_off, self.forefoot_off, self.stance_fraction)
+        if not (np.all(np.diff(order) >= 0) and 0.5 <= self.stance_fraction < 1):
+            raise ParameterError(
+                "a walking stance goes from 0 over foot flat, heel off and ball off to foot off at "
+                "0.5 to 1 of the stride; these are "
+                f"{', '.join(f'{x:.3g}' for x in order[1:])}"
+            )
+        if not (self.speed > 0 and self.step_length > 0 and self.step_time > 0):
+            raise ParameterError(
+                f"speed {self.speed} m/s, step length {self.step_length} m and step time "
+                f"{self.step_time} s must be positive"
+            )
+
+    @property
+    def stride_time(self) -> float:
+        """From heel strike to the same foot's next [s]."""
+        return 2.0 * self.step_time
+
+    @property
+    def cadence(self) -> float:
+        """Steps per minute [1/min]."""
+        return 60.0 / self.step_time
+
+    @property
+    def swing_time(self) -> float:
+        """From foot off to heel strike [s]."""
+        return (1.0 - self.stance_fraction) * self.stride_time
+
+    @property
+    def double_support(self) -> float:
+        """From heel strike to the other foot's foot off [s]."""
+        return (self.stance_fraction - 0.5) * self.stride_time
+
+    @property
+    def relative_speed(self) -> float:
+        r"""Dimensionless speed :math:`v^*`."""
+        return self.speed / float(np.sqrt(GRAVITY * self.leg_length))
+
+
+def leg_length(human: Human) -> float:
+    """Return how long a person's legs are, hip to ground [m]."""
+    d = human.dimensions
+    return float(d.thigh + d.shank + d.ankle_height)
+
+
+def gait_parameters(
+    human: Human | float,
+    speed: float,
+    *,
+    step_length: float | None = None,
+    cadence: float | None = None,
+) -> GaitParameters:
+    """Return how a person walks at a speed.
+
+    Args:
+        human: The person, or a leg length, hip to ground [m].
+        speed: Walking speed, 0.3 to 2.2 [m/s].
+        step_length: Own step length [m]; the cadence then follows from the speed.
+        cadence: Own steps per minute [1/min]; the step length then follows from the speed.
+
+    Returns:
+        Lengths, times and fractions; :func:`dataclasses.replace` changes single ones.
+
+    Raises:
+        ParameterError: If a value is out of range or the three do not agree.
+
+    Example:
+        >>> free = gait_parameters(0.92, 1.3)
+        >>> round(free.step_length, 2), round(free.cadence), round(free.stance_fraction, 2)
+        (0.7, 111, 0.59)
+    """
+    length = leg_length(human) if isinstance(human, Human) else float(human)
+    if not 0.2 <= length <= 1.5:
+        raise ParameterError(f"a leg length of {length} m must lie between 0.2 and 1.5 m")
+    number("speed", speed, SLOWEST, FASTEST, "m/s", "walking")
+    relative = float(speed / np.sqrt(GRAVITY * length))
+    if cadence is not None and not cadence > 0:
+        raise ParameterError(f"{cadence=} [1/min] must be positive")
+    if step_length is not None:
+        step = float(step_length)
+    else:
+        step = STEP * length * relative**0.5 if cadence is None else 60.0 * speed / cadence
+    what = f"walking on legs of {length:.3g} m at this cadence"
+    number("step_length", step, 0.02 * length, LONGEST_STEP * length, "m", what)
+    step_time = step / speed
+    if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:
+        raise ParameterError(
+            f"steps of {step:g} m at {speed:g} m/s are {60.0 / step_time:.1f} a minute, not "
+            f"{cadence:g}: leave out step length or cadence"
+        )
+    if not STEP_TIMES[0] <= step_time <= STEP_TIMES[1]:
+        raise ParameterError(
+            f"a step of {step:g} m at {speed:g} m/s takes {step_time:.3g} s; allowed are "
+            f"{STEP_TIMES[0]:g} to {STEP_TIMES[1]:g} s: change step length, cadence or speed"
+        )
+    stance = float(np.interp(relative, list(CLASS_SPEEDS.values()), list(FOOT_OFF.values()))) / 100
+    flat = FLAT * (stance - 0.5)
+    return GaitParameters(
+        speed=float(speed),
+        step_length=step,
+        step_time=float(step_time),
+        stance_fraction=stance,
+        step_width=WIDTH * length,
+        toe_out=TOE_OUT,
+        foot_flat=flat,
+        heel_off=HEEL_OFF * stance,
+        forefoot_off=ball_off(stance, flat),
+        leg_length=length,
+    )
+
+
+def ball_off(stance: float, flat: float) -> float:
+    """Return when all but the toes leave, by foot off and foot flat; fractions of the stride.
+
+    Example:
+        >>> round(ball_off(0.59, 0.06), 3), ball_off(0.65, 0.10)
+        (0.543, 0.6)
+    """
+    off, other = BALL_OFF * stance, 0.5 + flat
+    return other if abs(off - other) < TOGETHER else off

@@ -1,0 +1,62 @@
+"""Where and when a recorded person sits: the ischia held on the seat they were seen to rest on."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plantigrade.contact.plan import Support
+from plantigrade.contact.seat import seat_sites
+from plantigrade.dynamics.load_intervals import LoadInterval
+from plantigrade.dynamics.loading import SEAT
+from plantigrade.kinematics.sole_paths import SitePoints
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.trajopt.tasks.chair import resting_place
+from plantigrade.trajopt.tasks.recorded_stances import APART, BEYOND, GRID
+
+ON = 0.01  # higher above where they rest the ischia do not sit yet, or no longer [m]
+
+
+def supports_of(
+    human: Human,
+    motion: Motion,
+    contacts: Sequence[LoadInterval],
+    start: float,
+    duration: float,
+) -> tuple[Support, ...]:
+    """Return the seat of a recorded motion, one support for each ischium and each sit.
+
+    The load begins while cushion and buttocks give way; the rigid seat of a task carries from when
+    the ischia are within :data:`ON` of where they rest.
+
+    Args:
+        human: The person.
+        motion: The motion.
+        contacts: What carries when, as :func:`~plantigrade.dynamics.loading.find_loading` tells.
+        start: Time zero of the task [s].
+        duration: Of the task [s].
+    """
+    sits = [c for c in contacts if c.side == SEAT]
+    if not sits:
+        return ()
+    time, sites = np.asarray(motion.time, float), seat_sites(human)
+    q = human.to_coordinates(motion.qpos)[1]
+    points = SitePoints(human, sites)
+    height = (points.path(motion.qpos)[..., 2] - points.radius).mean(axis=1)
+    inside = [(time >= sit.start - 1e-9) & (time <= sit.stop + 1e-9) for sit in sits]
+    level = float(np.median(height[np.any(inside, axis=0)]))  # one chair has one height
+    found = []
+    for sit, frames in zip(sits, inside, strict=True):
+        low = np.flatnonzero(frames & (height - level < ON))
+        if len(low) < 3:
+            continue
+        began = float(time[low[0]]) if sit.begins else -BEYOND
+        ended = float(time[low[-1]]) if sit.ends else float(time[-1]) + BEYOND
+        first, last = (round((t - start) / GRID) * GRID for t in (began, ended))
+        if last - first < APART or last <= APART or first >= duration - APART:
+            continue
+        for site in sites:
+            place = np.mean([resting_place(human, site, q[i]) for i in low], axis=0)
+            where = (float(place[0]), float(place[1]), level)
+            found.append(Support(site, where, float(first), float(last)))
+    return tuple(found)

@@ -1,0 +1,50 @@
+"""Tasks by name: which function makes the task of which settings."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from plantigrade.models import Human
+from plantigrade.trajopt.tasks import settings
+from plantigrade.trajopt.tasks.chair import sit_to_stand
+from plantigrade.trajopt.tasks.jumping import jump, take_off
+from plantigrade.trajopt.tasks.reach import reach
+from plantigrade.trajopt.tasks.settings import TaskSettings, settings_for
+from plantigrade.trajopt.tasks.side_step import side_step
+from plantigrade.trajopt.tasks.standing import squat, stand
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.walking import walk
+
+MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
+    settings.Walk: walk,
+    settings.SitToStand: sit_to_stand,
+    settings.StandToSit: sit_to_stand,
+    settings.Squat: squat,
+    settings.Reach: reach,
+    settings.SideStep: side_step,
+    settings.Jump: jump,
+    settings.TakeOff: take_off,
+    settings.Stand: stand,
+}
+
+
+def task_for(human: Human, told: TaskSettings) -> MotionTask:
+    """Return the task of a person.
+
+    Raises:
+        ParameterError: If a value is out of range for that person.
+    """
+    return MAKERS[type(told)](human, told)
+
+
+def make_task(name: str, human: Human, told: Mapping[str, Any] | None = None) -> MotionTask:
+    """Return a task by name.
+
+    Args:
+        name: One of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
+        human: The person.
+        told: What the task is told; its defaults if absent.
+
+    Raises:
+        ParameterError: If there is no such task or parameter, or a value is out of range.
+    """
+    return task_for(human, settings_for(name, **(told or {})))

@@ -1,0 +1,250 @@
+"""Tasks as files: a task of one's own in a few lines of TOML, no code.
+
+A file names a task to start from, sets its parameters, and adds or takes away terms::
+
+    [task]
+    name = "deep squat, head still"
+    base = "squat"
+    without = ["acceleration"]
+
+    [parameters]
+    depth = 0.4
+
+    [[term]]
+    type = "acceleration"
+    weight = 0.01
+
+    [[term]]
+    type = "upright"
+    body = "head"
+    turning = 0.2
+
+The base ``"standing"``, a person on both feet, is the one to build on with stances and postures of
+one's own. All numbers are in SI units; a key ending in ``_deg`` is in degrees.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from plantigrade.bounds import shown
+from plantigrade.constants import SIDES
+from plantigrade.contact.plan import Footprint, Stance
+from plantigrade.errors import FileError, ParameterError
+from plantigrade.models import Human
+from plantigrade.toml import parse_toml, read_toml
+from plantigrade.trajopt.guess.postures import standing_feet
+from plantigrade.trajopt.tasks.registry import make_task
+from plantigrade.trajopt.tasks.settings import TASKS
+from plantigrade.trajopt.tasks.task import BASES, MotionTask
+from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_number, table
+from plantigrade.trajopt.terms import contact, effort, limits, momentum, posture, solid, targets
+from plantigrade.trajopt.terms.term import Term
+
+_KINDS: tuple[type[Term], ...] = (
+    *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
+    *(limits.Limits, limits.Within, limits.PowerLimit),
+    *(effort.Torque, effort.Work, effort.Acceleration, effort.Jerk),
+    *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
+    *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),
+    *(momentum.AngularMomentum, solid.SolidLimbs, effort.Endurance),
+)
+TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
+"""Name of a term in a file → its class, whose fields are the keys."""
+
+RENAMED = {"head-stability": "upright"}
+"""Former name of a term → today's."""
+STANDING = "standing"
+_TASK = ("name", "base", "without", "nodes_per_second", "basis")
+_TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
+_STANCE = ("side", "x", "y", "height", "heading", *_TIMES)
+_TOP = ("task", "parameters", "term", "stance")
+
+
+@dataclass(frozen=True)
+class TaskFile:
+    """What a task file says.
+
+    Attributes:
+        name: Of the task.
+        base: A task of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
+        parameters: Of the base.
+        without: Names of terms of the base that are left out.
+        added: Names and arguments of terms that are added.
+        stances: Stances as written; the base's if empty.
+        nodes_per_second: The base's if None.
+        basis: ``"trigonometric"`` or ``"polynomial"``; the base's if None.
+    """
+
+    name: str
+    base: str = STANDING
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    without: tuple[str, ...] = ()
+    added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    stances: tuple[Mapping[str, Any], ...] = ()
+    nodes_per_second: float | None = None
+    basis: str | None = None
+
+    def task(self, human: Human) -> MotionTask:
+        """Return the task of a person.
+
+        Raises:
+            ParameterError: If a value is out of range for that person.
+        """
+        task = make_task(self.base, human, self.parameters)
+        left_out = tuple(TERMS[n] for n in self.without)
+        kept = tuple(t for t in task.terms if not isinstance(t, left_out))
+        more = tuple(TERMS[n](**dict(arguments)) for n, arguments in self.added)
+        if self.stances:
+            ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.heel_strike)
+            task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
+        return replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
+
+    def _mesh(self) -> dict[str, Any]:
+        """Return what the file says of mesh and basis."""
+        given = {"nodes_per_second": self.nodes_per_second, "basis": self.basis}
+        return {key: value for key, value in given.items() if value is not None}
+
+    def toml(self) -> str:
+        """Return the file's text; reading it gives the same."""
+        head: dict[str, Any] = {"name": self.name, "base": self.base}
+        if self.without:
+            head["without"] = list(self.without)
+        parts = [table("[task]", head | self._mesh())]
+        if self.parameters:
+            parts.append(table("[parameters]", self.parameters))
+        parts += [table("[[stance]]", s) for s in self.stances]
+        parts += [table("[[term]]", {"type": n, **a}) for n, a in self.added]
+        return "\n".join(parts)
+
+
+def read_task_file(path: str | Path) -> TaskFile:
+    """Return what a task file says, every key checked.
+
+    Raises:
+        FileError: If it cannot be read, or a key or value is not allowed.
+    """
+    return parse_task_file(read_toml(path), path)
+
+
+def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
+    """Return what the text of a task file says; ``path`` is named in errors.
+
+    Raises:
+        FileError: If a key or value is not allowed.
+    """
+    document = parse_toml(text, path)
+    reader = _Reader(Path(path))
+    reader.known("top level", document, _TOP)
+    head = document.get("task")
+    if not head:
+        remedy = 'write [task] with base = "squat" or another task'
+        raise reader.wrong("[task]", "is missing", remedy)
+    for key in ("task", "parameters"):
+        if not isinstance(document.get(key, {}), dict):
+            raise reader.wrong(key, "must be a table", f"write it as [{key}]")
+    for key in ("term", "stance"):
+        entries = document.get(key, [])
+        if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
+            raise reader.wrong(key, "must be tables", f"write each as [[{key}]]")
+    told = reader.head(head)
+    parameters = in_radians(document.get("parameters", {}))
+    reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[told["base"]])])
+    terms, stances = (enumerate(document.get(key, []), start=1) for key in ("term", "stance"))
+    return TaskFile(
+        **told,
+        parameters={k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()},
+        added=tuple(reader.term(i, entry) for i, entry in terms),
+        stances=tuple(reader.stance(i, entry) for i, entry in stances),
+    )
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Checks tables of a task file; what is wrong is named with its place."""
+
+    path: Path
+
+    def wrong(self, where: str, problem: str, remedy: str = "") -> FileError:
+        return FileError(self.path, problem, where=where, remedy=remedy)
+
+    def known(self, where: str, given: Mapping[str, Any], allowed: Sequence[str]) -> None:
+        for key in given:
+            if key not in allowed:
+                raise self.wrong(where, f"unknown key {key!r}", f"allowed are {', '.join(allowed)}")
+
+    def head(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the fields that ``[task]`` gives."""
+        self.known("[task]", given, _TASK)
+        base, basis = given.get("base", STANDING), given.get("basis")
+        if not isinstance(base, str) or base not in TASKS:
+            raise self.wrong("[task] base", f"no task {base!r}", f"there are {', '.join(TASKS)}")
+        name = given.get("name", base)
+        if not isinstance(name, str) or not name:
+            raise self.wrong("[task] name", f"is {shown(name)}", "write a name in quotes")
+        rate = given.get("nodes_per_second")
+        if rate is not None and not (is_number(rate) and 0 < rate <= 500):
+            raise self.wrong("[task] nodes_per_second", f"is {shown(rate)}", "a number up to 500")
+        if basis is not None and not (isinstance(basis, str) and basis in BASES):
+            raise self.wrong(
+                "[task] basis", f"is {shown(basis)}", f"allowed are {', '.join(BASES)}"
+            )
+        without = given.get("without", [])
+        if not isinstance(without, list) or not all(
+            isinstance(n, str) and n in TERMS for n in without
+        ):
+            names = without if isinstance(without, list) else [without]
+            raise self.wrong("[task] without", f"is {shown(without)}", _known_terms(names))
+        mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
+        return {"name": name, "base": base, "without": tuple(without), **mesh}
+
+    def term(self, i: int, entry: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+        """Return kind and arguments of a term."""
+        where, kind = f"[[term]] {i}", entry.get("type")
+        if not isinstance(kind, str) or kind not in TERMS:
+            raise self.wrong(where, f"type is {shown(kind)}", _known_terms([kind]))
+        where = f"{where} ({kind})"
+        given = in_radians({k: v for k, v in entry.items() if k != "type"})
+        own = fields(TERMS[kind])  # type: ignore[arg-type]
+        self.known(where, given, [f.name for f in own])
+        hints = get_type_hints(TERMS[kind])
+        for f in own:
+            if f.name in given:
+                try:
+                    given[f.name] = as_field(hints[f.name], given[f.name])
+                except ParameterError as error:
+                    raise self.wrong(f"{where} {f.name}", str(error)) from error
+            elif f.default is MISSING and f.default_factory is MISSING:
+                raise self.wrong(where, f"{f.name} is missing")
+        return kind, given
+
+    def stance(self, i: int, entry: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what a stance is told."""
+        where, given = f"[[stance]] {i}", in_radians(entry)
+        self.known(where, given, _STANCE)
+        if given.get("side") not in SIDES:
+            raise self.wrong(f"{where} side", f"is {shown(given.get('side'))}", 'write "r" or "l"')
+        for key, value in given.items():
+            if key != "side" and not is_number(value):
+                raise self.wrong(f"{where} {key}", f"is {shown(value)}", "a number is needed")
+        return given
+
+
+def _known_terms(given: Sequence[Any]) -> str:
+    """Return what the names of terms may be; the new name where a former one is given."""
+    renamed = [f"{n} is now {RENAMED[n]}" for n in given if isinstance(n, str) and n in RENAMED]
+    return "; ".join(renamed) or f"there are {', '.join(TERMS)}"
+
+
+def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
+    """Return a stance; what is not given is as in standing, from before the start to the end."""
+    foot = standing_feet(human)[given["side"]]
+    x, y, z = foot.position
+    place = (float(given.get("x", x)), float(given.get("y", y)), float(given.get("height", z)))
+    strike, off = float(given.get("heel_strike", -1.0)), float(given.get("toe_off", 1e3))
+    forefoot = float(given.get("forefoot_off", off))
+    heel, flat = float(given.get("heel_off", forefoot)), float(given.get("foot_flat", strike))
+    footprint = Footprint(foot.side, place, float(given.get("heading", 0.0)))
+    return Stance(footprint, strike, flat, heel, forefoot, off)

@@ -1,0 +1,220 @@
+r"""A recorded motion as a task: near it, and on true contact forces.
+
+A recording gives the bones to about a centimetre or a degree; its feet slide and sink a little, and
+no ground reaction explains it exactly. The task finds the nearest motion that ground reactions do
+explain, with feet that stand where the recorded ones rested:
+
+.. math:: \min \int \sum_j w_j (q_j - \bar q_j(t))^2
+    + w \sum_i \left(\frac{r_i - \bar r_i(t)}{\sigma_i(t)}\right)^2 dt
+    + \text{little for torques, jerk, forces},
+
+subject to the equations of motion, contact, friction and the person's limits. The :math:`r_i` are
+wrenches on the feet and moments of hip, knee and ankle; the expected ones :math:`\bar r_i` with
+their standard errors :math:`\sigma_i` are those of the whole recording's quadratic program
+(:mod:`plantigrade.dynamics.ground_forces`), from the motion alone. It gives the forces to start
+from, too. When the feet touch comes from gait events and from what rests
+(:mod:`plantigrade.kinematics.contacts`), when a seat carries from
+:mod:`plantigrade.dynamics.loading`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array
+from plantigrade.contact.intervals import ContactInterval
+from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.site import foot_sites
+from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.soles import on_own_soles
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.motion.filters import resample
+from plantigrade.motion.resample import interpolate
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.tasks.recorded_forces import (
+    expected_moments,
+    expected_wrenches,
+    forces_at_sites,
+    seat_share,
+)
+from plantigrade.trajopt.tasks.recorded_seat import supports_of
+from plantigrade.trajopt.tasks.recorded_stances import (
+    GRID,
+    NODES_PER_SECOND,
+    contacts_of,
+    stances_of,
+)
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.terms.contact import Contact as OnGround
+from plantigrade.trajopt.terms.contact import Dynamics, Forces
+from plantigrade.trajopt.terms.effort import Jerk, Torque
+from plantigrade.trajopt.terms.limits import Limits
+from plantigrade.trajopt.terms.term import Term
+from plantigrade.trajopt.terms.tracking import (
+    FootWrenches,
+    JointMoments,
+    Track,
+    TrackAcceleration,
+    TrackFeet,
+    TrackMoments,
+)
+
+FACTORS = {
+    **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
+    "ankle_angle": 4.0,  # pitch of the foot: its range was 47 to 62° for 29 to 35° with 0.3
+    "subtalar_angle": 1.0,  # joints within the foot give way where the recorded one slides or sinks
+    "mtp_angle": 0.5,
+}
+
+TOES = {"mtp_angle": 10.0}  # what torque of the toes costs beside that of other joints: it is weak
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Weights of the squares of what is penalised.
+
+    Attributes:
+        weight: Of the distance of a coordinate [1/(s rad²), 1/(s m²)].
+        joints: Factors of single coordinates, by name without or with side.
+        acceleration: Of the distance of accelerations [s³/rad²].
+        feet: Of the distance of the wrenches on the feet from the estimated ones, in their standard
+            errors [1/s].
+        moments: Of that of the moments of hip, knee and ankle, likewise [1/s].
+        torque: Of torques.
+        jerk: Of jerk.
+        force_size: Of contact forces.
+        force_rate: Of their rates.
+    """
+
+    weight: float = 100.0
+    joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
+    acceleration: float = 3e-5
+    feet: float = 0.6
+    moments: float = 0.3
+    torque: float = 0.2
+    jerk: float = 1e-9
+    force_size: float = 1e-3
+    force_rate: float = 2e-2
+
+    def terms(
+        self, times: Array, q: Array, feet: FootWrenches, moments: JointMoments
+    ) -> tuple[Term, ...]:
+        """Return conditions and costs of tracking a motion with the forces expected of it."""
+        return (
+            Dynamics(),
+            OnGround(),
+            Limits(ranges={}),
+            Track(times, q, self.weight, self.joints),
+            TrackAcceleration(times, q, self.acceleration),
+            TrackFeet(feet, self.feet),
+            TrackMoments(moments, self.moments),
+            Torque(self.torque, TOES),
+            Jerk(self.jerk),
+            Forces(self.force_size, self.force_rate),
+        )
+
+
+def track(
+    human: Human,
+    motion: Motion,
+    *,
+    contacts: Sequence[ContactInterval] | None = None,
+    forces: GroundForces | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    tracking: Tracking | None = None,
+    name: str = "track",
+) -> MotionTask:
+    """Return the task of tracking a motion as far as ground reactions allow.
+
+    Args:
+        human: The person, on soles the motion stands on (see :func:`grounded`).
+        motion: The motion, over level ground at height zero.
+        forces: Ground reactions on its frames, with their bands, to start from and to stay near;
+            estimated from the motion if absent.
+        contacts: Which part of which foot touches when [s]; from the motion itself if absent.
+        start: From when [s], time zero of the task; the first frame if absent.
+        stop: To when [s]; the last frame if absent.
+        tracking: Weights.
+        name: Of the task.
+
+    Raises:
+        ParameterError: If there are fewer than four frames between start and stop, or no foot
+            touches the ground.
+    """
+    time = np.asarray(motion.time, float)
+    start = float(time[0]) if start is None else max(float(start), float(time[0]))
+    stop = float(time[-1]) if stop is None else min(float(stop), float(time[-1]))
+    if not (np.isfinite(motion.qpos).all() and ((time >= start) & (time <= stop)).sum() >= 4):
+        raise ParameterError(
+            f"{len(time)} frames from {time[0]:g} to {time[-1]:g} s hold nothing to track from "
+            f"{start:g} to {stop:g} s: at least four are needed, without gaps"
+        )
+    if contacts is None:
+        contacts = contacts_of(human, motion)
+    if forces is None:
+        forces = estimate_forces(human, motion)
+    steps = max(int(np.floor((stop - start) / GRID + 1e-9)), 4)
+    duration = steps * GRID
+    stances = stances_of(human, motion, contacts, start, duration)
+    seat = supports_of(human, motion, forces.contacts, start, duration)
+    plan = ContactPlan(duration, stances, supports=seat)
+    if not plan.stances:
+        raise ParameterError(
+            "no foot touches the ground in the motion; a motion to track stands on level ground at "
+            "height zero"
+        )
+    q = human.to_coordinates(motion.qpos)[1]
+    q[:, :3] = np.unwrap(q[:, :3], axis=0)
+    moved = time - start
+
+    def guess(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
+        return resample(moved, q, np.clip(times, moved[0], moved[-1]))
+
+    feet = expected_wrenches(human, forces, moved)
+    seat_force = seat_share(human, forces)
+
+    def force_guess(body: ContactBody, nodes: Array, active: Array) -> Array:
+        q, seated = guess(body, plan, nodes), interpolate(nodes, moved, seat_force)
+        return forces_at_sites(body, feet.at(nodes), seated, q, active[:, 2::3])
+
+    moments = expected_moments(human, motion, forces, moved)
+    terms = (tracking or Tracking()).terms(moved, q, feet, moments)
+    return MotionTask(
+        name,
+        plan,
+        terms,
+        guess,
+        nodes_per_second=NODES_PER_SECOND,
+        force_guess=force_guess,
+    )
+
+
+def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:
+    """Return the person on soles that touch the ground where the feet rest, motion, and lift [m].
+
+    Soles are as in :func:`~plantigrade.kinematics.soles.on_own_soles`. A sphere at the hinge of the
+    toes that was moved up would sink as the heel rises; where this occurs, the whole motion is
+    lifted instead, and all soles are that much thicker.
+    """
+    points = sole_paths(human, motion.qpos)
+    own = on_own_soles(human, points, find_rests(points, motion.rate))
+    names = [name for name, _, _ in human.contact_points]
+    up = {n: float(own.model.geom(n).pos[2] - human.model.geom(n).pos[2]) for n in names}
+    hinged = [n for n in names for s in foot_sites(human) if _rolls(human, n, s.name, s.body)]
+    lift = max([0.0, *(up[n] for n in hinged)])
+    if not lift:
+        return own, motion, 0.0
+    qpos = motion.qpos.copy()
+    qpos[:, 2] += lift
+    return human.with_soles({n: x - lift for n, x in up.items()}), replace(motion, qpos=qpos), lift
+
+
+def _rolls(human: Human, geom: str, site: str, body: str) -> bool:
+    """Return whether a sphere is a site that stands still with another body than its own."""
+    return geom.endswith(f"_{site}") and int(human.model.geom(geom).bodyid[0]) != human.body(body)

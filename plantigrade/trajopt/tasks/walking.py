@@ -1,0 +1,173 @@
+"""Walking as a task: periodic, or from standing to standing; straight, turning, up and down.
+
+The cost is the same at every speed, for every person and every foot:
+
+- muscle torques squared (Eq. 15 of [Zhakatayev2023]_), of hip abductors at half, of the knee, whose
+  muscles pull at shorter arms, twice;
+- of the ankle the third power instead, by the strength of the muscles that make the torque, as
+  endurance goes [Crowninshield1981]_; short fibres on a long tendon make it cheap [Griffin2003]_;
+- positive and negative work of muscles;
+- jerk, of every part by its inertia [Biess2007]_ and in the time of a step [Hogan2009]_: a slow
+  walk is as smooth as a fast one is, so that its jerk costs more; and rates of contact forces. Both
+  keep splines and forces smooth between nodes, and hold the centre of mass down;
+- angular momentum about the centre of mass, in the frontal plane and about the vertical, which
+  people keep small [Herr2008]_: it brings the swing of the arms and the thorax that turns against
+  the pelvis;
+- lean of head and trunk in space, turning of the trunk off the way, the pelvis' angular velocity,
+  and how fast its turning about the vertical changes [Pozzo1990]_, [Winter1995]_. A cost of the
+  pelvis' angles instead takes the one wave a stride away that people have and leaves the faster
+  ones that they do not; the same has a cost of turning between pelvis and trunk beside the passive
+  tissue that there is;
+- weakly, leaning and bending of joints of the trunk, and of the arms from hanging.
+
+Legs and arms are solid, legs pass each other with a margin, and the plan uses no more friction than
+people do [Fong2009]_.
+
+The weights were set with norms of walking in view ([Schwartz2008]_); the problem itself contains no
+recording and no norm.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.models import Human
+from plantigrade.trajopt.guess.walk import walking_guess
+from plantigrade.trajopt.tasks.gait_parameters import (
+    GaitParameters,
+    gait_parameters,
+    leg_length,
+)
+from plantigrade.trajopt.tasks.mechanics import check_froude, check_support
+from plantigrade.trajopt.tasks.settings import Walk
+from plantigrade.trajopt.tasks.task import Guess, MotionTask
+from plantigrade.trajopt.tasks.walking_plan import periodic_walk_plan, walk_plan
+from plantigrade.trajopt.terms.contact import Clearance, Contact, Dynamics, Forces
+from plantigrade.trajopt.terms.effort import Acceleration, Endurance, Jerk, Torque, Work
+from plantigrade.trajopt.terms.limits import Limits
+from plantigrade.trajopt.terms.momentum import AngularMomentum
+from plantigrade.trajopt.terms.posture import Posture, PostureAt, Quiet, Rest, Upright
+from plantigrade.trajopt.terms.solid import SolidLimbs
+from plantigrade.trajopt.terms.term import Term
+
+HIP_ABDUCTORS = 0.55
+"""What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at
+the side of the thigh bears a part of it."""
+KNEE_MUSCLES = 2.25
+"""What a torque of the knee costs beside that of the hip: muscles across the knee pull at arms of
+about 4 cm, those across the hip at 6 cm [Rajagopal2016]_; the same torque takes 1.5 times the force
+(*estimate*)."""
+APART = 0.025
+"""Distance that the legs keep as they pass each other [m]: the standard deviation of the step width
+of young adults is 2.1 to 2.5 cm [Skiadopoulos2020]_, so that legs that pass nearer touch often."""
+PELVIS_LEAN = 0.12
+"""Forward lean of the pelvis in standing, from the zero of ``pelvis_tilt`` [rad]. The plane of its
+spines leans by about 10° in people who stand [Levine1996]_ and who walk [Fukuchi2018]_, by 2.7° at
+the zero. The spine straightens up above it."""
+USED_FRICTION = 0.35
+"""Friction that a walk plans with; more on slopes, by their own."""
+PELVIS_TURNING = 0.03
+"""What the pelvis' angular velocity costs [s/rad²] (*estimate*)."""
+PELVIS_SPEEDING = 7e-4
+"""What its angular acceleration about the vertical costs [s³/rad²] (*estimate*). The legs turn it
+the more, the faster they swing; people's turns by ±4° to ±8° at all speeds [Schwartz2008]_."""
+SMOOTH = 1.5e-7
+"""What jerk of the knee costs, over the sixth power of the time of a step [1/(s rad²)]."""
+UPRIGHT = {
+    "pelvis_tilt": 3.0,
+    "pelvis_list": 2.0,
+    "lumbar_extension": 0.5,
+    "lumbar_bending": 1.0,
+    "thorax_extension": 0.5,
+    "thorax_bending": 1.0,
+    "neck_extension": 0.3,
+    "neck_bending": 0.3,
+    "neck_rotation": 0.3,
+    "arm_flex": 0.25,
+    "arm_add": 0.5,
+    "arm_rot": 0.2,
+    "elbow_flex": 0.1,
+    "pro_sup": 0.1,
+    "wrist_flex": 0.1,
+    "wrist_dev": 0.1,
+    "fingers_flex": 0.1,
+}
+"""What it costs to be bent [1/(s rad²)]: trunk and head upright, arms hanging."""
+
+STANDING = {
+    "lumbar_extension": PELVIS_LEAN / 2,
+    "thorax_extension": PELVIS_LEAN / 2,
+    "elbow_flex": 0.35,
+    "arm_add": -0.14,
+}
+"""Postures that are not zero [rad]."""
+
+CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
+NODES_PER_SECOND = {True: 60.0, False: 20.0}
+"""Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
+
+USUAL = 1.3
+"""Speed [m/s]."""
+
+
+def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
+    """Return conditions and costs of every walk, by the time of a step [s] and on a slope [rad]."""
+    return (
+        Dynamics(),
+        Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
+        Clearance(CLEARANCE),
+        Limits(),
+        SolidLimbs(APART),
+        Torque(
+            1.0,
+            {"ankle_angle": 0.0, "hip_adduction": HIP_ABDUCTORS, "knee_angle": KNEE_MUSCLES},
+        ),
+        Endurance(0.9),
+        Work(0.6),
+        Jerk(SMOOTH * step_time**6, by_inertia=True),
+        Acceleration(PELVIS_SPEEDING, {"pelvis_rotation": 1.0}, others=0.0),
+        Forces(rate=1.5e-4),
+        AngularMomentum(forward=0.1, upward=0.5),
+        Upright("head", forward=1.0, sideways=3.0, turning=0.05),
+        Upright("trunk", sideways=3.0, away=1.2),
+        Upright("pelvis", turning=PELVIS_TURNING),
+        Posture(UPRIGHT, {**STANDING, "pelvis_tilt": -PELVIS_LEAN - slope}),
+    )
+
+
+def walk(human: Human, told: Walk) -> MotionTask:
+    """Return the task of walking.
+
+    Raises:
+        ParameterError: If a value is out of range for this person, or mechanics rules it out.
+    """
+    check_froude(told.speed, leg_length(human))
+    p = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
+    if told.periodic:
+        return periodic_walk(human, p, slope=told.slope)
+    heights = told.heights
+    if told.step_height:
+        heights = tuple(told.step_height * (k >= told.steps // 2) for k in range(told.steps))
+    plan = walk_plan(human, p, steps=told.steps, turn=told.turn, heights=heights)
+    check_support(human, plan)
+    plan = replace(plan, slope=told.slope)
+
+    ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
+    ends[:, 0] -= told.slope  # pelvis tilt: upright
+    terms: list[Term] = [*walking_terms(p.step_time, told.slope)]
+    for time, q in zip((0.0, plan.duration), ends, strict=True):
+        terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
+    faster = max(1.0, told.speed / USUAL)
+    return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
+
+
+def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:
+    """Return the task of a periodic walk up a slope [rad], of which half a stride is solved."""
+    plan = replace(periodic_walk_plan(human, parameters), slope=slope)
+    rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL)
+    terms = walking_terms(parameters.step_time, slope)
+    return MotionTask("walk", plan, terms, _guess(parameters), rate)
+
+
+def _guess(parameters: GaitParameters) -> Guess:
+    return lambda body, plan, times: walking_guess(body.human, plan, parameters, times)

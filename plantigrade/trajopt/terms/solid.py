@@ -1,0 +1,345 @@
+r"""Solid limbs: legs do not pass through each other, arms not through trunk, thighs and each other.
+
+One smooth row a limb and node. Of all distances :math:`d_i` between a point of one limb and what it
+must not enter, the row is
+
+.. math:: d = -\frac{1}{\beta} \ln \sum_i e^{-\beta d_i} \le \min_i d_i,
+
+so that a limit on it is on the safe side of every one. Points lie along the bones and edges of a
+limb and have its thickness; what they must not enter are capsules, the closest point of whose axis
+is found with a clamped parameter, and ellipsoids of the trunk, to which
+
+.. math:: d(x) \approx \frac{k_0 (k_0 - 1)}{k_1}, \qquad
+    k_0 = \lVert x / s \rVert, \quad k_1 = \lVert x / s^2 \rVert,
+
+is exact on the surface and to first order beside it, :math:`s` being the half sizes. Only angles of
+the joints between the limbs enter: the pelvis is the frame.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.plan import ContactPlan, Stance
+from plantigrade.dynamics.recursions import sparse
+from plantigrade.models import Human
+from plantigrade.models.parts import Solid
+from plantigrade.trajopt.problem.builder import ProblemBuilder
+from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.terms.term import Spaced, Term
+
+SHARPNESS = 250.0
+""":math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
+ROUND = 1e-3  # where the distance to an axis is rounded off [m]
+UNIT = 10.0  # rows are in tenths of a metre
+EDGE = float(np.sqrt(2.0))  # of half its height: what a rod needs to cover the edge of a box
+SPACED = 0.025
+"""Most between two spheres along an edge of a foot, of stature: a shank between them is then about
+3 mm nearer than they tell."""
+NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
+TALL = 1.74
+"""Stature of the person whose margins are given [m]."""
+THICK = 0.1  # about the diameter of a leg [m]
+BESIDE = 0.35  # how far before and behind the other foot a leg is near the other [m]
+SMOOTH = np.linspace(0.0, 1.0, 51)
+LEGS, ARMS = "solid legs", "solid arms"
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A capsule on a body: two ends in the body's frame and a radius [m]."""
+
+    body: str
+    a: Float[Array, "3"]
+    b: Float[Array, "3"]
+    radius: float
+
+    def points(self, count: int) -> list["Rod"]:
+        """Return spheres along it, both ends among them."""
+        along = np.linspace(0.0, 1.0, count)
+        places = [self.a + x * (self.b - self.a) for x in along]
+        return [Rod(self.body, p, p, self.radius) for p in places]
+
+
+@dataclass(frozen=True)
+class SolidLimbs(Term):
+    """Legs and feet do not enter each other, arms not trunk, head, thighs and each other.
+
+    Nor does the trunk enter the thighs.
+
+    Attributes:
+        margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
+        arms: Distance that arms keep from trunk, thighs and each other, of a person of
+            :data:`TALL` [m]; in proportion for others, whose arms hang as near.
+
+    Neither is looked at where it is not finite.
+    """
+
+    margin: float = 0.003
+    arms: float = 0.0025
+
+    def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
+        """Return when a swinging foot passes the other leg: that must not happen between nodes.
+
+        It is taken to move smoothly, at :math:`1.875 L / T` where it is fastest.
+        """
+        found = []
+        for one, two, other in _passings(plan) if np.isfinite(self.margin) else ():
+            here, there, beside = (np.array(x.footprint.position) for x in (one, two, other))
+            length, duration = float(np.linalg.norm(there - here)), two.heel_strike - one.toe_off
+            along = (beside - here) @ (there - here) / length**2
+            gone = SMOOTH**3 * (10 - 15 * SMOOTH + 6 * SMOOTH**2)
+            part = float(np.interp(along, gone, SMOOTH))
+            time, speed = one.toe_off + part * duration, 1.875 * length / duration
+            found.append((time - BESIDE / speed, time + BESIDE / speed, THICK / speed))
+        return tuple(found)
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Limit the rows."""
+        near = self.arms * b.body.human.height / TALL
+        for family, margin in ((legs(b.body, len(b.nodes)), self.margin),
+                               (arms(b.body, len(b.nodes)), near)):  # fmt: skip
+            if np.isfinite(margin):
+                b.limit(b.add(family), lower=UNIT * margin)
+
+
+def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+    """Return how far both legs are from each other [0.1 m]."""
+    human = body.human
+
+    def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
+        at = _Placed(ca, body, q)
+        d = []
+        (thigh_r, shank_r, foot_r), (thigh_l, shank_l, foot_l) = (_leg(human, s) for s in SIDES)
+        d += [at.apart(x, thigh_l) for x in thigh_r.points(7)[2:]]
+        d += [at.apart(x, shank_l) for x in shank_r.points(8)]
+        for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
+            for rod in others:
+                for x in rod.points(_many(human, rod)):
+                    d += [at.apart(x, other) for other in (shank, *foot)]
+        return UNIT * _least(ca, d)
+
+    function = body.function(LEGS, expression)
+    names = ("distance of the legs",)
+    return ConstraintFamily.free(LEGS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
+
+
+def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+    """Return how far arms are from trunk, head, thighs and each other, thighs from the trunk."""
+    human = body.human
+
+    def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
+        at = _Placed(ca, body, q)
+        rows = []
+        trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
+                 if s.kind == "ellipsoid"]  # fmt: skip
+        for side in SIDES:
+            thigh, d = _leg(human, side)[0], []
+            for x in _arm(human, side):
+                d.append(at.apart(x, thigh))
+                d += [at.beside(x, name, solid) for name, solid in trunk]
+            rows.append(UNIT * _least(ca, d))
+        right, left = (_free_arm(human, side) for side in SIDES)
+        spheres = [x for rod in right for x in rod.points(_many(human, rod))]
+        d = [at.apart(x, rod) for x in spheres for rod in left]
+        above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
+        thighs = []
+        for side in SIDES:  # from its middle on: it begins beside the belly
+            spheres = _leg(human, side)[0].points(7)[3:]
+            near = [at.beside(x, *each) for x in spheres for each in above]
+            thighs.append(UNIT * _least(ca, near))
+        # From one of them on: arms far apart leave nothing of the exponentials themselves.
+        arms_apart = UNIT * (d[0] + _least(ca, [x - d[0] for x in d]))
+        return ca.vertcat(*rows, arms_apart, *thighs)
+
+    function = body.function(ARMS, expression)
+    names = (
+        *(f"distance of arm_{s}" for s in SIDES),
+        "distance of the arms",
+        *(f"distance of thigh_{s} and trunk" for s in SIDES),
+    )
+    return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
+
+
+class _Placed:
+    """Bodies placed in the frame of the pelvis, as expressions of the hinges."""
+
+    def __init__(self, ca: Any, body: ContactBody, q: Any):
+        self.ca, self.human = ca, body.human
+        self._position, self._rotation = body.symbolic.frames()(ca.vertcat(ca.SX(6, 1), q[6:]))
+        self._made: dict[Any, Any] = {}
+
+    def apart(self, x: Rod, rod: Rod) -> Any:
+        """Return how far a sphere is from a capsule [m]."""
+        ca, p = self.ca, self._at(x.body, x.a)
+        a, b = self._at(rod.body, rod.a), self._at(rod.body, rod.b)
+        key = "way", rod.body, tuple(rod.a), tuple(rod.b)
+        way = self._kept(key, lambda: (b - a) / float(np.sum((rod.b - rod.a) ** 2)))
+        length = float(np.sum((rod.b - rod.a) ** 2))
+        off = p - a
+        part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
+        off = off - part * way
+        return ca.sqrt(ca.dot(off, off) + ROUND**2) - (x.radius + rod.radius)
+
+    def beside(self, x: Rod, body: str, solid: Solid) -> Any:
+        """Return about how far a sphere is from an ellipsoid [m]."""
+        ca = self.ca
+        p = self._kept(("seen", x.body, tuple(x.a), body), lambda: self._seen(x, body))
+        one = (p - solid.a) / solid.b
+        two = one / solid.b
+        k0, k1 = (ca.sqrt(ca.dot(k, k) + 1e-6) for k in (one, two))
+        return k0 * (k0 - 1) / k1 - x.radius
+
+    def _seen(self, x: Rod, body: str) -> Any:
+        """Return a point in the frame of another body."""
+        p = self._at(x.body, x.a)
+        if body == self.human.body_names[0]:
+            return p
+        i = self.human.body(body) - 1
+        R = self._rotation[:, 3 * i : 3 * i + 3]
+        return self.ca.mtimes(R.T, p - self._position[:, i])
+
+    def _at(self, body: str, point: Array) -> Any:
+        """Return a point of a body."""
+
+        def make() -> Any:
+            i = self.human.body(body) - 1
+            R = self._rotation[:, 3 * i : 3 * i + 3]
+            return self._position[:, i] + self.ca.mtimes(R, sparse(self.ca, point.reshape(3, 1)))
+
+        return self._kept((body, tuple(point)), make)
+
+    def _kept(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+
+def _least(ca: Any, distances: Sequence[Any]) -> Any:
+    """Return a smooth number below all distances [m]."""
+    every = ca.vertcat(*distances)
+    return -ca.log(ca.sum1(ca.exp(-SHARPNESS * every))) / SHARPNESS
+
+
+def _passings(plan: ContactPlan) -> Iterator[tuple[Stance, Stance, Stance]]:
+    """Yield the stances before and after every swing past a standing foot, and the stance there."""
+    stances = plan.unrolled()
+    for side in SIDES:
+        own = [s for s in stances if s.footprint.side == side]
+        for one, two in pairwise(own):
+            here, there = (np.array(s.footprint.position) for s in (one, two))
+            for other in stances:
+                beside = np.array(other.footprint.position)
+                stands = other.heel_strike <= one.toe_off and other.toe_off >= two.heel_strike
+                if other.footprint.side != side and stands:
+                    along = (beside - here) @ (there - here)
+                    if 0.0 < along < (there - here) @ (there - here):
+                        yield one, two, other
+
+
+def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
+    """Return thigh, shank, and what of a foot is next to the other leg."""
+    solids = {b.name: b.solids for b in human.skeleton.bodies}
+    thigh, shank = (
+        _rods(f"{n}_{side}", solids[f"{n}_{side}"], side)[0] for n in ("femur", "tibia")
+    )
+    feet = []
+    for name in _below(human, f"foot_{side}"):
+        rods = _rods(name, solids[name], side)
+        feet += [(rod, _offset(human, name)) for rod in rods]
+    inward = 1.0 if side == "r" else -1.0
+
+    def medial(rod: Rod, offset: Array) -> float:
+        return float(max(inward * (offset[1] + x[1]) for x in (rod.a, rod.b)) + rod.radius)
+
+    places = [(medial(rod, offset), rod) for rod, offset in feet]
+    by_body: dict[str, float] = {}
+    for reach, rod in places:
+        by_body[rod.body] = max(reach, by_body.get(rod.body, -np.inf))
+    most = max(by_body.values())
+    kept = [
+        rod
+        for reach, rod in places
+        if reach > by_body[rod.body] - NEAREST and by_body[rod.body] > most - 3 * NEAREST
+    ]
+    return thigh, shank, kept
+
+
+def _arm(human: Human, side: str) -> list[Rod]:
+    """Return spheres along an arm."""
+    out: list[Rod] = []
+    for name in _below(human, f"humerus_{side}"):
+        solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
+        for solid in solids:
+            if solid.kind == "capsule":  # an upper arm from its middle on: it begins in the trunk
+                rod = Rod(name, solid.a, solid.b, solid.radius)
+                out += rod.points(7)[3:] if name.startswith("humerus") else rod.points(3)
+                continue
+            half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
+            for y in (-1.0, 0.0, 1.0):
+                place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
+                out.append(Rod(name, place, place, thick))
+    return out
+
+
+def _free_arm(human: Human, side: str) -> list[Rod]:
+    """Return capsules of an arm from the middle of the upper arm on.
+
+    That of a hand is as thick as the hand is wide.
+    """
+    solids, out = {b.name: b.solids for b in human.skeleton.bodies}, []
+    for name in _below(human, f"humerus_{side}"):
+        for s in solids[name]:
+            if s.kind == "capsule":
+                first = (s.a + s.b) / 2 if name.startswith("humerus") else s.a
+                out.append(Rod(name, first, s.b, s.radius))
+            else:
+                _, y, z = s.b
+                along = np.array([0.0, 0.0, z - y / 2])
+                out.append(Rod(name, s.a - along, s.a + along, float(y)))
+    return out
+
+
+def _many(human: Human, rod: Rod) -> int:
+    """Return how many spheres along a rod leave nothing between them."""
+    return 1 + int(np.ceil(float(np.linalg.norm(rod.b - rod.a)) / (SPACED * human.height) - 1e-9))
+
+
+def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:
+    """Return capsules as they are, and of boxes the edge that faces the other leg."""
+    out, inward = [], 1.0 if side == "r" else -1.0
+    for solid in solids:
+        if solid.kind == "capsule":
+            out.append(Rod(name, solid.a, solid.b, solid.radius))
+        else:
+            x, y, z = solid.b
+            aside = np.array([0.0, inward * (y - z), 0.0])
+            ahead = np.array([x - z, 0.0, 0.0])
+            radius = EDGE * float(z)
+            out.append(Rod(name, solid.a + aside - ahead, solid.a + aside + ahead, radius))
+    return out
+
+
+def _below(human: Human, body: str) -> list[str]:
+    """Return a body and all that hang on it."""
+    found = [body]
+    for b in human.skeleton.bodies:
+        if b.parent in found:
+            found.append(b.name)
+    return found
+
+
+def _offset(human: Human, body: str) -> Float[Array, "3"]:
+    """Return where a body's origin is in the pelvis frame, zero pose [m]."""
+    bodies = {b.name: b for b in human.skeleton.bodies}
+    out = np.zeros(3)
+    while bodies[body].parent:
+        out = out + bodies[body].position
+        body = bodies[body].parent
+    return out

@@ -1,0 +1,212 @@
+"""Costs of departing from a recorded motion: coordinates, accelerations, forces of the ground."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.trajopt.problem.builder import ProblemBuilder
+from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
+from plantigrade.trajopt.terms.term import Term, per_coordinate
+
+
+@dataclass(frozen=True)
+class Track(Term):
+    r"""Cost :math:`\int \sum w_j (q_j - \bar q_j(t))^2 dt` of departing from a motion.
+
+    Attributes:
+        times: Times of the motion [s].
+        q: Its coordinates, in the order of the person's.
+        weight: Weight of every coordinate [1/s].
+        joints: Factor of single coordinates.
+    """
+
+    times: Float[Array, " n_times"]
+    q: Float[Array, "n_times nv"]
+    weight: float = 10.0
+    joints: Mapping[str, float] = field(default_factory=dict)
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weigh the distance."""
+        family = b.family("coordinates")
+        w = 2.0 * self.weight * per_coordinate(b.names, self.joints)
+        b.penalise(family, w, _at(b.nodes, self.times, self.q))
+
+
+@dataclass(frozen=True)
+class TrackAcceleration(Term):
+    r"""Cost :math:`\int w \sum_j (\ddot q_j - \bar{\ddot q}_j(t))^2 dt`.
+
+    It keeps the correction smooth where feet are moved to their footprints.
+
+    Attributes:
+        times: Times of the motion [s].
+        q: Its coordinates, in the order of the person's.
+        weight: Weight of every joint [s³/rad²].
+    """
+
+    times: Float[Array, " n_times"]
+    q: Float[Array, "n_times nv"]
+    weight: float = 1e-4
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weigh the distance."""
+        from scipy.interpolate import CubicSpline
+
+        family = b.family("accelerations")
+        target = CubicSpline(self.times, self.q)(b.nodes, 2)
+        b.penalise(family, 2.0 * self.weight, target)
+
+
+@dataclass(frozen=True)
+class FootWrenches:
+    r"""Where the wrench on each foot is expected, and how closely; feet in the order r, l.
+
+    Attributes:
+        times: Times [s].
+        force: Force on each foot, world [body weights].
+        point: Its centre of pressure on the ground, x and y, world [m].
+        torque: Free moment there, about the vertical [body weights · m].
+        force_error: Standard error of the force [body weights]; infinite where nothing is known.
+        point_error: Of the centre of pressure [m].
+        torque_error: Of the free moment [body weights · m].
+    """
+
+    times: Float[Array, " n_times"]
+    force: Float[Array, "n_times 2 3"]
+    point: Float[Array, "n_times 2 2"]
+    torque: Float[Array, "n_times 2"]
+    force_error: Float[Array, "n_times 2 3"]
+    point_error: Float[Array, "n_times 2 2"]
+    torque_error: Float[Array, "n_times 2"]
+
+    def at(self, nodes: Float[Array, " n_nodes"]) -> "FootWrenches":
+        """Return the wrenches at other times [s]; what is not known next to a time is not there."""
+
+        def of(x: Array) -> Array:
+            return _at(nodes, self.times, x.reshape(len(x), -1)).reshape(len(nodes), *x.shape[1:])
+
+        def error(x: Array) -> Array:
+            with np.errstate(divide="ignore"):
+                return 1.0 / np.maximum(of(1.0 / x), 1e-9)
+
+        return FootWrenches(
+            nodes,
+            of(self.force),
+            of(self.point),
+            of(self.torque),
+            error(self.force_error),
+            error(self.point_error),
+            error(self.torque_error),
+        )
+
+
+@dataclass(frozen=True)
+class TrackFeet(Term):
+    r"""Cost :math:`\int w \sum_i (r_i / \sigma_i)^2 dt` of departing from the expected wrenches.
+
+    Six rows a foot: the force :math:`F = \sum_k f_k` less the expected one, and the moment
+    :math:`\sum_k (p_k - c) \times f_k` about the expected centre of pressure :math:`c`, less the
+    free moment. A moment about :math:`c` is the load times how far off the centre of pressure is,
+    so its error is that of the centre times the expected load. What is known well binds, what is
+    not does not.
+
+    Attributes:
+        feet: What is expected.
+        weight: :math:`w` [1/s].
+    """
+
+    feet: FootWrenches
+    weight: float = 1.0
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weigh the distance."""
+        there = self.feet.at(b.nodes)
+        family = b.add(_foot_wrenches(b, there.point))
+        load = np.maximum(there.force[..., 2], LIGHT)
+        turn = there.point_error[..., ::-1] * load[..., None]  # about x by the error along y
+        error = np.concatenate([there.force_error, turn, there.torque_error[..., None]], axis=2)
+        target = np.zeros_like(error)
+        target[..., :3], target[..., 5] = there.force, there.torque
+        shape = len(b.nodes), 12
+        b.penalise(family, 2.0 * self.weight / error.reshape(shape) ** 2, target.reshape(shape))
+
+
+@dataclass(frozen=True)
+class JointMoments:
+    """What moments of joints are expected, and how closely.
+
+    Attributes:
+        times: Times [s].
+        names: Hinges.
+        moment: Their moments [N m].
+        error: Standard errors of these [N m]; infinite where nothing is known.
+    """
+
+    times: Float[Array, " n_times"]
+    names: tuple[str, ...]
+    moment: Float[Array, "n_times n_hinges"]
+    error: Float[Array, "n_times n_hinges"]
+
+
+@dataclass(frozen=True)
+class TrackMoments(Term):
+    r"""Cost :math:`\int w \sum_j ((\tau_j - \bar\tau_j) / \sigma_j)^2 dt` on joint moments.
+
+    Only of joints whose tissue bears much (:attr:`ContactBody.stiff`): hip, knee and ankle in their
+    main plane.
+
+    Attributes:
+        joints: What is expected.
+        weight: :math:`w` [1/s].
+    """
+
+    joints: JointMoments
+    weight: float = 1.0
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weigh the distance."""
+        given, unit = self.joints, b.body.torque
+        columns = [given.names.index(name) for name in b.body.stiff]
+        target = _at(b.nodes, given.times, given.moment[:, columns]) / unit
+        sure = _at(b.nodes, given.times, unit / given.error[:, columns])
+        b.penalise(b.family("joint torque"), 2.0 * self.weight * sure**2, target)
+
+
+LIGHT = 0.1  # a load smaller than this says little about where it is [body weights]
+
+
+def _foot_wrenches(b: ProblemBuilder, points: Float[Array, "n_nodes 2 2"]) -> ConstraintFamily:
+    """Return force and moment about a point of the ground, of each foot."""
+    body = b.body
+
+    def expression(ca, q, v, a, u, p):
+        place, f = body.symbolic.positions(list(body.sites))(q), ca.reshape(u, 3, len(body.sites))
+        rows = []
+        for i, side in enumerate(SIDES):
+            own = [k for k, site in enumerate(body.sites) if site.side == side]
+            c = ca.vertcat(p[2 * i], p[2 * i + 1], 0)
+            rows += [
+                sum(f[:, k] for k in own),
+                sum(ca.cross(place[:, k] - c, f[:, k]) for k in own),
+            ]
+        return ca.vertcat(*rows)
+
+    names = tuple(
+        f"{what} {axis} of foot {side}"
+        for side in SIDES
+        for what in ("force", "moment")
+        for axis in "xyz"
+    )
+    function = body.function("foot wrenches", expression, 4)
+    parameters = points.reshape(len(points), 4)
+    return ConstraintFamily.free(
+        "foot wrenches", function, names, len(points), parameters, "body weights"
+    )
+
+
+def _at(nodes: Array, times: Array, values: Array) -> Array:
+    """Return columns interpolated at nodes."""
+    return np.stack([np.interp(nodes, times, x) for x in values.T], axis=1)

@@ -1,0 +1,50 @@
+"""The curve through the postures passes them at their rates, and nothing in it jumps."""
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.interpolate import BPoly
+
+from plantigrade.kinematics.state import State
+from plantigrade.ordered_tasks.posture_curve import curve_through, smoothest
+from tests.models.presets import person
+
+TIME = np.array([0.0, 0.12, 0.4, 0.55, 0.7])
+
+
+def test_it_passes_every_posture_at_its_rate():
+    human, rng = person("42", "two-segment"), np.random.default_rng(1)
+    postures = np.tile(human.standing(), (5, 1))
+    postures[:, 7:] += 0.2 * rng.normal(size=postures[:, 7:].shape)
+    postures[:, 3:7] += 0.1 * rng.normal(size=(5, 4))
+    postures[:, 3:7] /= np.linalg.norm(postures[:, 3:7], axis=1, keepdims=True)
+    postures[2, 3:7] *= -1  # the same posture
+    velocities = rng.normal(size=(5, human.model.nv))
+    time, curve = curve_through(human, TIME, postures, velocities, interval=0.005)
+    for t, posture, velocity in zip(TIME, postures, velocities, strict=True):
+        k = int(np.argmin(np.abs(time - t)))
+        assert abs(time[k] - t) < 1e-9
+        there = State(human, curve.qpos[k])
+        np.testing.assert_allclose(there.difference(posture), 0.0, atol=1e-9)
+        np.testing.assert_allclose(curve.qvel[k], velocity, atol=2e-2)
+
+
+def test_a_motion_of_constant_acceleration_is_found_as_it_is():
+    value, rate = 1.5 * TIME[:, None] ** 2 - TIME[:, None], 3.0 * TIME[:, None] - 1.0
+    np.testing.assert_allclose(smoothest(TIME, value, rate), 3.0, atol=1e-9)
+
+
+def test_no_curve_through_the_same_has_less_jerk():
+    rng = np.random.default_rng(2)
+    value, rate = rng.normal(size=(5, 1)), rng.normal(size=(5, 1))
+    best = smoothest(TIME, value, rate)
+
+    def jerk(bend: np.ndarray) -> float:
+        curve = BPoly.from_derivatives(TIME, np.stack([value, rate, bend], axis=1))
+        third = curve.derivative(3)
+        ends = zip(TIME[:-1].tolist(), TIME[1:].tolist(), strict=True)
+        return sum(quad(lambda t: float(third(t)[0] ** 2), a, b)[0] for a, b in ends)
+
+    least = jerk(best)
+    for k in range(5):
+        for step in (-1.0, 1.0):
+            assert jerk(best + step * np.eye(5)[:, k : k + 1]) > least

@@ -1,0 +1,232 @@
+"""The moving picture: a file that stands alone, moves by itself, and shows what happened."""
+
+import re
+from dataclasses import replace
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from plantigrade import Ground
+from plantigrade.contact.ground import Seat, Step
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.motion import Motion
+from plantigrade.pages.camera import VIEWS, Camera
+from plantigrade.pages.moving import moving_picture
+from plantigrade.pages.outlines import outlines
+from plantigrade.pages.playback import REST, playback
+from plantigrade.pages.scene import poses
+from plantigrade.pages.shapes import shapes_of, surface_points
+from plantigrade.record import Record
+from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.workflows.textbook import textbook_walk
+
+SVG = "{http://www.w3.org/2000/svg}"
+PANEL_BONES = 16
+
+
+@pytest.fixture(scope="module")
+def walking():
+    """A textbook walk on multi-segment feet: strides that repeat exactly."""
+    human = Human.create(feet="multi-segment")
+    walk = textbook_walk(human, speed=1.3, cycles=3)
+    still = np.zeros((len(walk.time), human.model.nv))
+    motion = Motion(walk.time, walk.qpos, still, human.joint_names, events=walk.events)
+    return Record(human, motion)
+
+
+def moving_part(svg: str) -> ET.Element:
+    (group,) = [g for g in ET.fromstring(svg).iter(f"{SVG}g") if g.get("class") == "moving"]
+    return group
+
+
+def animations(svg: str) -> list[ET.Element]:
+    return [e for e in ET.fromstring(svg).iter() if e.tag.startswith(f"{SVG}animate")]
+
+
+def test_a_steady_walk_is_one_stride_that_ends_as_it_began(walking):
+    picture = moving_picture(walking)
+    stride = np.diff([e.time for e in walking.motion.events if e.kind == "heel_strike"][::2])
+    assert picture.loop and picture.seconds == pytest.approx(stride.mean(), abs=0.02)
+    for each in animations(picture.svg):
+        values = each.get("values", "").split(";")
+        assert len(values) == picture.frames
+        if each.tag == f"{SVG}animate":  # places around the camera; the ground itself moves on
+            ends = [np.array(re.findall(r"-?\d+", v), dtype=int) for v in (values[0], values[-1])]
+            assert np.abs(ends[0] - ends[1]).max() <= 30  # [mm]
+
+
+def test_every_value_of_an_animation_has_the_same_commands(walking):
+    """Otherwise a browser jumps instead of moving on between two frames."""
+    for each in animations(moving_picture(walking).svg):
+        shapes = {re.sub(r"[-\d .]+", "#", value) for value in each.get("values", "").split(";")}
+        assert len(shapes) == 1
+
+
+def test_the_enlarged_foot_has_all_its_bones_and_its_toes_bend(walking):
+    svg = moving_picture(walking, foot="right").svg
+    root = moving_part(svg)
+    bones = [e for e in root.iter(f"{SVG}path") if re.fullmatch(r"z\d+", e.get("id", ""))]
+    assert len(bones) == PANEL_BONES
+    used = {e.get("href") for e in root.iter(f"{SVG}use")}
+    assert {f"#{bone.get('id')}" for bone in bones} <= used
+    assert "right foot" in svg and f"{PANEL_BONES} bones" in svg
+
+    def direction(bone):
+        values = bone.find(f"{SVG}animate").get("values").split(";")
+        ends = np.array([re.findall(r"-?\d+", v)[2:] for v in values], dtype=float)
+        return np.unwrap(np.arctan2(ends[:, 1], ends[:, 0]))
+
+    turns = np.array([direction(bone) for bone in bones])
+    bent = np.ptp(turns[:, None] - turns[None], axis=2)
+    assert np.degrees(bent.max()) > 20.0, "the foot moves as one block"
+
+
+@pytest.mark.parametrize("foot", ["left", "none"])
+def test_which_foot_is_told(walking, foot):
+    svg = moving_picture(walking, foot=foot).svg
+    assert ("left foot" in svg) == (foot == "left")
+    assert "right foot" not in svg
+
+
+def test_forces_are_drawn_where_they_are_known(record, walking):
+    from plantigrade.charts import theme
+
+    with_forces = moving_part(moving_picture(record).svg)
+    arrows = [e for e in with_forces.iter(f"{SVG}path") if e.get("fill") == theme.FORCE]
+    assert len(arrows) >= 2
+    assert theme.FORCE not in moving_picture(walking).svg
+
+
+def test_the_file_stands_alone_and_respects_who_wants_no_motion(walking):
+    svg = moving_picture(walking, title="Walk & <run>").svg
+    root = ET.fromstring(svg)
+    assert not any(e.tag.endswith("script") for e in root.iter())
+    links = {v for e in root.iter() for k, v in e.attrib.items() if k.endswith("href")}
+    assert all(link.startswith("#") for link in links)
+    assert not re.search(r"url\((?!#)", svg) and svg.count("http") == 1  # the name of SVG itself
+    assert "prefers-reduced-motion:reduce" in svg
+    (still,) = [g for g in root.iter(f"{SVG}g") if g.get("class") == "still"]
+    assert not [e for e in still.iter() if e.tag.startswith(f"{SVG}animate")]
+    assert len(list(still.iter(f"{SVG}use"))) > 50
+    assert root.findtext(f"{SVG}title") == "Walk & <run>"
+    assert len(svg) < 150_000
+
+
+def test_no_name_comes_twice(walking):
+    names = [e.get("id") for e in ET.fromstring(moving_picture(walking).svg).iter() if e.get("id")]
+    assert len(set(names)) == len(names)
+
+
+def test_equal_motions_give_equal_bytes(walking):
+    assert moving_picture(walking).svg == moving_picture(walking).svg
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_every_view_shows_the_whole_body(walking, view):
+    root = ET.fromstring(moving_picture(walking, view=view, foot="none").svg)
+    left, top, width, height = (float(v) for v in root.get("viewBox", "").split())
+    (moving,) = [g for g in root.iter(f"{SVG}g") if g.get("class") == "moving"]
+    paths = {e.get("id"): e for e in moving.iter(f"{SVG}path") if e.get("id")}
+    assert len(paths) > 50
+    for path in paths.values():
+        x, y = (int(v) for v in re.findall(r"-?\d+", path.get("d"))[:2])
+        assert left < x < left + width and top < y < top + height
+
+
+def test_what_reaches_out_is_what_the_meshes_reach(walking):
+    """The outlines of ellipsoids, boxes and capsules enclose the same region as their surfaces."""
+    model, motion = walking.human.model, walking.motion
+    positions, quats, _ = poses(model, motion.qpos[:40:13])
+    camera = Camera.named("quarter", np.array([1.0, 0.0, 0.0]))
+    for shape in [s for s in shapes_of(model) if s.body]:
+        place, quat = positions[:, shape.body], quats[:, shape.body]
+        drawn = outlines(shape, place, quat, camera)
+        turn = rotation_matrix(quat)
+        axes = turn @ rotation_matrix(shape.quat)
+        surface = (place + turn @ shape.position)[:, None]
+        surface = camera.project(surface + surface_points(shape) @ axes.transpose(0, 2, 1))
+        reach = shape.size[0] if drawn.shape[1] == 2 else 0.0
+        for way in np.stack([np.cos(a := np.arange(6)), np.sin(a)], axis=1):
+            true, found = (surface @ way).max(axis=1), (drawn @ way).max(axis=1) + reach
+            np.testing.assert_allclose(found, true, atol=0.004)
+
+
+def test_a_part_is_played_where_one_is_named(walking):
+    plays = playback(walking, start=0.5, stop=1.0, rate=10.0)
+    assert plays.loop is None and plays.time[0] == 0.5
+    assert plays.time.max() == pytest.approx(1.0)
+    assert plays.seconds == pytest.approx(0.5 + REST)
+    assert moving_picture(walking, start=0.5, stop=1.0, speed=0.5).seconds == pytest.approx(
+        2 * (0.5 + REST), rel=0.1
+    )
+
+
+def test_a_gait_that_changes_is_played_as_a_whole(walking):
+    motion = walking.motion
+    qpos = motion.qpos.copy()
+    knee = 7 + motion.hinge("knee_angle_r")
+    qpos[:, knee] += np.linspace(0, 1.5, len(qpos))
+    changed = replace(walking, motion=replace(motion, qpos=qpos))
+    assert playback(walking).loop is not None and playback(changed).loop is None
+
+
+def test_slopes_steps_and_seats_are_drawn(walking):
+    def ground(svg):
+        inside = moving_part(svg)
+        return {e.get("fill"): e.get("d", "") for e in inside.iter(f"{SVG}path") if e.get("fill")}
+
+    from plantigrade.pages.stage import TOP, WOOD
+
+    flat = moving_picture(walking, foot="none").svg
+    sloped = moving_picture(replace(walking, ground=Ground(slope=0.1)), foot="none").svg
+    stairs = Ground(steps=(Step(0.5, 0.15), Step(1.0, 0.3)))
+    stepped = moving_picture(replace(walking, ground=stairs), foot="none").svg
+    assert len(ground(stepped)[TOP]) > len(ground(flat)[TOP])
+    assert ground(sloped)[TOP] != ground(flat)[TOP]
+    seat = Ground(seats=(Seat("seat_r", (0.0, -0.1, 0.45)), Seat("seat_l", (0.0, 0.1, 0.45))))
+    assert WOOD not in flat and WOOD in moving_picture(replace(walking, ground=seat)).svg
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"view": "above"}, "view is 'above'"),
+        ({"foot": "both"}, "foot is 'both'"),
+        ({"speed": 0.0}, "speed=0.0"),
+        ({"speed": float("nan")}, "speed=nan"),
+        ({"rate": float("inf")}, "rate=inf"),
+        ({"rate": 0.0}, "rate=0.0"),
+        ({"start": 2.0, "stop": 1.0}, "not within this motion"),
+        ({"start": -1.0}, "not within this motion"),
+        ({"stop": 1e9}, "not within this motion"),
+        ({"start": float("nan")}, "not within this motion"),
+        ({"start": 0.5, "stop": 0.5000001}, "too short for a picture"),
+        ({"stop": 1e-300}, "too short for a picture"),
+        ({"height_px": 0}, "height_px=0"),
+    ],
+)
+def test_values_that_mean_nothing_are_refused(walking, values, words):
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        moving_picture(walking, **values)
+
+
+def test_rigid_feet_need_no_bones(record):
+    assert "bones" not in moving_picture(record).svg
+
+
+def test_it_moves_in_a_browser(browser, walking, tmp_path):
+    """As an image, where no script runs."""
+    (tmp_path / "walk.svg").write_text(moving_picture(walking).svg, encoding="utf-8")
+    page = tmp_path / "page.html"
+    page.write_text('<!doctype html><img src="walk.svg" width="700">', encoding="utf-8")
+    browser.open(page)
+    first = browser.screenshot()
+    for _ in range(20):
+        later = browser.screenshot()
+        if (later != first).sum() > 1000:
+            break
+    else:
+        pytest.fail("twenty pictures in a row are alike")
+    assert not browser.errors

@@ -1,0 +1,223 @@
+"""Limbs are solid: rows of the optimiser beside MuJoCo's own distances."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from plantigrade.contact.plan import ContactPlan
+from plantigrade.models import Human
+from plantigrade.trajopt import ContactBody, ProblemBuilder, make_task
+from plantigrade.trajopt.diagnose.violations import values
+from plantigrade.trajopt.guess.postures import (
+    standing_feet,
+    standing_posture,
+    standing_stances,
+)
+from plantigrade.trajopt.problem.contact import soles_of
+from plantigrade.trajopt.terms.heading import path_heading
+from plantigrade.trajopt.terms.momentum import AngularMomentum
+from plantigrade.trajopt.terms.solid import ARMS, UNIT, SolidLimbs, arms, legs
+from tests.trajopt.coarse_walk import body, solved
+
+pytestmark = pytest.mark.solver
+
+
+def apart(human, qpos, these, those):
+    """Return the least distance of the solids of two sets of bodies, by MuJoCo [m]."""
+    model = human.model
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    name = [model.body(int(b)).name for b in model.geom_bodyid]
+    one, two = (
+        [g for g in range(model.ngeom) if model.geom_group[g] == 1 and name[g] in names]
+        for names in (these, those)
+    )
+    return min(mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a in one for b in two)
+
+
+def bodies(human, stems, side=""):
+    """Return the names of bodies that start so, of one side if given."""
+    return [n for n in human.body_names if n.startswith(stems) and n.endswith(side)]
+
+
+@pytest.mark.parametrize(
+    "feet", ["rigid", "two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]
+)
+def test_limbs_that_the_rows_keep_apart_are_apart(feet):
+    """Of legs that swing past each other, and arms beside the trunk, at random."""
+    human = Human.create(1.74, 71.0, joints="43", feet=feet)
+    given = ContactBody(human, ())
+    rng = np.random.default_rng(3)
+    names = given.symbolic.names
+    q = np.tile(
+        given.symbolic.from_mujoco(human.standing()[None], *np.zeros((2, 1, len(names))))[0],
+        (60, 1),
+    )
+    for stem, low, high in (
+        ("hip_flexion", -0.3, 0.5), ("hip_adduction", -0.1, 0.12), ("knee_angle", 0.0, 1.0),
+        ("arm_flex", -0.5, 0.5), ("arm_add", -0.25, 0.1),
+    ):  # fmt: skip
+        for side in "rl":
+            q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
+    zero, none = np.zeros_like(q), np.zeros((len(q), 0))
+    found = [values(f(given, len(q)), q, zero, zero, none) / UNIT for f in (legs, arms)]
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    limb = ("femur", "tibia", "foot", "toes", "heel", "medial", "lateral")
+    true_legs = [apart(human, x, *(bodies(human, limb, f"_{s}") for s in "rl")) for x in qpos]
+    arm, around = ("humerus", "ulna", "radius", "hand"), ["pelvis", "abdomen", "femur_r"]
+    true_arm = [apart(human, x, bodies(human, arm, "_r"), around) for x in qpos]
+    for row, true in ((found[0][:, 0], true_legs), (found[1][:, 0], true_arm)):
+        distance = np.array(true)
+        assert (distance < 0.0).any()
+        kept = row > 0.0
+        assert kept.sum() > 10
+        assert distance[kept].min() > -0.001  # what the row keeps apart is apart
+        assert np.median((distance - row)[kept]) < 0.025  # and not much more than it must
+
+
+def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
+    """Of arms that swing inwards in front of the body, at random."""
+    human = Human.create(joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(5), given.symbolic.names
+    q = np.tile(standing_posture(human), (60, 1))
+    for stem, low, high in (
+        ("arm_flex", 0.2, 0.9), ("arm_add", 0.0, 0.6), ("arm_rot", 0.2, 0.9),
+        ("elbow_flex", 0.6, 1.3),
+    ):  # fmt: skip
+        for side in "rl":
+            q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 2] / UNIT
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    lower = ("ulna", "radius", "hand")
+    distance = np.array(
+        [apart(human, x, *(bodies(human, lower, f"_{s}") for s in "rl")) for x in qpos]
+    )
+    assert (distance < 0.0).any()
+    kept = row > 0.0
+    assert kept.sum() > 10
+    assert distance[kept].min() > -0.001
+    assert np.median((distance - row)[kept]) < 0.07  # a hand is as thick as it is wide here
+
+
+def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
+    """Of people who bend deep, at random."""
+    human = Human.create(1.74, 71.0, joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(7), given.symbolic.names
+    q = np.tile(standing_posture(human), (60, 1))
+    for name, low, high in (("hip_flexion_r", 1.8, 2.6), ("lumbar_extension", -1.4, -0.4)):
+        q[:, names.index(name)] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 3] / UNIT
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    distance = np.array([apart(human, x, ["femur_r"], ["abdomen", "thorax"]) for x in qpos])
+    assert (row < 0.0).any() and (row > 0.01).any()
+    assert distance[row > 0.0].min() > -0.005  # the upper half of the thigh is not looked at
+
+
+def test_hands_far_apart_have_second_derivatives():
+    import casadi as ca
+
+    human = Human.create(2.1, 100.0, joints="42")
+    family, n = arms(ContactBody(human, ()), 1), len(standing_posture(human))
+    q = ca.SX.sym("q", n)
+    row = family.function(q, ca.SX(n, 1), ca.SX(n, 1), ca.SX(0, 1), ca.SX(0, 1))[2]
+    hessian = ca.Function("hessian", [q], [row, ca.hessian(row, q)[0]])
+    spread = standing_posture(human)
+    for side in "rl":
+        spread[6 + human.hinge(f"arm_add_{side}")] = -np.pi / 2
+    distance, second = (np.array(x) for x in hessian(spread))
+    assert distance > 0.5 * UNIT  # of the elbows
+    assert np.isfinite(second).all()
+
+
+@pytest.mark.parametrize("height, mass", [(1.0, 16.0), (1.45, 66.0), (1.61, 78.0), (2.0, 120.0)])
+def test_people_of_all_sizes_stand_with_their_arms_clear(height, mass):
+    human = Human.create(height, mass, joints="42")
+    plan = ContactPlan(1.0, standing_stances(standing_feet(human), 1.0))
+    builder = ProblemBuilder(ContactBody.for_plan(human, plan), plan, np.array([0.0, 0.5, 1.0]))
+    SolidLimbs().add_to(builder)
+    asked = builder.family(ARMS)
+    q = np.tile(standing_posture(human), (3, 1))
+    u = np.zeros((3, 3 * len(builder.body.sites)))
+    assert np.all(values(asked, q, 0.0 * q, 0.0 * q, u) >= asked.lower)
+
+
+def test_the_row_of_a_walk_is_kept_between_nodes_too():
+    made = solved()
+    times, depth = made.overlapping()
+    assert len(times) > 5 * len(made.problem.nodes)
+    assert depth.max() <= 0.0
+    crossed = made.problem.states(made.coefficients, made.problem.nodes)
+    q = crossed[0].copy()
+    for side, turn in (("r", 0.25), ("l", 0.25)):  # both legs inwards
+        q[:, made.problem.names.index(f"hip_adduction_{side}")] += turn
+    family = legs(body(), len(q))
+    u = np.zeros((len(q), 3 * len(body().sites)))
+    assert values(family, q, *crossed[1:], u).min() < -0.03 * UNIT
+
+
+def test_nodes_are_near_each_other_where_a_leg_passes_the_other():
+    task = make_task("walk", body().human, {"steps": 4})
+    spans, nodes = SolidLimbs().spaced(task.plan), task.nodes()
+    assert len(spans) == 4
+    for start, stop, most in spans:
+        inside = (nodes[1:] > start) & (nodes[:-1] < stop)
+        assert np.diff(nodes)[inside].max() < 0.75 / task.nodes_per_second
+        assert 0.01 < most < 0.06 < stop - start < 0.3
+    assert len(SolidLimbs().spaced(make_task("jump", body().human, {}).plan)) == 0
+
+
+def test_a_heel_that_turns_inwards_is_seen_in_the_ground():
+    human = Human.create(joints="43", feet="multi-segment")
+    given = ContactBody.for_plan(human, ContactPlan(1.0, ()))
+    family, spheres = soles_of(given, 1)
+    q = standing_posture(human)[None]
+    zero, u = np.zeros_like(q), np.zeros((1, 3 * len(given.sites)))
+    flat = values(family, q, zero, zero, u)
+    assert np.abs(flat).max() < 2e-3
+    heel = [s.name.endswith("heel_front_medial_r") for s in spheres].index(True)
+    turned = []
+    for angle in (-0.3, 0.3):
+        q[0, 6 + human.hinge("heel_inversion_r")] = angle
+        turned.append(values(family, q, zero, zero, u)[0, heel])
+    assert min(turned) < -0.003
+    plain = ContactBody.for_plan(Human.create(joints="43"), ContactPlan(1.0, ()))
+    assert soles_of(plain, 1) == (None, ())
+
+
+def test_the_walk_says_that_its_limbs_are_solid_and_a_task_without_the_term_does_not():
+    assert solved().record().limits.overlap == 0.0
+    assert any(isinstance(t, SolidLimbs) for t in solved().task.terms)
+
+
+def test_angular_momentum_is_that_of_mujoco():
+    made, human = solved(), body().human
+    q, v, a = made.problem.states(made.coefficients, made.problem.nodes)
+    builder = ProblemBuilder(body(), made.task.plan, made.problem.nodes)
+    AngularMomentum(1.0, 1.0, 1.0).add_to(builder)
+    family = builder.family("angular momentum")
+    u = np.zeros((len(q), 3 * len(body().sites)))
+    rows = values(family, q, v, a, u)
+    data, model, d = mujoco.MjData(human.model), human.model, human.dimensions
+    unit = human.mass * np.sqrt(9.81) * (d.thigh + d.shank + d.ankle_height) ** 1.5 / 100
+    qpos, qvel, _ = body().symbolic.to_mujoco(q, v, a)
+    for k in range(0, len(q), 5):
+        data.qpos[:], data.qvel[:] = qpos[k], qvel[k]
+        mujoco.mj_forward(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        np.testing.assert_allclose(rows[k] * unit, data.subtree_angmom[1], atol=1e-3)
+
+
+def test_the_way_of_a_turn_turns_with_the_footprints():
+    task = make_task("walk", body().human, {"turn": np.pi / 2})
+    times = np.linspace(0.0, task.plan.duration, 50)
+    way = path_heading(task.plan, times)
+    assert way[0] == pytest.approx(0.0, abs=0.25)
+    assert way[-1] == pytest.approx(np.pi / 2, abs=0.1)
+    assert (np.diff(way) >= -1e-12).all()
+    straight = make_task("walk", body().human, {"periodic": True}).plan
+    np.testing.assert_allclose(path_heading(straight, times), 0.0, atol=1e-12)
