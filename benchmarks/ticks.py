@@ -23,7 +23,7 @@ from plantigrade.experiments.table import Row, at_most
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait import TASKS, gait_order
-from plantigrade.ordered_tasks.reference import Reference, reference_of
+from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import MotionSettings, move
 from plantigrade.wbc.tasks import ComTask, PointTask, TimedPosture
@@ -54,13 +54,13 @@ def rows(data: Path | None, python: str) -> Iterator[Row]:
     yield from beside(walk, python)
 
 
-def textbook() -> Reference:
+def textbook() -> GaitReference:
     """Return the textbook walk as the tasks see it."""
     walk = textbook_walk(Human.create(), cycles=3)
     return reference_of(walk.human, walk.time, walk.qpos, walk.events)
 
 
-def recording(path: Path) -> Reference:
+def recording(path: Path) -> GaitReference:
     """Return a recorded gait as the tasks see it."""
     from plantigrade.workflows.fit import fit_trial
     from plantigrade.workflows.walks import RecordedWalk
@@ -68,7 +68,7 @@ def recording(path: Path) -> Reference:
     return RecordedWalk.of(fit_trial(path)[1]).reference()
 
 
-def gait_rows(subject: str, reference: Reference, tasks: str) -> Iterator[Row]:
+def gait_rows(subject: str, reference: GaitReference, tasks: str) -> Iterator[Row]:
     """Yield time per tick and per cycle of one gait."""
     program, state, share, exact, whole = timed(reference, gait_order(reference, TASKS[tasks]))
     both = program + state
@@ -88,7 +88,7 @@ def ms(seconds: np.ndarray) -> tuple[float]:
     return (1e3 * float(np.median(seconds)),)
 
 
-def stride(reference: Reference) -> float:
+def stride(reference: GaitReference) -> float:
     """Return the mean time of a stride [s]."""
     strikes = {s: [e.time for e in reference.events if (e.side, e.kind) == (s, "heel_strike")]
                for s in SIDES}  # fmt: skip
@@ -96,7 +96,7 @@ def stride(reference: Reference) -> float:
     return float(times.mean()) if len(times) else reference.stop - reference.start
 
 
-def timed(reference: Reference, order: TaskOrder):
+def timed(reference: GaitReference, order: TaskOrder):
     """Return times per tick of program and state, DAQP's share, exact ticks, and the whole [s]."""
     import daqp
 
@@ -126,7 +126,7 @@ def timed(reference: Reference, order: TaskOrder):
     return program, state, share, exact, whole
 
 
-def beside(reference: Reference, python: str) -> Iterator[Row]:
+def beside(reference: GaitReference, python: str) -> Iterator[Row]:
     """Yield a tick of ours, of Pink's and of mink's on the same body, walk and tasks."""
     what = "beside weighted tasks"
     rounds = []
@@ -166,7 +166,7 @@ class Sampled(Trajectory):
         return self.rates[min(round((time - self.start) / STEP), len(self.rates) - 1)]
 
 
-def three_tasks(reference: Reference) -> TaskOrder:
+def three_tasks(reference: GaitReference) -> TaskOrder:
     """Return the order of the three tasks the peers are given too."""
     times = np.arange(reference.start, reference.stop + STEP, STEP)
     heels = [
@@ -183,7 +183,7 @@ def three_tasks(reference: Reference) -> TaskOrder:
     return TaskOrder([heels, [ComTask(Sampled(reference.com, times))]], TimedPosture(now))
 
 
-def solve_with_peers(reference: Reference, python: str) -> tuple[dict | None, str]:
+def solve_with_peers(reference: GaitReference, python: str) -> tuple[dict | None, str]:
     """Run Pink and mink in the given interpreter; return their figures, or None and why not."""
     if shutil.which(python) is None:
         return None, f"no Python at {python}"

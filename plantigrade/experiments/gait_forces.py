@@ -16,7 +16,7 @@ from plantigrade.analyze.reproduction_status import forces_status
 from plantigrade.errors import ReproduceError
 from plantigrade.experiments.fit_accuracy import SETTLED, WALKS
 from plantigrade.experiments.table import ResultTable, Row, at_most, over_trials
-from plantigrade.ordered_tasks.result import rebuild
+from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.walks import RecordedWalk
 

@@ -11,7 +11,7 @@ from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.ordered_tasks.gait import gait_tasks
-from plantigrade.ordered_tasks.result import rebuild
+from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.record import Record
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.walks import walk_to_reproduce

@@ -5,8 +5,8 @@ A recorded gait, once it is a motion of a Human with its gait events, is rebuilt
     reference = reference_of(human, motion.time, motion.qpos, motion.events)
     record = rebuild(reference, gait_tasks("paper")).record()
 
-What is named here is loaded when it is first used. To reproduce a recording from its file, call
-``plantigrade.reproduce("walk.c3d")``.
+Names are loaded on first use. ``plantigrade.reproduce("walk.c3d")`` reproduces a recording from its
+file.
 """
 
 from importlib import import_module
@@ -14,22 +14,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from plantigrade.ordered_tasks.gait import GaitTasks, gait_tasks
-    from plantigrade.ordered_tasks.reference import Reference, reference_of
-    from plantigrade.ordered_tasks.result import ReproducedGait, ReproduceSettings, rebuild
+    from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
+    from plantigrade.ordered_tasks.reproduced_gait import ReproducedGait, ReproduceSettings, rebuild
 
 _HOMES = {
     "GaitTasks": "gait",
-    "Reference": "reference",
-    "ReproduceSettings": "result",
-    "ReproducedGait": "result",
+    "GaitReference": "gait_reference",
+    "ReproduceSettings": "reproduced_gait",
+    "ReproducedGait": "reproduced_gait",
     "gait_tasks": "gait",
-    "rebuild": "result",
-    "reference_of": "reference",
+    "rebuild": "reproduced_gait",
+    "reference_of": "gait_reference",
 }
 
 __all__ = [
     "GaitTasks",
-    "Reference",
+    "GaitReference",
     "ReproduceSettings",
     "ReproducedGait",
     "gait_tasks",
@@ -39,7 +39,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load what is named here and not loaded yet."""
+    """Load a public name on first use."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -1,30 +1,29 @@
-r"""A gait from three prioritised tasks [Boukheddimi]_, and the default with one more.
+r"""A gait from three prioritised tasks [Boukheddimi]_, with a finer division of swing by default.
 
 The hierarchy, from the top:
 
 0. joint position, velocity and acceleration limits (bounds), no point of the sole below the floor;
-1. contact: points that touch the ground rest (:math:`a_c = 0`);
-2. *task 1*: the heel in the horizontal plane: the swinging one on its path, the one on the ground
-   at its place (which the contact does);
+1. contact: points on the ground stay at rest (:math:`a_c = 0`);
+2. *task 1*: the swing heel on its path in the horizontal plane (contact holds the stance heel);
 3. *task 2*: the centre of mass on its path, in three dimensions;
-4. *task 1* again, while a foot rolls off (heel up, forefoot down): its heel along the way it goes;
-   across it the contact already decides;
+4. *task 1* again, during roll-off (heel up, forefoot down): the heel along its direction of
+   travel; the contact determines the other directions;
 5. *task 3*: the posture at the end of the phase, a fixed vector of all coordinates.
 
-The paper gives the first place to the heel of the swinging foot, and says that the path of the
-foot is what makes it roll; it does not say where the heel of a foot stands that rolls off. Above
-the centre of mass it would be a second demand on a leg that is nearly straight.
+The paper gives the highest priority to the heel of the swing foot, whose path makes the foot roll;
+it does not specify the priority of the heel during roll-off. Above the centre of mass it would
+overconstrain a nearly straight leg.
 
 The paper leaves open how a posture is reached. A body that came to rest at the end of every phase
-would start anew from there, which nobody walking does; each posture is passed on the way to the
-next one, at the rate of the smooth curve (a natural cubic spline) through the fixed postures alone.
+would start again from standstill, unlike human walking; here each posture is passed at the velocity
+of the natural cubic spline through the fixed postures.
 
-What the three tasks leave free is how the leg folds while it swings: they know the leg where it
-takes off and where it lands. A human shortens it in between, to clear the ground by a centimetre or
-two [Winter1992]_. The default divides swing in its three parts [Perry1992]_: initial swing ends
-where the leg is shortest from hip to ankle, mid swing where the shank is upright. A cycle then has
-eight phases; and the default passes each posture at its recorded rate, as the gait moved by forces
-does. The tasks stay three, and between these instants nothing is known of any angle.
+The three tasks do not determine the leg's flexion in swing: they specify the leg at toe-off and at
+landing. A human shortens it in between, with a toe clearance of a centimetre or two [Winter1992]_.
+The default divides swing into its three parts [Perry1992]_: initial swing ends where the leg is
+shortest from hip to ankle, mid swing where the shank is vertical. A cycle then has eight phases,
+and each posture is passed at its recorded velocity, as in the gait with forces. There are still
+three tasks, and no angle is tracked between these instants.
 """
 
 from collections.abc import Sequence
@@ -39,8 +38,8 @@ from plantigrade.dynamics.derivatives import continuous
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
+from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.phases import Phase
-from plantigrade.ordered_tasks.reference import Reference
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc.order import UPPER_BODY, TaskOrder
 from plantigrade.wbc.tasks import (
@@ -60,9 +59,9 @@ class GaitSettings:
     stiffness: float = 400.0
     """Stiffness of heels, centre of mass and contacts [1/s²], critically damped. Chosen."""
     min_time_left: float = 0.04
-    """Time left below which the pull to a posture grows no further [s]. Chosen."""
+    """Lower limit of the time to go in the posture law [s]. Chosen."""
     max_rolling_error: float = 0.02
-    """Error of a rolling heel beyond which the pull grows no further [m]. Chosen."""
+    """Saturation of the position error of a rolling heel [m]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -70,12 +69,12 @@ class GaitTasks:
     """The tasks of a gait.
 
     Attributes:
-        phases: ``"eight"`` (swing in its three parts), ``"six"`` (swing divided where the leg is
+        phases: ``"eight"`` (swing in three parts), ``"six"`` (swing divided where the leg is
             shortest), ``"four"`` (the paper's) or ``"two"`` (heel strike to heel strike).
         com: ``"whole"`` or ``"split"`` (horizontal above vertical).
         posture: Whether there is a posture task.
-        rates: Whether postures are passed at their recorded rate; else at that of the smooth curve
-            through them.
+        rates: Whether postures are passed at their recorded velocity; otherwise at that of the
+            smooth curve through them.
     """
 
     phases: str = "eight"
@@ -93,7 +92,7 @@ TASKS = {
     "split-com": GaitTasks(phases="four", com="split", rates=False),
     "no-posture": GaitTasks(phases="four", posture=False, rates=False),
 }
-"""The default and without its parts, the paper's, and what the paper tried without."""
+"""The default, its ablations, the paper's tasks and the paper's ablations."""
 
 
 def gait_tasks(name: str) -> GaitTasks:
@@ -108,17 +107,17 @@ def gait_tasks(name: str) -> GaitTasks:
 
 
 def gait_order(
-    reference: Reference,
+    reference: GaitReference,
     tasks: GaitTasks,
     schedule: ContactSchedule | None = None,
     settings: GaitSettings | None = None,
 ) -> TaskOrder:
-    """Return the order of tasks that reproduces a recorded gait.
+    """Return the task hierarchy that reproduces a recorded gait.
 
     Args:
         reference: The recorded gait.
         tasks: Which tasks.
-        schedule: When which points touch; as long as they are where they rested if absent.
+        schedule: Contact schedule; by default points touch while they are stationary.
         settings: Gains.
     """
     s = settings or GaitSettings()
@@ -127,28 +126,32 @@ def gait_order(
     floor = FloorTask(schedule.points, lambda t: ~schedule(t))
     contact = ContactTask(schedule.points, schedule, stiffness=k)
 
-    def heels(what: str, directions, **options) -> list[Task]:
+    def heels(task_name: str, directions, **options) -> list[Task]:
         points, paths = reference.heel_point, reference.heel
         return [
-            PointTask(points[i], paths[i], directions(i), f"{what} {i}", stiffness=k, **options)
+            PointTask(
+                points[i], paths[i], directions(i), f"{task_name} {i}", stiffness=k, **options
+            )
             for i in SIDES
         ]
 
-    led = heels("swing heel", lambda side: schedule.swing(side, contact))
-    levels: list[Sequence[Task]] = [[floor], [contact], led]
+    swing_heels = heels("swing heel", lambda side: schedule.swing(side, contact))
+    levels: list[Sequence[Task]] = [[floor], [contact], swing_heels]
     if tasks.com == "split":
         levels += [[ComTask(reference.com, axes, stiffness=k)] for axes in ("xy", "z")]
     else:
         levels += [[ComTask(reference.com, name="centre of mass", stiffness=k)]]
     levels.append(heels("rolling heel", schedule.roll, max_error=s.max_rolling_error))
     for task in (task for level in levels for task in level):
-        if not isinstance(task, ContactTask):  # sunken feet are lifted where they are
+        if not isinstance(task, ContactTask):  # feet below the ground are raised vertically
             task.initialises = True
     posture = posture_task(reference, tasks, s.min_time_left) if tasks.posture else None
     return TaskOrder(levels, posture, spared=UPPER_BODY)
 
 
-def posture_task(reference: Reference, tasks: GaitTasks, min_time_left: float) -> PassingPosture:
+def posture_task(
+    reference: GaitReference, tasks: GaitTasks, min_time_left: float
+) -> PassingPosture:
     """Return the posture task: the recorded posture at the end of each phase."""
     ends = phase_ends(reference, tasks.phases)
     postures = reference.at(ends)
@@ -160,19 +163,16 @@ def posture_task(reference: Reference, tasks: GaitTasks, min_time_left: float) -
             np.concatenate([[reference.start], ends]),
             np.concatenate([reference.at(reference.start)[None], postures]),
         )[1:]
-    passed = Steps(ends, rates)
+    passed = PhaseValues(ends, rates)
     return PassingPosture(
-        Steps(ends, postures), lambda t: passed(t)[0], min_time_left=min_time_left
+        PhaseValues(ends, postures), lambda t: passed(t)[0], min_time_left=min_time_left
     )
 
 
 def rates_through(
     human: Human, time: Float[Array, " n"], postures: Float[Array, "n nq"]
 ) -> Float[Array, "n nv"]:
-    """Return the velocities at which the smooth curve through postures passes each.
-
-    The curve is the natural cubic spline: of all that pass the postures the one that bends least.
-    """
+    """Return the velocities of the natural cubic spline through postures at its knots."""
     curve, h = CubicSpline(time, continuous(postures), bc_type="natural"), 1e-3
 
     def at(t: float) -> Array:
@@ -187,12 +187,12 @@ def rates_through(
 
 
 @dataclass(frozen=True)
-class Steps:
-    """The value of the present phase and the time at which it ends [s], at any time.
+class PhaseValues:
+    """Value and end time of the current phase.
 
     Attributes:
         ends: Ends of the phases [s].
-        values: Value of each.
+        values: Value of each phase.
     """
 
     ends: Float[Array, " n"]
@@ -205,14 +205,14 @@ class Steps:
 
 
 def phase_ends(
-    reference: Reference, phases: str, min_part: float = 0.02
+    reference: GaitReference, phases: str, min_part: float = 0.02
 ) -> Float[Array, " n_ends"]:
     """Return the times at which phases end [s].
 
     Args:
         reference: The recorded gait.
         phases: As in :class:`GaitTasks`.
-        min_part: Duration below which a part of swing is none [s].
+        min_part: Minimum duration of a part of swing [s].
 
     Raises:
         ParameterError: If the division is unknown.
@@ -237,8 +237,8 @@ def phase_ends(
     return np.array(ends)
 
 
-def leg_shortest(reference: Reference, phase: Phase) -> float:
-    """Return when the swinging leg is shortest from hip to ankle in a single support [s]."""
+def leg_shortest(reference: GaitReference, phase: Phase) -> float:
+    """Return when the swing leg is shortest from hip to ankle in a single support [s]."""
     human = reference.human
     joints = PointSet(human, [f"femur_{phase.swing}", f"foot_{phase.swing}"], np.zeros((2, 3)))
     times = np.linspace(phase.start, phase.stop, 41)
@@ -247,15 +247,15 @@ def leg_shortest(reference: Reference, phase: Phase) -> float:
     return float(times[int(np.argmin(length))])
 
 
-def shank_upright(reference: Reference, phase: Phase, after: float) -> float:
-    """Return when the swinging shank is nearest to upright, seen from the side, after a time [s].
+def shank_upright(reference: GaitReference, phase: Phase, after: float) -> float:
+    """Return when the swing shank is most nearly vertical in its plane of travel, after a time [s].
 
-    From the side: in the direction in which the heel of the swinging foot goes.
+    The plane of travel contains the vertical and the displacement of the swing heel.
     """
     human, path = reference.human, reference.heel[phase.swing]
     joints = PointSet(human, [f"tibia_{phase.swing}", f"foot_{phase.swing}"], np.zeros((2, 3)))
     times = np.linspace(after, phase.stop, 41)
     knee, ankle = np.moveaxis(joints.path(reference.at(times)), 1, 0)
-    way = (path(phase.stop)[0] - path(phase.start)[0])[:2]
-    ahead = (ankle - knee)[:, :2] @ way
+    travel = (path(phase.stop)[0] - path(phase.start)[0])[:2]
+    ahead = (ankle - knee)[:, :2] @ travel
     return float(times[int(np.argmin(np.abs(ahead)))])

@@ -1,7 +1,7 @@
-"""The phases of gait: between one event and the next, one foot or both are on the ground.
+"""Phases of gait between consecutive events: single and double supports.
 
-The paper's four phases of a cycle are two double supports (heel strike to the other foot's toe
-off) and two single supports (toe off to the same foot's heel strike).
+The paper's four phases of a cycle are two double supports (heel strike to the other foot's toe-off)
+and two single supports (toe-off to the same foot's heel strike).
 """
 
 from collections.abc import Sequence
@@ -21,27 +21,26 @@ _NEXT = {
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseSettings:
-    """What sequence of events is walking."""
+    """Criteria for a sequence of events to be walking."""
 
     max_duration: float = 1.5
-    """Duration beyond which a phase is a stop, not a part of a stride [s]. Chosen."""
+    """Maximum duration of a phase; a longer one is a stop [s]. Chosen."""
     max_flight: float = 0.1
-    """Time from a toe off to the other foot's heel strike up to which their order is taken for
-    blurred [s]. Chosen."""
+    """Maximum time from a toe-off to the other foot's heel strike for which their order counts as
+    uncertain [s]. Chosen."""
     blurred_double_support: float = 0.02
-    """Duration of the double support that is put in its place [s]. Chosen."""
+    """Duration of the double support that replaces an uncertain order [s]. Chosen."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase.
+    """A phase of gait.
 
     Attributes:
         start: [s].
         stop: [s].
         kind: ``"double"`` or ``"single"`` support.
-        swing: The swinging foot of a single support; of a double support the one that will swing
-            next.
+        swing: The swing foot of a single support; for a double support the one that swings next.
     """
 
     start: float
@@ -55,14 +54,14 @@ class Phase:
         return self.stop - self.start
 
 
-def in_order(
+def ordered_events(
     events: Sequence[GaitEvent], settings: PhaseSettings | None = None
 ) -> tuple[tuple[GaitEvent, ...], int]:
-    """Return the events with blurred double supports put in order, and how many those were.
+    """Return the events with uncertain double supports corrected, and the number of corrections.
 
-    Where a recording jerks while one foot takes over from the other, the toe off can seem to come
-    before the heel strike. In a walk, that is where most double supports are seen in order, both
-    events are put at their middle, the strike first; a run, with its flight, is left as it is.
+    In a jerky recording the toe-off can appear to precede the other foot's heel strike. In a walk,
+    where most double supports have the correct order, both events are moved to their mean time with
+    the heel strike first; a run, with its flight phases, is unchanged.
     """
     settings, events = settings or PhaseSettings(), sorted(events, key=lambda e: e.time)
     pairs = list(pairwise(events))
@@ -90,7 +89,7 @@ def in_order(
 def walking_events(
     events: Sequence[GaitEvent], settings: PhaseSettings | None = None
 ) -> tuple[GaitEvent, ...]:
-    """Return the longest run of events that follow one another as in walking."""
+    """Return the longest series of events in the order of walking."""
     longest = (settings or PhaseSettings()).max_duration
     events = sorted(events, key=lambda e: e.time)
     best: list[GaitEvent] = []

@@ -1,4 +1,4 @@
-"""Which sites of the soles touch the ground when, and where heels are led meanwhile."""
+"""Contact schedule of the sole sites, and directions in which heels are guided."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,40 +10,41 @@ from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints, region_of
 from plantigrade.models import Human
-from plantigrade.ordered_tasks.held import is_tip
-from plantigrade.ordered_tasks.reference import Reference
+from plantigrade.ordered_tasks.gait_reference import GaitReference
+from plantigrade.ordered_tasks.stationary_contacts import is_tip
 from plantigrade.wbc.tasks import ContactTask
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScheduleSettings:
-    """When the heel of a foot that rolls off is led."""
+    """When a heel is guided during roll-off."""
 
     min_steepness: float = 0.25
-    """Sine of the angle between ground and foot from which its heel is led forward (some 15°).
-    Chosen: the heel of a foot that is nearly flat rises before it goes forward; to lead it forward
-    would tear it up."""
+    """Sine of the foot pitch from which the heel is guided forwards [1], about 15°. Chosen: the
+    heel of a nearly flat foot rises before it moves forwards."""
     step_duration: float = 0.5
-    """Time from roll off to landing [s], about: where the heel is by then is the way it goes."""
+    """Approximate time from roll-off to landing [s]; the heel's displacement over this time gives
+    its direction of travel."""
 
 
 class ContactSchedule:
-    """Which sites of the soles touch the ground when.
+    """Contact state of each sole site over time.
 
     Args:
         reference: The recorded gait.
-        contacts: When each part of each foot touches; as gait events and speeds tell if absent.
-        settings: When the heel of a foot that rolls off is led.
+        contacts: Contact interval of each region of each foot; by default those from gait events
+            and speeds.
+        settings: When a heel is guided during roll-off.
 
     Attributes:
         points: All contact sites of the person.
-        side: Foot of each.
-        region: Region of the sole of each.
+        side: Foot of each site.
+        region: Sole region of each site.
     """
 
     def __init__(
         self,
-        reference: Reference,
+        reference: GaitReference,
         contacts: Sequence[ContactInterval] | None = None,
         settings: ScheduleSettings | None = None,
     ):
@@ -54,14 +55,15 @@ class ContactSchedule:
         self.region = np.array([region_of(site) for site in sites])
         self._tip = np.array([is_tip(site) for site in sites])
         self._rolls = np.array([_rolls(reference.human, sites, site) for site in sites])
-        of = [
+        intervals = [
             (i, c.start, c.stop)
             for i in range(len(sites))
             for c in (reference.contacts if contacts is None else contacts)
             if c.side == self.side[i] and c.region == self.region[i]
         ]
-        self._index = np.array([o[0] for o in of], dtype=int)
-        self._start, self._stop = np.array([o[1] for o in of]), np.array([o[2] for o in of])
+        self._index = np.array([entry[0] for entry in intervals], dtype=int)
+        self._start = np.array([entry[1] for entry in intervals])
+        self._stop = np.array([entry[2] for entry in intervals])
         self._feet = [
             tuple((self.side == side) & (self.region == r) for r in ("heel", "ball", "toes"))
             for side in SIDES
@@ -72,9 +74,9 @@ class ContactSchedule:
     def __call__(self, time: float) -> np.ndarray:
         """Return which points touch (n_points,).
 
-        A foot whose heel is up rolls: only points about which it can turn stay. Of toes alone on
-        the ground only the tip of the great toe touches, and what is beside it: the others have
-        left with the ball, and a foot that is about to leave turns about it freely.
+        With the heel up only points about which the foot can rotate remain in contact. With the
+        toes alone on the ground only the tips of the great toe and its neighbour touch; the foot
+        then rotates freely about them.
         """
         if time == self._time:
             return self._on
@@ -92,9 +94,9 @@ class ContactSchedule:
         return on
 
     def guarded(self, time: float) -> np.ndarray:
-        """Return which points a floor has to keep above the ground (n_points,).
+        """Return which points the floor constraint applies to (n_points,).
 
-        Those that do not touch; the forefoot of a foot that rolls turns about its toes.
+        These are the points without contact, except the forefoot of a foot that rolls off.
         """
         on = self(time)
         guarded = ~on
@@ -104,12 +106,12 @@ class ContactSchedule:
         return guarded
 
     def swing(self, side: str, contact: ContactTask | None = None):
-        """Return the directions in which a heel is led in swing: a function of state and time.
+        """Return the function (state, time) → directions in which a swing heel is guided.
 
         Args:
             side: The foot.
-            contact: What says when it has landed: a foot that should touch and is still above the
-                ground is led until it does. By the schedule alone if absent.
+            contact: Contact task that reports landing; a late foot is guided until it lands. By
+                default the schedule alone decides.
         """
         foot = np.any(self._feet[SIDES.index(side)], axis=0)
         nothing, plane = np.zeros((0, 3)), np.eye(3)[:2]
@@ -121,7 +123,7 @@ class ContactSchedule:
         return directions
 
     def roll(self, side: str):
-        """Return the direction in which a heel is led while its foot rolls off: the way it goes."""
+        """Return a function giving the direction of travel of a heel during roll-off."""
         heel, ball, toes = self._feet[SIDES.index(side)]
         forefoot, nothing = ball | toes, np.zeros((0, 3))
 
@@ -135,15 +137,15 @@ class ContactSchedule:
             along = sole[heel].mean(axis=0) - sole[tip].mean(axis=0)
             if along[2] < self.settings.min_steepness * np.linalg.norm(along):
                 return nothing
-            return self._way(side, time)[None]
+            return self._travel_direction(side, time)[None]
 
         return directions
 
-    def _way(self, side: str, time: float) -> np.ndarray:
-        """Return the horizontal direction in which a heel goes from here to its next landing."""
+    def _travel_direction(self, side: str, time: float) -> np.ndarray:
+        """Return the horizontal direction of a heel towards its next landing."""
         path = self._heel[side]
-        later = time + self.settings.step_duration
-        step = (path(later)[0] - path(time)[0]) * [1.0, 1.0, 0.0]
+        landing = time + self.settings.step_duration
+        step = (path(landing)[0] - path(time)[0]) * [1.0, 1.0, 0.0]
         length = np.linalg.norm(step)
         return step / length if length > 0 else np.array([1.0, 0.0, 0.0])
 
@@ -151,8 +153,8 @@ class ContactSchedule:
 def _rolls(human: Human, sites: Sequence[ContactSite], site: ContactSite) -> bool:
     """Return whether a site of the forefoot can stay on the ground while the heel is up.
 
-    Toes that are hinged to the foot stay. A foot in one piece turns about the tips of its foremost
-    toes: all else would have to rise or to sink with it.
+    Hinged toes stay. A rigid foot rotates about the tips of its foremost toes; every other site
+    rises or sinks.
     """
     if site.body != f"foot_{site.side}":
         return True

@@ -20,8 +20,8 @@ from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
 from plantigrade.notes import Info
 from plantigrade.ordered_tasks.gait import gait_tasks
-from plantigrade.ordered_tasks.reference import Reference
-from plantigrade.ordered_tasks.result import rebuild
+from plantigrade.ordered_tasks.gait_reference import GaitReference
+from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.record import Record, Run
 from plantigrade.threads import on_one_thread
 from plantigrade.wbc.stepping import OrderedMotion
@@ -167,7 +167,7 @@ def _sentence(name: str, record: Record, held: Comparison, tasks: str) -> str:
     return text + "."
 
 
-def _notes(walk: RecordedWalk, reference: Reference) -> list[str]:
+def _notes(walk: RecordedWalk, reference: GaitReference) -> list[str]:
     """Return what the user should know of how the recording was used."""
     events, found = walk.motion.events, []
     if len(reference.events) < len(events):

@@ -27,9 +27,9 @@ from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.recording import even_clock
 from plantigrade.notes import Info
-from plantigrade.ordered_tasks.phases import in_order, walking_events
-from plantigrade.ordered_tasks.reference import Reference, reference_of
-from plantigrade.ordered_tasks.unroll import find_loop, unroll
+from plantigrade.ordered_tasks.cycle_repetition import find_loop, repeat_cycle
+from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
+from plantigrade.ordered_tasks.phases import ordered_events, walking_events
 from plantigrade.record import Record
 
 UNEVEN = 0.06
@@ -56,7 +56,7 @@ class RecordedWalk:
     @classmethod
     def of(cls, trial: Trial) -> "RecordedWalk":
         """Return the walk of an analysed recording, blurred double supports put in order."""
-        events, blurred = in_order(trial.motion.events)
+        events, blurred = ordered_events(trial.motion.events)
         notes = trial.record().notes
         if blurred:
             notes += (
@@ -87,7 +87,7 @@ class RecordedWalk:
         smooth = differentiate(self.human, time, qpos, None)
         return replace(motion, time=time, qpos=qpos, qvel=smooth.qvel, qacc=smooth.qacc)
 
-    def reference(self) -> Reference:
+    def reference(self) -> GaitReference:
         """Return what the tasks see of it: on ground that rests.
 
         Raises:
@@ -107,11 +107,11 @@ class RecordedWalk:
         loop = find_loop(human, fitted.time, fitted.qpos)
         if loop is None:
             return self
-        time, qpos = unroll(human, fitted.time, fitted.qpos, loop)
+        time, qpos = repeat_cycle(human, fitted.time, fitted.qpos, loop)
         rate = (len(time) - 1) / (time[-1] - time[0])
         smooth = differentiate(human, time, qpos, CUTOFF if CUTOFF < 0.45 * rate else None)
         feet = foot_path(human, qpos)
-        events, _ = in_order(detect_gait_events(time, feet.heel, feet.toe, feet.pelvis))
+        events, _ = ordered_events(detect_gait_events(time, feet.heel, feet.toe, feet.pelvis))
         motion = Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
         what = "half a cycle" if loop.mirrored else "one cycle"
         closes = "its mirror image" if loop.mirrored else "itself"

@@ -14,7 +14,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.ordered_tasks import GaitTasks, Reference, ReproducedGait, reference_of
+from plantigrade.ordered_tasks import GaitReference, GaitTasks, ReproducedGait, reference_of
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.wbc import OrderedMotion, TaskOrder
@@ -29,11 +29,11 @@ def walk() -> TextbookWalk:
 
 
 @pytest.fixture(scope="module")
-def reference(walk) -> Reference:
+def reference(walk) -> GaitReference:
     return reference_of(walk.human, walk.time, walk.qpos, walk.events)
 
 
-def moved(reference: Reference, change=lambda time, qpos: qpos) -> Record:
+def moved(reference: GaitReference, change=lambda time, qpos: qpos) -> Record:
     """The recorded gait on the ticks of a reproduced one, changed."""
     time = np.arange(reference.start, reference.stop + 1e-9, STEP)
     qpos = change(time, reference.at(time))
@@ -136,7 +136,7 @@ def test_heading_does_not_matter(reference, walk, same):
 
 
 @pytest.fixture
-def standing() -> Reference:
+def standing() -> GaitReference:
     """Somebody who stands on both feet for a second and never walks."""
     human = Human.create()
     qpos = human.standing()
@@ -149,7 +149,7 @@ def standing() -> Reference:
     motion = Motion(time, many, still, human.joint_names, still, (first, last))
     heels = tuple(ContactInterval(side, "heel", 0.2, 0.7) for side in "rl")
     path = Trajectory.fixed(np.zeros(3))
-    return Reference(human, motion, (), heels, heels, path, dict.fromkeys("rl", path), {})
+    return GaitReference(human, motion, (), heels, heels, path, dict.fromkeys("rl", path), {})
 
 
 def sliding(path):

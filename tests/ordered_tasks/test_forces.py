@@ -1,4 +1,4 @@
-"""A gait moved by forces obeys mechanics, whatever the tasks ask for."""
+"""A gait with forces satisfies the equations of motion and the contact constraints."""
 
 from dataclasses import replace
 from functools import cache
@@ -14,19 +14,24 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.ordered_tasks import Reference, ReproducedGait, rebuild, reference_of
+from plantigrade.ordered_tasks import GaitReference, ReproducedGait, rebuild, reference_of
+from plantigrade.ordered_tasks.gait_support import (
+    GaitSupport,
+    consistent_displacement,
+    with_recorded_heel_rise,
+    with_shifted_com,
+)
 from plantigrade.ordered_tasks.schedule import ContactSchedule
-from plantigrade.ordered_tasks.support import Support, displaced, rolled_off, with_shift
 from plantigrade.wbc import Footing, OrderedMotion, TaskOrder, move
 from plantigrade.wbc.tasks import ComTask, ContactTask, PassingPosture
 from tests.models.presets import person
-from tests.ordered_tasks.walks import reference as as_it_is
+from tests.ordered_tasks.walks import reference as unfiltered_reference
 
 
 @cache
-def reference() -> Reference:
-    """The textbook walk, filtered as a recording is: its drawn curves have corners."""
-    known = as_it_is()
+def reference() -> GaitReference:
+    """The textbook walk, filtered as a recording is; its piecewise curves have corners."""
+    known = unfiltered_reference()
     time, qpos = known.motion.time, known.motion.qpos
     smooth = differentiate(known.human, time, qpos, 6.0)
     return reference_of(known.human, time, smooth.qpos, known.events)
@@ -41,15 +46,15 @@ def walk() -> OrderedMotion:
     return gait().motion
 
 
-def support() -> Support:
+def support() -> GaitSupport:
     found = gait().support
     assert found is not None
     return found
 
 
 @cache
-def carried() -> Human:
-    """Who is moved: the trunk's mass lies where the forces tell."""
+def moved_person() -> Human:
+    """The person with the centre of mass of the trunk corrected by the estimated forces."""
     return walk().human
 
 
@@ -58,8 +63,8 @@ def weight() -> float:
 
 
 def applied(k: int, data) -> np.ndarray:
-    """Generalised force of the ground at a tick, by MuJoCo's own routine."""
-    human, motion = carried(), walk()
+    """Generalised force of the ground at a tick, from MuJoCo's ``mj_applyFT``."""
+    human, motion = moved_person(), walk()
     total, none = np.zeros(human.model.nv), np.zeros(3)
     for i, (name, _, _) in enumerate(human.contact_points):
         if motion.contact_force[k, i].any():
@@ -71,7 +76,7 @@ def applied(k: int, data) -> np.ndarray:
 
 def test_inverse_dynamics_of_plain_mujoco_finds_the_same_moments_and_nothing_at_the_root():
     motion = walk()
-    model = without_constraints(carried())
+    model = without_constraints(moved_person())
     data = mujoco.MjData(model)
     for k in range(0, len(motion.time), 7):
         data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[k], motion.qvel[k], motion.qacc[k]
@@ -81,9 +86,9 @@ def test_inverse_dynamics_of_plain_mujoco_finds_the_same_moments_and_nothing_at_
         np.testing.assert_allclose(explained[6:], motion.qfrc[k, 6:], atol=1e-6 * weight())
 
 
-def test_forces_accelerate_the_centre_of_mass_and_turn_the_body():
+def test_forces_equal_the_rates_of_linear_and_angular_momentum():
     motion = walk()
-    whole = centroid(carried(), motion.qpos, motion.qvel, motion.qacc)
+    whole = centroid(moved_person(), motion.qpos, motion.qvel, motion.qacc)
     assert whole.force is not None and whole.moment is not None
     np.testing.assert_allclose(motion.contact_force.sum(axis=1), whole.force, atol=1e-6 * weight())
     arm = np.nan_to_num(motion.contact_point) - whole.com[:, None]
@@ -91,7 +96,7 @@ def test_forces_accelerate_the_centre_of_mass_and_turn_the_body():
     np.testing.assert_allclose(moment, whole.moment, atol=1e-6 * weight())
 
 
-def test_the_ground_pushes_and_does_not_slip():
+def test_contact_forces_are_unilateral_and_within_the_friction_cone():
     force = walk().contact_force
     assert (force[..., 2] >= 0).all()
     sideways = np.linalg.norm(force[..., :2], axis=-1)
@@ -99,7 +104,7 @@ def test_the_ground_pushes_and_does_not_slip():
 
 
 def test_joint_moments_stay_within_strength():
-    low, high = carried().model.jnt_actfrcrange[1:].T
+    low, high = moved_person().model.jnt_actfrcrange[1:].T
     tau = walk().qfrc[:, 6:]
     assert (tau > low - 1e-3).all() and (tau < high + 1e-3).all()
     assert np.abs(walk().qfrc[:, :6]).max() < 1e-6 * weight()
@@ -116,7 +121,7 @@ def test_forces_act_at_the_ground_on_points_of_the_soles():
 def test_power_of_forces_and_moments_changes_the_energy():
     """The work of joints and ground is the gain in energy, but for the finite step."""
     motion = walk()
-    model = without_constraints(carried())
+    model = without_constraints(moved_person())
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
     energy, power, moved = [], [], []
@@ -133,13 +138,13 @@ def test_power_of_forces_and_moments_changes_the_energy():
     assert np.abs(work - gained).max() < 0.02 * np.sum(moved) * step
 
 
-def test_nothing_jumps():
+def test_velocities_are_continuous():
     motion = walk()
     step = motion.time[1] - motion.time[0]
     np.testing.assert_allclose(np.diff(motion.qvel, axis=0), step * motion.qacc[:-1], atol=1e-9)
 
 
-def test_it_is_still_the_gait():
+def test_the_motion_stays_close_to_the_recorded_gait():
     known, motion = reference(), walk()
     apart = np.rad2deg(motion.qpos - known.at(motion.time))
     for name in ("hip_flexion", "knee_angle", "ankle_angle"):
@@ -147,11 +152,11 @@ def test_it_is_still_the_gait():
             column = apart[:, 7 + known.human.hinge(f"{name}_{side}")]
             assert np.sqrt((column**2).mean()) < 8
     path = centroid(motion.human, motion.qpos, motion.qvel).com
-    wanted = np.array([support().reference.com(float(t))[0] for t in motion.time])
-    assert np.linalg.norm(path - wanted, axis=1).max() < 0.03
+    desired = np.array([support().reference.com(float(t))[0] for t in motion.time])
+    assert np.linalg.norm(path - desired, axis=1).max() < 0.03
 
 
-def test_the_ground_carries_the_body_on_average_and_each_foot_in_turn():
+def test_mean_vertical_force_is_body_weight_and_swing_feet_carry_nothing():
     motion = walk()
     total = motion.contact_force[..., 2].sum(axis=1) / weight()
     assert total.mean() == pytest.approx(1.0, abs=0.05)
@@ -161,13 +166,13 @@ def test_the_ground_carries_the_body_on_average_and_each_foot_in_turn():
             assert np.abs(motion.record().foot(phase.swing).force[inside]).max() < 1e-6 * weight()
 
 
-def test_forces_are_those_that_the_recorded_motion_tells():
-    """They once ran back and forth: by a third of body weight in shear, 10 cm on the ground."""
+def test_forces_are_close_to_the_estimate_from_the_recorded_motion():
+    """Without the estimate shear varied by a third of body weight, pressure by 10 cm."""
     motion, record = walk(), walk().record()
-    wanted = np.array([support().wrench_at(float(t)) for t in motion.time])
+    desired = np.array([support().wrench_at(float(t)) for t in motion.time])
     for k, side in enumerate(SIDES):
         foot = record.foot(side)
-        apart = (foot.force - wanted[:, k, :3]) / weight()
+        apart = (foot.force - desired[:, k, :3]) / weight()
         assert (np.sqrt((apart**2).mean(axis=0)) < [0.03, 0.03, 0.08]).all()
         loaded = foot.force[:, 2] > 0.1 * weight()
         starts = np.flatnonzero(np.diff(loaded.astype(int)) == 1) + 1
@@ -177,8 +182,8 @@ def test_forces_are_those_that_the_recorded_motion_tells():
             assert -ahead[ahead < 0].sum() < 0.04
 
 
-def test_the_hips_do_not_feel_where_one_phase_ends_and_the_next_begins():
-    """Aimed at each posture in turn they were 12 rad/s² off, as much as they accelerate at all."""
+def test_hip_accelerations_are_smooth_across_phases():
+    """A law towards each posture in turn had errors of 12 rad/s², as large as the signal."""
     known, motion = reference().motion, walk()
     apart = []
     for side in SIDES:
@@ -188,7 +193,7 @@ def test_the_hips_do_not_feel_where_one_phase_ends_and_the_next_begins():
     assert np.sqrt(np.mean(np.square(apart))) < 11
 
 
-def test_the_floor_lets_the_forefoot_of_a_rolling_foot_be():
+def test_the_floor_constraint_excludes_the_forefoot_during_roll_off():
     schedule = ContactSchedule(reference())
     rolled = 0
     for t in motion_times():
@@ -208,8 +213,8 @@ def motion_times() -> list[float]:
     return walk().time.tolist()
 
 
-def test_path_momentum_and_forces_belong_together():
-    """Force by mass bends the path, its moment about the path turns the body: nothing fights."""
+def test_path_momentum_and_forces_are_consistent():
+    """Newton's and Euler's laws hold between the force, the path and the angular momentum."""
     known = support()
     h = 1e-4
     for t in np.linspace(known.reference.start + 0.1, known.reference.stop - 0.1, 9).tolist():
@@ -222,7 +227,7 @@ def test_path_momentum_and_forces_belong_together():
 
 
 def standing(com) -> OrderedMotion:
-    """Somebody who stands on both feet and moves the centre of mass."""
+    """A person who stands on both feet and moves the centre of mass."""
     human = person("42", "two-segment")
     sole = ContactSchedule(reference())
     contact = ContactTask(sole.points, lambda t: np.ones(len(sole.points), bool))
@@ -232,7 +237,7 @@ def standing(com) -> OrderedMotion:
     return move(human, order, pose, stop=0.5, ground=Footing())
 
 
-def test_who_stands_still_is_carried_by_both_feet_alike():
+def test_both_feet_carry_the_same_load_in_quiet_standing():
     motion = standing(Trajectory.fixed)
     mass = person("42", "two-segment").mass
     right, left = (motion.record().foot(side).force[-1, 2] for side in SIDES)
@@ -240,8 +245,8 @@ def test_who_stands_still_is_carried_by_both_feet_alike():
     assert right == pytest.approx(left, rel=0.02)
 
 
-def test_nobody_falls_upwards():
-    """A centre of mass asked to drop faster than gravity drops at most as fast as gravity."""
+def test_vertical_forces_stay_positive():
+    """A centre of mass with a target below free fall accelerates at most with gravity."""
     t = np.linspace(0, 1, 50)
     motion = standing(lambda c: Trajectory(t, c + np.outer(-10 * t**2, [0, 0, 1.0])))
     whole = centroid(person("42", "two-segment"), motion.qpos, motion.qvel, motion.qacc)
@@ -249,27 +254,27 @@ def test_nobody_falls_upwards():
     assert whole.force[:, 2].min() > -1e-6 * weight()
 
 
-def test_an_order_without_contact_is_refused():
+def test_an_order_without_contact_raises():
     human = person("42", "two-segment")
     order = TaskOrder([[ComTask(Trajectory.fixed(np.zeros(3)))]])
     with pytest.raises(ParameterError, match="ContactTask"):
         move(human, order, human.standing(), stop=0.1, ground=Footing())
 
 
-def test_heel_and_ball_let_go_where_the_recorded_ones_rise():
-    """They were held until they had risen by two centimetres, and then had to catch up."""
+def test_contacts_of_heel_and_ball_end_at_the_recorded_rise():
+    """With later ends the heel had to make up two centimetres."""
     known = reference()
     held = tuple(replace(c, stop=c.stop - 0.05) for c in known.contacts)
-    found = rolled_off(replace(known, held=held)).contacts
+    found = with_recorded_heel_rise(replace(known, held=held)).contacts
     for ours, early, late in zip(found, held, known.contacts, strict=True):
         assert ours == (late if late.region == "toes" else early)
 
 
-def test_a_path_follows_a_fast_push_and_resists_a_slow_one():
-    """Of a push a sin(w t) it takes the share 1 / (1 + (s / (w^2 d))^2)."""
+def test_the_path_follows_fast_accelerations_and_resists_slow_ones():
+    """The gain at the frequency w is 1 / (1 + (s / (w^2 d))^2)."""
     t, push, away = np.linspace(0, 20, 4001), 0.2, 0.005
     for rate in (2.0, 2 * np.pi, 20.0):
-        found = displaced(t, np.sin(rate * t)[:, None], push, away)[:, 0]
+        found = consistent_displacement(t, np.sin(rate * t)[:, None], push, away)[:, 0]
         middle = (t > 5) & (t < 15)
         share = 1 / (1 + (push / (rate**2 * away)) ** 2)
         np.testing.assert_allclose(
@@ -277,10 +282,10 @@ def test_a_path_follows_a_fast_push_and_resists_a_slow_one():
         )
 
 
-def test_the_mass_of_the_trunk_is_moved_where_the_forces_tell():
+def test_a_shift_of_the_whole_body_moves_the_mass_of_the_trunk():
     known = reference()
     shift = np.array([-0.012, 0.004, 0.0])
-    moved = with_shift(known, shift)
+    moved = with_shifted_com(known, shift)
     paths = [
         np.array([s.com for s in sweep(r.human, known.motion.qpos[::20])]) for r in (known, moved)
     ]

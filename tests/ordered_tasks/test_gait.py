@@ -1,7 +1,7 @@
-"""The textbook walk rebuilt from three tasks, held against the walk itself; no recording needed.
+"""The textbook walk rebuilt from three tasks and compared with itself; no recording needed.
 
-Thresholds are those the method is to reach on recordings: centre of mass within 5 mm, contacts
-within 2 mm, feet no more than 5 mm below the ground.
+Thresholds are those of the method on recordings: centre of mass within 5 mm, contacts within 2 mm,
+feet no more than 5 mm below the ground.
 """
 
 import numpy as np
@@ -48,8 +48,8 @@ def curves(tasks):
 def test_the_centre_of_mass_is_on_its_path(tasks):
     known, motion = reference(*BODY), rebuilt(tasks, *BODY)
     com, _ = paths(known.human, motion.qpos, soles(*BODY).points)
-    wanted = np.array([known.com(float(t))[0] for t in motion.time])
-    assert np.linalg.norm(com - wanted, axis=1).max() <= 0.005
+    desired = np.array([known.com(float(t))[0] for t in motion.time])
+    assert np.linalg.norm(com - desired, axis=1).max() <= 0.005
 
 
 def test_contacts_stay_where_they_landed(tasks):
@@ -74,8 +74,7 @@ def test_feet_stay_above_the_ground(tasks):
     assert (place[..., 2] - touches.points.radius).min() >= -0.005
 
 
-def test_the_swinging_heel_comes_onto_its_path_in_the_horizontal_plane(tasks):
-    """A foot that rolls off is led elsewhere; from then on its heel has 0.3 s to come back."""
+def test_the_swing_heel_reaches_its_horizontal_path_within_0_3_s_after_toe_off(tasks):
     known, motion = reference(*BODY), rebuilt(tasks, *BODY)
     state = State(known.human, motion.qpos[0])
     for t, q, v in zip(motion.time, motion.qpos, motion.qvel, strict=True):
@@ -107,8 +106,8 @@ def test_sagittal_angles_follow_the_walk():
             assert np.corrcoef(simulated, recorded)[0, 1] >= 0.9, name
 
 
-def test_the_posture_at_mid_swing_is_what_the_default_adds():
-    """Same three tasks, one more instant: sagittal angles come closer, none is tracked."""
+def test_a_posture_at_mid_swing_brings_sagittal_angles_closer():
+    """The default has the paper's three tasks and one more instant; no angle is tracked."""
     rmse = {
         tasks: np.mean([np.sqrt(np.mean((s - r) ** 2)) for s, r in curves(tasks).values()])
         for tasks in ("default", "paper")
@@ -116,7 +115,7 @@ def test_the_posture_at_mid_swing_is_what_the_default_adds():
     assert rmse["default"] < rmse["paper"]
 
 
-def test_the_knee_bends_in_swing_though_nothing_tracks_it(tasks):
+def test_the_knee_flexes_in_swing_without_being_tracked(tasks):
     for side in ("r", "l"):
         simulated, recorded = curves(tasks)[f"knee_angle_{side}"]
         assert simulated.max() > 45.0
@@ -130,11 +129,10 @@ def test_two_phases_leave_the_swinging_knee_straighter():
 
 
 def test_priorities_hold_through_the_walk(tasks):
-    """At its states, no level changes what the levels above it miss by.
+    """At the states of the walk, no level changes the residuals of the levels above it.
 
-    Where several points of one sole are held by the floor at once, their rows depend on one
-    another, and the active-set method may stop short: in one state of twenty at most, and never
-    for what touches the ground.
+    With several points of one sole at the floor, the rows are linearly dependent and the active-set
+    method may stop early; in at most one state of twenty and never for contacts.
     """
     known, motion = reference(*BODY), rebuilt(tasks, *BODY)
     order = gait_order(known, TASKS[tasks])
@@ -165,7 +163,7 @@ def test_priorities_hold_through_the_walk(tasks):
     assert missed[-1] > 1.0  # the posture is not met on the way
 
 
-def test_the_order_is_the_papers():
+def test_the_hierarchy_has_the_order_of_the_paper():
     known = reference(*BODY)
     order = gait_order(known, TASKS["paper"])
     kinds = [type(level[0]) for level in order.levels]
@@ -177,14 +175,14 @@ def test_the_order_is_the_papers():
     assert sum(isinstance(task, ComTask) for task in split.tasks) == 2
 
 
-def test_sets_of_tasks_have_names():
+def test_task_sets_are_selected_by_name():
     assert gait_tasks("paper") == GaitTasks(phases="four", rates=False)
     with pytest.raises(ParameterError, match="allowed are default, paper"):
         gait_tasks("all")
 
 
 @pytest.mark.parametrize("time_share", np.linspace(0.05, 0.95, 7))
-def test_somebody_always_stands_on_something(time_share):
+def test_a_foot_is_always_in_contact(time_share):
     known, touches = reference(*BODY), soles(*BODY)
     t = known.start + time_share * (known.stop - known.start)
     on = touches(t)
@@ -198,15 +196,15 @@ def test_somebody_always_stands_on_something(time_share):
 @pytest.mark.parametrize(
     "body", [("43", "rigid"), ("58", "two-segment"), ("66", "multi-segment")], ids="-".join
 )
-def test_other_bodies_walk_too(body):
+def test_other_bodies_track_the_walk(body):
     known, motion = reference(*body, 1), rebuilt("default", *body, 1)
     touches = soles(*body, 1)
     com, place = paths(known.human, motion.qpos, touches.points)
-    wanted = np.array([known.com(float(t))[0] for t in motion.time])
-    # Many points of the multi-segment foot that land in one tick push the body aside: 22 mm at this
-    # stature, 2 to 4 mm at 1.60, 1.68, 1.80 and 1.88 m.
-    most = 0.025 if body[1] == "multi-segment" else 0.01
-    assert np.linalg.norm(com - wanted, axis=1).max() <= most
+    desired = np.array([known.com(float(t))[0] for t in motion.time])
+    # Simultaneous landing of many points of the multi-segment foot displaces the body by 22 mm at
+    # this stature, by 2 to 4 mm at 1.60, 1.68, 1.80 and 1.88 m.
+    max_error = 0.025 if body[1] == "multi-segment" else 0.01
+    assert np.linalg.norm(com - desired, axis=1).max() <= max_error
     assert (place[..., 2] - touches.points.radius).min() >= -0.005
     recorded = known.at(motion.time)
     for name in ("hip_flexion_r", "knee_angle_l", "ankle_angle_r"):

@@ -1,4 +1,4 @@
-"""Phases from events: the paper's four, and what is left where events are missing."""
+"""Phases from events, with complete and missing events."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_a_cycle_has_two_double_and_two_single_supports():
     np.testing.assert_allclose([p.duration for p in phases], STRIDE * np.array([0.1, 0.4] * 2))
 
 
-def test_phases_follow_without_gap_and_the_standing_foot_is_the_other():
+def test_phases_are_contiguous_and_alternate():
     found = walking_events(events(3.0))
     phases = phases_between(found)
     assert len(phases) == len(found) - 1 == 12
@@ -61,7 +61,7 @@ def test_a_missing_event_divides_the_walk_and_the_longer_part_counts():
 
 
 def test_a_stop_ends_the_walk():
-    """Standing for seconds is no double support."""
+    """A long double support counts as standing."""
     first, second = events(1.0), events(2.0, start=9.0)
     first = [e for e in first if e.time < 1.0]  # ends with the right toe off at 0.66 s
     joined = [*first, GaitEvent(8.9, "r", "heel_strike"), *second[1:]]
@@ -69,7 +69,7 @@ def test_a_stop_ends_the_walk():
     assert found[0].time > 8.0 and len(found) == len(second)
 
 
-def test_a_turn_in_which_a_foot_steps_twice_divides_the_walk():
+def test_two_consecutive_steps_of_one_foot_divide_the_walk():
     whole = events(3.0)
     step = [GaitEvent(1.30, "r", "toe_off"), GaitEvent(1.45, "r", "heel_strike")]
     turned = sorted([*whole, *step], key=lambda e: e.time)
@@ -82,7 +82,7 @@ def test_a_turn_in_which_a_foot_steps_twice_divides_the_walk():
         assert (side == next_side) == (kind == "toe_off")
 
 
-def test_nobody_walks():
+def test_too_few_events_raise():
     assert walking_events([]) == ()
     assert phases_between(()) == ()
     walk = textbook_walk(person("42", "two-segment"), cycles=1)
@@ -98,7 +98,7 @@ def test_stances_seen_whole_and_in_part():
     np.testing.assert_allclose(starts, [0.5 * STRIDE, 1.5 * STRIDE])
 
 
-def test_ends_of_phases_where_postures_are_asked_for():
+def test_phase_ends_of_each_division():
     known = reference()
     two, four, six, eight = (phase_ends(known, n) for n in ("two", "four", "six", "eight"))
     singles = [p for p in known.phases if p.kind == "single"]
@@ -115,7 +115,7 @@ def test_ends_of_phases_where_postures_are_asked_for():
 
 
 def test_a_swing_is_divided_where_the_leg_is_shortest():
-    """Within the swing, and there the knee is near its deepest bend."""
+    """The instant lies within the swing, near the maximum knee flexion."""
     known = reference()
     for phase in known.phases:
         if phase.kind == "single":
@@ -126,8 +126,8 @@ def test_a_swing_is_divided_where_the_leg_is_shortest():
             assert known.at(at)[knee] > swing.min() + 0.7 * np.ptp(swing)
 
 
-def test_mid_swing_ends_where_the_shank_is_upright():
-    """Between the shortest leg and the heel strike, and there the ankle is below the knee."""
+def test_mid_swing_ends_where_the_shank_is_vertical():
+    """The instant follows that of the shortest leg; the ankle is then below the knee."""
     known = reference()
     for phase in known.phases:
         if phase.kind == "single":

@@ -1,17 +1,17 @@
-"""The curve through the postures passes them at their rates, and nothing in it jumps."""
+"""The minimum-jerk curve passes postures at their velocities."""
 
 import numpy as np
 from scipy.integrate import quad
 from scipy.interpolate import BPoly
 
 from plantigrade.kinematics.state import State
-from plantigrade.ordered_tasks.posture_curve import curve_through, smoothest
+from plantigrade.ordered_tasks.posture_curve import curve_through, least_jerk_accelerations
 from tests.models.presets import person
 
 TIME = np.array([0.0, 0.12, 0.4, 0.55, 0.7])
 
 
-def test_it_passes_every_posture_at_its_rate():
+def test_the_curve_passes_every_posture_at_its_velocity():
     human, rng = person("42", "two-segment"), np.random.default_rng(1)
     postures = np.tile(human.standing(), (5, 1))
     postures[:, 7:] += 0.2 * rng.normal(size=postures[:, 7:].shape)
@@ -28,15 +28,15 @@ def test_it_passes_every_posture_at_its_rate():
         np.testing.assert_allclose(curve.qvel[k], velocity, atol=2e-2)
 
 
-def test_a_motion_of_constant_acceleration_is_found_as_it_is():
+def test_a_motion_of_constant_acceleration_is_reproduced():
     value, rate = 1.5 * TIME[:, None] ** 2 - TIME[:, None], 3.0 * TIME[:, None] - 1.0
-    np.testing.assert_allclose(smoothest(TIME, value, rate), 3.0, atol=1e-9)
+    np.testing.assert_allclose(least_jerk_accelerations(TIME, value, rate), 3.0, atol=1e-9)
 
 
-def test_no_curve_through_the_same_has_less_jerk():
+def test_no_other_accelerations_give_less_jerk():
     rng = np.random.default_rng(2)
     value, rate = rng.normal(size=(5, 1)), rng.normal(size=(5, 1))
-    best = smoothest(TIME, value, rate)
+    best = least_jerk_accelerations(TIME, value, rate)
 
     def jerk(bend: np.ndarray) -> float:
         curve = BPoly.from_derivatives(TIME, np.stack([value, rate, bend], axis=1))

@@ -1,11 +1,11 @@
-"""The textbook walk rebuilt from tasks, once per body and set of tasks for all tests."""
+"""The textbook walk rebuilt from tasks, cached by body and task set."""
 
 from functools import cache
 
 import numpy as np
 
 from plantigrade.kinematics.state import sweep
-from plantigrade.ordered_tasks import Reference, rebuild, reference_of
+from plantigrade.ordered_tasks import GaitReference, rebuild, reference_of
 from plantigrade.ordered_tasks.gait import TASKS
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc import OrderedMotion
@@ -14,8 +14,8 @@ from tests.models.presets import person
 
 
 @cache
-def reference(joints: str = "42", feet: str = "two-segment", cycles: int = 2) -> Reference:
-    """What the tasks see of the textbook walk."""
+def reference(joints: str = "42", feet: str = "two-segment", cycles: int = 2) -> GaitReference:
+    """Reference of the textbook walk."""
     walk = textbook_walk(person(joints, feet), cycles=cycles)
     return reference_of(walk.human, walk.time, walk.qpos, walk.events)
 
@@ -24,14 +24,14 @@ def reference(joints: str = "42", feet: str = "two-segment", cycles: int = 2) ->
 def rebuilt(
     tasks: str = "default", joints: str = "42", feet: str = "two-segment", cycles: int = 2
 ) -> OrderedMotion:
-    """The walk made of the tasks."""
+    """The walk reproduced from the tasks."""
     known = reference(joints, feet, cycles)
     return rebuild(known, TASKS[tasks]).motion
 
 
 @cache
 def soles(joints: str = "42", feet: str = "two-segment", cycles: int = 2) -> ContactSchedule:
-    """Which points touch when, as the tasks hold them."""
+    """Contact schedule of the tasks."""
     known = reference(joints, feet, cycles)
     return ContactSchedule(known, known.held)
 

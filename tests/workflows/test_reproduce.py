@@ -22,7 +22,7 @@ from plantigrade.errors import ReproduceError
 from plantigrade.io import write
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent
-from plantigrade.ordered_tasks.phases import in_order, walking_events
+from plantigrade.ordered_tasks.phases import ordered_events, walking_events
 from plantigrade.record import Run
 from plantigrade.workflows import reproduce as reproducing
 from plantigrade.workflows.fit import fit_trial
@@ -254,7 +254,7 @@ def test_flight_is_not_walking():
     events = [
         replace(e, time=e.time - 0.08) if e.kind == "heel_strike" else e for e in events
     ]  # flight of 0.07 s
-    same, blurred = in_order(events)
+    same, blurred = ordered_events(events)
     assert blurred == 0 and list(same) == events
     assert len(walking_events(events)) < 3
 
@@ -268,7 +268,7 @@ def test_one_blurred_step_of_a_walk_is_mended():
     swapped[6] = replace(events[6], time=events[6].time + 0.08)  # strike after the toe off
     swapped[7] = replace(events[7], time=events[7].time - 0.08)
     assert len(walking_events(swapped)) < 12
-    mended, blurred = in_order(swapped)
+    mended, blurred = ordered_events(swapped)
     assert blurred == 1 and len(walking_events(mended)) == 12
     assert all(
         abs(a.time - b.time) < 0.1 and (a.side, a.kind) == (b.side, b.kind)

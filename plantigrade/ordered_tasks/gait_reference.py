@@ -1,8 +1,8 @@
-"""What a reproduced gait takes from a recording, and what it is compared with.
+"""Reference of a reproduced gait: task inputs from a recording and the recording for comparison.
 
-Of the recorded motion the tasks see: when each part of each foot touches the ground, the path of
-the heels in the horizontal plane, the path of the centre of mass, and the posture at the end of
-each phase. All else is there to compare with.
+The tasks use the contact intervals of each region of each foot, the horizontal paths of the heels,
+the path of the centre of mass, and the posture at the end of each phase. The remaining motion
+serves for comparison only.
 """
 
 from collections.abc import Sequence
@@ -26,21 +26,21 @@ from plantigrade.models import Human
 from plantigrade.motion import GaitEvent, Motion
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import even_clock, rate_of
-from plantigrade.ordered_tasks.held import held_contacts
 from plantigrade.ordered_tasks.phases import Phase, phases_between, walking_events
+from plantigrade.ordered_tasks.stationary_contacts import stationary_contacts
 
 
 @dataclass(frozen=True)
-class Reference:
-    """A recorded gait as the tasks see it.
+class GaitReference:
+    """A recorded gait with the inputs of the tasks.
 
     Attributes:
-        human: The person, on the soles of the recording.
-        motion: The recorded motion, over ground that rests, with consecutive gait events; what is
-            reproduced lasts from the first of them to the last.
-        phases: Between the events.
-        contacts: Which part of which foot touches when, by gait events and speeds.
-        held: The same as long as the part is where it rested.
+        human: The person, with soles fitted to the recording.
+        motion: The recorded motion over stationary ground, with consecutive gait events; the
+            reproduction lasts from the first to the last.
+        phases: Phases between the events.
+        contacts: Contact interval of each region of each foot, from gait events and speeds.
+        held: Contact intervals limited to the time in which the region is stationary.
         com: Path of the centre of mass [m].
         heel: Path of each heel, by side [m].
         heel_point: The heel of each side: middle of its contact sites.
@@ -89,24 +89,24 @@ def reference_of(
     events: Sequence[GaitEvent],
     *,
     ground: Float[Array, "n_frames 3"] | None = None,
-) -> Reference:
-    """Return what the tasks need of a recorded gait.
+) -> GaitReference:
+    """Return the reference of a recorded gait.
 
     Args:
         human: The person.
         time: Time of each frame [s].
         qpos: The recorded motion, smoothed.
         events: Its gait events.
-        ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
+        ground: Path of the ground, such as a treadmill's belt [m]; stationary if absent.
 
     Raises:
-        ReproduceError: If it shows no walking: fewer than two consecutive phases.
+        ReproduceError: If the recording has fewer than two consecutive phases of walking.
     """
     events = tuple(sorted(events, key=lambda e: e.time))
-    walked = walking_events(events)
-    if len(walked) < 3:
+    walking = walking_events(events)
+    if len(walking) < 3:
         raise ReproduceError(
-            f"the recording shows {len(walked)} consecutive gait events; a reproduced gait needs "
+            f"the recording shows {len(walking)} consecutive gait events; a reproduced gait needs "
             "at least three (two phases): heel strike, the other foot's toe off, its heel strike. "
             "Give a recording with at least two steps of walking"
         )
@@ -120,12 +120,12 @@ def reference_of(
     smooth = differentiate(human, time, qpos, None)
     heel_point = {side: _heel(human, contact, side) for side in SIDES}
     contacts = foot_contacts(time, events, rests)
-    return Reference(
+    return GaitReference(
         human=human,
-        motion=Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, walked),
-        phases=phases_between(walked),
+        motion=Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, walking),
+        phases=phases_between(walking),
         contacts=contacts,
-        held=held_contacts(human, time, smooth.qpos, contacts),
+        held=stationary_contacts(human, time, smooth.qpos, contacts),
         com=Trajectory(time, np.array([state.com for state in sweep(human, smooth.qpos)])),
         heel={s: Trajectory(time, heel_point[s].path(smooth.qpos)[:, 0]) for s in SIDES},
         heel_point=heel_point,
@@ -133,7 +133,7 @@ def reference_of(
 
 
 def _heel(human: Human, contact: SolePaths, side: str) -> PointSet:
-    """Return the heel: the middle of its contact sites, on the soles of the person."""
+    """Return the heel point, the mean of the heel's contact sites."""
     sites = [contact_sites(human)[i] for i in contact.of(side, "heel")]
     local = np.mean([site.position for site in sites], axis=0)
     return PointSet(human, [sites[0].body], local[None])

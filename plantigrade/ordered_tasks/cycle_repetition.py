@@ -1,10 +1,9 @@
-"""Repetition of one recorded gait cycle; many files hold exactly one, meant to be looped.
+"""Repetition of a single recorded gait cycle; many files hold exactly one, meant to be looped.
 
-Such a file shows no two heel strikes of one foot. Where its end meets its beginning (the same
-posture, moving the same way, a step further on) it is continued with itself: every repetition
-starts where and in which direction the pelvis of the one before ended. What does not quite meet is
-spread evenly over the cycle. Some files hold half a cycle, whose end is the mirror image of its
-beginning; they are continued with their mirror image.
+A file with one cycle has no two heel strikes of one foot. If its last posture and velocity match
+the first, the cycle is repeated; each repetition continues from the pelvis position and heading at
+the end of the previous one. The closing error is distributed evenly over the cycle. Some files hold
+half a cycle, whose end is the mirror image of its beginning; they continue with their mirror image.
 """
 
 from dataclasses import dataclass
@@ -17,45 +16,46 @@ from plantigrade.constants import SIDES
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
-LEG = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-TURNED = ("bending", "rotation")  # coordinates of the middle that change sign in a mirror
+LEG_COORDINATES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+AXIAL_COORDINATES = ("bending", "rotation")  # trunk coordinates that change sign under mirroring
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoopSettings:
-    """When a motion closes on itself; differences are those of the legs, root mean square."""
+    """Criteria for a closed motion; differences are the RMS over the leg coordinates."""
 
     max_posture_error: float = float(np.deg2rad(6.0))
-    """Greatest difference of the postures at its ends [rad]. Measured cycles differ by one to four
-    degrees; a posture half a cycle off differs by some 20°."""
+    """Maximum difference of the end postures [rad]. Measured cycles differ by 1° to 4°; postures
+    half a cycle apart differ by about 20°."""
     max_velocity_error: float = 0.9
-    """Greatest difference of their velocities, by the velocity of the whole cycle. Between two
-    independent instants of one motion it is √2."""
+    """Maximum difference of the end velocities, relative to the RMS velocity of the cycle [1]. Two
+    independent instants of a motion differ by √2."""
     repeat_ratio: float = 2.0
-    """Distance of the ends' postures, by that of the posture one frame on, up to which the last
-    frame shows the first again. Files usually end so; that they do not must show."""
+    """Maximum ratio of the end postures' distance to the distance one frame later for which the
+    last frame repeats the first [1]. Above one, because most files repeat the first frame."""
     min_period: float = 0.6
-    """Shortest period of a whole cycle [s]. Chosen."""
+    """Minimum period of a whole cycle [s]. Chosen."""
     max_period: float = 3.0
-    """Longest [s]. Chosen."""
+    """Maximum period of a whole cycle [s]. Chosen."""
     min_speed: float = 0.1
-    """Velocity of the legs below which a motion rests [rad/s]. Chosen."""
+    """RMS joint velocity of the legs below which the body stands still [rad/s]. Chosen."""
     min_frames: int = 10
-    """Fewest frames of a motion that may close. Chosen."""
+    """Minimum number of frames. Chosen."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """How a motion closes on itself.
+    """Closure of a motion that can be repeated.
 
     Attributes:
-        period: Duration until it does [s].
-        ending: Whether the last frame shows the first again; else the next one would.
-        mirrored: Whether it closes on its mirror image: half a cycle.
+        period: Duration until the motion closes [s].
+        repeats_first_frame: Whether the last frame repeats the first; otherwise the frame after
+            the last would.
+        mirrored: Whether the motion is half a cycle, which closes on its mirror image.
     """
 
     period: float
-    ending: bool
+    repeats_first_frame: bool
     mirrored: bool = False
 
 
@@ -65,35 +65,37 @@ def find_loop(
     qpos: Float[Array, "n_frames nq"],
     settings: LoopSettings | None = None,
 ) -> Loop | None:
-    """Return how an evenly sampled motion closes on itself; None if it does not, or rests."""
+    """Return the closure of an evenly sampled motion; None if it does not close or stands still."""
     n, s = len(time), settings or LoopSettings()
     if n < s.min_frames or not np.isfinite(qpos).all():
         return None
-    columns = [7 + human.hinge(f"{name}_{side}") for name in LEG for side in SIDES]
+    columns = [7 + human.hinge(f"{name}_{side}") for name in LEG_COORDINATES for side in SIDES]
     step = (time[-1] - time[0]) / (n - 1)
     legs = qpos[:, columns]
     rates = np.diff(legs, axis=0) / step
-    usual = np.sqrt(np.mean(rates**2))
-    if usual < s.min_speed:
+    rms_rate = np.sqrt(np.mean(rates**2))
+    if rms_rate < s.min_speed:
         return None
     for mirrored in (False, True):
         image = mirror(human, qpos)[:, columns] if mirrored else legs
-        begins = (image[1] - image[0]) / step
+        first_rate = (image[1] - image[0]) / step
         gap = image[0] - legs[-1]
-        onward = gap - 0.5 * step * (begins + rates[-1])
-        ending = bool(np.linalg.norm(gap) <= s.repeat_ratio * np.linalg.norm(onward))
-        misfit = np.sqrt(np.mean((gap if ending else onward) ** 2))
-        turned = np.sqrt(np.mean((begins - rates[-1]) ** 2))
-        period = float(step * (n - 1 if ending else n))
+        gap_after = gap - 0.5 * step * (first_rate + rates[-1])
+        repeats_first_frame = bool(
+            np.linalg.norm(gap) <= s.repeat_ratio * np.linalg.norm(gap_after)
+        )
+        misfit = np.sqrt(np.mean((gap if repeats_first_frame else gap_after) ** 2))
+        rate_error = np.sqrt(np.mean((first_rate - rates[-1]) ** 2))
+        period = float(step * (n - 1 if repeats_first_frame else n))
         whole = 2 * period if mirrored else period
-        alike = misfit <= s.max_posture_error and turned <= s.max_velocity_error * usual
-        if alike and s.min_period <= whole <= s.max_period:
-            return Loop(period, ending, mirrored)
+        closes = misfit <= s.max_posture_error and rate_error <= s.max_velocity_error * rms_rate
+        if closes and s.min_period <= whole <= s.max_period:
+            return Loop(period, repeats_first_frame, mirrored)
     return None
 
 
 def mirror(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n nq"]:
-    """Return a motion seen in a mirror that stands along x: right is left, left is right."""
+    """Return the mirror image of a motion about the x-z plane, with right and left exchanged."""
     image = qpos.copy()
     image[:, 1] *= -1
     image[:, [4, 6]] *= -1  # turns about x and z
@@ -102,12 +104,12 @@ def mirror(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n nq"]:
         if name.endswith(("_r", "_l")):
             other = name[:-1] + ("l" if name.endswith("r") else "r")
             image[:, 7 + i] = qpos[:, 7 + names.index(other)]
-        elif name.endswith(TURNED):
+        elif name.endswith(AXIAL_COORDINATES):
             image[:, 7 + i] *= -1
     return image
 
 
-def unroll(
+def repeat_cycle(
     human: Human,
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
@@ -115,31 +117,31 @@ def unroll(
     *,
     times: int = 3,
 ) -> tuple[Float[Array, " n"], Float[Array, "n nq"]]:
-    """Return a motion repeated, each repetition starting where the previous one ended.
+    """Return a repeated motion; each repetition starts where the previous one ended.
 
     Args:
         human: The person.
         time: Time of each frame [s], evenly spaced.
-        qpos: The motion of one cycle, or of half a cycle.
-        loop: How it closes.
+        qpos: The motion of one cycle or of half a cycle.
+        loop: Closure of the motion.
         times: Number of whole cycles.
 
     Returns:
         Time [s] and configurations.
     """
     n = len(time)
-    m = n - 1 if loop.ending else n  # frames until it closes
+    m = n - 1 if loop.repeats_first_frame else n  # frames until it closes
     image = mirror(human, qpos) if loop.mirrored else qpos
-    # How it goes on after its last frame: not at all, or by one more step at the mean of both ends.
+    # If the first frame is not repeated, one more step at the mean rate of both ends follows.
     last, heading = qpos[-1].copy(), _heading(qpos)
     turn = heading[-1] - heading[0]
-    if not loop.ending:
+    if not loop.repeats_first_frame:
         last += 0.5 * (image[1] - image[0] + qpos[-1] - qpos[-2])
         turn += 0.5 * (np.diff(_heading(image[:2]))[0] + heading[-1] - heading[-2])
     gap = image[0] - last
     upright = _about_vertical(-heading) * _root(qpos)
-    begins = (_about_vertical(-_heading(image[:1])) * _root(image[:1]))[0]
-    lean = (begins * upright[-1].inv()).as_rotvec() if loop.ending else np.zeros(3)
+    initial = (_about_vertical(-_heading(image[:1])) * _root(image[:1]))[0]
+    lean = (initial * upright[-1].inv()).as_rotvec() if loop.repeats_first_frame else np.zeros(3)
     share = (np.arange(m) / m)[:, None]
     one = qpos[:m].copy()
     one[:, 2] += gap[2] * share[:, 0]
@@ -169,7 +171,7 @@ def _root(qpos: Float[Array, "n nq"]) -> Rotation:
 
 
 def _heading(qpos: Float[Array, "n nq"]) -> Float[Array, " n"]:
-    """Return the direction the pelvis faces, about the vertical [rad]."""
+    """Return the heading of the pelvis about the vertical [rad]."""
     forward = _root(qpos).apply([1.0, 0.0, 0.0])
     return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
 

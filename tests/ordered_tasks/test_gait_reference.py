@@ -1,4 +1,4 @@
-"""What the tasks see of a recorded gait: paths, contacts, postures, over ground that rests."""
+"""Reference of a recorded gait: paths, contacts and postures over stationary ground."""
 
 import numpy as np
 import pytest
@@ -84,8 +84,7 @@ def test_velocities_are_the_rates_of_configurations():
         assert np.sqrt(np.mean((known.velocity_at(float(t)) - step) ** 2)) < 0.2
 
 
-def test_a_treadmill_is_ground_that_moves():
-    """The same walk on a belt: what the tasks see is the walk over ground."""
+def test_a_walk_on_a_treadmill_gives_the_reference_of_the_walk_over_ground():
     walk = textbook_walk(person("42", "two-segment"), cycles=2)
     belt = np.zeros((len(walk.time), 3))
     belt[:, 0] = -1.25 * (walk.time - walk.time[0])
@@ -98,14 +97,14 @@ def test_a_treadmill_is_ground_that_moves():
         np.testing.assert_allclose(ours.com(float(t)), known.com(float(t)), atol=1e-6)
 
 
-def test_the_recorded_motion_is_left_as_it_came():
+def test_the_recorded_motion_is_not_modified():
     walk = textbook_walk(person("42", "two-segment"), cycles=1)
     before = walk.qpos.copy()
     reference_of(walk.human, walk.time, walk.qpos, walk.events, ground=np.ones((len(before), 3)))
     np.testing.assert_array_equal(walk.qpos, before)
 
 
-def test_a_quaternion_that_changes_sign_changes_nothing():
+def test_the_sign_of_quaternions_does_not_matter():
     walk = textbook_walk(person("42", "two-segment"), cycles=2)
     flipped = walk.qpos.copy()
     flipped[60:, 3:7] *= -1

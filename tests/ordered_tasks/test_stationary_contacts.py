@@ -1,4 +1,4 @@
-"""Feet are held as long as they are where they rested, and led until they have landed."""
+"""Contacts end when a region leaves its stance position; swing heels are guided until landing."""
 
 from dataclasses import replace
 
@@ -8,8 +8,8 @@ import pytest
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.state import State
 from plantigrade.ordered_tasks.gait import TASKS, gait_order, rates_through
-from plantigrade.ordered_tasks.held import held_contacts
 from plantigrade.ordered_tasks.schedule import ContactSchedule
+from plantigrade.ordered_tasks.stationary_contacts import stationary_contacts
 from plantigrade.wbc.stepping import first_state
 from plantigrade.wbc.tasks import ContactTask
 from tests.models.presets import person
@@ -19,26 +19,26 @@ TIME = np.linspace(0.0, 1.0, 101)
 
 
 @pytest.mark.parametrize(("region", "rises"), [("heel", True), ("toes", False)])
-def test_a_part_is_held_until_it_leaves_its_place(region, rises):
-    """A whole body that moves off 0.8 s after it stood still, up or ahead, at 0.1 m/s."""
+def test_a_contact_ends_when_the_region_leaves_its_position(region, rises):
+    """The whole body moves up or forwards at 0.1 m/s from 0.6 s on."""
     human = person("42", "two-segment")
     qpos = np.tile(human.standing(), (len(TIME), 1))
     qpos[:, 2 if rises else 0] += np.maximum(TIME - 0.6, 0.0) * 0.1
     events = [ContactInterval("r", region, 0.1, 0.9), ContactInterval("l", region, 0.1, 0.65)]
-    late, early = held_contacts(human, TIME, qpos, events)
+    late, early = stationary_contacts(human, TIME, qpos, events)
     assert late.stop == pytest.approx(0.6 + 0.01 / 0.1, abs=0.011)
     assert early == events[1]  # it had not left when the contact ended
 
 
-def test_a_contact_at_the_end_of_the_recording_is_left_alone():
+def test_a_contact_at_the_end_of_the_recording_is_unchanged():
     human = person("42", "two-segment")
     qpos = np.tile(human.standing(), (len(TIME), 1))
     qpos[:, 0] += np.maximum(TIME - 0.6, 0.0)
     last = ContactInterval("r", "toes", 0.1, 1.0)
-    assert held_contacts(human, TIME, qpos, [last]) == (last,)
+    assert stationary_contacts(human, TIME, qpos, [last]) == (last,)
 
 
-def test_a_heel_that_has_not_landed_is_still_led():
+def test_a_late_heel_is_guided_until_it_lands():
     known = reference()
     schedule = ContactSchedule(known, known.held)
     contact = ContactTask(schedule.points, schedule)
@@ -48,25 +48,24 @@ def test_a_heel_that_has_not_landed_is_still_led():
     high[2] += 0.05
     state = State(known.human, high)
     contact.begin(state, time)
-    assert len(schedule.swing(strike.side)(state, time)) == 0  # by the clock it has landed
+    assert len(schedule.swing(strike.side)(state, time)) == 0  # landed according to the schedule
     assert len(schedule.swing(strike.side, contact)(state, time)) == 2
 
 
-def test_the_heel_of_a_flat_foot_is_not_led_forward():
+def test_the_heel_of_a_flat_foot_is_not_guided_forwards():
     known = reference()
     schedule = ContactSchedule(known, known.held)
     contact = max((c for c in known.held if c.region == "heel"), key=lambda c: c.stop - c.start)
     ends = [c.stop for c in known.held if c.side == contact.side and c.region == "toes"]
     last = min(stop for stop in ends if stop > contact.stop)
-    led = schedule.roll(contact.side)
+    directions = schedule.roll(contact.side)
     flat = State(known.human, known.at(contact.start + 0.5 * (contact.stop - contact.start)))
     steep = State(known.human, known.at(last - 0.01))
-    assert len(led(flat, contact.stop + 1e-3)) == 0
-    assert len(led(steep, last - 0.01)) == 1
+    assert len(directions(flat, contact.stop + 1e-3)) == 0
+    assert len(directions(steep, last - 0.01)) == 1
 
 
-def test_sunken_feet_are_lifted_where_they_are():
-    """Two centimetres in the ground: they come up, and not by swinging forward from the hip."""
+def test_feet_below_the_ground_are_raised_vertically():
     known = reference()
     strike = next(e.time for e in known.events if e.kind == "heel_strike")
     qpos = known.at(strike)
@@ -80,8 +79,8 @@ def test_sunken_feet_are_lifted_where_they_are():
     assert ContactSchedule(known, known.held).points.height(lifted).min() > -0.002
 
 
-def test_rates_are_those_of_the_smoothest_curve_through_the_postures():
-    """A straight way is passed evenly, and turning the sign of a quaternion changes nothing."""
+def test_rates_of_a_linear_motion_are_constant():
+    """The sign of quaternions does not matter."""
     human = person("42", "two-segment")
     knots = np.array([0.0, 0.1, 0.5, 0.6, 1.0])
     knee = 7 + human.hinge("knee_angle_r")

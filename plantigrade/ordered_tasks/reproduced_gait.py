@@ -1,4 +1,4 @@
-"""A recorded gait reproduced from prioritised tasks, with or without forces."""
+"""A gait reproduced from a recording with prioritised tasks, with or without forces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,9 +9,9 @@ from plantigrade.constants import FRICTION
 from plantigrade.contact.ground import Ground
 from plantigrade.ordered_tasks.forces import ForcedGaitSettings, forced_order
 from plantigrade.ordered_tasks.gait import GaitSettings, GaitTasks, gait_order, phase_ends
-from plantigrade.ordered_tasks.reference import Reference
+from plantigrade.ordered_tasks.gait_reference import GaitReference
+from plantigrade.ordered_tasks.gait_support import GaitSupport, SupportSettings, gait_support
 from plantigrade.ordered_tasks.schedule import ContactSchedule
-from plantigrade.ordered_tasks.support import Support, SupportSettings, support_of
 from plantigrade.record import Record
 from plantigrade.wbc.forces import Footing, ForceSettings
 from plantigrade.wbc.stepping import MotionSettings, OrderedMotion, move
@@ -19,14 +19,14 @@ from plantigrade.wbc.stepping import MotionSettings, OrderedMotion, move
 
 @dataclass(frozen=True, kw_only=True)
 class ReproduceSettings:
-    """Numbers of a reproduced gait, by component.
+    """Settings of a reproduced gait, by component.
 
     Attributes:
         gait: Gains of the tasks.
-        forced: Gains of a gait that forces move.
-        support: How far the recorded path gives way to the estimated forces.
+        forced: Gains of a gait with forces.
+        support: Trade-off between the recorded path and the estimated forces.
         forces: Bounds and costs of contact forces.
-        motion: Integration.
+        motion: Settings of the integration.
     """
 
     gait: GaitSettings = GaitSettings()
@@ -41,23 +41,23 @@ class ReproducedGait:
     """A recorded gait and the motion reproduced from it.
 
     Attributes:
-        reference: What the tasks saw of the recording.
-        tasks: Which tasks.
-        motion: What came out.
+        reference: Inputs of the tasks from the recording.
+        tasks: The tasks.
+        motion: The reproduced motion.
         friction: Coefficient of friction.
-        support: What carried it; None for a motion without forces.
+        support: Ground reactions and consistent paths; None for a motion without forces.
     """
 
-    reference: Reference
+    reference: GaitReference
     tasks: GaitTasks
     motion: OrderedMotion
     friction: float = FRICTION
-    support: Support | None = None
+    support: GaitSupport | None = None
 
     def record(self) -> Record:
-        """Return what happened, the recorded motion beside it as ``references["recorded"]``.
+        """Return the reproduced motion with the recorded one as ``references["recorded"]``.
 
-        The reference keeps its own frames, on the same clock; :meth:`Motion.at` puts it on others.
+        The reference keeps its own frame times; :meth:`Motion.at` resamples it.
         """
         reference, record = self.reference, self.motion.record()
         by_forces = self.motion.qfrc is not None
@@ -76,11 +76,11 @@ class ReproducedGait:
         """Return phases, posture instants, contacts and estimated forces of the recording."""
         phases, contacts = self.reference.phases, self.reference.contacts
         posture, support, time = self.tasks.posture, self.support, self.motion.time
-        wanted = {}
+        estimated = {}
         if support is not None:
             wrench = np.array([support.wrench_at(float(t)) for t in time])
-            wanted["estimated.force"] = wrench[..., :3]
-        return wanted | {
+            estimated["estimated.force"] = wrench[..., :3]
+        return estimated | {
             "phase.span": np.array([(p.start, p.stop) for p in phases]).reshape(-1, 2),
             "phase.kind": np.array([p.kind for p in phases], dtype=np.str_),
             "phase.swing": np.array([p.swing for p in phases], dtype=np.str_),
@@ -93,7 +93,7 @@ class ReproducedGait:
 
 
 def rebuild(
-    reference: Reference,
+    reference: GaitReference,
     tasks: GaitTasks | None = None,
     *,
     forces: bool = False,
@@ -106,18 +106,18 @@ def rebuild(
     Args:
         reference: The recorded gait.
         tasks: Which tasks; the default ones if absent.
-        forces: Whether forces move the body: joint moments and ground reactions come with it.
-        friction: Coefficient of friction, for forces.
+        forces: Whether joint moments and ground reactions are part of the solution.
+        friction: Coefficient of friction, used with forces.
         settings: Gains, scales and the time step.
-        progress: Called with the share that is done, now and then.
+        progress: Called repeatedly with the completed fraction.
 
     Raises:
-        ParameterError: If the tasks ask for phases that do not exist.
+        ParameterError: If the division into phases is unknown.
         SolverError: If the first tick has no solution.
     """
     tasks, s = tasks or GaitTasks(), settings or ReproduceSettings()
     if forces:
-        support = support_of(reference, s.support)
+        support = gait_support(reference, s.support)
         reference, order = support.reference, forced_order(support, tasks, s.forced, s.gait)
         ground = Footing(friction, support.wrench_at, s.forces)
     else:

@@ -1,4 +1,4 @@
-"""One cycle repeated is one walk: it goes on where it ended, and the feet stay where they stood."""
+"""A repeated cycle is a continuous walk without sliding feet."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.ordered_tasks.unroll import find_loop, mirror, unroll
+from plantigrade.ordered_tasks.cycle_repetition import find_loop, mirror, repeat_cycle
 from plantigrade.workflows.textbook import textbook_walk
 
 RATE = 100.0
@@ -14,13 +14,13 @@ RATE = 100.0
 
 @pytest.fixture(scope="module")
 def human():
-    """Who walks."""
+    """The person."""
     return Human.create(1.74, 71.0)
 
 
 @pytest.fixture(scope="module")
 def walk(human):
-    """Three strides of the textbook walk, which is symmetric and has a period."""
+    """Three strides of the textbook walk, which is symmetric and periodic."""
     return textbook_walk(human, speed=1.25, rate=RATE, cycles=3)
 
 
@@ -53,13 +53,13 @@ def same_posture(a, b, tolerance):
 
 @pytest.mark.parametrize("angle", [0.0, 2.0])
 @pytest.mark.parametrize("extra", [1, 0], ids=["with the last frame", "without it"])
-def test_a_stride_repeated_is_the_walk_it_was_cut_from(human, walk, period, extra, angle):
+def test_a_repeated_stride_equals_the_walk_it_was_cut_from(human, walk, period, extra, angle):
     qpos = turned(walk.qpos, angle)
     start = 20
     piece = slice(start, start + period + extra)
     loop = find_loop(human, walk.time[piece], qpos[piece])
     assert loop is not None and not loop.mirrored
-    time, made = unroll(human, walk.time[piece], qpos[piece], loop, times=2)
+    time, made = repeat_cycle(human, walk.time[piece], qpos[piece], loop, times=2)
     m = min(len(time), len(qpos) - start)
     assert m > 1.5 * period
     np.testing.assert_allclose(np.diff(time), 1 / RATE, atol=2e-4)
@@ -67,35 +67,35 @@ def test_a_stride_repeated_is_the_walk_it_was_cut_from(human, walk, period, extr
     same_posture(made[:m], qpos[start : start + m], 0.06)
 
 
-def test_half_a_stride_goes_on_with_its_mirror_image(human, walk, period):
+def test_half_a_stride_continues_with_its_mirror_image(human, walk, period):
     half = slice(0, period // 2 + 1)
     loop = find_loop(human, walk.time[half], walk.qpos[half])
     assert loop is not None and loop.mirrored
-    time, made = unroll(human, walk.time[half], walk.qpos[half], loop, times=2)
+    time, made = repeat_cycle(human, walk.time[half], walk.qpos[half], loop, times=2)
     assert len(time) == len(made) == pytest.approx(2 * period, abs=4)
     np.testing.assert_allclose(made[:, 0], walk.qpos[: len(made), 0], atol=0.03)
-    same_posture(made, walk.qpos[: len(made)], 0.2)  # the textbook toes are planted one by one
+    same_posture(made, walk.qpos[: len(made)], 0.2)  # the textbook toes land one by one
 
 
-def test_the_seam_is_no_step_in_any_joint(human, walk, period):
+def test_joint_angles_are_continuous_at_the_seam(human, walk, period):
     piece = slice(7, 7 + period + 1)
     qpos = walk.qpos[piece].copy()
     arm = 7 + human.hinge("arm_flex_r")
     qpos[:, arm] += np.linspace(0, 0.3, len(qpos))  # a joint that does not close
     loop = find_loop(human, walk.time[piece], qpos)
-    _, made = unroll(human, walk.time[piece], qpos, loop)
+    _, made = repeat_cycle(human, walk.time[piece], qpos, loop)
     within = np.abs(np.diff(qpos[:, 7:], axis=0)).max(axis=0)
     assert (np.abs(np.diff(made[:, 7:], axis=0)).max(axis=0) < 1.5 * within + 0.01).all()
 
 
-def test_a_turning_walk_goes_on_in_its_circle(human, walk, period):
+def test_a_turning_walk_continues_on_its_circle(human, walk, period):
     piece = slice(0, period + 1)
     qpos = walk.qpos[piece].copy()
     bend = 0.5 * np.arange(len(qpos)) / period
     for k, angle in enumerate(bend):
         qpos[k] = turned(qpos[k : k + 1], angle)[0]
     loop = find_loop(human, walk.time[piece], qpos)
-    _, made = unroll(human, walk.time[piece], qpos, loop, times=3)
+    _, made = repeat_cycle(human, walk.time[piece], qpos, loop, times=3)
     strides = (
         made[[period - 1, 2 * period - 1, 3 * period - 1], :2] - made[[0, period, 2 * period], :2]
     )
@@ -106,7 +106,7 @@ def test_a_turning_walk_goes_on_in_its_circle(human, walk, period):
     )
 
 
-def test_what_does_not_close_is_left_alone(human, walk, period):
+def test_a_motion_that_does_not_close_has_no_loop(human, walk, period):
     third = slice(0, period // 3)
     assert find_loop(human, walk.time[third], walk.qpos[third]) is None
     most = slice(0, period * 3 // 4)
@@ -116,12 +116,12 @@ def test_what_does_not_close_is_left_alone(human, walk, period):
     assert find_loop(human, walk.time[:5], walk.qpos[:5]) is None
 
 
-def test_a_mirror_twice_is_the_motion_itself(human, walk):
+def test_mirroring_twice_returns_the_motion(human, walk):
     np.testing.assert_allclose(mirror(human, mirror(human, walk.qpos)), walk.qpos, atol=1e-12)
 
 
 def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
-    """The right ankle of the image is where the left one is, on the other side of the plane."""
+    """The right ankle of the image is the left ankle mirrored in the x-z plane."""
     from plantigrade.kinematics.state import PointSet
 
     for qpos in walk.qpos[::40]:
