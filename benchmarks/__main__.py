@@ -30,8 +30,8 @@ from benchmarks import (  # noqa: E402
     ticks,
     world,
 )
+from experiments.table import ResultTable, Row  # noqa: E402
 from plantigrade import __version__  # noqa: E402
-from plantigrade.experiments.table import ResultTable, Row  # noqa: E402
 
 DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.processes import PLANTIGRADE
-from plantigrade.experiments.table import Row, at_least, at_most
+from experiments.table import Row, at_least, at_most
 from plantigrade.io import read, write
 
 RECORDINGS = (

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from experiments.table import Row, at_least, at_most
 from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
-from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.dynamics import dynamics

@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from experiments.table import Row, at_most
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance import Balance
 from plantigrade.control.replay import Replay
-from plantigrade.experiments.table import Row, at_most
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.world import part_rows
-from plantigrade.experiments.table import Row, at_least
+from experiments.table import Row, at_least
 
 GOAL = 2000.0  # decisions per second
 MANY, STEPS, REPEATS = 32, 640, 5

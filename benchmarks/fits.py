@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.processes import PLANTIGRADE, measure
+from experiments.table import Row, at_most
 from plantigrade.errors import PlantigradeError
-from plantigrade.experiments.table import Row, at_most
 from plantigrade.io import read
 from plantigrade.motion import Recording
 

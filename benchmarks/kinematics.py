@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.experiments.table import Row, at_least, at_most
+from experiments.table import Row, at_least, at_most
 from plantigrade.kinematics.inverse import InverseKinematics, track
 from plantigrade.kinematics.state import PointSet
 from plantigrade.workflows.fit import fit_trial

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from threading import Event, Thread
 
-from plantigrade.experiments.table import Row, at_least, at_most
+from experiments.table import Row, at_least, at_most
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import RATE, run
 from plantigrade.pages.live_world import LiveWorld

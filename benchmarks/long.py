@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.processes import EVERYTHING, PLANTIGRADE, measure
+from experiments.table import Row, at_most
 from plantigrade.arrays import Array, Float
-from plantigrade.experiments.table import Row, at_most
 from plantigrade.io import read, write
 from plantigrade.motion.recording import ForcePlate, Markers, Recording
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from experiments.table import Row, at_most
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
-from plantigrade.experiments.table import Row, at_most
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from plantigrade.experiments.table import Row, at_most
+from experiments.table import Row, at_most
 
 PLANTIGRADE = (sys.executable, "-m", "plantigrade")
 EVERYTHING = (

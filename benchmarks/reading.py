@@ -5,8 +5,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+from experiments.table import Row
 from plantigrade.errors import PlantigradeError
-from plantigrade.experiments.table import Row
 from plantigrade.io import format_of, read
 
 REPEATS = 3  # times a file is read; the best counts

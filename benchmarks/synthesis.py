@@ -14,7 +14,7 @@ from unittest import mock
 
 import numpy as np
 
-from plantigrade.experiments.table import Row, at_most
+from experiments.table import Row, at_most
 from plantigrade.models import Human
 from plantigrade.trajopt import (
     ContactBody,

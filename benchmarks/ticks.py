@@ -17,9 +17,9 @@ from unittest import mock
 
 import numpy as np
 
+from experiments.table import Row, at_most
 from plantigrade.constants import SIDES
 from plantigrade.errors import PlantigradeError
-from plantigrade.experiments.table import Row, at_most
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait import TASKS, gait_order

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from experiments.table import Row, at_least, at_most
 from plantigrade.control import Posture
-from plantigrade.experiments.table import Row, at_least, at_most
 from plantigrade.models import Human
 from plantigrade.world import World
 

@@ -100,6 +100,10 @@ class MissingExtra(PlantigradeError, ImportError):
     """An optional library is not installed; the message names the install line."""
 
 
+class CheckoutNeeded(PlantigradeError):
+    """What was asked for is part of a checkout and not of the installed package."""
+
+
 class DownloadError(PlantigradeError, ConnectionError):
     """A public file could not be downloaded; the message says why and what to do."""
 

@@ -25,7 +25,7 @@ def test_every_citation_in_a_docstring_is_in_the_references():
     )
     cited = {
         (key, path.name)
-        for path in MODULES
+        for path in [*MODULES, *(ROOT / "experiments").glob("*.py")]
         for key in re.findall(r"\[([A-Za-z]{3,}(?:\d{4}[a-z]?)?)\]_", path.read_text("utf-8"))
     }
     assert {(key, name) for key, name in cited if key not in listed} == set()

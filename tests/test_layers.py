@@ -35,11 +35,14 @@ LAYERS = (
     ("analyze",),
     ("pages",),
     ("workflows",),
-    ("experiments",),
     ("commands",),
     ("__main__",),
 )
 RANK = {name: rank for rank, line in enumerate(LAYERS) for name in line}
+
+# The folders beside the package use it; only the command of that name looks for the experiments.
+FOLDERS = {"benchmarks", "examples", "experiments", "tests"}
+FINDER = "plantigrade.commands.experiment"
 
 # Two engines at run time would mean two conventions everywhere: the second one checks the first, in
 # the tests, and is never imported by the package.
@@ -108,6 +111,8 @@ def broken_rules(name: str, tree: ast.AST, *, is_package: bool) -> list[str]:
         parts = target.split(".")
         if parts[0] in ORACLES:
             complaints.append(f"line {line}: {parts[0]} is for tests only")
+        if parts[0] in FOLDERS and name != FINDER:
+            complaints.append(f"line {line}: {parts[0]} is not installed with the package")
         if parts[0] != "plantigrade" or len(parts) < 2 or parts[1] in OWN:
             continue
         if parts[1] == own or (name, target) in FACE:
@@ -228,6 +233,7 @@ def test_cycles_are_found():
         ("plantigrade.io", "from ..commands import main", "lies below"),
         ("plantigrade.io.c3d", "import_module('plantigrade.commands.fit')", "lies below"),
         ("plantigrade.dynamics.inverse", "import pinocchio as pin", "tests only"),
+        ("plantigrade.workflows.fit", "from experiments.table import Row", "not installed"),
         ("plantigrade.io.c3d", "import plantigrade.helpers", "no layer"),
         ("plantigrade", "from plantigrade.record import Run", "with the package itself"),
         ("plantigrade.io.c3d", "import plantigrade\nplantigrade.report(1)", "no layer"),

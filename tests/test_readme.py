@@ -89,7 +89,7 @@ def test_every_page_of_the_documentation_is_linked():
 
 
 def test_experiments_named_beside_the_results_exist():
-    from plantigrade.experiments.registry import EXPERIMENTS
+    from experiments.registry import EXPERIMENTS
 
     text = README.read_text("utf-8")
     rows = [line for line in text.splitlines() if line.startswith("|") and line.count("|") == 5]

@@ -25,7 +25,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 from plantigrade import __version__  # noqa: E402
 from plantigrade.commands.outcome import Outcome  # noqa: E402
-from plantigrade.errors import PlantigradeError  # noqa: E402
+from plantigrade.errors import CheckoutNeeded, PlantigradeError  # noqa: E402
 from plantigrade.printable import printable  # noqa: E402
 
 _KEPT = "no incomplete run folder is kept; a batch continues with the same command"
@@ -201,7 +201,8 @@ def completion(shell: str = "") -> str:
         if kinds is not None:
             kinds = {each: ((kind.__doc__ or each).splitlines()[0], kind)
                      for each, kind in kinds.items()}  # fmt: skip
-        every[name] = what, kinds or module.Command
+        with contextlib.suppress(CheckoutNeeded):  # no completion for what cannot run
+            every[name] = what, kinds or module.Command
     return parsing.completion(shell, every)
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from experiments.standing import Standing, stands
 from plantigrade.control.balance.controller import slow_at_stops
 from plantigrade.control.balance.settings import JointStopSettings
 from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
-from plantigrade.experiments.standing import Standing, stands
 from plantigrade.world import Push
 
 LEG = 0.8

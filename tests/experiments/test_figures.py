@@ -5,11 +5,11 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
+from experiments import figures
+from experiments.figures import compare, figures_of, is_time, measure, read_figures
+from experiments.kept_results import KeptResults
+from experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.errors import FileError
-from plantigrade.experiments import figures
-from plantigrade.experiments.figures import compare, figures_of, is_time, measure, read_figures
-from plantigrade.experiments.kept_results import KeptResults
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most
 
 TABLE = ResultTable(
     "Of two",

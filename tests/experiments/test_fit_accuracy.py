@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.commands import main as cli
-from plantigrade.experiments import fit_accuracy
-from plantigrade.experiments.event_agreement import match
-from plantigrade.experiments.fit_accuracy import posture_rows, roughness
-from plantigrade.experiments.stored_angles import (
+from experiments import fit_accuracy
+from experiments.event_agreement import match
+from experiments.fit_accuracy import posture_rows, roughness
+from experiments.stored_angles import (
     agreement,
     agreement_sheet,
     on_clock,
     shared,
     turned,
 )
+from plantigrade.commands import main as cli
 from plantigrade.motion import GaitEvent, Table
 
 LEGS = [

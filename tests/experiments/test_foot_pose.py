@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from experiments.foot_pose import MEANS, PUBLISHED, QUICK, TOLD, angle_rows
 from plantigrade.analyze.foot_angles import FOOT_ANGLES
-from plantigrade.experiments.foot_pose import MEANS, PUBLISHED, QUICK, TOLD, angle_rows
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from plantigrade.experiments import gait_forces
-from plantigrade.experiments.table import Row
+from experiments import gait_forces
+from experiments.table import Row
 
 
 def test_means_are_held_against_the_goals_of_their_quantity():

@@ -7,17 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.gait_study import PAPER_TABLE, study
-from plantigrade.errors import FitError, ParameterError, ReproduceError
-from plantigrade.experiments import gait_ablations, gait_table, gait_walks
-from plantigrade.experiments.gait_table import (
+from experiments import gait_ablations, gait_table, gait_walks
+from experiments.gait_table import (
     half_rows,
     halves_sheet,
     in_whole_degrees,
     study_rows,
     walk_rows,
 )
-from plantigrade.experiments.gait_walks import (
+from experiments.gait_walks import (
     PEOPLE,
     SETTLED,
     Walk,
@@ -25,6 +23,8 @@ from plantigrade.experiments.gait_walks import (
     first_walks,
     reproduce_walks,
 )
+from plantigrade.analyze.gait_study import PAPER_TABLE, study
+from plantigrade.errors import FitError, ParameterError, ReproduceError
 from plantigrade.motion import Motion
 from plantigrade.ordered_tasks.gait import TASKS
 from plantigrade.record import Record

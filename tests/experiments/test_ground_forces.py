@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from experiments import ground_forces
+from experiments.given_ground import GROUNDS, on_ground
+from experiments.ground_forces import BESIDE, GIVEN, NOISY, QUICK, with_noise
+from experiments.recording_ends import COVERED, ERROR, PHASES, cuts, part
+from experiments.table import Row
 from plantigrade.analyze.gait_forces import STANCE
-from plantigrade.experiments import ground_forces
-from plantigrade.experiments.given_ground import GROUNDS, on_ground
-from plantigrade.experiments.ground_forces import BESIDE, GIVEN, NOISY, QUICK, with_noise
-from plantigrade.experiments.recording_ends import COVERED, ERROR, PHASES, cuts, part
-from plantigrade.experiments.table import Row
 from plantigrade.models import Human
 from tests.analyze.plated_walk import analyse, plated_walk, standing_fit
 

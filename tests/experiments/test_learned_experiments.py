@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.errors import FileError
-from plantigrade.experiments import (
+from experiments import (
     ankle_torque,
     gain_curves,
     learned,
@@ -13,8 +12,9 @@ from plantigrade.experiments import (
     pushed_walk,
     rough_walk,
 )
-from plantigrade.experiments.kept_results import KeptResults
-from plantigrade.experiments.learned import Walk
+from experiments.kept_results import KeptResults
+from experiments.learned import Walk
+from plantigrade.errors import FileError
 from plantigrade.workflows.policies import shipped
 
 FOOT = "multi-segment"

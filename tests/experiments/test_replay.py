@@ -2,9 +2,9 @@
 
 import pytest
 
+from experiments import replay, robustness
+from experiments.replay import MOTIONS, QUICKLY
 from plantigrade.errors import ParameterError
-from plantigrade.experiments import replay, robustness
-from plantigrade.experiments.replay import MOTIONS, QUICKLY
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from plantigrade.experiments import (
+from experiments import (
     fit_accuracy,
     foot_pose,
     foot_segments,
@@ -14,8 +14,8 @@ from plantigrade.experiments import (
     spline_table,
     synthesis_tracking,
 )
-from plantigrade.experiments.gait_walks import PEOPLE, Walks, reproduce_walks
-from plantigrade.experiments.table import Row
+from experiments.gait_walks import PEOPLE, Walks, reproduce_walks
+from experiments.table import Row
 from plantigrade.trajopt.zhakatayev2023 import MOTIONS
 
 OVER_TRIALS = (

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from plantigrade.experiments import spline_table
+from experiments import spline_table
 from plantigrade.trajopt.zhakatayev2023 import MOTIONS
 
 

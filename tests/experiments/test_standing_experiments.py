@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from plantigrade.control.balance import MOTIONS
-from plantigrade.errors import FileError, ParameterError
-from plantigrade.experiments import (
+from experiments import (
     foot_motions,
     moving_slope,
     push_table,
     sensitivity,
     uneven_ground,
 )
-from plantigrade.experiments.kept_results import KeptResults
-from plantigrade.experiments.standing import Standing, stand, stood_in_words
+from experiments.kept_results import KeptResults
+from experiments.standing import Standing, stand, stood_in_words
+from plantigrade.control.balance import MOTIONS
+from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import FEET
 from plantigrade.world import Push
 

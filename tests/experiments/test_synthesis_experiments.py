@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from experiments import synthesis_bench as bench
+from experiments import synthesis_cases as cases
+from experiments import synthesis_fidelity as fidelity
+from experiments.kept_results import KeptResults, code_version
+from experiments.random_requests import random_request
+from experiments.synthesis_planes import growth_row
+from experiments.synthesis_trial import crude, task_of, tried, why
 from plantigrade.analyze import norms
 from plantigrade.analyze.gait_shape import agreement_with_norm
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.experiments import synthesis_bench as bench
-from plantigrade.experiments import synthesis_cases as cases
-from plantigrade.experiments import synthesis_fidelity as fidelity
-from plantigrade.experiments.kept_results import KeptResults, code_of, code_version
-from plantigrade.experiments.random_requests import random_request
-from plantigrade.experiments.synthesis_planes import growth_row
-from plantigrade.experiments.synthesis_trial import crude, task_of, tried, why
 from plantigrade.trajopt.transcription.mesh import nodes_of
 
 STAGE = {
@@ -70,14 +70,6 @@ def test_results_of_other_code_are_named(tmp_path):
     path = tmp_path / "results.json"
     path.write_text(json.dumps({"a": {"x": 1, "code": "old"}, "b": {"code": code_version()}}))
     assert "1 of 2 results" in KeptResults(path).notes()[0]
-
-
-def test_the_code_of_an_experiment_is_what_it_is_made_of():
-    rooms = [{path.parent.name for path in code_of((room,))} for room in ("vault", "control")]
-    assert {"vault", "models"} <= rooms[0] and "control" not in rooms[0]
-    assert {"control", "replay", "wbc", "world"} <= rooms[1] and "vault" not in rooms[1]
-    assert not {"charts", "report"} & (rooms[0] | rooms[1])
-    assert "jump.toml" in {path.name for path in code_of(("experiments/standing",))}
 
 
 def test_a_broken_file_is_refused(tmp_path):

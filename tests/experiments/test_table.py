@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from plantigrade.experiments.table import ResultTable, Row, at_least, at_most, sheet
+from experiments.table import ResultTable, Row, at_least, at_most, sheet
 
 
 def test_goals_are_judged_on_the_right_side():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from plantigrade.experiments import vault_table
+from experiments import vault_table
 
 
 @pytest.mark.slow

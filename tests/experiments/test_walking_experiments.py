@@ -6,8 +6,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from plantigrade.errors import FileError, ParameterError, PlantigradeError
-from plantigrade.experiments import (
+from experiments import (
     feet_while_walking,
     human_pushes,
     landing_laws,
@@ -15,7 +14,8 @@ from plantigrade.experiments import (
     push_map,
     walk_battery,
 )
-from plantigrade.experiments.human_pushes import COLUMNS, FILE, aside, pushes
+from experiments.human_pushes import COLUMNS, FILE, aside, pushes
+from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.record import Record
 from plantigrade.workflows.walked import Landing, Walked
 from plantigrade.workflows.walkers import make_named

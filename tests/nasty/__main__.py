@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import wait
 from pathlib import Path
 
-from plantigrade.experiments.table import sheet
+from experiments.table import sheet
 from tests import nasty
 from tests.conftest import find_data
 from tests.nasty.judge import FINDINGS, READ, REFUSED, Damaged, Outcome, outcome

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
+from experiments.figures import compare, read_figures
+from experiments.kept_results import KeptResults
 from plantigrade import __version__
 from plantigrade.analyze.norms_of_runs import read_norms
 from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.errors import PlantigradeError
-from plantigrade.experiments.figures import compare, read_figures
-from plantigrade.experiments.kept_results import KeptResults
 from plantigrade.io import read, write
 from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.csv import write_csv

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from experiments.random_requests import random_request
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
-from plantigrade.experiments.random_requests import random_request
 from plantigrade.models import Human
 from plantigrade.trajopt import make_task
 from plantigrade.trajopt.guess.postures import standing_feet, standing_stances

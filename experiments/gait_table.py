@@ -1,0 +1,253 @@
+"""Table I of [Boukheddimi]_ over public recordings, its columns beside ours.
+
+Every walk is fitted with its file name alone and rebuilt twice: with the paper's three tasks, and
+with the default. The table proper has one walk of each person, the first by name, so that its tests
+compare people; a second shows all walks.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+
+from experiments.gait_walks import QUICK, SETTLED, TURNS, Walk, Walks, reproduce_walks
+from experiments.table import ResultTable, Row, at_least, at_most, sheet
+from plantigrade.analyze.gait_study import Study, StudyRow
+from plantigrade.analyze.reproduction import ROTATIONS, SAGITTAL
+from plantigrade.constants import SIDES
+
+TASKS = ("paper", "default")
+TITLES = {"paper": "Tasks of the paper", "default": "Default tasks"}
+# Goals.
+ROM, ROM_MEAN, SAGITTAL_RMSE = 6, 3, 4  # [deg], of the default; the paper's tasks have its own
+WORST, WORST_MEDIAN, ENOUGH = 8, 5, 90  # of one gait's rotations [deg, deg, % of gaits]
+CLEARANCE = 8  # [mm]
+COM, DRIFT, LOWEST = 5, 2, -5  # [mm]
+CYCLE, TICK, WHOLE_TICK = 0.5, 0.3, 0.6  # [s], [ms], [ms]
+HALVES = {True: "settled half", False: "other half"}
+# Words in the names of figures that mean something of independent gaits only.
+TESTS = ("_p_", "identical", "_error_low_", "_error_high_")
+
+NOTES = (
+    "",
+    "How to read it: sim, ref and diff are ROM in degrees, mean over people of each person's mean "
+    "over cycles; diff is sim - ref with its sign (the paper prints it without), with its 95 % "
+    "interval; |diff| is the mean of the absolute differences, which does not let one person's "
+    "excess pay for another's lack. p is Student's paired test, or Wilcoxon's (w) where Shapiro "
+    "and Wilk reject normality, both at 5 %; '=' says that no significant difference was found, "
+    "which does not prove that there is none: see the interval. RMSE [deg] and r are of the curves "
+    "over the cycle. Under 'paper' stands what the paper printed for its nine people: sim, ref, "
+    "diff. Its goal is compared in whole degrees, as printed.",
+    f"The walks of one person are not independent: the table of all walks ({', '.join(TURNS)} is "
+    "a turn) has no tests and no intervals.",
+    "Walk by walk: how far the centre of mass and a point of the soles in contact were off at "
+    "most, the lowest point of the soles, the share of the planned stance in which the foot does "
+    "stand on the ground, toe clearance in mid swing beside the recorded one, the mean absolute "
+    "ROM difference of the twelve, and times of this machine.",
+    "Single gaits: of each walk, the rotation furthest off. The constants of the tasks were "
+    f"settled on the walks of {', '.join(SETTLED)}; the other half had no say in them.",
+)
+
+
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
+    """Return the table over the walks in a data folder.
+
+    Raises:
+        ParameterError: If the folder holds none of the walks.
+    """
+    rows: list[Row] = []
+    sheets, figures = [], {}
+    notes = [*NOTES]
+    people = QUICK if quick else None
+    for tasks, walks in reproduce_walks(data, TASKS, people=people, say=say).items():
+        notes, title = [*NOTES, *walks.left_out], TITLES[tasks]
+        rows += [
+            Row(name, f"{tasks} tasks", None, note=why, met=False)
+            for name, why in walks.failed.items()
+        ]
+        if walks.any_cycle:
+            each, every = walks.study(one_each=True), walks.study(one_each=False)
+            rows += study_rows(tasks, each)
+            sheets.append(study_sheet(f"{title}, one walk of each of {each.n} people", each))
+            sheets.append(study_sheet(f"{title}, all {every.n} walks", every, tests=False))
+            figures |= {f"{tasks}_{k}": v for k, v in each.metrics().items()}
+            figures |= {
+                f"{tasks}_all_walks_{k}": v
+                for k, v in every.metrics().items()
+                if not any(word in k for word in TESTS)
+            }
+            rows += [row for settled in HALVES for row in half_rows(tasks, walks, settled)]
+            sheets.append(halves_sheet(f"{title}, single gaits", walks))
+        rows += [row for walk in walks.done for row in walk_rows(walk)]
+        sheets.append(walks_sheet(f"{title}, walk by walk", walks))
+    return ResultTable("Gaits from three ordered tasks", rows, notes, sheets, figures)
+
+
+def single_gaits(walks: Walks, settled: bool) -> dict[str, tuple[float, str]]:
+    """Return what single gaits of one half of the people are off by, with units; none of nobody."""
+    half = [walk.comparison for walk in walks.half(settled=settled)]
+    if not half:
+        return {}
+    off = np.array([[c.rom_error[name] for _, name in ROTATIONS] for c in half])
+    worst = np.abs(off).max(axis=1)
+    names = [name for _, name in ROTATIONS]
+    over = {
+        stem: float(off[:, [names.index(f"{stem}_{s}") for s in SIDES]].mean()) for stem in SAGITTAL
+    }
+    clearance = [1e3 * abs(a - b) for c in half for a, b in c.clearance.values()]
+    return {
+        "gaits": (len(half), ""),
+        f"worst rotation within {WORST} deg": (100 * float(np.mean(worst <= WORST)), "%"),
+        "worst rotation, median": (float(np.median(worst)), "deg"),
+        "worst rotation, largest": (float(worst.max()), "deg"),
+        "ROM difference, mean absolute": (float(np.abs(off).mean()), "deg"),
+        **{f"{stem} ROM difference, mean": (value, "deg") for stem, value in over.items()},
+        "toe clearance off by, largest": (float(np.nanmax(clearance)), "mm"),
+        "toe clearance off by, mean": (float(np.nanmean(clearance)), "mm"),
+    }
+
+
+def half_rows(tasks: str, walks: Walks, settled: bool) -> list[Row]:
+    """Return what single gaits of one half of the people are held against."""
+    subject = f"{tasks} tasks, {HALVES[settled]}"
+    goals = {
+        f"worst rotation within {WORST} deg": (at_least, ENOUGH),
+        "worst rotation, median": (at_most, WORST_MEDIAN),
+        "toe clearance off by, largest": (at_most, CLEARANCE),
+    }
+    rows = []
+    for name, (value, unit) in single_gaits(walks, settled).items():
+        if tasks == "default" and name in goals:
+            against, goal = goals[name]
+            rows.append(against(subject, name, value, goal, unit))
+        else:
+            rows.append(Row(subject, name, value, unit))
+    return rows
+
+
+def halves_sheet(title: str, walks: Walks) -> str:
+    """Return the two halves beside each other."""
+    halves = [single_gaits(walks, settled) for settled in HALVES]
+    names = {name: unit for half in halves for name, (_, unit) in half.items()}
+    lines = [
+        [name, *(f"{half[name][0]:.1f}" if name in half else "-" for half in halves), unit]
+        for name, unit in names.items()
+    ]
+    return sheet(title, ("", *HALVES.values(), ""), lines)
+
+
+def study_rows(tasks: str, result: Study) -> list[Row]:
+    """Return what the ranges of motion of a set of tasks are held against."""
+    subject = f"{tasks} tasks"
+    rows = [at_least(subject, "people", result.n, 6)]
+    for row in result.rows:
+        name = f"{row.coordinate} ROM difference"
+        if tasks == "paper":
+            printed = row.paper.difference
+            met = in_whole_degrees(row.difference) <= printed
+            goal = f"<= {printed} as printed"
+            rows.append(Row(subject, name, row.difference, "deg", goal, met))
+            continue
+        rows.append(at_most(subject, name, abs(row.difference), ROM, "deg"))
+        rows.append(at_most(subject, f"{name}, mean absolute", row.difference_abs, ROM, "deg"))
+        if row.coordinate[:-2] in SAGITTAL:
+            rows.append(at_most(subject, f"{row.coordinate} RMSE", row.rmse, SAGITTAL_RMSE, "deg"))
+    for name, value in mean_differences(result).items():
+        goal = at_most(subject, name, value, ROM_MEAN, "deg")
+        rows.append(Row(subject, name, value, "deg") if tasks == "paper" else goal)
+    return rows
+
+
+def mean_differences(result: Study) -> dict[str, float]:
+    """Return the mean over the twelve rotations of both kinds of ROM difference [deg]."""
+    return {
+        "ROM difference, mean of twelve": float(np.mean([abs(r.difference) for r in result.rows])),
+        "ROM difference, mean of twelve, mean absolute": float(
+            np.mean([r.difference_abs for r in result.rows])
+        ),
+    }
+
+
+def in_whole_degrees(difference: float) -> int:
+    """Return a difference as a table without sign and decimals prints it [deg]."""
+    return math.floor(abs(difference) + 0.5)
+
+
+def walk_rows(walk: Walk) -> list[Row]:
+    """Return what one reproduced walk is held against."""
+    c, name, prefix = walk.comparison, walk.name, f"{walk.tasks} tasks"
+    return [
+        at_most(name, f"{prefix}, centre of mass off by", 1e3 * c.com_error_max_m, COM, "mm"),
+        at_most(name, f"{prefix}, contact drift", 1e3 * c.contact_drift_m, DRIFT, "mm"),
+        at_least(name, f"{prefix}, lowest point of the soles", 1e3 * c.lowest_m, LOWEST, "mm"),
+        *(
+            [at_most(name, f"{prefix}, time per cycle", walk.seconds_per_cycle, CYCLE, "s")]
+            if c.cycles
+            else []
+        ),
+        at_most(name, f"{prefix}, program, median", 1e3 * walk.tick, TICK, "ms"),
+        at_most(name, f"{prefix}, whole tick, median", 1e3 * walk.whole_tick, WHOLE_TICK, "ms"),
+    ]
+
+
+def study_sheet(title: str, result: Study, *, tests: bool = True) -> str:
+    """Return Table I over a study, the paper's columns beside."""
+    header = ["", "sim", "ref", "diff", *(["95 % interval", "p", "="] if tests else []), "|diff|"]
+    header += ["RMSE", "r", "paper", "", "", "="]
+
+    def line(row: StudyRow) -> list[str]:
+        paper = row.paper
+        cells = [row.label, *(f"{x:.1f}" for x in (row.simulated, row.reference))]
+        cells += [f"{row.difference:+.1f}"]
+        if tests:
+            p = "-" if row.p is None else f"{row.p:.3f}{'w' if row.test == 'wilcoxon' else ' '}"
+            cells += ["{:+.1f} to {:+.1f}".format(*row.interval), p, "=" if row.identical else ""]
+        cells += [f"{row.difference_abs:.1f}"]
+        cells += [f"{row.rmse:.1f}", f"{row.correlation:.2f}"]
+        return cells + _whole(paper.simulated, paper.reference, paper.difference, paper.identical)
+
+    def mean(what: Callable[[StudyRow], float]) -> float:
+        return float(np.mean([what(row) for row in result.rows]))
+
+    last = ["mean of the twelve", "", "", f"{mean(lambda r: abs(r.difference)):.1f}"]
+    last += [*([""] * 3 if tests else []), f"{mean(lambda r: r.difference_abs):.1f}"]
+    last += [f"{mean(lambda r: r.rmse):.1f}", f"{mean(lambda r: r.correlation):.2f}"]
+    last += ["", "", f"{mean(lambda r: r.paper.difference):.1f}", ""]
+    return sheet(title, header, [*(line(row) for row in result.rows), last])
+
+
+def _whole(*values) -> list[str]:
+    return ["=" if v is True else "" if v is False else str(v) for v in values]
+
+
+def walks_sheet(title: str, walks: Walks) -> str:
+    """Return what is seen walk by walk."""
+    header = ("", "person", "cycles", "CoM", "drift", "lowest", "stands", "clearance", "recorded")
+    header += ("|diff|", "s/cycle", "program", "tick")
+    units = ("", "", "", "mm", "mm", "mm", "%", "mm", "mm", "deg", "s", "ms", "ms")
+
+    def line(walk: Walk) -> list[str]:
+        c = walk.comparison
+        ours, theirs = (
+            _mean(v[0] for v in c.clearance.values()),
+            _mean(v[1] for v in c.clearance.values()),
+        )
+        off = _mean(abs(c.rom_error[name]) for _, name in ROTATIONS) if c.cycles else math.nan
+        cells = [walk.name, walk.person, str(len(c.cycles)), f"{1e3 * c.com_error_max_m:.1f}"]
+        cells += [f"{1e3 * c.contact_drift_m:.1f}", f"{1e3 * c.lowest_m:.1f}"]
+        cells += [f"{100 * c.contact_share:.0f}", f"{1e3 * ours:.0f}", f"{1e3 * theirs:.0f}"]
+        cells += [f"{off:.1f}", f"{walk.seconds_per_cycle:.2f}"]
+        return cells + [f"{1e3 * walk.tick:.2f}", f"{1e3 * walk.whole_tick:.2f}"]
+
+    lines = [line(walk) for walk in walks.done]
+    lines += [[name, *["-"] * (len(header) - 1)] for name in walks.failed]
+    return sheet(title, header, [units, *lines])
+
+
+def _mean(values: Iterable[float]) -> float:
+    """Return the mean of what is known; NaN where nothing is."""
+    known = [v for v in values if math.isfinite(v)]
+    return float(np.mean(known)) if known else math.nan

@@ -1,0 +1,273 @@
+"""Forces without plates: ground reactions estimated from the motion, beside the measured ones.
+
+Each recording is fitted with its file name alone; its plates are then withheld, and what the whole
+trial's quadratic program gives is held against them, also with noise added to the motion, of one
+foot beside the plates of the other, and at the ends of recordings cut at many instants. Constants
+were settled on one half of the people and are judged by the other.
+"""
+
+import time
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from experiments.fit_accuracy import MOVEMENTS, SETTLED, WALKS
+from experiments.force_figures import (
+    AHEAD,
+    BANDS,
+    BY_PHASE,
+    FIGURES,
+    FORCES,
+    LEAST,
+    MOMENTS,
+    TIME,
+    Figure,
+)
+from experiments.gait_forces import STANCES
+from experiments.given_ground import GROUNDS, on_ground
+from experiments.recording_ends import END_DURATION, phase_rows
+from experiments.table import ResultTable, Row, over_trials, sheet
+from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
+from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.dynamics.ground_forces import estimate_forces
+from plantigrade.dynamics.inverse import inverse_dynamics
+from plantigrade.errors import ReproduceError
+from plantigrade.kinematics.ground_level import moving_ground
+from plantigrade.kinematics.result import Fit
+from plantigrade.motion.filters import lowpass
+from plantigrade.threads import on_one_thread
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.settings import FitSettings
+
+QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
+MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}
+"""Body mass where neither file nor plates tell it [kg]: weighed in other trials of the person."""
+ACTIVITIES = {
+    "running": ("run200", "run300"),
+    "squats": ("squats1",),
+    "chair": ("STS1",),
+    "jumps": ("DJ1",),
+}
+"""Movements other than walking, each judged by itself: parts of the names of recordings."""
+NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
+NOISY, BESIDE, GIVEN = "with noise, ", "beside one plate, ", "on given ground, "
+PREFIXES = {
+    "": "",
+    NOISY: f", {NOISE_MM:g} mm and {NOISE_DEG:g}° of noise added",
+    BESIDE: " of each foot beside the plates of the other",
+    GIVEN: " on given ground, of generated walks",
+}
+"""How figures begin, and what is said of them over a table."""
+
+
+NOTES = (
+    STANCES,
+    "Plates are withheld; only where no file tells the body mass it is the one that they carry.",
+    f"Settled half: {', '.join(SETTLED)}; all constants were settled there. The other half is "
+    "other people and other laboratories.",
+    f"With noise: {NOISE_MM:g} mm and {NOISE_DEG:g}° (RMS, below {NOISE_HZ:g} Hz) added to every "
+    "coordinate of the fitted motion; held against the plates and inverse dynamics without it.",
+    "OpenGRF: what Di Pietro, Di Puccio and Modenese (2025) print of level walking of seven "
+    "adults; other people and another protocol.",
+    "Beside one plate: what the plates of one foot told is known, that of the other is withheld.",
+    "Movements other than walking have rows of their own and are in no mean of a half.",
+    "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
+    "the faults of a laboratory; without --quick.",
+    f"By phase: recordings are cut in double support and after landings; of the cut ones the first "
+    f"or last {END_DURATION:g} s count.",
+)
+
+
+def run(
+    data: Path, *, quick: bool = False, say: Callable[[str], None] = lambda _: None
+) -> ResultTable:
+    """Return the table over the recordings with force plates of a data folder."""
+    title = "Ground reactions without force plates"
+    names = QUICK if quick else (*WALKS, *MOVEMENTS)
+    table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
+    table = replace(table, rows=[*table.rows, *(() if quick else given_rows(say))])
+    values: dict[str, dict[str, float]] = {}
+    for row in table.rows:
+        values.setdefault(row.subject, {})[row.quantity] = _number(row.value)
+    halves = {
+        "settled half": [n for n in values if n in WALKS and any(part in n for part in SETTLED)],
+        "other half": [n for n in values if n in WALKS and not any(part in n for part in SETTLED)],
+    }
+    means = {half: _means([values[n] for n in names]) for half, names in halves.items() if names}
+    for half, found in means.items():
+        vertical = [values[n][FORCES[0].name] for n in halves[half] if FORCES[0].name in values[n]]
+        if vertical:
+            found[LEAST.name] = min(vertical)
+    groups = {
+        words: _means([values[n] for n in values if any(part in n for part in parts)])
+        for words, parts in ACTIVITIES.items()
+    }
+    groups = {words: found for words, found in groups.items() if found}
+    rows = [row for half, found in means.items() for row in _judged(half, found)]
+    for words, found in groups.items():
+        rows += _judged(words, found, (AHEAD, *BANDS))
+    return replace(table, rows=[*table.rows, *rows], sheets=_sheets(values, {**means, **groups}))
+
+
+def trial_rows(path: Path, name: str) -> list[Row]:
+    """Return all rows of one recording: as it is, and of a walk also with noise."""
+    trial = fit_trial(path, FitSettings(mass=MASSES.get(name)))[1]
+    if trial.forces is None:
+        raise ReproduceError(f"{path} has no force plates to compare with")
+    fit, mass = trial.fit, trial.fit.human.mass
+    alone = analyse(fit, mass=mass, without_plates=True)
+    if alone.ground is None:
+        return [Row(name, FORCES[0].name, None, note=" ".join(alone.notes[-1:]))]
+    started = time.process_time()
+    on_one_thread(estimate_forces)(alone.fit.human, alone.motion)  # as in a fit
+    seconds = time.process_time() - started
+    rows = [*_compared(name, alone, alone, ""), Row(name, TIME.name, seconds, TIME.unit)]
+    if name in WALKS:
+        noisy = analyse(with_noise(fit, name), mass=mass, without_plates=True)
+        rows += _compared(name, noisy, alone, NOISY)
+        rows += _rows(name, beside_one_plate(alone), BESIDE)
+        rows += phase_rows(name, alone, mass)
+    return rows
+
+
+def given_rows(say: Callable[[str], None] = lambda _: None) -> list[Row]:
+    """Return the rows of generated walks on slopes and steps, fitted with those as given."""
+    rows = []
+    for name, walk in GROUNDS.items():
+        rows += _rows(name, on_ground(*walk), GIVEN)
+        say(f"{name} done")
+    return rows
+
+
+def beside_one_plate(trial: Trial) -> ForceComparison:
+    """Return each foot estimated beside the plates of the other, against its own.
+
+    The trial's plates were withheld.
+    """
+    assert trial.withheld is not None and trial.measured is not None
+    human, motion, (forces, _) = trial.fit.human, trial.motion, trial.withheld
+    assert motion.qacc is not None
+    feet, found = [], None
+    for k, side in enumerate(SIDES):
+        told = np.array(forces.valid_side)
+        told[:, k] = False
+        if not np.any(forces.force[told[:, 1 - k], 1 - k]):
+            continue
+        seen = replace(forces, valid_side=told, valid=told.all(axis=1))
+        ground = estimate_forces(human, motion, measured=seen)
+        moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, ground.forces)
+        record = replace(trial, ground=ground, moments=moments).record()
+        found = compare_forces(record, trial.measured, belt=_belt(trial))
+        feet += [foot for foot in found.feet if foot.side == side]
+    return ForceComparison(motion.time, tuple(feet), 0.0 if found is None else found.residual)
+
+
+def with_noise(fit: Fit, name: str) -> Fit:
+    """Return a fit with slow noise on every coordinate, the same for the same name."""
+    model, n = fit.human.model, len(fit.time)
+    white = np.random.default_rng(zlib.crc32(name.encode())).standard_normal((n, model.nv))
+    slow = lowpass(fit.time, white, cutoff=NOISE_HZ)
+    slow /= np.sqrt(np.mean(slow**2, axis=0))
+    slow *= np.r_[np.full(3, 1e-3 * NOISE_MM), np.full(model.nv - 3, np.deg2rad(NOISE_DEG))]
+    qpos = fit.qpos.copy()
+    for f in range(n):
+        mujoco.mj_integratePos(model, qpos[f], slow[f], 1.0)
+    return replace(fit, qpos=qpos)
+
+
+def _compared(name: str, trial: Trial, true: Trial, prefix: str) -> list[Row]:
+    """Return the figures of an estimate against what was measured without noise."""
+    if trial.ground is None or true.measured is None:
+        return [Row(name, prefix + FORCES[0].name, None, note=" ".join(trial.notes[-1:]))]
+    c = compare_forces(trial.record(), true.measured, belt=_belt(true))
+    noise = Row(name, f"{prefix}noise of the motion", trial.ground.noise)
+    return [*_rows(name, c, prefix), noise]
+
+
+def _rows(name: str, c: ForceComparison, prefix: str) -> list[Row]:
+    """Return those figures that there are."""
+    values = [(figure, figure.of(c)) for figure in FIGURES]
+    return [Row(name, prefix + f.name, x, f.unit) for f, x in values if np.isfinite(x)]
+
+
+def _belt(trial: Trial) -> Float[Array, "n_frames 3"]:
+    """Return the path of the ground under a trial [m]."""
+    return moving_ground(trial.motion.time, trial.feet.heel, trial.feet.toe)
+
+
+def _means(found: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the mean of each figure over the recordings that have it."""
+    names = dict.fromkeys(name for each in found for name in each)
+    values = {n: [each[n] for each in found if np.isfinite(each.get(n, np.nan))] for n in names}
+    return {n: float(np.mean(v)) for n, v in values.items() if v}
+
+
+def _judged(
+    half: str,
+    found: Mapping[str, float],
+    figures: Sequence[Figure] = (*FIGURES, *BY_PHASE, LEAST, TIME),
+) -> list[Row]:
+    """Return means, of a half of the people or of a movement, beside the goals."""
+    rows = []
+    for prefix in PREFIXES:
+        for figure in figures:
+            value = found.get(prefix + figure.name)
+            if value is None:
+                continue
+            row = Row(half, prefix + figure.name, value, figure.unit)
+            if figure.goal is not None:
+                met = value >= figure.goal if figure.least else abs(value) <= figure.goal
+                met = met and (figure.most is None or value <= figure.most)
+                row = replace(row, goal=_goal(figure), met=bool(met))
+            rows.append(row)
+    return rows
+
+
+def _sheets(
+    values: Mapping[str, Mapping[str, float]], means: Mapping[str, Mapping[str, float]]
+) -> tuple[str, ...]:
+    """Return ground reactions, moments and bands, one line a recording, then the means."""
+    found = []
+    lines = {**{Path(name).stem: each for name, each in values.items()}, **means}
+    for prefix, words in PREFIXES.items():
+        for title, figures in (
+            (f"Ground reactions{words}", FORCES),
+            (f"Joint moments{words}", (*MOMENTS, *(() if prefix else (TIME,)))),
+            (f"Measured values in the 90 % bands [%]{words}", BANDS),
+            (f"Vertical force by phase{words}", () if prefix else (*BY_PHASE, LEAST)),
+        ):
+            table = [
+                [name, *(_shown(each.get(prefix + f.name), f.digits) for f in figures)]
+                for name, each in lines.items()
+                if any(np.isfinite(each.get(prefix + f.name, np.nan)) for f in figures)
+            ]
+            if not table:
+                continue
+            if any(f.opengrf for f in figures):
+                table.append(["OpenGRF", *(f.opengrf or "–" for f in figures)])
+            if any(f.goal is not None for f in figures):
+                table.append(["goal", *(_goal(f) for f in figures)])
+            found.append(sheet(title, ("", *(f.short for f in figures)), table))
+    return tuple(found)
+
+
+def _goal(figure: Figure) -> str:
+    if figure.goal is None:
+        return ""
+    if figure.most is not None:
+        return f"{figure.goal:g}-{figure.most:g}"
+    return f"{'>=' if figure.least else '<='} {figure.goal:g}"
+
+
+def _shown(value: float | None, digits: int) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)

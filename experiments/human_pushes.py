@@ -1,0 +1,265 @@
+"""The pushes that people took while walking, given to a simulated person.
+
+626 lateral pushes at the upper arm of 29 adults, published with the program DeepPushRecovery
+(github snumrl/DeepPushRecovery, Apache-2.0): each is given to a person of that height and mass who
+walks at that speed, at that phase, with that force.
+"""
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+
+from experiments.kept_results import KeptResults, Result
+from experiments.measured import Cases
+from experiments.page import Grid
+from experiments.table import Row, at_least
+from experiments.walking import recorded
+from plantigrade.errors import FileError
+from plantigrade.models import Human
+from plantigrade.record import Record
+from plantigrade.workflows.harness import walk
+from plantigrade.workflows.other_bodies import leg_of, on_body
+from plantigrade.workflows.walked import Walked
+from plantigrade.workflows.walkers import walker, walks_as
+from plantigrade.world import PhasePush
+
+FILE = "pushes/human-data.csv"
+PEOPLE, FEW = 26, 2
+"""How many pushes are usually given, evenly out of all; and in the short form."""
+WALKS = (
+    "cmu_asfamc/49_01.amc",
+    "cmu_asfamc/07_05.amc",
+    "cmu_asfamc/16_15.amc",
+    "cmu_asfamc/02_01.amc",
+    "cmu_asfamc/07_01.amc",
+)
+"""Walks of 0.85 to 1.4 m/s; the one nearest to a speed is taken."""
+FASTEST, SLOWEST = 1.25, 0.75
+"""A walk is made so many times faster at most, and slower."""
+SURVIVE = 95.0  # goal: share of pushes survived [%]
+COLUMNS = (
+    "height", "weight", "sex", "actual_speed", "push_force_not_normalized", "push_duration",
+    "push_direction", "push_start", "crouch", "maximal_detour_distance", "detour_first_step",
+    "maximal_detour_step",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """A push that somebody took.
+
+    Attributes:
+        number: Of the row.
+        height: Of the person [m].
+        mass: Of the person [kg].
+        sex: Of the person.
+        speed: Walking speed [m/s].
+        force: Mean force [N]: impulse over duration.
+        duration: How long it lasted [s].
+        side: The side it came from, that of the foot that stood.
+        phase: When it began, of the cycle of that foot.
+        crouch: Whether the person was told to crouch.
+        detour: How far the body went aside, at most [m].
+        first: And until the first step after the push [m].
+        step: In which step after it the body was farthest aside.
+    """
+
+    number: int
+    height: float
+    mass: float
+    sex: str
+    speed: float
+    force: float
+    duration: float
+    side: str
+    phase: float
+    crouch: bool
+    detour: float
+    first: float
+    step: float
+
+
+@cache
+def pushes(path: Path) -> tuple[Pushed, ...]:
+    """Return the pushes of the table.
+
+    The unit of ``push_force_not_normalized``, N s, is inferred: over ``push_duration`` it gives the
+    172 N of the publication. Its start is a percentage of the step, half a cycle, from the strike
+    of the foot that stands, which is that of the side the push comes from: so the program that is
+    published beside the table has it.
+
+    Raises:
+        FileError: If the table cannot be read.
+    """
+    found = []
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as lines:
+            for k, row in enumerate(csv.DictReader(lines)):
+                value = {name: float(row[name]) for name in COLUMNS}
+                duration = value["push_duration"]
+                found.append(
+                    Pushed(
+                        k,
+                        value["height"] / 100.0,
+                        value["weight"],
+                        "male" if value["sex"] == 1 else "female",
+                        value["actual_speed"] / 1000.0,
+                        value["push_force_not_normalized"] / duration,
+                        duration,
+                        "l" if value["push_direction"] == 1 else "r",
+                        (value["push_start"] / 200.0) % 1.0,
+                        value["crouch"] > 0,
+                        value["maximal_detour_distance"] / 1000.0,
+                        value["detour_first_step"] / 1000.0,
+                        value["maximal_detour_step"],
+                    )
+                )
+    except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+        raise FileError(path, f"holds no table of pushes ({error!r})") from error
+    return tuple(found)
+
+
+def walk_at(data: Path, human: Human, speed: float) -> Record:
+    """Return the recorded walk that is nearest to a speed on a body, made as fast as it can be."""
+
+    def of(name: str) -> tuple[float, Record, float]:
+        record = recorded(data / name)
+        own = walker("pendulum", record).speed
+        own *= float(np.sqrt(leg_of(human) / leg_of(record.human)))
+        return abs(np.log(own / speed)), record, own
+
+    _, record, own = min((of(name) for name in WALKS), key=lambda each: each[0])
+    return on_body(record, human, faster=float(np.clip(speed / own, SLOWEST, FASTEST)))
+
+
+def give(controller: str, data: Path, pushed: Pushed) -> Result:
+    """Return what became of a simulated person."""
+    human = Human.create(pushed.height, pushed.mass, pushed.sex)  # pyright: ignore[reportArgumentType]
+    one = walks_as(controller, walk_at(data, human, pushed.speed))
+    towards = -1.0 if pushed.side == "l" else 1.0
+    push = PhasePush(
+        force=pushed.force,
+        duration=pushed.duration,
+        direction=towards * np.pi / 2,
+        side=pushed.side,
+        phase=pushed.phase,
+    )
+    found = walk(one, (push,))
+    detour, first, step = aside(found, towards)
+    return {
+        "survived": found.survived,
+        "withstood": found.withstood,
+        "end": found.end,
+        "detour": detour,
+        "first": first,
+        "step": step,
+        "people": [pushed.detour, pushed.first, pushed.step],
+        "speed": [one.speed, pushed.speed],
+        "impulse": pushed.force * pushed.duration,
+        "change": pushed.force * pushed.duration / pushed.mass,
+        "crouch": pushed.crouch,
+    }
+
+
+def aside(found: Walked, towards: float) -> tuple[float, float, float]:
+    """Return how far a push moved the body aside, at most and until the first step, and when.
+
+    From its mean place over the stride before.
+
+    Returns:
+        The greatest distance [m], that at the first landing after the push began [m], and the
+        number of the step in which it was greatest; NaN where nobody was pushed.
+    """
+    if found.pushed is None or not len(found.time):
+        return float("nan"), float("nan"), float("nan")
+    begin = found.pushed[0]
+    before = (found.time > begin - found.period) & (found.time <= begin)
+    after = found.time > begin
+    if not before.any() or not after.any():
+        return float("nan"), float("nan"), float("nan")
+    off = towards * (found.com[after, 1] - found.com[before, 1].mean())
+    time, k = found.time[after], int(np.argmax(off))
+    strikes = [x.time for x in found.landings if x.time > begin]
+    first = float(off[np.searchsorted(time, strikes[0])]) if strikes else float("nan")
+    return float(off[k]), first, float(1 + sum(t < time[k] for t in strikes))
+
+
+def people_cases(
+    controllers: Sequence[str], data: Path | None, most: int | None, quick: bool
+) -> Cases:
+    """Return so many pushes, evenly out of all; all where no number is given."""
+    if data is None or not (data / FILE).exists():
+        return {}
+    every = pushes(data / FILE)
+    n = FEW if quick else len(every) if most is None else most
+    some = [every[round(k * (len(every) - 1) / max(n - 1, 1))] for k in range(n)]
+    return {
+        f"people/{controller}/{pushed.number}": partial(give, controller, data, pushed)
+        for controller in controllers
+        for pushed in some
+    }
+
+
+def pushed_in_words(result: Result) -> str:
+    """Return what became of a person in a few words."""
+    if not result["survived"]:
+        return str(result["end"])
+    people = 100 * result["people"][0]
+    back = "" if result["withstood"] else ", not back to the gait"
+    return f"{100 * result['detour']:.0f} cm aside, the person {people:.0f} cm{back}"
+
+
+def _found(kept: KeptResults) -> dict[str, list[Result]]:
+    found: dict[str, list[Result]] = {}
+    for key, result in kept.beginning("people/").items():
+        if "error" not in result:
+            found.setdefault(key.split("/", 1)[1].rsplit("/", 1)[0], []).append(result)
+    return found
+
+
+def _paired(results: Sequence[Result], name: str, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return ours and the people's, of those who survived."""
+    pairs = [(r[name], r["people"][k]) for r in results if r["survived"] and r[name] is not None]
+    both = np.array(pairs, dtype=float).reshape(-1, 2)
+    return both[:, 0], both[:, 1]
+
+
+def people_table(kept: KeptResults) -> Iterator[Grid]:
+    """Return survival, detour and steps beside the people's."""
+    lines = []
+    for controller, results in _found(kept).items():
+        stood = sum(r["survived"] for r in results)
+        cells = [controller, f"{stood} of {len(results)}"]
+        cells.append(f"{sum(r['withstood'] for r in results)}")
+        for name, k in (("detour", 0), ("first", 1)):
+            ours, theirs = _paired(results, name, k)
+            cells += [f"{x.mean():.2f} ± {x.std():.2f}" if len(x) else "-" for x in (ours, theirs)]
+        ours, theirs = _paired(results, "step", 2)
+        cells += [f"{x.mean():.1f}" if len(x) else "-" for x in (ours, theirs)]
+        speed = np.array([r["speed"] for r in results])
+        lines.append([*cells, f"{np.abs(speed[:, 0] / speed[:, 1] - 1).max():.0%}"])
+    header = (
+        "", "survived", "back to the gait", "detour [m]", "people", "until first step [m]",
+        "people", "farthest in step", "people", "speed off by at most",
+    )  # fmt: skip
+    yield Grid("Pushes that people took", header, lines)
+
+
+def people_rows(kept: KeptResults) -> Iterator[Row]:
+    """Return the share that survived, and detours."""
+    for controller, results in _found(kept).items():
+        subject = f"{controller} pushes of people"
+        share = 100.0 * sum(r["survived"] for r in results) / len(results)
+        yield at_least(subject, "survived", share, SURVIVE, "%")
+        back = 100.0 * sum(r["withstood"] for r in results) / len(results)
+        yield Row(subject, "back to the gait", back, "%")
+        for name, k, words in (("detour", 0, "detour"), ("first", 1, "aside at the first step")):
+            ours, theirs = _paired(results, name, k)
+            if len(ours):
+                yield Row(
+                    subject, words, float(ours.mean()), "m", note=f"people {theirs.mean():.2f} m"
+                )

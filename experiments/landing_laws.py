@@ -1,0 +1,119 @@
+"""The laws by which a pendulum's feet land, on one small battery: a part of ``walk-battery``.
+
+The paper lands by the energy that is to be left [Tsai2010]_ (Eqs. 5–7), in the plane of the walk
+(``energy``) or in both planes (``energy-both``); ``divergent`` by the extrapolated centre of mass.
+"""
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+
+from experiments.kept_results import Result
+from experiments.measured import Cases
+from experiments.page import Grid
+from experiments.table import Row
+from experiments.walking import HEIGHT, MASS, figures, walking
+from plantigrade.contact.ground import Ground
+from plantigrade.control.pendulum.landing_laws import LAWS
+from plantigrade.workflows.harness import walk
+from plantigrade.world import PhasePush
+from plantigrade.world.grounds import ground_named
+
+PREFIX = "laws "
+"""What the names of these walks begin with."""
+PEOPLE = ((HEIGHT, MASS), (1.60, 55.0))
+"""Who walks [m, kg]."""
+GROUNDS = ("flat", "ramp:-10", "ramp:10", "tiles:3")
+SECONDS = 9.0
+"""How long they walk on each [s]."""
+FORCE, LASTS, PHASE = 100.0, 0.4, 0.3
+"""Of a push at the trunk [N, s], and so much of a cycle after the right foot's strike."""
+DIRECTIONS = {"forward": 0.0, "left": 90.0, "backward": 180.0, "right": 270.0}
+
+
+def on_ground(
+    law: str, data: Path | None, height: float, mass: float, ground: str, seconds: float
+) -> Result:
+    """Return a walk on a ground by one law."""
+    under = Ground() if ground == "flat" else ground_named(ground, seed=1)
+    found = walk(walking(law, data, height, mass), ground=under, duration=seconds)
+    return {**figures(found, since=2.0), "fine": found.survived}
+
+
+def pushed(law: str, data: Path | None, height: float, mass: float, direction: float) -> Result:
+    """Return a pushed walk by one law; fine is who is back to the gait."""
+    turn = 0.017453292519943295 * direction
+    push = PhasePush(force=FORCE, duration=LASTS, direction=turn, side="r", phase=PHASE)
+    found = walk(walking(law, data, height, mass), (push,))
+    return {**figures(found), "fine": found.survived and found.back is not None}
+
+
+def cases(quick: bool, data: Path | None) -> Cases:
+    """Return what is walked, by name."""
+    found: Cases = {}
+    for height, mass in PEOPLE[:1] if quick else PEOPLE:
+        who = f"{height:.2f} m"
+        for ground in GROUNDS[:2] if quick else GROUNDS:
+            seconds = 4.0 if quick else SECONDS
+            for law in LAWS:
+                name = f"pendulum:{law}"
+                key = f"{name}/{PREFIX}{who}, {ground}/{seconds:g} s"
+                found[key] = partial(on_ground, name, data, height, mass, ground, seconds)
+        for what, direction in list(DIRECTIONS.items())[: 1 if quick else None]:
+            for law in LAWS:
+                name = f"pendulum:{law}"
+                key = f"{name}/{PREFIX}{who}, {FORCE:g} N {what}/{SECONDS:g} s"
+                found[key] = partial(pushed, name, data, height, mass, direction)
+    return found
+
+
+Cells = Mapping[str, Mapping[str, list[Result]]]
+"""What was walked → controller → what became of it."""
+
+
+def _of_laws(cells: Cells) -> dict[str, dict[str, Result]]:
+    return {
+        what.removeprefix(PREFIX): {
+            law: row[f"pendulum:{law}"][0] for law in LAWS if row.get(f"pendulum:{law}")
+        }
+        for what, row in cells.items()
+        if what.startswith(PREFIX)
+    }
+
+
+def grid(cells: Cells) -> Grid | None:
+    """Return the table of the laws; None where nothing was walked for it."""
+    found = _of_laws(cells)
+    if not found:
+        return None
+    lines = [[what, *(_told(row.get(law)) for law in LAWS)] for what, row in found.items()]
+    every = [
+        [r for row in found.values() if (r := row.get(law)) is not None and "error" not in r]
+        for law in LAWS
+    ]
+    lines.append(
+        ["all", *(f"{sum(r['fine'] for r in own)} of {len(own)}" if own else "" for own in every)]
+    )
+    return Grid("Landing laws", ("", *LAWS), lines)
+
+
+def _told(result: Result | None) -> str:
+    if result is None:
+        return ""
+    if "error" in result:
+        return str(result["error"])[:60]
+    if not result["survived"]:
+        return f"{result['end']}"
+    share = 100.0 * result["speed"] / max(result["asked"], 1e-9)
+    told = "" if result["rms_deg"] is None else f", {result['rms_deg']:.1f}°"
+    return f"{share:.0f} %{told}" + ("" if result["fine"] else ", not back to its gait")
+
+
+def rows(cells: Cells) -> Iterator[Row]:
+    """Return how much of it each law walks."""
+    found = _of_laws(cells)
+    for law in LAWS:
+        own = [row[law] for row in found.values() if law in row]
+        if own:
+            good = sum("error" not in r and bool(r["fine"]) for r in own)
+            yield Row(f"pendulum:{law}", "laws walked", 100.0 * good / len(own), "%")

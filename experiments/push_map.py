@@ -1,0 +1,343 @@
+"""How hard a walk may be pushed: every direction at every phase of the gait, by bisection.
+
+Table of pushes of the pendulum paper [Tsai2010]_, which does not say at which phase it pushed. A
+push counts as withstood where the person is back to the recorded gait six seconds after it
+(:mod:`plantigrade.workflows.harness`), not just on the feet. Beside it the same for who stands and
+may step, and the pushes that people took.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.human_pushes import (
+    PEOPLE,
+    people_cases,
+    people_rows,
+    people_table,
+    pushed_in_words,
+)
+from experiments.kept_results import KeptResults, Result
+from experiments.measured import Cases, Measured
+from experiments.page import Grid
+from experiments.standing import Standing, stands
+from experiments.table import Row, at_least
+from experiments.walking import (
+    CONTROLLERS,
+    HEIGHT,
+    MASS,
+    person,
+    runs,
+    walking,
+)
+from plantigrade.charts import Series, path_plot
+from plantigrade.charts.figure import grid
+from plantigrade.constants import GRAVITY
+from plantigrade.pages.section import Section
+from plantigrade.workflows.harness import PushedWalk
+from plantigrade.workflows.other_bodies import limits_of
+from plantigrade.world.push_limits import PushTest, directions, push_limit
+
+FORCE, IMPULSE = 0.4, 0.2
+"""How long pushes act [s]."""
+AROUND, PHASES, MOST = 16, 10, 1000.0
+"""Directions, phases of the gait cycle, and the greatest push tried [N]."""
+FEW, SOME, STEP, COARSE = 8, 4, 20.0, 50.0
+"""Directions and phases of the usual map; distance of forces in the full map and in others [N]."""
+STRONGER = 2.0
+"""Times as strong as people, in the part ``stronger``."""
+KINDS = {
+    "force": (FORCE, 1.0),
+    "impulse": (IMPULSE, 1.0),
+    "stronger": (FORCE, STRONGER),
+}
+"""Part → how long its pushes act, and how strong the joints are."""
+MEDIAN, WORST = 400.0, 250.0  # goals of the push limit [N]
+PAPER = (486.02, 478.60, 456.24, 452.43, 457.72, 452.60, 469.68, 467.22)
+"""Sizes of the paper's eight pushes [N]: its components, some of whose signs are lost in print."""
+NOTES = (
+    "",
+    f"A person of {HEIGHT:g} m and {MASS:g} kg (the paper's mass) walks CMU 16_15 and is pushed "
+    "at the trunk's centre of mass, direction fixed in the world: 0° forward, 90° to the left; "
+    "phase 0 is the strike of the right foot. Withstood: on the feet six seconds after the push, "
+    "no leg through the other, and the last stride within 20 % of the recorded speed and 5 cm of "
+    "the recorded height of the centre of mass. Bodies are solid. 'on feet' asks only for the "
+    "first. Limits by bisection on a grid, 50 N in the usual map and 20 N in the full one; one "
+    "lighter push (half the limit) is tried after it. Paper: 452 to 486 N × 0.4 s, phase unstated; "
+    "SIMBICON 340 N sagittal; study: median 400 N, worst 200 N, on the feet only, legs through "
+    "each other. People: lateral pushes at the upper arm while walking 0.33 to 1.46 m/s, here at "
+    "the trunk; some crouched, ours walk upright. Their start is a percentage of the step from the "
+    "strike of the foot that stands; the side is inferred from the program published beside them.",
+)
+
+
+def limit(
+    controller: str,
+    data: Path | None,
+    duration: float,
+    phase: float,
+    degrees: float,
+    step: float,
+    strength: float,
+) -> Result:
+    """Return the largest push withstood at a phase, in a direction."""
+    one = walking(controller, data, HEIGHT, MASS, strength)
+    pushed = _pushed(one, phase)
+    feet: dict[float, bool] = {}
+
+    def withstands(force: float) -> bool:
+        found = pushed(force, float(np.deg2rad(degrees)), duration)
+        feet[force] = found.survived
+        return found.withstood
+
+    found = push_limit(withstands, guess=MEDIAN, step=step, most=MOST, below=(0.5,))
+    return {
+        "force": found.force,
+        "gaps": list(found.gaps),
+        "tried": len(found.tried),
+        "on_feet": max((f for f, stood in feet.items() if stood), default=0.0),
+        "grid": step,
+        "open": found.open,
+    }
+
+
+_LAST: list[tuple[Any, float, PushedWalk]] = []
+"""The walk up to the phase that was pushed last; a direction after the other begins there."""
+
+
+def _pushed(one: Any, phase: float) -> PushedWalk:
+    if not _LAST or _LAST[0][0] is not one or _LAST[0][1] != phase:
+        _LAST[:] = [(one, phase, PushedWalk(one, phase))]
+    return _LAST[0][2]
+
+
+def standing(degrees: float, step: float) -> Result:
+    """Return the largest push of who stands and may step."""
+    situation = Standing(formulation="stepping", height=HEIGHT, mass=MASS)
+    test = PushTest(situation=situation, duration=FORCE, watch=5.0, withstood=stands)
+    found = test.limit(float(np.deg2rad(degrees)), guess=200.0, step=step, below=(0.5,))
+    return {"force": found.force, "gaps": list(found.gaps), "grid": step}
+
+
+def _size(quick: bool, full: bool) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+    """Return phases, directions [deg] and the distance of forces [N]."""
+    if quick:
+        return (0.3,), (0.0, 90.0), 2 * COARSE
+    phases, around = (PHASES, AROUND) if full else (SOME, FEW)
+    degrees = tuple(round(float(np.rad2deg(d)), 1) for d in directions(around))
+    return tuple(k / phases for k in range(phases)), degrees, STEP if full else COARSE
+
+
+def map_cases(
+    controllers: Sequence[str], data: Path | None, kind: str, full: bool, quick: bool
+) -> Cases:
+    """Return every direction at every phase; one phase after the other."""
+    duration, strength = KINDS[kind]
+    phases, degrees, step = _size(quick, full)
+    return {
+        f"{kind}/{controller}/{phase:g}/{d:g}/{step:g}": partial(
+            limit, controller, data, duration, phase, d, step, strength
+        )
+        for controller in controllers
+        for phase in phases
+        for d in degrees
+    }
+
+
+def standing_cases(quick: bool) -> Cases:
+    """Return all directions of who stands."""
+    degrees = (0.0,) if quick else _size(False, True)[1]
+    step = 2 * COARSE if quick else STEP
+    return {f"standing/{d:g}/{step:g}": partial(standing, d, step) for d in degrees}
+
+
+def _brief(result: Result) -> str:
+    if "force" not in result:
+        return pushed_in_words(result)
+    return f"{result['force']:g} N"
+
+
+Map = dict[tuple[float, float], Result]
+
+
+def maps(kept: KeptResults) -> dict[tuple[str, str], Map]:
+    """Return the limits by part and controller, then by phase and direction.
+
+    Of several grids the finest counts.
+    """
+    found: dict[tuple[str, str], Map] = {}
+    for key, result in kept.results.items():
+        kind, _, rest = key.partition("/")
+        if kind in KINDS and "force" in result:
+            controller, phase, degrees, _ = rest.rsplit("/", 3)
+            own = found.setdefault((kind, controller), {})
+            others = [r["grid"] for r in own.values()]
+            if others and result["grid"] < min(others):
+                own.clear()
+            elif others and result["grid"] > min(others):
+                continue
+            own[float(phase), float(degrees)] = result
+    return found
+
+
+def summary(kept: KeptResults) -> Grid:
+    """Return worst, median and best of every map."""
+    lines = []
+    for (kind, controller), found in maps(kept).items():
+        duration, _ = KINDS[kind]
+        force = np.array([r["force"] for r in found.values()])
+        feet = np.array([r["on_feet"] for r in found.values()])
+        middle = float(np.median(force))
+        cells = [f"{controller}, {kind}, {duration:g} s", str(len(force))]
+        cells += [f"{x:g}" for x in (force.min(), middle, force.max())]
+        cells += [f"{feet.min():g}", f"{np.median(feet):g}"]
+        cells += [f"{middle * duration:.0f}", f"{middle * duration / MASS:.2f}"]
+        lines.append([*cells, f"{100 * middle / (MASS * GRAVITY):.0f}"])
+    own = {k: r for k, r in kept.beginning("standing/").items() if "force" in r}
+    if own:
+        force = np.array([r["force"] for r in own.values()])
+        middle = float(np.median(force))
+        cells = ["standing with steps, 0.4 s", str(len(force))]
+        cells += [f"{x:g}" for x in (force.min(), middle, force.max())]
+        cells += ["", "", f"{middle * FORCE:.0f}", f"{middle * FORCE / MASS:.2f}"]
+        lines.append([*cells, f"{100 * middle / (MASS * GRAVITY):.0f}"])
+    lines.append(["paper, phase unstated", "8", "452", "463", "486", "", "", "185", "2.27", "58"])
+    lines.append(
+        ["study, on the feet only", "24", "200", "400", "490", "", "", "160", "1.97", "50"]
+    )
+    header = (
+        "largest push withstood [N]", "cases", "worst", "median", "best", "worst on feet",
+        "median on feet", "median N s", "m/s", "% weight",
+    )  # fmt: skip
+    return Grid("Pushes withstood", header, lines)
+
+
+def tables(kept: KeptResults) -> Iterator[Grid]:
+    """Return the maps: a line a phase, a column a direction."""
+    for (kind, controller), found in maps(kept).items():
+        phases = sorted({p for p, _ in found})
+        degrees = sorted({d for _, d in found})
+        lines = []
+        for p in phases:
+            row = [found.get((p, d)) for d in degrees]
+            lines.append(
+                [f"{100 * p:g} %", *("-" if r is None else f"{r['force']:g}" for r in row)]
+            )
+        header = ("phase \\ towards [deg]", *(f"{d:g}" for d in degrees))
+        yield Grid(f"{controller}, {kind}: largest push [N]", header, lines)
+
+
+def strengths() -> Grid:
+    """Return the torque limits that hold."""
+    lines = [
+        [name, f"{low:.0f}", f"{high:.0f}"] for name, (low, high) in limits_of(person()).items()
+    ]
+    return Grid("Torque limits: those of people [N m]", ("hinge", "least", "most"), lines)
+
+
+def rows(kept: KeptResults) -> Iterator[Row]:
+    """Return worst and median with their goals."""
+    for (kind, controller), found in maps(kept).items():
+        force = [float(r["force"]) for r in found.values()]
+        subject = f"{controller} {kind}"
+        if kind != "impulse" and len(force) > 2:
+            yield at_least(subject, "median", float(np.median(force)), MEDIAN, "N")
+            yield at_least(subject, "worst", min(force), WORST, "N")
+        else:
+            yield Row(subject, "median", float(np.median(force)), "N")
+            yield Row(subject, "worst", min(force), "N")
+        yield Row(subject, "best", max(force), "N")
+    own = [r["force"] for r in kept.beginning("standing/").values() if "force" in r]
+    if own:
+        yield Row("standing with steps", "median", float(np.median(own)), "N")
+        yield Row("standing with steps", "worst", float(min(own)), "N")
+    yield from people_rows(kept)
+
+
+def gaps(kept: KeptResults) -> Iterator[str]:
+    """Say where a lighter push was not withstood."""
+    for key, result in kept.results.items():
+        if result.get("gaps"):
+            forces = ", ".join(f"{f:g}" for f in result["gaps"])
+            yield f"Not monotone: {key} holds {result['force']:g} N and fails at {forces} N."
+
+
+def pictures(kept: KeptResults) -> list[Section]:
+    """Return the maps as drawings, one a phase: forward to the right, the person's left up."""
+    sections = []
+    for (kind, controller), found in maps(kept).items():
+        drawn = []
+        circle = np.linspace(0.0, 2 * np.pi, 73)
+        most = max(MEDIAN, *(r["on_feet"] for r in found.values()))  # one scale for all phases
+        frame = Series(most * np.cos(circle), most * np.sin(circle), opacity=0.0)
+        for p in sorted({p for p, _ in found}):
+            own = {d: r for (q, d), r in found.items() if q == p}
+            if len(own) < 3:
+                continue
+            order = [*sorted(own), min(own)]
+            turns = np.deg2rad(order)
+            lines = [
+                frame,
+                Series(MEDIAN * np.cos(circle), MEDIAN * np.sin(circle), "400 N", dash="2 4"),
+            ]
+            for name, dash in (("force", ""), ("on_feet", "5 3")):
+                size = np.array([own[d][name] for d in order])
+                label = "back to the gait" if name == "force" else "on the feet"
+                lines.append(Series(size * np.cos(turns), size * np.sin(turns), label, dash=dash))
+            title = f"{100 * p:g} % of the cycle"
+            drawn.append(
+                path_plot(
+                    lines,
+                    title=title,
+                    x_label="forward [N]",
+                    y_label="to the left [N]",
+                    width=400,
+                    max_height=390,
+                )
+            )
+        if drawn:
+            title = f"Map of pushes: {controller}, {kind}"
+            sections.append(Section(title, figures=(grid(drawn, columns=2),)))
+    return sections
+
+
+def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
+    """Return the experiment for some controllers."""
+
+    def of_map(kind: str, full: bool) -> Callable[[bool], Cases]:
+        return partial(map_cases, controllers, data, kind, full)
+
+    return Measured(
+        name="push-map",
+        title="Pushes that a walk withstands",
+        parts={
+            "force": of_map("force", False),
+            "impulse": of_map("impulse", False),
+            "full": of_map("force", True),
+            "full impulse": of_map("impulse", True),
+            "stronger": of_map("stronger", False),
+            "standing": standing_cases,
+            "people": partial(people_cases, controllers, data, PEOPLE),
+            "all people": partial(people_cases, controllers, data, None),
+        },
+        usual=("force", "people"),
+        shortly=("force", "people"),
+        brief=_brief,
+        grids=lambda kept: (
+            summary(kept),
+            *tables(kept),
+            *people_table(kept),
+            strengths(),
+        ),  # fmt: skip
+        rows=rows,
+        notes=NOTES,
+        remarks=gaps,
+        pictures=pictures,
+    )
+
+
+run = runs(experiment)
+EXPERIMENT = experiment(CONTROLLERS, None)

@@ -1,0 +1,201 @@
+"""Who stands, how, and what keeps them standing: shared by the experiments on standing.
+
+The body is the paper's [Park2020]_: 1.50 m, 48.5 kg, 66 degrees of freedom, 24 of them in its
+multi-segment feet. Its other feet have the same length, width and mass and touch the ground at the
+same sixteen points (``full_sole``), so that only joints differ. One stance, one set of weights and
+one rate of the physics serve all feet.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.contact.site import GEOM
+from plantigrade.control import Posture
+from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, posture_reference
+from plantigrade.control.balance.reference import PLATFORM
+from plantigrade.kinematics.state import State
+from plantigrade.models import FEET, Human
+from plantigrade.threads import on_one_thread
+from plantigrade.world import Controller, Disturbance, World, standing_on
+from plantigrade.world.grounds import ground_named
+from plantigrade.world.push_limits import on_feet
+
+HEIGHT, MASS, SEX, JOINTS = 1.50, 48.5, "female", "66"  # the paper does not say the sex
+RATE = 900.0
+"""Steps of the physics [1/s]; the paper has 1800."""
+AHEAD, WIDTH = 0.60, 0.147
+"""Stance: centre of mass over the soles, from the heels; ankles apart, of the height.
+
+People carry it at 0.45; the paper's 65 N from the front and 50 N from the back are those of a
+pendulum at some 0.6.
+"""
+ARMS = np.deg2rad(17.0)
+"""How far the arms are from the trunk, so that they do not strike it [rad]."""
+SLOW, LEANING = 0.1, np.deg2rad(40.0)
+"""Who is at rest is slower [m/s], and leans less [rad]."""
+PRESSING, SETTLED = 1.0, 1.0
+"""A point presses above this force [N]; how far it slips is told from this time on [s]."""
+ORDER = ("multi-segment", "two-segment", "rigid")
+assert set(ORDER) == set(FEET)
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """A way to keep balance.
+
+    Attributes:
+        words: What it is.
+        rate: Commands per second [1/s].
+        make: Makes a new controller for a world and a stance.
+    """
+
+    words: str
+    rate: float
+    make: Callable[[World, Float[Array, " nq"]], Controller]
+
+
+FORMULATIONS: dict[str, Formulation] = {
+    "torque": Formulation(
+        "torques within the strength of the joints and forces within friction cones, one program",
+        90.0,
+        lambda world, stance: Balance(posture_reference(world, stance)),
+    ),
+    "stepping": Formulation(
+        "the same, and a step is taken where standing in place can no longer succeed",
+        90.0,
+        lambda world, stance: Balance(
+            posture_reference(world, stance), settings=BalanceSettings(stepping=True)
+        ),
+    ),
+    "hybrid": Formulation(
+        "the paper's: accelerations by least squares, hybrid dynamics, no torque limits",
+        30.0,
+        lambda world, stance: Hybrid(posture_reference(world, stance)),
+    ),
+    "posture": Formulation(
+        "springs and dampers at the joints alone, within the strength of the joints",
+        90.0,
+        lambda world, stance: Posture(qpos=stance),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A person who stands: called with disturbances it is a situation of a push test.
+
+    Attributes:
+        feet: Kind of feet.
+        formulation: What keeps the balance, of :data:`FORMULATIONS`.
+        ground: Name of the ground (:func:`~plantigrade.world.grounds.ground_named`).
+        ahead: Place of the centre of mass over the soles, from the heels.
+        width: Distance of the ankles, of the height.
+        height: Stature [m].
+        mass: Body mass [kg].
+        seed: Of random ground.
+        recording: Whether frames are kept.
+    """
+
+    feet: str = "multi-segment"
+    formulation: str = "hybrid"
+    ground: str = "flat"
+    ahead: float = AHEAD
+    width: float = WIDTH
+    height: float = HEIGHT
+    mass: float = MASS
+    seed: int = 0
+    recording: bool = False
+
+    def __call__(self, disturbances: Sequence[Disturbance] = ()) -> tuple[World, Controller]:
+        """Return a world with the person in it, and their controller."""
+        human = person(self.feet, self.height, self.mass)
+        ground = ground_named(self.ground, seed=self.seed)
+        how = FORMULATIONS[self.formulation]
+        qpos = standing_on(human, ground, ahead=self.ahead, width=self.width * self.height)
+        qpos[[7 + human.hinge(f"arm_add_{side}") for side in SIDES]] = -ARMS
+        world = World(
+            human,
+            ground,
+            disturbances,
+            rate=RATE,
+            control_rate=how.rate,
+            recording=self.recording,
+            qpos=qpos,
+        )
+        return world, how.make(world, qpos)
+
+
+@cache
+def person(feet: str, height: float = HEIGHT, mass: float = MASS) -> Human:
+    """Return the person of these experiments."""
+    return Human.create(height, mass, SEX, JOINTS, feet, full_sole=True)
+
+
+@on_one_thread
+def stand(
+    standing: Standing, disturbances: Sequence[Disturbance], duration: float
+) -> dict[str, Any]:
+    """Return what becomes of a person who stands for so long: plain figures.
+
+    ``stood``; ``time`` until a fall [s]; ``slip``, the farthest that a point which presses has
+    moved along the ground since the first second [mm]; ``points``, how many press on the average
+    of the second half; ``wobble``, the root mean square of how far the trunk leans from where it
+    did at first [deg], and ``sway``, that of the centre of mass over the ground [mm].
+    """
+    world, controller = standing(disturbances)
+    state = world.reset()
+    trunk = world.human.trunk
+    geoms = [world.model.geom(GEOM + site.name).id for site in world.sites]
+    plate = [i for i in range(world.model.nbody) if world.model.body(i).name == PLATFORM]
+    first_up, first_com = state.body.rotation(trunk)[:, 2], state.body.com
+    settled: np.ndarray | None = None
+    slip, points, leans, sways = 0.0, [], [], []
+    while world.time < duration - 0.5 / world.rate and on_feet(world):
+        state = world.step(controller(state))
+        pressing = np.linalg.norm(world.contact_force(), axis=1) > PRESSING
+        place = np.array(world.data.geom_xpos)[geoms]
+        if plate:
+            turn = world.data.xmat[plate[0]].reshape(3, 3)
+            place = (place - world.data.xpos[plate[0]]) @ turn
+        if world.time >= SETTLED and settled is None:
+            settled = place.copy()
+        if settled is not None and pressing.any():
+            moved = np.linalg.norm((place - settled)[pressing, :2], axis=1)
+            slip = max(slip, float(moved.max()))
+        if world.time > duration / 2:
+            points.append(int(pressing.sum()))
+        up = state.body.rotation(trunk)[:, 2]
+        leans.append(np.arccos(np.clip(up @ first_up, -1.0, 1.0)))
+        sways.append(np.linalg.norm((state.body.com - first_com)[:2]))
+    return {
+        "stood": on_feet(world),
+        "time": world.time,
+        "slip": 1e3 * slip,
+        "points": float(np.mean(points)) if points else None,
+        "wobble": float(np.rad2deg(np.sqrt(np.mean(np.square(leans))))),
+        "sway": float(1e3 * np.sqrt(np.mean(np.square(sways)))),
+    }
+
+
+def stands(world: World) -> bool:
+    """Return whether a person is upright, at rest, and has the left foot on the left."""
+    nq, nv = world.human.model.nq, world.human.model.nv
+    body = State(world.human, world.data.qpos[:nq], world.data.qvel[:nv])
+    feet = [world.human.body(f"foot_{side}") for side in SIDES]
+    apart = (body.origin(feet[1]) - body.origin(feet[0])) @ body.rotation(1)[:, 1]
+    upright = body.rotation(world.human.trunk)[2, 2] > np.cos(LEANING)
+    slow = np.linalg.norm(body.com_velocity) < SLOW
+    return bool(upright and slow and apart > 0)
+
+
+def stood_in_words(result: Mapping[str, Any]) -> str:
+    """Return in one line what became of a person."""
+    if not result["stood"]:
+        return f"fell at {result['time']:.2f} s"
+    return f"stood, {result['points']:.0f} points, trunk {result['wobble']:.1f} deg"

@@ -1,0 +1,255 @@
+"""The motions that ``synthesis-bench`` generates, and the goals they are held against."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from experiments.random_requests import Request, random_request
+from experiments.synthesis_trial import (
+    crude,
+    judge,
+    load,
+    outcome,
+    solve,
+    task_of,
+    tried,
+)
+from plantigrade.models import Human
+from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.walking_plan import walk_plan
+from plantigrade.trajopt.transcription.mesh import nodes_of
+
+SPEED, DURATION = 1.3, 3.0  # of the walk [m/s], [s]
+NODES, FINE_NODES = 61, 301
+STEP_LENGTHS, SPEEDS = (0.3, 0.75), (0.4, 1.6)  # of random tasks [m], [m/s]
+# Goals.
+COLD, IPOPT, WARM, FINE = 4.0, 20.0, 0.5, 12.0  # [s]
+REQUEST, LONGEST_REQUEST, REQUESTS_MADE = 3.0, 20.0, 0.98  # median, most [s]; share
+OFTEN = 19  # of 20
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is measured: guesses of each size of noise (RMS, [rad]), random walks, requests.
+
+    Nodes a second are the tasks' own if absent.
+    """
+
+    guesses: int = 20
+    sizes: tuple[float, ...] = (0.05, 0.1, 0.2)
+    random: int = 50
+    requests: int = 200
+    nodes_per_second: float | None = None
+    steps: int = 4
+
+
+QUICK = Extent(guesses=1, sizes=(0.05,), random=1, requests=1)
+QUICK_PARTS = ("crude walk", "periodic", "sit-to-stand", "random periodic", "warm")
+
+Case = tuple[str, Callable[[], dict[str, Any]]]
+"""Key of a result, and what makes it."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One kind of measurement.
+
+    Attributes:
+        name: Of the part.
+        words: What is measured.
+        cases: Everything that is measured.
+        seconds: Goal of the time of one motion [s].
+        share: Goal of the share of motions that are made.
+        most: Goal of the longest time, where it is another one [s].
+    """
+
+    name: str
+    words: str
+    cases: Callable[[Extent], Iterator[Case]]
+    seconds: float
+    share: float = OFTEN / 20
+    most: float | None = None
+
+
+def walk_of(human: Human, extent: Extent) -> MotionTask:
+    """Return the walk from standing to standing that takes :data:`DURATION`."""
+    low, high = 0.5, 2.2  # the faster, the shorter
+    for _ in range(20):
+        speed = (low + high) / 2
+        plan = walk_plan(human, gait_parameters(human, speed), steps=extent.steps)
+        longer = plan.duration > DURATION
+        low, high = (speed, high) if longer else (low, speed)
+    told = {"speed": (low + high) / 2, "steps": extent.steps}
+    return task_of("walk", human, told, extent.nodes_per_second)
+
+
+def with_nodes(task: MotionTask, nodes: int) -> MotionTask:
+    """Return a task on the coarsest even mesh of at least so many nodes."""
+    nodes_per_second = task.nodes_per_second
+    while len(nodes_of(task.plan, nodes_per_second)) < nodes:
+        nodes_per_second += 0.5
+    return replace(task, nodes_per_second=nodes_per_second)
+
+
+def person() -> Human:
+    """Return who does everything here: the average adult with 43 coordinates."""
+    return Human.create(joints="43")
+
+
+def trial(human: Human, task_of: Callable[[], MotionTask], **how: Any) -> dict[str, Any]:
+    """Return what is kept of one motion; why, where there is no such motion."""
+
+    def make() -> dict[str, Any]:
+        timed = solve(human, task_of(), **how)
+        return outcome(timed, judge(timed))
+
+    return tried(make)
+
+
+def guesses(part: str, of: Callable[[Human, Extent], MotionTask], extent: Extent) -> Iterator[Case]:
+    """Yield a task from its own guess and from worse ones."""
+    human = person()
+    task = of(human, extent)
+    made = partial(trial, human, lambda: task)
+    yield f"loading/{part}", partial(load, human, task)
+    yield f"{part}/no noise", made
+    for size in extent.sizes:
+        for seed in range(extent.guesses):
+            yield f"{part}/noise {size:g}/{seed}", partial(made, noise=size, seed=seed)
+
+
+def named(name: str, **told: Any) -> Callable[[Human, Extent], MotionTask]:
+    """Return what makes a task by name."""
+    return lambda human, extent: task_of(name, human, told, extent.nodes_per_second)
+
+
+def ipopt(extent: Extent) -> Iterator[Case]:
+    """Yield the same walk by IPOPT."""
+    human = person()
+    yield from _two_guesses("ipopt", human, walk_of(human, extent), solver="ipopt")
+
+
+def fine(extent: Extent) -> Iterator[Case]:
+    """Yield the walk on many nodes."""
+    human = person()
+    yield from _two_guesses("fine", human, with_nodes(walk_of(human, extent), FINE_NODES))
+
+
+def _two_guesses(part: str, human: Human, task: MotionTask, **how: Any) -> Iterator[Case]:
+    for name, each in (("own guess", task), ("crude guess", crude(task))):
+        yield f"{part}/{name}", partial(trial, human, lambda each=each: each, **how)
+
+
+def random_walks(part: str, periodic: bool, extent: Extent) -> Iterator[Case]:
+    """Yield walks of random step length and speed."""
+    human = person()
+    for seed in range(extent.random):
+        length, speed = random_walk(seed)
+        told: dict[str, Any] = {"speed": speed, "step_length": length}
+        if periodic:
+            told["periodic"] = True
+        else:
+            told["steps"] = min(max(2, round((DURATION - 1.0) * speed / length)), 8)
+        make = partial(trial, human, partial(task_of, "walk", human, told))
+        yield f"{part}/{seed}: {length:.2f} m at {speed:.2f} m/s", make
+
+
+def random_walk(seed: int) -> tuple[float, float]:
+    """Return a random step length [m] and speed [m/s]."""
+    rng = np.random.default_rng(seed)
+    return float(rng.uniform(*STEP_LENGTHS)), float(rng.uniform(*SPEEDS))
+
+
+def requests(extent: Extent) -> Iterator[Case]:
+    """Yield random requests."""
+    for seed in range(extent.requests):
+        asked = random_request(seed)
+
+        def make(asked: Request = asked) -> dict[str, Any]:
+            human = asked.human
+            return trial(human, partial(task_of, asked.task, human, asked.told))
+
+        yield f"requests/{seed}: {asked.words}", make
+
+
+def warm(extent: Extent) -> Iterator[Case]:
+    """Yield motions from one much like them: a speed or a step that was changed a little."""
+    human = person()
+    length = gait_parameters(human, SPEED).step_length
+    changes = (
+        ("speed +5 %", 1.05 * SPEED, None),
+        ("speed -5 %", 0.95 * SPEED, None),
+        ("step +5 %", SPEED, 1.05 * length),
+        ("step -5 %", SPEED, 0.95 * length),
+        ("step +5 cm", SPEED, length + 0.05),
+        ("step -5 cm", SPEED, length - 0.05),
+    )
+
+    def walk(periodic: bool, speed: float = SPEED, step: float | None = None) -> MotionTask:
+        told = {"speed": speed, "step_length": step, "periodic": periodic}
+        told |= {} if periodic else {"steps": extent.steps}
+        return task_of("walk", human, told, extent.nodes_per_second)
+
+    @cache
+    def first(periodic: bool) -> Any:
+        return solve(human, walk(periodic)).solution
+
+    def make(periodic: bool, speed: float, step: float | None) -> dict[str, Any]:
+        return trial(human, lambda: walk(periodic, speed, step), warm=first(periodic))
+
+    for kind, periodic in (("standing", False), ("periodic", True)):
+        for name, speed, step in changes:
+            yield f"warm/{kind}, {name}", partial(make, periodic, speed, step)
+
+
+def _of_guesses(name: str, words: str, of: Callable[[Human, Extent], MotionTask]) -> Part:
+    return Part(name, words, partial(guesses, name, of), COLD)
+
+
+PARTS: dict[str, Part] = {
+    p.name: p
+    for p in (
+        _of_guesses(
+            "crude walk",
+            "walk of 3 s from standing to standing, from a crude guess",
+            lambda human, extent: crude(walk_of(human, extent)),
+        ),
+        _of_guesses("walk", "the same walk from its own guess", walk_of),
+        Part("ipopt", "the same walk by IPOPT", ipopt, IPOPT, 1.0),
+        Part("fine", f"the same walk on {FINE_NODES} nodes or more", fine, FINE, 1.0),
+        _of_guesses(
+            "periodic", "periodic walk at 1.3 m/s", named("walk", periodic=True, speed=SPEED)
+        ),
+        *(
+            _of_guesses(name, name.replace("-", " "), named(name))
+            for name in ("sit-to-stand", "side-step", "jump")
+        ),
+        Part(
+            "random",
+            "walks of random step and speed, from standing to standing",
+            partial(random_walks, "random", False),
+            COLD,
+            1.0,
+        ),
+        Part(
+            "random periodic",
+            "periodic walks of random step and speed",
+            partial(random_walks, "random periodic", True),
+            COLD,
+            1.0,
+        ),
+        Part(
+            "requests",
+            "random requests over all tasks, persons, feet and joints",
+            requests,
+            REQUEST,
+            REQUESTS_MADE,
+            LONGEST_REQUEST,
+        ),
+        Part("warm", "walks from one of a slightly different speed or step", warm, WARM, 1.0),
+    )
+}

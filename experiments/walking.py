@@ -1,0 +1,125 @@
+"""Whose walk the experiments on walking carry out, and what they have in common."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from experiments.kept_results import Result
+from experiments.measured import Measured
+from experiments.table import ResultTable
+from plantigrade.models import Human
+from plantigrade.record import Record
+from plantigrade.workflows.fit import fit_trial
+from plantigrade.workflows.motions import synthesize
+from plantigrade.workflows.other_bodies import as_strong, on_body
+from plantigrade.workflows.policies import is_policy
+from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.walked import Walked
+from plantigrade.workflows.walkers import Walker, make_named, walker
+
+RECORDING = "cmu_asfamc/16_15.amc"
+"""A straight walk of 1.1 m/s without gaps."""
+HEIGHT, MASS = 1.75, 81.4
+"""Of the person who walks: the paper's mass; the paper does not say the height [m, kg]."""
+SPEED = 1.1
+"""Of the walk that is synthesised where there are no recordings [m/s]."""
+CONTROLLERS = ("pendulum",)
+"""What walks where no controller is named."""
+
+
+@cache
+def recorded(path: Path, feet: str | None = None) -> Record:
+    """Return the fit of a recording, with other feet if they are named."""
+    return fit_trial(path, FitSettings(feet=feet))[1].record()  # pyright: ignore[reportArgumentType]
+
+
+@cache
+def own_walk(data: Path | None) -> Record:
+    """Return the walk of these experiments, of whom it was recorded; synthesised without data."""
+    if data is not None and (data / RECORDING).exists():
+        return recorded(data / RECORDING)
+    return synthesize("walk", speed=SPEED, periodic=True, height=HEIGHT, mass=MASS).record
+
+
+def person(height: float = HEIGHT, mass: float = MASS, feet: str | None = None) -> Human:
+    """Return the person of these experiments."""
+    return Human.create(height, mass) if feet is None else Human.create(height, mass, feet=feet)
+
+
+@cache
+def walking(
+    controller: str,
+    data: Path | None,
+    height: float = HEIGHT,
+    mass: float = MASS,
+    strength: float = 1.0,
+) -> Walker:
+    """Return somebody of a size who walks the walk of these experiments, moved by a controller."""
+    if is_policy(controller.partition(":")[0]):
+        return walker(controller)  # as its own person
+    record = own_walk(data)
+    if (record.human.height, record.human.mass, strength) != (height, mass, 1.0):
+        record = on_body(record, as_strong(person(height, mass), strength))
+    return walker(controller, record)
+
+
+def figures(found: Walked, since: float = 0.0) -> Result:
+    """Return what became of a walk as plain figures; speeds are those from a time on."""
+    first = found.com[0] if len(found.com) else (0.0, 0.0, 0.0)
+    last = found.com[-1] if len(found.com) else first
+    return {
+        "survived": found.survived,
+        "end": found.end,
+        "seconds": found.seconds,
+        "speed": found.mean_speed(since),
+        "asked": found.speed,
+        "rms_deg": 57.29577951308232 * found.rms,
+        "far": float(last[0] - first[0]),
+        "aside": float(last[1] - first[1]),
+        "steps": len(found.landings),
+        "back": found.back,
+    }
+
+
+def brief(result: Result) -> str:
+    """Return what became of a walk in a few words."""
+    if not result["survived"]:
+        return str(result["end"])
+    share = 100.0 * result["speed"] / max(result["asked"], 1e-9)
+    told = "" if result["rms_deg"] is None else f", {result['rms_deg']:.1f}° off"
+    return f"{result['seconds']:.0f} s, {result['speed']:.2f} m/s ({share:.0f} %){told}"
+
+
+def chosen(controllers: Sequence[str]) -> tuple[str, ...]:
+    """Return the controllers that were named, or the usual ones."""
+    return tuple(controllers) or CONTROLLERS
+
+
+def runs(make: Callable[[Sequence[str], Path | None], Measured]) -> Callable[..., ResultTable]:
+    """Return the function ``run`` of a module whose experiment any controllers can be put to.
+
+    Args:
+        make: Returns the experiment for some controllers and a folder of recordings.
+    """
+
+    def run(
+        data: Path | None = None, *, controllers: Sequence[str] = (), **options: Any
+    ) -> ResultTable:
+        """Measure.
+
+        Args:
+            data: Folder of recordings; walks are synthesised without it.
+            controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`);
+                the usual one if empty.
+            options: As :meth:`~experiments.measured.Measured.run` takes it.
+
+        Raises:
+            ParameterError: If there is no such part or controller.
+            FileError: If what is kept cannot be shown, or a policy cannot be read.
+        """
+        for word in chosen(controllers):
+            make_named(word)  # before hours are spent
+        return make(chosen(controllers), data).run(**options)
+
+    return run
