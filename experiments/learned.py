@@ -17,7 +17,7 @@ from plantigrade.record import Record
 from plantigrade.workflows.policies import file_of, is_policy, shipped
 from plantigrade.world import Disturbance, InitialState, World, world_for
 from plantigrade.world.grounds import ground_named
-from plantigrade.world.start import on_ground
+from plantigrade.world.standing import on_ground
 
 FEET = ("multi-segment", "two-segment", "rigid")
 RATE = 600.0

@@ -22,7 +22,7 @@ from experiments.standing import (
 )
 from experiments.table import Row, equal
 from plantigrade.world import Tilting
-from plantigrade.world.start import PRESSURE
+from plantigrade.world.standing import COM_ALONG_SOLE
 
 DURATION, PERIOD = 20.0, 4.0  # [s]
 WAYS = {"fore-aft": 0.0, "lateral": np.pi / 2}
@@ -44,7 +44,7 @@ def _cases(way: str, quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
                 amplitude = float(np.deg2rad(degrees))
                 plate = Tilting(amplitude=amplitude, period=PERIOD, direction=direction)
                 duration = 5.0 if quick else DURATION
-                make = partial(stand, Standing(foot, way, ahead=PRESSURE), (plate,), duration)
+                make = partial(stand, Standing(foot, way, ahead=COM_ALONG_SOLE), (plate,), duration)
                 cases[f"{way}/{foot}/{name}/{degrees}"] = make
     return cases
 

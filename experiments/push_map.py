@@ -117,7 +117,7 @@ def _pushed(one: Any, phase: float) -> PushedWalk:
 def standing(degrees: float, step: float) -> Result:
     """Return the largest push of who stands and may step."""
     situation = Standing(formulation="stepping", height=HEIGHT, mass=MASS)
-    test = PushTest(situation=situation, duration=FORCE, watch=5.0, withstood=stands)
+    test = PushTest(situation=situation, duration=FORCE, watch_time=5.0, withstood=stands)
     found = test.limit(float(np.deg2rad(degrees)), guess=200.0, step=step, below=(0.5,))
     return {"force": found.force, "gaps": list(found.gaps), "grid": step}
 

@@ -103,7 +103,10 @@ def measure(standing: Standing, towards: float) -> dict[str, Any]:
     """Return the limit in a direction, and the pendulum's."""
     steps = standing.formulation == "stepping"
     test = PushTest(
-        situation=standing, duration=DURATION, watch=WATCH, withstood=stands if steps else on_feet
+        situation=standing,
+        duration=DURATION,
+        watch_time=WATCH,
+        withstood=stands if steps else on_feet,
     )
     expected = predicted_limit(standing()[0], towards, DURATION)
     step = (4 if steps else 1) * STEP

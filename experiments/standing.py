@@ -117,7 +117,7 @@ class Standing:
         human = person(self.feet, self.height, self.mass)
         ground = ground_named(self.ground, seed=self.seed)
         how = FORMULATIONS[self.formulation]
-        qpos = standing_on(human, ground, ahead=self.ahead, width=self.width * self.height)
+        qpos = standing_on(human, ground, com_along_sole=self.ahead, width=self.width * self.height)
         qpos[[7 + human.hinge(f"arm_add_{side}") for side in SIDES]] = -ARMS
         world = World(
             human,

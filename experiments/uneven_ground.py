@@ -65,7 +65,7 @@ def _pushes(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
 
 
 def _limit(foot: str, ground: str, towards: float) -> dict[str, Any]:
-    test = PushTest(situation=Standing(foot, "torque", ground), watch=WATCH)
+    test = PushTest(situation=Standing(foot, "torque", ground), watch_time=WATCH)
     limit = test.limit(towards, step=STEP)
     return {"force": limit.force, "gaps": list(limit.gaps)}
 

@@ -65,7 +65,7 @@ class Posture(Controller):
         stiffness = self.settings.stiffness
         self._stiffness = Target("stiffness", 0.0, max(3.0, stiffness), stiffness)
         self._bends = (
-            Target("knees bent", 0.0, 60.0, 0.0, "deg"),
+            Target("knees flexion", 0.0, 60.0, 0.0, "deg"),
             Target("bowed", 0.0, 45.0, 0.0, "deg"),
         )
         self.targets = (self._stiffness, *(() if qpos is None else self._bends))
@@ -100,14 +100,14 @@ class Posture(Controller):
         return held
 
     def _at(self, state: State, bends: tuple[float, ...]) -> Float[Array, "2 n_hinges"]:
-        """Return angles and torques of the posture with knees and hips bent so far [deg]."""
+        """Return angles and torques of the posture with knees and hips flexion so far [deg]."""
         human, ground = state.human, state.world.ground
         qpos = np.array(state.qpos if self.qpos is None else self.qpos)
         knee, hip = np.deg2rad(bends)
         if knee or hip:
             half = knee / 2
-            bent = {"knee_angle": knee, "hip_flexion": half + hip, "ankle_angle": half - hip}
-            qpos = standing_on(human, ground, bent=bent)
+            flexion = {"knee_angle": knee, "hip_flexion": half + hip, "ankle_angle": half - hip}
+            qpos = standing_on(human, ground, flexion=flexion)
         torque = resting_torques(human, ground, qpos, self.settings)
         return np.stack([qpos[7:], torque - state.world.actuators.resistance(qpos[7:])])
 

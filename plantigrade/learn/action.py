@@ -17,7 +17,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.learn.reference import Frame
 from plantigrade.models import Human
-from plantigrade.world.scene import FOOT
+from plantigrade.world.world_model import FOOT_PREFIXES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +78,7 @@ class Action:
         self.gains, self.reach, self.lead = gains, reach, lead
         body = np.array(human.model.jnt_bodyid[1:])
         names = human.body_names
-        foot = np.array([names[b - 1].startswith(FOOT) for b in body])
+        foot = np.array([names[b - 1].startswith(FOOT_PREFIXES) for b in body])
         ankle = np.array([names[b - 1].startswith("foot") for b in body])
         self.displaced = np.flatnonzero(~foot | ankle | all_joints)
         own = foot & (~ankle | gains.ankle_too)

@@ -12,8 +12,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.contact.ground import Ground, HeightField
 from plantigrade.world import Disturbance, World
-from plantigrade.world.disturbance import STRONGEST, trunk
-from plantigrade.world.grounds import ASIDE, GRID, relief
+from plantigrade.world.disturbance import MAX_FORCE, body_index
+from plantigrade.world.grounds import GRID_SPACING, RELIEF_ASIDE, relief
 
 HIGHEST = 0.2
 """Relief is at most so high and so deep [m]."""
@@ -59,7 +59,9 @@ class Relief:
 
 
 def _field(z: Float[Array, "n_y n_x"]) -> HeightField:
-    return HeightField((-ASIDE, -ASIDE), (GRID, GRID), tuple(map(tuple, z.tolist())))
+    return HeightField(
+        (-RELIEF_ASIDE, -RELIEF_ASIDE), (GRID_SPACING, GRID_SPACING), tuple(map(tuple, z.tolist()))
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +82,7 @@ class RandomPushes(Disturbance):
 
     def __post_init__(self):
         """Refuse what is no force."""
-        number("pushes", self.force, 1e-3, STRONGEST, "N", "learning")
+        number("pushes", self.force, 1e-3, MAX_FORCE, "N", "learning")
 
     def reset(self, world: World) -> None:
         """Draw the first."""
@@ -92,7 +94,7 @@ class RandomPushes(Disturbance):
         if world.time >= end - 1e-9:
             start, end, force = world.memory[self] = self._drawn(world, world.time)
         if world.time >= start - 1e-9:
-            world.push(trunk(world.human), force)
+            world.push(body_index(world.human), force)
 
     def _drawn(self, world: World, now: float) -> tuple[float, float, Float[Array, " 3"]]:
         """Return when a push begins and ends [s], and its force, world [N]."""

@@ -25,8 +25,8 @@ from plantigrade.models import Human
 from plantigrade.options import shown
 from plantigrade.record import Record, Run
 from plantigrade.world import Disturbance, StablePD, World, on_ground
+from plantigrade.world.batch_motors import BatchMotors
 from plantigrade.world.grounds import ground_named, platform_named
-from plantigrade.world.together import Together
 
 RATE, CONTROL_RATE = 150.0, 30.0
 """Steps of the physics, and of the policy, by default [1/s]."""
@@ -234,7 +234,7 @@ class Following:
         self.action, self.observation = self.form.action, self.form.observation
         self.weights = rules.weights or (LEAN_WEIGHTS if lean else Weights())
         self._reward = Reward(self.reference, self.weights)
-        self._motors = Together(self.worlds)
+        self._motors = BatchMotors(self.worlds)
         self._view = View(human, [(w.model, w.data) for w in self.worlds])
         rest = BodyState(human, human.standing())
         self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
@@ -341,8 +341,8 @@ class Following:
             if lead:
                 force += damping * rates
             for world, each in zip(self.worlds, force, strict=True):
-                world.actuators.retarget(world.data, each)
-                world.proceed()
+                world.actuators.set_force(world.data, each)
+                world.repeat_command()
             return
         stiffness, damping = self.action.gains_of(action)
         force = stiffness * target
@@ -350,7 +350,7 @@ class Following:
             force += damping * rates
         self._motors.command(self._view.angles, force, stiffness, damping)
         for world in self.worlds:
-            world.proceed()
+            world.repeat_command()
 
     def _ends(self, frame: Any) -> list[str]:
         """Return why episodes end here; empty where they do not."""

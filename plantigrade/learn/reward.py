@@ -34,7 +34,7 @@ from plantigrade.constants import SIDES
 from plantigrade.learn.observation import first_axes
 from plantigrade.learn.reference import Frame, Reference
 from plantigrade.learn.view import View
-from plantigrade.world.scene import FOOT
+from plantigrade.world.world_model import FOOT_PREFIXES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,7 @@ class Reward:
     def __init__(self, reference: Reference, weights: Weights):
         self._weights, human = weights, reference.human
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
-        inner = [n.startswith(FOOT) and not n.startswith("foot") for n in names]
+        inner = [n.startswith(FOOT_PREFIXES) and not n.startswith("foot") for n in names]
         self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
         self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
         self._soles = _soles(reference) if weights.soles else None

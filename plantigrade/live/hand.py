@@ -8,7 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.world import Disturbance
-from plantigrade.world.disturbance import trunk
+from plantigrade.world.disturbance import body_index
 
 if TYPE_CHECKING:
     import plantigrade.world.world
@@ -75,13 +75,13 @@ class Hand(Disturbance):
     def act(self, world: "plantigrade.world.world.World") -> None:
         """Pull, and push."""
         for name, value in self.said.items():
-            world.say(name, value)
+            world.record_signal(name, value)
         if self._push is not None:
             until, force = self._push
             if world.time >= until - 1e-9:
                 self._push = None
             else:
-                world.push(trunk(world.human), force)
+                world.push(body_index(world.human), force)
         rope = self.rope
         if rope is not None:
             world.push(rope.body, *self.pull(world, rope))

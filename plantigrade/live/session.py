@@ -24,7 +24,7 @@ from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.world import Controller, Disturbance, Load, Target, World
 from plantigrade.world.load import pack_of
-from plantigrade.world.scene import GROUND
+from plantigrade.world.world_model import GROUND_PREFIXES
 
 SPEEDS = (1.0, 0.5, 0.25, 0.1)
 """Simulated per real time."""
@@ -256,7 +256,7 @@ class Session:
         model = self.world.model
         for i in range(model.ngeom):
             name = model.geom(i).name
-            if name.startswith((GEOM, *GROUND)):
+            if name.startswith((GEOM, *GROUND_PREFIXES)):
                 model.geom_friction[i, 0] = friction
             elif name.startswith("core_"):
                 model.geom_friction[i, 0] = min(CORE, friction)
@@ -296,21 +296,21 @@ class Session:
         except PlantigradeError as error:  # of the controller's command
             self.paused, self.message = True, str(error)
             return
-        self._history.keep(world, *self._touch())
+        self._history.keep(world, *self._contact_forces())
 
     def _set(self) -> dict[str, float]:
         """Return what is set of the controller, as signals."""
         return {f"live.{t.name.replace(' ', '_')}": t.value for t in self.targets}
 
-    def _touch(self) -> tuple[Array, Array]:
+    def _contact_forces(self) -> tuple[Array, Array]:
         """Return force and place of every contact sphere."""
         contacts = self.world.contacts
-        touch = contacts.read([contacts.take(self.world.data)[0]])
-        return touch.force[0], touch.point[0]
+        external = contacts.external_forces([contacts.read_step(self.world.data)[0]])
+        return external.force[0], external.point[0]
 
     def _look(self) -> Frame:
         world, data = self.world, self.world.data
-        force, point = self._touch()
+        force, point = self._contact_forces()
         rope, line = self._hand.rope, None
         if rope is not None:
             line = np.array([rope.place(data), rope.end])
@@ -325,7 +325,7 @@ class Session:
             rope=line,
             pushes=world.pushes,
             pack=pack_of(self._load),
-            worn=self._cast.load.place(world),
+            worn=self._cast.load.pose(world),
             drawings=tuple(self._controller.drawings(self._state)),
             past=self._history.past(),
             ended=self._ended(),

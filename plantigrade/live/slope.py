@@ -44,7 +44,7 @@ class Slope(Platform):
         self._fastest = LIFTS / max(hypot(x, y), 1e-2)
         super().act(world)
 
-    def place(self, time: float) -> Float[Array, " 4"]:
+    def position(self, time: float) -> Float[Array, " 4"]:
         """Return where the plate is to be by now: it has no path of its own."""
         return np.array([0.0, 0.0, *self._slope])
 
@@ -59,7 +59,7 @@ class Slope(Platform):
         self._rate = (rate - QUICK * b * h) * decay
         pull = -(QUICK**2) * (self._slope - self._near) - 2 * QUICK * self._rate
         still = np.zeros(2)
-        return self.place(time), np.r_[still, self._rate], np.r_[still, pull]
+        return self.position(time), np.r_[still, self._rate], np.r_[still, pull]
 
     def _still(self) -> None:
         self._slope, self._rate, self._time = np.zeros(2), np.zeros(2), 0.0

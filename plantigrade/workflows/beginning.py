@@ -96,7 +96,7 @@ class Start:
 
     def standing(self, ground: Ground) -> Array:
         """Return how they stand on a ground, where they stand."""
-        return standing_on(self.human, ground, place=self.place)
+        return standing_on(self.human, ground, placement=self.place)
 
 
 def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
@@ -107,15 +107,15 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
             shift.
     """
     pushes: tuple[Disturbance, ...] = (
-        *(Push.written(word) for word in how.push),
-        *(Rope.written(word) for word in how.rope),
-        *(ThrownBox.written(word) for word in how.box),
+        *(Push.parse(word) for word in how.push),
+        *(Rope.parse(word) for word in how.rope),
+        *(ThrownBox.parse(word) for word in how.box),
         *((Load(how.load),) if how.load else ()),
-        *(() if how.barrier is None else (Barrier.written(how.barrier),)),
+        *(() if how.barrier is None else (Barrier.parse(how.barrier),)),
     )
     plate = None if how.ground is None else platform_named(how.ground)
     if how.shift is not None:
-        shift = FloorShift.written(how.shift)
+        shift = FloorShift.parse(how.shift)
         if how.ground not in (None, "flat"):
             raise ParameterError(f"shift needs a flat floor, not ground={how.ground!r}")
         acting: tuple[Disturbance, ...] = (shift, *pushes)

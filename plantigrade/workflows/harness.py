@@ -38,7 +38,13 @@ from plantigrade.world import (
     on_ground,
     world_for,
 )
-from plantigrade.world.disturbance import LIFTED, LOADED, SWING, Steps, trunk
+from plantigrade.world.disturbance import (
+    LANDED_LOAD,
+    LIFTED_LOAD,
+    MIN_SWING_TIME,
+    StrikeTimer,
+    body_index,
+)
 
 # Settings that nobody can change are copied with their walker, which Python would refuse.
 copyreg.pickle(MappingProxyType, lambda fixed: (MappingProxyType, (dict(fixed),)))
@@ -256,17 +262,17 @@ class PushedWalk:
         """Return the walk up to the push."""
         controller = self.walker.controller()
         world = world_of(self.walker, controller)
-        going, steps = Going(self.walker, controller, world), Steps()
+        going, timer = Going(self.walker, controller, world), StrikeTimer()
         push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase)
         mine = np.array([site.side == "r" for site in world.sites])
         while going.on and world.time < WAIT:
-            if steps.begin is not None and world.time >= steps.begin - 1e-9:
+            if timer.push_time is not None and world.time >= timer.push_time - 1e-9:
                 self.begin = world.time
                 return going
             going.step()
-            if steps.begin is None:
+            if timer.push_time is None:
                 load = float(going.state.contact_force[mine, 2].sum())
-                steps.look(world.time, load / (world.human.mass * GRAVITY), push)
+                timer.update(world.time, load / (world.human.mass * GRAVITY), push)
         self._fell = going.walked(end=NO_GAIT)
         return going
 
@@ -288,7 +294,7 @@ class PushedWalk:
         going = self._before.copied() if self._copies else self._walked()
         world, end = going.world, self.begin + duration
         way = going.frame.T @ [np.cos(direction), np.sin(direction)]
-        vector, body = force * np.append(way, 0.0), trunk(world.human)
+        vector, body = force * np.append(way, 0.0), body_index(world.human)
         while going.on and world.time < end + watch - 0.5 / world.rate:
             if world.time < end - 1e-9:
                 world.push(body, vector)
@@ -301,7 +307,7 @@ def _acted(world: World, disturbances: Sequence[Disturbance]) -> tuple[float, fl
     times: list[float] = []
     for each in disturbances:
         if isinstance(each, PhasePush):
-            begin = world.memory[each].begin
+            begin = world.memory[each].push_time
             if begin is None:
                 return None
             times += [begin, begin + each.duration]
@@ -333,10 +339,10 @@ class _Feet:
         force = state.contact_force
         for i, side in enumerate(SIDES):
             load, off = float(force[self._mine[i], 2].sum()) / self._weight, self._off[i]
-            if load < LIFTED:
+            if load < LIFTED_LOAD:
                 self._off[i] = state.time if off is None else off
-            elif load > LOADED:
-                if off is not None and state.time - off >= SWING:
+            elif load > LANDED_LOAD:
+                if off is not None and state.time - off >= MIN_SWING_TIME:
                     ankle = state.body.origin(self._body[i])
                     own = force[self._mine[i], 2]
                     sole = state.world.data.geom_xpos[self._geom[self._mine[i]]]

@@ -14,8 +14,8 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.world import Controller, State, World, WrappedController, laid, on_ground
-from plantigrade.world.command import Commanded
+from plantigrade.world import Controller, State, World, WrappedController, fit_soles, on_ground
+from plantigrade.world.command import AnyCommand
 
 FARTHEST = 0.05
 """A start whose feet are farther from the ground than this is a flight, and left as it is [m]."""
@@ -59,7 +59,7 @@ class Otherwise:
         """Return where a motion starts, and how fast.
 
         Feet are brought to the ground, unless it starts in flight; who starts from standing on
-        another ground than planned has the soles laid on it.
+        another ground than planned has the soles fit_soles on it.
 
         Args:
             human: Who does it.
@@ -70,7 +70,7 @@ class Otherwise:
         ground, qpos, qvel = self.under(planned), motion.qpos[0], motion.qvel[0]
         placed = on_ground(human, ground, qpos)
         if self.ground is not None and stands(human, planned, qpos, qvel):
-            qpos = laid(human, ground, qpos)
+            qpos = fit_soles(human, ground, qpos)
         elif self.ground is not None or abs(placed[2] - qpos[2]) <= FARTHEST:
             qpos = placed
         return qpos, self.disturbed(qvel, seed)
@@ -130,9 +130,9 @@ class _Seen(WrappedController):
     def __init__(self, controller: Controller, how: Otherwise):
         super().__init__(controller)
         self._how = how
-        self._waiting: deque[Commanded] = deque()
+        self._waiting: deque[AnyCommand] = deque()
 
-    def __call__(self, state: State) -> Commanded:
+    def __call__(self, state: State) -> AnyCommand:
         world, noise = state.world, self._how.sensors
         if state.time == 0.0:
             self._waiting.clear()

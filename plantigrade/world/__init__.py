@@ -7,6 +7,7 @@ What is named here is public: a :class:`World` with a ``controller(state) -> com
 """
 
 from plantigrade.world.barrier import Barrier
+from plantigrade.world.box import Box, ThrownBox
 from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torque
 from plantigrade.world.controller import (
     AnyController,
@@ -18,15 +19,16 @@ from plantigrade.world.controller import (
     controller_from,
 )
 from plantigrade.world.disturbance import Disturbance, PhasePush, Push
+from plantigrade.world.drawing import Drawing
 from plantigrade.world.falls import Fall
 from plantigrade.world.load import Load
-from plantigrade.world.offers import Drawing, Target
 from plantigrade.world.platform import FloorShift, Platform, Tilting
-from plantigrade.world.start import laid, on_ground, standing_on
-from plantigrade.world.started import world_for
+from plantigrade.world.rope import Rope
+from plantigrade.world.standing import fit_soles, on_ground, standing_on
 from plantigrade.world.state import State
-from plantigrade.world.things import Box, Rope, ThrownBox
+from plantigrade.world.target import Target
 from plantigrade.world.world import World
+from plantigrade.world.world_for import world_for
 
 __all__ = [
     "Barrier",
@@ -57,7 +59,7 @@ __all__ = [
     "World",
     "WrappedController",
     "controller_from",
-    "laid",
+    "fit_soles",
     "on_ground",
     "standing_on",
     "world_for",

@@ -1,4 +1,4 @@
-"""Commands as MuJoCo's actuators: gains, armature and limits, set once for each command."""
+"""Conversion of commands to MuJoCo's actuator gains, armature and torque limits."""
 
 from math import isfinite
 
@@ -17,17 +17,25 @@ from plantigrade.dynamics.passive import (
 )
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.world.command import PD, Acceleration, Command, Commanded, Hinges, StablePD, Torque
-from plantigrade.world.limits import MotorLimits
+from plantigrade.world.command import (
+    PD,
+    Acceleration,
+    AnyCommand,
+    Command,
+    Hinges,
+    StablePD,
+    Torque,
+)
+from plantigrade.world.motor_limits import MotorLimits
 
-STRENGTH_STIFFNESS = 4.0
-"""Stiffness of a joint by default, by its greatest torque [1/rad]: with it a person stands."""
-TIME = 0.1
-"""Damping by stiffness, by default [s], as in [Park2020]_."""
-RIGID = 1000.0
-"""Armature that prescribes an acceleration [kg m²]."""
-BEYOND = np.deg2rad(15.0)
-"""So far beyond the range of a joint its passive moment grows [rad]."""
+STIFFNESS_PER_TORQUE = 4.0
+"""Default stiffness per maximum joint torque [1/rad], sufficient for quiet standing."""
+DAMPING_TIME = 0.1
+"""Default ratio of damping to stiffness [s], as in [Park2020]_."""
+PRESCRIBING_ARMATURE = 1000.0
+"""Armature for prescribed accelerations [kg m²], far above the inertia of a limb."""
+PASSIVE_RANGE_MARGIN = np.deg2rad(15.0)
+"""Margin beyond the range of a joint within which its passive moment still increases [rad]."""
 
 
 class Actuators:
@@ -35,16 +43,16 @@ class Actuators:
 
     Args:
         human: The person.
-        model: The model of the world, whose actuators, armature and springs are set.
-        passive: Whether joints resist by themselves (:mod:`plantigrade.dynamics.passive`).
-        rise: How long a motor takes from nothing to its greatest torque [s]; zero: no time.
-        exact: Whether limits hold for all of stable PD (:mod:`plantigrade.world.limits`), or but
-            for its part within a step.
+        model: The model of the world; its actuators, armature and joint springs are set.
+        passive: Whether joints have passive moments (:mod:`plantigrade.dynamics.passive`).
+        rise: Rise time of a motor from zero to its maximum torque [s]; zero for none.
+        exact: Whether torque limits include the implicit part of stable PD
+            (:mod:`plantigrade.world.motor_limits`).
 
     Attributes:
-        stiffness: Of :class:`StablePD` where a command names none [N m/rad].
-        damping: Likewise [N m s/rad].
-        armature: What the world adds to the inertia of each hinge, for stability [kg m²].
+        stiffness: Default stiffness of :class:`StablePD` [N m/rad].
+        damping: Default damping of :class:`StablePD` [N m s/rad].
+        armature: Armature of each hinge that the world adds for stability [kg m²].
     """
 
     def __init__(
@@ -59,39 +67,39 @@ class Actuators:
         self.model, self.n, self.rise = model, len(human.coordinates), rise
         low, high = human.model.jnt_actfrcrange[1:].T
         self._limits = np.array([low, high])
-        self.stiffness = STRENGTH_STIFFNESS * np.maximum(-low, high)
-        self.damping = TIME * self.stiffness
-        self._hinges = slice(6, 6 + self.n)
-        self._nothing, self._ones = np.zeros(self.n), np.ones(self.n)
-        self.armature = model.dof_armature[self._hinges].copy()
+        self.stiffness = STIFFNESS_PER_TORQUE * np.maximum(-low, high)
+        self.damping = DAMPING_TIME * self.stiffness
+        self._dofs = slice(6, 6 + self.n)
+        self._zeros, self._ones = np.zeros(self.n), np.ones(self.n)
+        self.armature = model.dof_armature[self._dofs].copy()
         self._human, self._sagittal = human, np.zeros(0, dtype=int)
-        self._factor = scale(human.mass, human.height) if passive else 0.0
+        self._passive_scale = scale(human.mass, human.height) if passive else 0.0
         if passive:
-            self._resist(human)
-        self._loose = model.dof_damping[self._hinges].copy()
-        self._spring = model.jnt_stiffness[1 : 1 + self.n].copy()
-        self._rest = model.qpos_spring[7 : 7 + self.n].copy()
-        self._tangents: tuple[bytes, tuple[Array, Array, Array]] | None = None
-        self._exact, self._limiting = exact, MotorLimits(model, self.n)
+            self._set_passive(human)
+        self._passive_damping = model.dof_damping[self._dofs].copy()
+        self._passive_stiffness = model.jnt_stiffness[1 : 1 + self.n].copy()
+        self._spring_rest = model.qpos_spring[7 : 7 + self.n].copy()
+        self._tangent_cache: tuple[bytes, tuple[Array, Array, Array]] | None = None
+        self._exact, self._motor_limits = exact, MotorLimits(model, self.n)
         self.reset()
 
     def reset(self) -> None:
-        """Start from motors at rest."""
-        self._motor, self._limited = np.zeros(self.n), True
-        model, n = self.model, self.n  # as if nothing had ever been commanded
+        """Reset the motors to zero torque."""
+        self._motor_armature, self._is_limited = np.zeros(self.n), True
+        model, n = self.model, self.n  # remove gains of earlier commands
         model.actuator_biasprm[:n, 1:] = 0.0
-        model.dof_armature[self._hinges] = self.armature
-        model.jnt_stiffness[1 : 1 + n] = self._spring
-        model.qpos_spring[7 : 7 + n] = self._rest
-        self._bounds, self._law = self._limits, False
+        model.dof_armature[self._dofs] = self.armature
+        model.jnt_stiffness[1 : 1 + n] = self._passive_stiffness
+        model.qpos_spring[7 : 7 + n] = self._spring_rest
+        self._bounds, self._exact_law = self._limits, False
         if self.rise:
             self._bounds = np.zeros_like(self._limits)
             self.model.actuator_forcerange[: self.n] = 0.0
-        self._limiting.reset()
+        self._motor_limits.reset()
 
-    def _resist(self, human: Human) -> None:
-        """Give the joints damping, and springs where their moment is linear."""
-        factor = self._factor
+    def _set_passive(self, human: Human) -> None:
+        """Set the damping of the joints, and springs where the passive moment is linear."""
+        factor = self._passive_scale
         for i, name in enumerate(human.coordinates):
             stem = name[:-2] if name[-2:] in ("_r", "_l") else name
             rate = next(d for start, d in DAMPING.items() if stem.startswith(start))
@@ -101,13 +109,16 @@ class Actuators:
         names = [f"{stem}_{side}" for side in SIDES for stem in SAGITTAL]
         if set(names) <= set(human.coordinates):
             self._sagittal = np.array([human.hinge(name) for name in names])
-            self._range = human.limits[:, self._sagittal] + [[-BEYOND], [BEYOND]]
+            self._range = human.limits[:, self._sagittal] + [
+                [-PASSIVE_RANGE_MARGIN],
+                [PASSIVE_RANGE_MARGIN],
+            ]
 
-    def command(self, command: Commanded, data: mujoco.MjData) -> Command:
-        """Set what a command asks for, from now on, and return it as a command.
+    def command(self, command: AnyCommand, data: mujoco.MjData) -> Command:
+        """Apply a command until the next one, and return it as a :class:`Command`.
 
         Raises:
-            ParameterError: If it does not fit this person.
+            ParameterError: If the command does not fit this person.
         """
         if command is None:
             command = Command()
@@ -119,15 +130,15 @@ class Actuators:
                 "(Torque, StablePD, PD, Acceleration), torques as an array, or None"
             )
         model, n, h = self.model, self.n, self.model.opt.timestep
-        stiffness = damping = armature = self._nothing
+        stiffness = damping = armature = self._zeros
         force = stiffness
         if isinstance(command, Torque):
             force = self._numbers("torque", command.torque)
         elif isinstance(command, StablePD):
             stiffness = self._numbers("stiffness", command.stiffness, self.stiffness)
             damping = self._numbers("damping", command.damping, self.damping)
-            soft = stiffness is self._nothing
-            if damping.min() < 0 or (not soft and stiffness.min() < 0):
+            without_stiffness = stiffness is self._zeros
+            if damping.min() < 0 or (not without_stiffness and stiffness.min() < 0):
                 raise ParameterError("stiffness and damping must not be negative")
             force = stiffness * self._numbers("target", command.target)
             if command.velocity is not None:
@@ -135,108 +146,109 @@ class Actuators:
             if command.torque is not None:
                 force += self._numbers("torque", command.torque)
             if not isinstance(command, PD):
-                damping = damping if soft else damping + h * stiffness
+                damping = damping if without_stiffness else damping + h * stiffness
                 armature = h * damping
         elif isinstance(command, Acceleration):
-            armature = np.full(n, RIGID)
-            wanted = self._numbers("acceleration", command.acceleration)
+            armature = np.full(n, PRESCRIBING_ARMATURE)
+            desired = self._numbers("acceleration", command.acceleration)
             mujoco.mj_forward(model, data)
-            force = RIGID * wanted + data.qfrc_bias[self._hinges]
+            force = PRESCRIBING_ARMATURE * desired + data.qfrc_bias[self._dofs]
             model.actuator_forcerange[:n] = [-np.inf, np.inf]
         bias = model.actuator_biasprm
         np.negative(stiffness, out=bias[:n, 1])
         np.negative(damping, out=bias[:n, 2])
         data.ctrl[:n] = force
-        self._passive(data)
-        self._motor, self._limited = armature, not isinstance(command, Acceleration)
-        if self._limited and not self.rise:
+        self._set_passive_tangents(data)
+        self._motor_armature, self._is_limited = armature, not isinstance(command, Acceleration)
+        if self._is_limited and not self.rise:
             self._bounds = self._limits
-        # What is damped or springs back by itself is implicit, too.
-        if self._factor:
-            own = self.armature + h * (self._loose + h * model.jnt_stiffness[1 : 1 + n])
+        # Passive damping and stiffness are implicit, too.
+        if self._passive_scale:
+            joint_armature = self.armature + h * (
+                self._passive_damping + h * model.jnt_stiffness[1 : 1 + n]
+            )
         else:
-            own = self.armature + h * self._loose
-        self._law = self._exact and self._limited and armature is not self._nothing
-        if self._law:
-            self._limiting.set(data, stiffness, damping, armature, own, self._bounds)
+            joint_armature = self.armature + h * self._passive_damping
+        self._exact_law = self._exact and self._is_limited and armature is not self._zeros
+        if self._exact_law:
+            self._motor_limits.set(data, stiffness, damping, armature, joint_armature, self._bounds)
         else:
-            model.dof_armature[self._hinges] = own + armature
-            if self._limited:
+            model.dof_armature[self._dofs] = joint_armature + armature
+            if self._is_limited:
                 model.actuator_forcerange[:n] = self._bounds.T
         return command
 
     @property
     def sagittal(self) -> Int[Array, " k"]:
-        """Hinges whose passive moments are curves: hips, knees and ankles of both legs, or none."""
+        """Hinges with nonlinear passive moments: hips, knees and ankles of both legs, or none."""
         return self._sagittal
 
     @property
-    def loose(self) -> Hinges:
+    def passive_damping(self) -> Hinges:
         """Passive damping of the hinges [N m s/rad]."""
-        return self._loose
+        return self._passive_damping
 
     @property
-    def springs(self) -> Hinges:
-        """Passive stiffness of the hinges, without that of the curves [N m/rad]."""
-        return self._spring if self._factor else self._nothing
+    def passive_stiffness(self) -> Hinges:
+        """Linear passive stiffness of the hinges, without that of the sagittal curves [N m/rad]."""
+        return self._passive_stiffness if self._passive_scale else self._zeros
 
     def tangents(
         self, angles: Float[Array, "*n n_hinges"]
     ) -> tuple[Float[Array, "*n k"], Float[Array, "*n k"], Float[Array, "*n k"]]:
-        """Return springs that are tangents of the curves: where they rest, moments, stiffness.
+        """Return tangents of the passive curves: angles [rad], moments [N m], stiffness [N m/rad].
 
         Args:
-            angles: Of all hinges [rad].
+            angles: Angles of all hinges [rad].
         """
         now = angles[..., self._sagittal]
         key = now.tobytes() + bytes(now.ndim)
-        if self._tangents is not None and self._tangents[0] == key:
-            return self._tangents[1]  # controllers ask, and so does the command that follows
+        if self._tangent_cache is not None and self._tangent_cache[0] == key:
+            return self._tangent_cache[1]  # used by controllers and by the next command
         q = np.minimum(np.maximum(now, self._range[0]), self._range[1])
-        found = sagittal_springs(q.reshape(-1, 3).T, self._factor)
+        found = sagittal_springs(q.reshape(-1, 3).T, self._passive_scale)
         moments, stiffness = (x.T.reshape(q.shape) for x in found)
-        self._tangents = key, (q, moments, stiffness)
+        self._tangent_cache = key, (q, moments, stiffness)
         return q, moments, stiffness
 
-    def retarget(self, data: mujoco.MjData, force: Hinges) -> None:
-        """Give the stable PD that was commanded last another constant part, and keep its gains.
+    def set_force(self, data: mujoco.MjData, force: Hinges) -> None:
+        """Change the constant part of the last stable PD command and keep its gains.
 
-        For learners, to whom a whole command takes too long; not where joints are passive or limits
-        are exact.
+        Faster than a whole command, for training; not for passive joints or exact limits.
 
         Args:
-            data: The world.
-            force: Stiffness times target and damping times its rate [N m].
+            data: The world's data.
+            force: Stiffness times target plus damping times desired rate [N m].
         """
         data.ctrl[: self.n] = force
 
     def step(self, data: mujoco.MjData, times: int) -> None:
-        """Do so many steps of the physics with what was commanded."""
-        if self._law:
-            self._limiting.step(data, times)
+        """Advance the physics by a number of steps with the present command."""
+        if self._exact_law:
+            self._motor_limits.step(data, times)
         else:
             mujoco.mj_step(self.model, data, times)
 
     def forward(self, data: mujoco.MjData) -> None:
-        """Evaluate the present state with what was commanded."""
-        if self._law:
-            self._limiting.forward(data)
+        """Evaluate the present state with the present command."""
+        if self._exact_law:
+            self._motor_limits.forward(data)
         else:
             mujoco.mj_forward(self.model, data)
 
-    def ease(self, data: mujoco.MjData, time: float) -> None:
-        """Let torques rise in a finite time; to be called before every few steps.
+    def limit_torque_rise(self, data: mujoco.MjData, time: float) -> None:
+        """Limit the rate of torques for the next steps.
 
         Args:
-            data: The world.
-            time: Until the next call [s].
+            data: The world's data.
+            time: Time until the next call [s].
         """
-        if self.rise and self._limited:
-            torque, step = self._given(data), time / self.rise
+        if self.rise and self._is_limited:
+            torque, step = self._limited_torques(data), time / self.rise
             bounds = [np.clip(torque + step * x, *self._limits) for x in self._limits]
             self._bounds = np.array(bounds)
-            if self._law:
-                self._limiting.bound(self._bounds)
+            if self._exact_law:
+                self._motor_limits.set_bounds(self._bounds)
             else:
                 self.model.actuator_forcerange[: self.n] = self._bounds.T
 
@@ -244,29 +256,27 @@ class Actuators:
         """Return the passive moments of hinges at rest [N m].
 
         Args:
-            angles: Their angles [rad].
+            angles: Angles of the hinges [rad].
         """
         names = self._human.coordinates
         rest = np.zeros(self.n)
-        return np.array(passive_moments(names, angles, rest, self._factor))
+        return np.array(passive_moments(names, angles, rest, self._passive_scale))
 
     def passive(self, angles: Hinges, rates: Hinges) -> Hinges:
-        """Return the passive moments of the hinges as the world has them [N m].
-
-        Like :meth:`resistance`, with damping, in the time of a tick.
+        """Return the passive moments of the hinges, with damping, as the world applies them [N m].
 
         Args:
-            angles: Their angles [rad].
-            rates: Their rates [rad/s].
+            angles: Angles of the hinges [rad].
+            rates: Rates of the hinges [rad/s].
         """
-        moments = -self._spring * angles - self._loose * rates
+        moments = -self._passive_stiffness * angles - self._passive_damping * rates
         if len(self._sagittal):
             q, tangent, stiffness = self.tangents(angles)
             moments[self._sagittal] += tangent - stiffness * (angles[self._sagittal] - q)
         return moments
 
-    def _passive(self, data: mujoco.MjData) -> None:
-        """Put tangents of the passive moments of hips, knees and ankles into springs."""
+    def _set_passive_tangents(self, data: mujoco.MjData) -> None:
+        """Set joint springs to the tangents of the passive moments of hips, knees and ankles."""
         if not len(self._sagittal):
             return
         hinges = self._sagittal
@@ -278,43 +288,43 @@ class Actuators:
     def joint_forces(
         self, data: mujoco.MjData, constraint: Float[Array, " nv"] | None
     ) -> Float[Array, " n_hinges"]:
-        """Return what acts at the hinges, of all that is not touched from outside [N m].
+        """Return the net internal joint torques, without armature [N m].
 
-        Motors, passive moments, stops and contact of the body with itself, as the person without
-        armature feels them.
+        They are the sum of motors, passive moments, joint stops and contact of the body with
+        itself.
 
         Args:
-            data: The world, after a step.
-            constraint: Generalised force of stops and contact with itself, if there is any.
+            data: The world's data after a step.
+            constraint: Generalised force of internal constraints, if there is any.
         """
         given = data.qfrc_actuator + data.qfrc_passive + data.qfrc_applied
         if constraint is not None:
             given += constraint
-        return (given - self.model.dof_armature * data.qacc)[self._hinges]
+        return (given - self.model.dof_armature * data.qacc)[self._dofs]
 
     def motor_torques(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
         """Return the torques of the motors alone [N m]."""
-        hinges = self._hinges
-        motor = self._limiting.armature if self._law else self._motor
+        hinges = self._dofs
+        motor = self._motor_limits.armature if self._exact_law else self._motor_armature
         return data.qfrc_actuator[hinges] - motor * data.qacc[hinges]
 
-    def _given(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
-        """Return what the limits hold for, of the motors' torques in the last step [N m]."""
-        return self.motor_torques(data) if self._law else data.qfrc_actuator[self._hinges]
+    def _limited_torques(self, data: mujoco.MjData) -> Float[Array, " n_hinges"]:
+        """Return the motor torques of the last step to which the limits apply [N m]."""
+        return self.motor_torques(data) if self._exact_law else data.qfrc_actuator[self._dofs]
 
     def _numbers(self, name: str, value, default=None) -> Float[Array, " n_hinges"]:
-        """Return one number a hinge."""
+        """Return one finite number for each hinge."""
         if value is None and default is not None:
             value = default
         elif isinstance(value, float) and value == 0.0:
-            return self._nothing
+            return self._zeros
         try:
             numbers = np.asarray(value, dtype=float)
             if numbers.shape != (self.n,):
                 numbers = np.broadcast_to(numbers, (self.n,))
         except (TypeError, ValueError):
             numbers = None
-        # A sum is finite where every number is, and asked for in a tenth of the time.
+        # A finite sum implies finite numbers, and takes a tenth of the time.
         if numbers is None or not isfinite(numbers @ self._ones):
             raise ParameterError(
                 f"a command's {name} must be {self.n} finite numbers, one for each of "

@@ -1,18 +1,17 @@
-r"""Commands of a controller to the joints, and their implementation.
+r"""Commands of a controller to the joints.
 
-A :class:`StablePD` law with stiffness :math:`k_p` and damping :math:`k_d` is meant at the end of a
-step of length :math:`h` [Tan2011]_,
+A :class:`StablePD` law with stiffness :math:`k_p` and damping :math:`k_d` refers to the state at
+the end of a step of length :math:`h` [Tan2011]_,
 
 .. math:: \tau = k_p (\bar q - q - h \dot q) + k_d (\bar v - \dot q) - h (k_d + h k_p) \ddot q .
 
-Its last term is an armature of :math:`h (k_d + h k_p)`. Put into the mass matrix that MuJoCo also
-solves contacts with, the law is exact for diagonal gains and stable at any step; computed outside,
-with the contact forces of the last step, it is neither.
+Its last term is an armature of :math:`h (k_d + h k_p)`. In the mass matrix with which MuJoCo solves
+contacts, it makes the law exact for diagonal gains and stable at any step; an explicit torque with
+the contact forces of the last step is neither.
 
-An :class:`Acceleration` is prescribed in the same way: with an armature :math:`K` far above any
-inertia of a limb and :math:`\tau = K \bar a + h(q, v)`, contacts meet a body whose joints move as
-told. What a joint then needed is :math:`K (\bar a - \ddot q) + h`. It is an ideal motor, whose
-torque is reported and not limited.
+An :class:`Acceleration` is prescribed in the same way, by an armature :math:`K` far above the
+inertia of any limb and :math:`\tau = K \bar a + h(q, v)`. The torque of this ideal motor is
+:math:`K (\bar a - \ddot q) + h`; it is reported and not limited.
 """
 
 from collections.abc import Mapping
@@ -27,11 +26,11 @@ Hinges = Float[Array, " n_hinges"]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Command:
-    """No command: the joints are left to their passive moments.
+    """No command: only passive moments act at the joints.
 
     Attributes:
-        signals: What the controller wants to be kept with this command, by name: one number or
-            one array of the same shape in every command.
+        signals: Signals of the controller to be recorded, by name: a number, or an array of the
+            same shape in every command.
     """
 
     signals: Mapping[str, float | Array] = field(default_factory=dict)
@@ -39,10 +38,11 @@ class Command:
 
 @dataclass(frozen=True, eq=False)
 class Torque(Command):
-    """Torques of the hinges.
+    """Joint torques.
 
     Attributes:
-        torque: Torques, in the order of :attr:`Human.coordinates`, within its limits [N m].
+        torque: Torques in the order of :attr:`Human.coordinates`, limited by the strength of the
+            joints [N m].
     """
 
     torque: Hinges
@@ -50,12 +50,12 @@ class Torque(Command):
 
 @dataclass(frozen=True, eq=False)
 class StablePD(Command):
-    """Springs and dampers to a target, which hold at any step.
+    """Springs and dampers towards a target, stable at any time step.
 
     Attributes:
-        target: Angles to be reached [rad].
-        velocity: Their rates; zero if absent [rad/s].
-        torque: Torque in addition; none if absent [N m].
+        target: Target angles [rad].
+        velocity: Target rates; zero if absent [rad/s].
+        torque: Additional torque; zero if absent [N m].
         stiffness: Stiffness; :attr:`World.stiffness` if absent [N m/rad].
         damping: Damping; :attr:`World.damping` if absent [N m s/rad].
     """
@@ -69,16 +69,16 @@ class StablePD(Command):
 
 @dataclass(frozen=True, eq=False)
 class PD(StablePD):
-    """The same as plain torques of the present state, as a motor's own loop gives them.
+    """Explicit PD, computed from the state before each step, as in the control loop of a motor.
 
-    Light segments on strong springs need small steps: it is stable where
-    :math:`h k_d` stays below the inertia that the joint moves.
+    It is stable if :math:`h k_d` is below the inertia that the joint moves, so light segments with
+    strong springs need small steps.
     """
 
 
 @dataclass(frozen=True, eq=False)
 class Acceleration(Command):
-    """Prescribed accelerations of the hinges; see the module.
+    """Prescribed joint accelerations, as described at the top of the module.
 
     Attributes:
         acceleration: Accelerations [rad/s²].
@@ -87,5 +87,5 @@ class Acceleration(Command):
     acceleration: Hinges
 
 
-Commanded = Command | Float[np.ndarray, " n_hinges"] | None
-"""What a controller may return: a command, plain torques, or nothing."""
+AnyCommand = Command | Float[np.ndarray, " n_hinges"] | None
+"""Return value of a controller: a command, torques, or None."""

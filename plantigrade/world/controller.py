@@ -1,4 +1,4 @@
-"""What moves a person: the contract of every controller, and what is made of a plain function.
+"""The interface of controllers, and the conversion of functions to controllers.
 
 ::
 
@@ -15,8 +15,8 @@
         def drawings(self, state):
             return (Drawing(name="goal", points=self.goal[None]),)
 
-Everything but ``__call__`` has a default. A function ``controller(state) -> command`` is a
-controller, too: :func:`controller_from` wraps it.
+All members except ``__call__`` have defaults. A function ``controller(state) -> command`` may serve
+as a controller; :func:`controller_from` wraps it.
 """
 
 from abc import ABC, abstractmethod
@@ -30,19 +30,20 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.options import shown
-from plantigrade.world.command import Commanded
-from plantigrade.world.offers import Drawing, Target
+from plantigrade.world.command import AnyCommand
+from plantigrade.world.drawing import Drawing
 from plantigrade.world.state import State
+from plantigrade.world.target import Target
 
 
 @dataclass(frozen=True)
 class Rates:
-    """How often the physics steps, the controller is called, and a frame is kept.
+    """Rates of physics, controller and recording.
 
     Attributes:
-        physics: Steps of the physics per second, a multiple of the others [1/s].
+        physics: Steps of the physics per second, an integer multiple of the others [1/s].
         control: Commands per second [1/s].
-        frames: Frames per second that are kept [1/s]; one per command if absent.
+        frames: Recorded frames per second [1/s]; one per command if absent.
     """
 
     physics: float = 1800.0
@@ -50,10 +51,10 @@ class Rates:
     frames: float | None = None
 
     def changed(self, physics: float | None = None, control: float | None = None) -> "Rates":
-        """Return rates of which a user has set some.
+        """Return rates with some of them changed.
 
-        With another rate of the physics alone, commands come as often as before or a little less
-        often: the rate of the physics is a whole multiple. Every command then has its frame.
+        If only the rate of the physics is given, the control rate becomes its largest divisor that
+        does not exceed the present one. Every command then has a frame.
 
         Args:
             physics: Steps of the physics per second [1/s].
@@ -68,13 +69,13 @@ class Rates:
 
 @dataclass(frozen=True, eq=False)
 class InitialState:
-    """How a person begins.
+    """Initial state of a person.
 
     Attributes:
         human: The person.
-        ground: What they are on.
-        qpos: Their configuration.
-        qvel: Their velocity [m/s, rad/s].
+        ground: The ground.
+        qpos: Initial configuration.
+        qvel: Initial velocity [m/s, rad/s].
     """
 
     human: Human
@@ -85,11 +86,11 @@ class InitialState:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a controller did in the last simulation.
+    """Summary of the last simulation of a controller.
 
     Attributes:
-        sentences: For a reader.
-        figures: For ``metrics.json``: name, with its unit as suffix, and value.
+        sentences: Sentences for a reader.
+        figures: Figures for ``metrics.json``, by name with the unit as suffix.
     """
 
     sentences: tuple[str, ...] = ()
@@ -97,17 +98,17 @@ class Summary:
 
 
 class Controller(ABC):
-    """What moves a person: it is called with a state and returns a command.
+    """Base class of controllers: called with a state, it returns a command.
 
     Attributes:
-        rates: Rates that it needs.
-        passive: Whether joints also resist by themselves, as tissue does.
-        exact_limits: Whether limits of torque hold for all of stable PD
+        rates: Rates that the controller needs.
+        passive: Whether joints have passive moments of tissue.
+        exact_limits: Whether torque limits include the implicit part of stable PD
             (:class:`~plantigrade.world.World`).
-        duration: How long it goes on where nobody says [s]; as long as its motion if absent.
-        targets: Numbers that a slider or a script may change while it runs.
-        settings: The numbers that were chosen for it, a frozen dataclass; None if it has none.
-        shared: Objects that never change, and that copies of the controller have in common.
+        duration: Default duration [s]; that of its motion if absent.
+        targets: Numbers that a slider or a script may change during a simulation.
+        settings: Settings of the controller, a frozen dataclass; None if it has none.
+        shared: Immutable objects that copies of the controller share.
     """
 
     rates: Rates = Rates()
@@ -119,46 +120,46 @@ class Controller(ABC):
     shared: Sequence[object] = ()
 
     @abstractmethod
-    def __call__(self, state: State) -> Commanded:
-        """Return what the joints do for one control step."""
+    def __call__(self, state: State) -> AnyCommand:
+        """Return the command for one control step."""
 
     @property
     def name(self) -> str:
-        """The name under which runs know it."""
+        """Name of the controller in runs."""
         return type(self).__name__
 
     def start(self, initial: InitialState) -> InitialState:
-        """Return how the person begins, given how their motion does."""
+        """Return the initial state, given the one of the scene or motion."""
         return initial
 
     def summary(self) -> Summary:
-        """Return what it did in the last simulation."""
+        """Return a summary of the last simulation."""
         return Summary()
 
     def drawings(self, state: State) -> Sequence[Drawing]:
-        """Return points and lines to be drawn with a state."""
+        """Return points and lines to draw with a state."""
         return ()
 
     def follow(self, points: Float[Array, "n 2"]) -> bool:
-        """Walk from point to point and stand at the last, if it can.
+        """Walk from point to point and stand at the last one.
 
         Args:
-            points: The points, world, without the start [m].
+            points: Points of the path, world, without the start [m].
 
         Returns:
-            Whether it can.
+            Whether the controller can follow a path.
         """
         return False
 
 
 class FunctionController(Controller):
-    """A plain function as a controller.
+    """A function as a controller.
 
     Args:
-        function: Called with a state; returns a command.
+        function: Function of a state that returns a command.
     """
 
-    def __init__(self, function: Callable[[State], Commanded]):
+    def __init__(self, function: Callable[[State], AnyCommand]):
         self.function = function
 
     @property
@@ -166,16 +167,16 @@ class FunctionController(Controller):
         """The name of the function."""
         return getattr(self.function, "__name__", type(self.function).__name__)
 
-    def __call__(self, state: State) -> Commanded:
-        """Return what the function commands."""
+    def __call__(self, state: State) -> AnyCommand:
+        """Return the command of the function."""
         return self.function(state)
 
 
 class WrappedController(Controller):
-    """A controller that changes what another one sees or commands; all else is the other's.
+    """Base class of wrappers, which change the state or the command of another controller.
 
     Args:
-        inner: The other controller.
+        inner: The wrapped controller.
     """
 
     def __init__(self, inner: Controller):
@@ -186,39 +187,39 @@ class WrappedController(Controller):
 
     @property
     def name(self) -> str:
-        """The name of the other controller."""
+        """Name of the wrapped controller."""
         return self.inner.name
 
-    def __call__(self, state: State) -> Commanded:
-        """Return what the other controller commands."""
+    def __call__(self, state: State) -> AnyCommand:
+        """Return the command of the wrapped controller."""
         return self.inner(state)
 
     def start(self, initial: InitialState) -> InitialState:
-        """Return how the other controller lets the person begin."""
+        """Return the initial state of the wrapped controller."""
         return self.inner.start(initial)
 
     def summary(self) -> Summary:
-        """Return what the other controller did."""
+        """Return the summary of the wrapped controller."""
         return self.inner.summary()
 
     def drawings(self, state: State) -> Sequence[Drawing]:
-        """Return what the other controller draws."""
+        """Return the drawings of the wrapped controller."""
         return self.inner.drawings(state)
 
     def follow(self, points: Float[Array, "n 2"]) -> bool:
-        """Let the other controller walk from point to point."""
+        """Pass the path to the wrapped controller."""
         return self.inner.follow(points)
 
 
-AnyController = Controller | Callable[[State], Commanded]
+AnyController = Controller | Callable[[State], AnyCommand]
 """A controller, or a function that serves as one."""
 
 
 def controller_from(given: Any) -> Controller:
-    """Return a controller: itself, or a plain function that is wrapped.
+    """Return a controller; a function is wrapped.
 
     Raises:
-        ParameterError: If it cannot be called.
+        ParameterError: If the argument is not callable.
 
     Example:
         >>> controller_from(lambda state: None).rates.control
@@ -230,4 +231,4 @@ def controller_from(given: Any) -> Controller:
         raise ParameterError(
             f"a controller is a Controller or a function of a state, not {shown(given)}"
         )
-    return FunctionController(cast("Callable[[State], Commanded]", given))
+    return FunctionController(cast("Callable[[State], AnyCommand]", given))

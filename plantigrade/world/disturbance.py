@@ -1,4 +1,4 @@
-"""Disturbances of a person in a world: the interface, and forces on a body."""
+"""Disturbances of a person: their interface, and pushes."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -16,74 +16,74 @@ from plantigrade.models import Human
 if TYPE_CHECKING:
     import plantigrade.world.world
 
-TRUNK = ("thorax", "torso")
-LIFTED, LOADED = 0.01, 0.05
-"""A foot is off the ground below the one, and on it above the other [body weights]."""
-SWING = 0.1
-"""A foot that strikes was off the ground for so long [s]."""
-STRONGEST, LATEST, TURNS = 1e5, 3600.0, 100.0
-"""Greatest force [N], latest time [s] and greatest angle [rad] of what acts."""
+TRUNK_BODIES = ("thorax", "torso")
+LIFTED_LOAD = 0.01  # [body weights] below which a foot is off the ground
+LANDED_LOAD = 0.05  # [body weights] above which a foot is on the ground
+MIN_SWING_TIME = 0.1  # [s] off the ground before a touchdown counts as a step
+MAX_FORCE = 1e5  # [N]
+MAX_TIME = 3600.0  # [s], the longest simulation
+MAX_ANGLE = 100.0  # [rad]
 
 
-def trunk(human: Human, body: str = "") -> int:
-    """Return the index of a body, of the upper trunk if none is named.
+def body_index(human: Human, body: str = "") -> int:
+    """Return the index of a body, by default of the upper trunk.
 
     Raises:
         CoordinateNotFound: If there is no such body.
     """
-    return human.body(body or next(b for b in TRUNK if b in human.body_names))
+    return human.body(body or next(b for b in TRUNK_BODIES if b in human.body_names))
 
 
-def written_numbers(word: str, what: str, form: str, *counts: int) -> list[float]:
-    """Return the numbers of a word of the command line, parted by commas.
+def parse_numbers(word: str, what: str, form: str, *counts: int) -> list[float]:
+    """Return the comma-separated numbers of a text from the command line.
 
     Args:
-        word: The word.
-        what: What it should be.
-        form: How that is written, with an example.
-        counts: How many numbers it may have.
+        word: The text.
+        what: Name of the quantity, for the message.
+        form: Expected form with an example, for the message.
+        counts: Allowed counts of numbers.
 
     Raises:
-        ParameterError: If it has another number of them, or one is none.
+        ParameterError: If the count is another one, or a part is not a number.
     """
     try:
         numbers = [float(part) for part in word.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) not in counts:
-        raise ParameterError(f"{word!r} is no {what}: write {form}")
+        raise ParameterError(f"{word!r} is not a {what}: write {form}")
     return numbers
 
 
 class Disturbance:
-    """A disturbance of a world; a subclass overrides what it needs.
+    """Base class of disturbances; a subclass overrides the methods it needs.
 
-    One disturbance may serve several worlds: what it keeps of one is ``world.memory[self]``.
+    One disturbance may act in several worlds: its state in each is ``world.memory[self]``.
     """
 
     interval: ClassVar[float] = np.inf
-    """So often it wants to act, beside at every control step and edge [s]."""
+    """Interval of additional calls between control steps and edges [s]."""
 
     def add(self, spec: mujoco.MjSpec, human: Human) -> None:
         """Add bodies or tendons to the model of the world, after the person."""
 
     def reset(self, world: "plantigrade.world.world.World") -> None:
-        """Make ready at the start."""
+        """Prepare the disturbance at the start of a simulation."""
 
     def edges(self) -> tuple[float, ...]:
-        """Return when it begins and ends; no step of the physics reaches over an edge [s]."""
+        """Return start and end times [s]; physics steps end there."""
         return ()
 
     def act(self, world: "plantigrade.world.world.World") -> None:
-        """Act until it is asked again, after :attr:`interval`: call :meth:`World.push`."""
+        """Act until the next call, after :attr:`interval`: call :meth:`World.push`."""
 
     @property
-    def thing(self) -> Thing | None:
-        """What of it can be seen; None if nothing."""
+    def scene_object(self) -> Thing | None:
+        """Visible object of the disturbance; None if there is none."""
         return None
 
-    def place(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
-        """Return where that is: its middle, world [m], and rotation ``wxyz``; NaN while nowhere."""
+    def pose(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+        """Return centre, world [m], and rotation ``wxyz`` of that object; NaN if absent."""
         return np.full(7, np.nan)
 
 
@@ -92,11 +92,10 @@ class Push(Disturbance):
     """A constant force at the centre of mass of a body.
 
     Attributes:
-        force: Its size [N].
-        duration: How long it acts [s].
-        direction: Where it pushes to, over the ground: 0 forward, a quarter turn to the left
-            [rad].
-        time: When it begins [s].
+        force: Force [N].
+        duration: Duration [s].
+        direction: Horizontal direction, 0 forward, a quarter turn to the left [rad].
+        time: Start time [s].
         body: Name of the body; the upper trunk if empty.
 
     Raises:
@@ -110,23 +109,23 @@ class Push(Disturbance):
     body: str = ""
 
     def __post_init__(self):
-        """Refuse what is no push."""
-        number("force", self.force, -STRONGEST, STRONGEST, "N", "a push")
-        number("duration", self.duration, 1e-3, LATEST, "s", "a push")
-        number("direction", self.direction, -TURNS, TURNS, "rad", "a push")
-        number("time", self.time, 0, LATEST, "s", "a push")
+        """Check the numbers."""
+        number("force", self.force, -MAX_FORCE, MAX_FORCE, "N", "a push")
+        number("duration", self.duration, 1e-3, MAX_TIME, "s", "a push")
+        number("direction", self.direction, -MAX_ANGLE, MAX_ANGLE, "rad", "a push")
+        number("time", self.time, 0, MAX_TIME, "s", "a push")
 
     @staticmethod
-    def written(word: str) -> "Push":
-        """Return the push of a word: newtons, seconds, direction in degrees, when in seconds.
+    def parse(word: str) -> "Push":
+        """Return the push that a text describes: force [N], duration [s], direction [°], time [s].
 
-        Or, for when, a foot and a percentage of its gait cycle: ``"r25"``.
+        The time may be a foot and a percentage of its gait cycle instead: ``"r25"``.
 
         Raises:
-            ParameterError: If it is none.
+            ParameterError: If the text has another form.
 
         Example:
-            >>> Push.written("100,0.2,90,1.5").time
+            >>> Push.parse("100,0.2,90,1.5").time
             1.5
         """
         *size, when = word.split(",")
@@ -151,7 +150,7 @@ class Push(Disturbance):
         Raises:
             CoordinateNotFound: If there is no such body.
         """
-        return trunk(human, self.body)
+        return body_index(human, self.body)
 
     @property
     def vector(self) -> Float[Array, " 3"]:
@@ -159,29 +158,30 @@ class Push(Disturbance):
         return self.force * np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
 
     def reset(self, world: "plantigrade.world.world.World") -> None:
-        """Refuse a body that is not there, before any work."""
+        """Check that the body exists."""
         self.on(world.human)
 
     def edges(self) -> tuple[float, ...]:
-        """Return when it begins and ends [s]."""
+        """Return the start and end time [s]."""
         return (self.time, self.time + self.duration)
 
     def act(self, world: "plantigrade.world.world.World") -> None:
-        """Push while it lasts."""
+        """Push from start to end."""
         if self.time - 1e-9 <= world.time < self.time + self.duration - 1e-9:
             world.push(self.on(world.human), self.vector)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhasePush(Push):
-    """One push at a phase of the gait, measured from a heel strike.
+    """One push at a phase of the gait cycle.
 
-    How long a cycle lasts is told by the strike before; so the first two strikes are waited for.
+    The duration of the cycle follows from two heel strikes of the foot, so the push comes after the
+    second one at the earliest.
 
     Attributes:
-        side: Which foot, ``"r"`` or ``"l"``.
-        phase: Part of its cycle that has passed, from 0 to 1.
-        time: Strikes before this do not count [s].
+        side: Foot whose cycle counts, ``"r"`` or ``"l"``.
+        phase: Phase of the cycle, from 0 to 1.
+        time: Time before which heel strikes are ignored [s].
 
     Raises:
         ParameterError: As :class:`Push`, or if there is no such side or phase.
@@ -191,65 +191,65 @@ class PhasePush(Push):
     phase: float = 0.0
 
     def __post_init__(self):
-        """Refuse what is no phase."""
+        """Check side and phase."""
         super().__post_init__()
         if self.side not in SIDES or not 0.0 <= self.phase <= 1.0:
-            raise ParameterError(f"{self}: side must be 'r' or 'l', the phase within 0 and 1")
+            raise ParameterError(f"{self}: side must be 'r' or 'l', and phase from 0 to 1")
 
     def missed(self, world: "plantigrade.world.world.World") -> str:
-        """Return a sentence where its time has not come yet, else nothing."""
-        begin = world.memory[self].begin
+        """Return a message if the push has not come, else an empty string."""
+        begin = world.memory[self].push_time
         if begin is not None and begin < world.time:
             return ""
         foot = "right" if self.side == "r" else "left"
         return (
-            f"A push at {100 * self.phase:g} % of a cycle of the {foot} foot never came: it waits "
-            "for two strikes of that foot."
+            f"The push at {100 * self.phase:g} % of the gait cycle of the {foot} foot never came: "
+            "it needs two heel strikes of that foot."
         )
 
     def reset(self, world: "plantigrade.world.world.World") -> None:
-        """Wait for a step."""
+        """Prepare the detection of heel strikes."""
         super().reset(world)
-        world.memory[self] = Steps()
+        world.memory[self] = StrikeTimer()
 
     def edges(self) -> tuple[float, ...]:
-        """Return nothing: when it begins is not known yet."""
+        """Return no edges, because the start time is not known in advance."""
         return ()
 
     def act(self, world: "plantigrade.world.world.World") -> None:
-        """Push when it is time."""
-        steps: Steps = world.memory[self]
+        """Update the detection, and push from start to end."""
+        timer: StrikeTimer = world.memory[self]
         mine = np.array([site.side == self.side for site in world.sites])
-        if steps.begin is None:
+        if timer.push_time is None:
             force = float(world.contact_force()[mine, 2].sum())
-            steps.look(world.time, force / (world.human.mass * GRAVITY), self)
-        begin = np.inf if steps.begin is None else steps.begin
+            timer.update(world.time, force / (world.human.mass * GRAVITY), self)
+        begin = np.inf if timer.push_time is None else timer.push_time
         if begin - 1e-9 <= world.time < begin + self.duration - 1e-9:
             world.push(self.on(world.human), self.vector)
 
 
 @dataclass
-class Steps:
-    """What a phase push has observed of a foot.
+class StrikeTimer:
+    """Detects heel strikes of a foot and times a push.
 
     Attributes:
-        begin: When to push [s].
-        strike: The last strike [s].
-        off: Since when the foot has been off the ground [s].
+        push_time: Start time of the push [s].
+        last_strike: Time of the last heel strike [s].
+        liftoff: Time since which the foot has been off the ground [s].
     """
 
-    begin: float | None = None
-    strike: float | None = None
-    off: float | None = None
+    push_time: float | None = None
+    last_strike: float | None = None
+    liftoff: float | None = None
 
-    def look(self, time: float, load: float, push: PhasePush) -> None:
-        """See the load of the foot at a time [body weights, s]."""
-        if load < LIFTED:
-            self.off = time if self.off is None else self.off
-        elif load > LOADED:
-            swung = self.off is not None and time - self.off >= SWING
-            self.off = None
+    def update(self, time: float, load: float, push: PhasePush) -> None:
+        """Update with the load of the foot [body weights] at a time [s]."""
+        if load < LIFTED_LOAD:
+            self.liftoff = time if self.liftoff is None else self.liftoff
+        elif load > LANDED_LOAD:
+            swung = self.liftoff is not None and time - self.liftoff >= MIN_SWING_TIME
+            self.liftoff = None
             if swung and time >= push.time:
-                if self.strike is not None:
-                    self.begin = time + push.phase * (time - self.strike)
-                self.strike = time
+                if self.last_strike is not None:
+                    self.push_time = time + push.phase * (time - self.last_strike)
+                self.last_strike = time

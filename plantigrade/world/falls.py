@@ -1,4 +1,4 @@
-"""Detection of falls: something other than feet and seat carries the person."""
+"""Detection of falls: a body other than the feet touches the ground, or the body sinks too low."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool
 from plantigrade.models import Human
-from plantigrade.world.scene import GROUND, LIMBS
+from plantigrade.world.world_model import GROUND_PREFIXES, LIMB_BIT
 
-LOW = 0.35
-"""A centre of mass this low over the lower foot, of its height in standing, is carried no more."""
+MIN_COM_HEIGHT = 0.35
+"""Minimum height of the centre of mass above the lower foot, as a fraction of that in standing."""
 
 
 @dataclass(frozen=True)
@@ -18,15 +18,15 @@ class Fall:
     """A fall.
 
     Attributes:
-        time: When it was seen [s].
-        body: What touched the ground; empty where the centre of mass was too low.
+        time: Time of the fall [s].
+        body: Body that touched the ground; empty if the centre of mass was too low.
     """
 
     time: float
     body: str = ""
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return a description."""
         what = f"{self.body} touched the ground" if self.body else "the centre of mass sank too low"
         return f"fell at {self.time:.2f} s: {what}"
 
@@ -41,46 +41,51 @@ class FallWatch:
 
     def __init__(self, human: Human, model: mujoco.MjModel):
         names = [model.geom(i).name for i in range(model.ngeom)]
-        self._ground = np.array([name.startswith(GROUND) for name in names])
+        self._ground = np.array([name.startswith(GROUND_PREFIXES) for name in names])
         self._body, self._human = np.array(model.geom_bodyid), human
         own = (self._body > 0) & (self._body <= len(human.body_names))
-        limb = own & ((np.array(model.geom_contype) & LIMBS) > 0)
-        self._limb = limb
-        self._down = np.outer(self._ground, limb) | np.outer(limb, self._ground)
-        self._limbs, self._top = np.flatnonzero(limb), _top(model, self._ground)
+        limb = own & ((np.array(model.geom_contype) & LIMB_BIT) > 0)
+        self._is_limb = limb
+        self._ground_contact = np.outer(self._ground, limb) | np.outer(limb, self._ground)
+        self._limbs, self._max_ground_height = (
+            np.flatnonzero(limb),
+            _max_ground_height(model, self._ground),
+        )
         self._size = np.array(model.geom_rbound)[self._limbs]
         standing = mujoco.MjData(human.model)
         standing.qpos[:] = human.standing()
         mujoco.mj_kinematics(human.model, standing)
         mujoco.mj_comPos(human.model, standing)
         self._feet = [human.body(f"foot_{side}") for side in ("r", "l")]
-        self._low = LOW * self._height(standing)
+        self._min_height = MIN_COM_HEIGHT * self._height(standing)
 
-    def look(self, data: mujoco.MjData, time: float) -> Fall | None:
-        """Return the fall that the last step shows, if it does."""
-        if data.ncon and self._near(data):
+    def detect(self, data: mujoco.MjData, time: float) -> Fall | None:
+        """Return the fall in the last step, if there is one."""
+        if data.ncon and self._may_touch(data):
             contact = data.contact
             first, second = contact.geom.T
-            down = self._down[first, second]
+            down = self._ground_contact[first, second]
             if down.any():
                 hit = np.flatnonzero(down & (contact.efc_address >= 0))
                 if len(hit):
-                    geom = int(second[hit[0]] if self._limb[second[hit[0]]] else first[hit[0]])
+                    geom = int(second[hit[0]] if self._is_limb[second[hit[0]]] else first[hit[0]])
                     return Fall(time, self._human.body_names[int(self._body[geom]) - 1])
-        return Fall(time) if self._height(data) < self._low else None
+        return Fall(time) if self._height(data) < self._min_height else None
 
-    def _near(self, data: mujoco.MjData) -> bool:
-        """Return whether anything but feet may touch the ground: seeing contacts takes longer."""
-        return bool((data.geom_xpos[:, 2].take(self._limbs) - self._size).min() < self._top)
+    def _may_touch(self, data: mujoco.MjData) -> bool:
+        """Return whether a body other than the feet is near the ground, as a fast first test."""
+        return bool(
+            (data.geom_xpos[:, 2].take(self._limbs) - self._size).min() < self._max_ground_height
+        )
 
     def _height(self, data: mujoco.MjData) -> float:
-        """Return the height of the centre of mass over the lower ankle [m]."""
+        """Return the height of the centre of mass above the lower ankle [m]."""
         place = data.xpos
         return float(data.subtree_com[1, 2] - min(place[foot, 2] for foot in self._feet))
 
 
-def _top(model: mujoco.MjModel, ground: Bool[Array, " n_geoms"]) -> float:
-    """Return a height that no ground exceeds; infinite where it slopes or moves [m]."""
+def _max_ground_height(model: mujoco.MjModel, ground: Bool[Array, " n_geoms"]) -> float:
+    """Return the maximum height of the ground [m]; infinite if it slopes or moves."""
     kinds, heights = mujoco.mjtGeom, []
     for i in np.flatnonzero(ground):
         kind, z, size = model.geom_type[i], float(model.geom_pos[i, 2]), model.geom_size[i]

@@ -10,41 +10,40 @@ from plantigrade.contact.ground import Bump, Ground, HeightField, Step
 from plantigrade.errors import ParameterError
 from plantigrade.world.platform import Tilting
 
-AHEAD, ASIDE = 12.0, 2.0
-"""How far relief reaches forward, and to each side and back [m]."""
-UPHILL, LEVEL, CELL = 40.0, 4.0, 0.5
-"""A ramp reaches so far, begins after so much level ground, on a grid of this distance [m]."""
-TREAD = 0.6
-"""Depth of a step [m]."""
-GRID = 0.05
-"""Distance of the points of a height field [m]."""
-TILE, FINE, TILED = 0.40, 0.025, 18.0
-"""Width of a tile, distance of the points of their height field, how far ahead they reach [m]."""
-SMOOTH = 3.0
-"""Standard deviation of the Gaussian that smooths bumps, in such distances."""
+RELIEF_AHEAD = 12.0  # [m] of relief in front of the origin
+RELIEF_ASIDE = 2.0  # [m] of relief to each side of the origin and behind it
+RAMP_LENGTH = 40.0  # [m]
+RAMP_START = 4.0  # [m] of level ground before a ramp, for the first steps
+RAMP_SPACING = 0.5  # [m] between grid points of a ramp
+TREAD_DEPTH = 0.6  # [m] of stairs, about a walking step
+GRID_SPACING = 0.05  # [m] between points of a height field
+TILE_WIDTH = 0.40  # [m]
+TILE_SPACING = 0.025  # [m] between points of the height field of tiles
+TILES_AHEAD = 18.0  # [m] of tiles in front of the origin
+SMOOTHING = 3.0  # [grid points] standard deviation of the Gaussian that smooths bumps
 
 
 def ground_named(word: str, *, seed: int = 0) -> Ground:
-    """Return the ground of a name, with its number behind a colon.
+    """Return the ground that a name describes, with its number after a colon.
 
     ==============  =============================================================================
-    ``flat``        level
-    ``slope:DEG``   rises forward
-    ``ramp:DEG``    the same after 4 m of level ground; down where negative
-    ``sphere:R``    the top of a sphere of that radius [m]
-    ``dome:CM``     a dome of that height and 15 cm radius under each foot
-    ``steps:CM``    stairs, a tread every 60 cm, the first 50 cm ahead; down where negative
-    ``bumps:CM``    smooth random bumps of at most that height, another landscape for every seed
-    ``tiles:CM``    tiles of 40 cm, of random heights up to that; level for half a metre at first
+    ``flat``        level ground
+    ``slope:DEG``   slope upwards in front
+    ``ramp:DEG``    slope after 4 m of level ground; downwards if negative
+    ``sphere:R``    top of a sphere of radius R [m]
+    ``dome:CM``     dome of this height and 15 cm radius under each foot
+    ``steps:CM``    stairs with treads of 60 cm, the first 50 cm ahead; downwards if negative
+    ``bumps:CM``    smooth random bumps up to this height, different for every seed
+    ``tiles:CM``    tiles of 40 cm with random heights up to this; level within 0.5 m of the start
     ``stones``      stepping stones over a trench of 20 cm
     ==============  =============================================================================
 
     Args:
-        word: The name.
-        seed: Of what is random.
+        word: Name of the ground, with its number.
+        seed: Seed of random grounds.
 
     Raises:
-        ParameterError: If there is no such ground, or its number is not allowed.
+        ParameterError: If the name is unknown or the number is out of range.
     """
     name, colon, number = word.strip().partition(":")
     if name not in GROUNDS:
@@ -70,14 +69,14 @@ def ground_named(word: str, *, seed: int = 0) -> Ground:
 def platform_named(word: str) -> Tilting | None:
     """Return the plate of ``tilting:DEG``, ``tilting:DEG,PERIOD`` or ``tilting:DEG,PERIOD,WAY``.
 
-    It sways by so many degrees in so many seconds (4 if absent) about the place where the person
-    stands: up in front, or in another direction in degrees, 90 for up on the left.
+    The plate tilts about the start position of the person with this amplitude [°] and period [s]
+    (4 s if absent), first up in front, or in another direction [°], 90 for up on the left.
 
     Returns:
-        The plate; None if the word is another ground.
+        The plate; None for any other ground.
 
     Raises:
-        ParameterError: If the numbers are not allowed.
+        ParameterError: If the numbers are out of range.
     """
     name, _, numbers = word.strip().partition(":")
     if name != "tilting":
@@ -102,29 +101,38 @@ def _slope(degrees: float, _: int) -> Ground:
 
 
 def _ramp(degrees: float, _: int) -> Ground:
-    """Return level ground, then a slope: who comes walking meets it as they walk."""
-    n = round((UPHILL + LEVEL + ASIDE) / CELL) + 1
-    rise = np.tan(np.deg2rad(degrees)) * np.maximum(CELL * np.arange(n) - ASIDE - LEVEL, 0.0)
+    """Return level ground followed by a slope, which a person reaches while walking."""
+    n = round((RAMP_LENGTH + RAMP_START + RELIEF_ASIDE) / RAMP_SPACING) + 1
+    rise = np.tan(np.deg2rad(degrees)) * np.maximum(
+        RAMP_SPACING * np.arange(n) - RELIEF_ASIDE - RAMP_START, 0.0
+    )
     low = float(rise.min())
     rows = tuple(map(tuple, np.tile(rise - low, (2, 1)).tolist()))
-    return Ground(height=low, field=HeightField((-ASIDE, -ASIDE), (CELL, 2 * ASIDE), rows))
+    return Ground(
+        height=low,
+        field=HeightField((-RELIEF_ASIDE, -RELIEF_ASIDE), (RAMP_SPACING, 2 * RELIEF_ASIDE), rows),
+    )
 
 
 def _sphere(radius: float, _: int) -> Ground:
-    """Return the top of a sphere at the origin; beside it there is nothing."""
+    """Return the top of a sphere at the origin, without ground around it."""
     return Ground(height=-radius, bumps=(Bump((0.05, 0.0, -radius), radius),))
 
 
-def _dome(centimetres: float, _: int, foot: float = 0.15, apart: float = 0.09) -> Ground:
+def _dome(centimetres: float, _: int, foot: float = 0.15, half_step_width: float = 0.09) -> Ground:
     """Return a spherical cap under the middle of each foot."""
     height = 0.01 * centimetres
     radius = (foot**2 + height**2) / (2 * height)
-    return Ground(bumps=tuple(Bump((0.05, y, height - radius), radius) for y in (-apart, apart)))
+    return Ground(
+        bumps=tuple(
+            Bump((0.05, y, height - radius), radius) for y in (-half_step_width, half_step_width)
+        )
+    )
 
 
 def _steps(centimetres: float, _: int) -> Ground:
     rise = 0.01 * centimetres
-    return Ground(steps=tuple(Step(0.5 + TREAD * i, rise * (i + 1)) for i in range(18)))
+    return Ground(steps=tuple(Step(0.5 + TREAD_DEPTH * i, rise * (i + 1)) for i in range(18)))
 
 
 def _bumps(centimetres: float, seed: int) -> Ground:
@@ -133,54 +141,65 @@ def _bumps(centimetres: float, seed: int) -> Ground:
 
 
 def relief(height: float, rng: np.random.Generator) -> Float[Array, "n_y n_x"]:
-    """Return random heights, smoothed over 15 cm, as high or as deep as said somewhere [m].
+    """Return random heights, smoothed over 15 cm, with a given maximum magnitude [m].
 
-    Points are :data:`GRID` apart, the first at :data:`ASIDE` behind and to the right.
+    The grid spacing is :data:`GRID_SPACING`; the first point lies :data:`RELIEF_ASIDE` behind and
+    to the right of the origin.
 
     Args:
-        height: That height [m].
-        rng: By which it is drawn.
+        height: Maximum magnitude of the heights [m].
+        rng: Generator of random numbers.
     """
     white = rng.uniform(-1.0, 1.0, _size())
-    z = gaussian_filter(white, SMOOTH, mode="constant", truncate=3.0)
+    z = gaussian_filter(white, SMOOTHING, mode="constant", truncate=3.0)
     return z * (height / np.abs(z).max())
 
 
 def _tiles(centimetres: float, seed: int) -> Ground:
-    """Return tiles of random height, the one where the person starts as low as the lowest."""
-    per = round(TILE / FINE)
-    ny, nx = round(2 * ASIDE / FINE) + 1, round((TILED + ASIDE) / FINE) + 1
+    """Return tiles of random height; the tile at the start is at height zero."""
+    per = round(TILE_WIDTH / TILE_SPACING)
+    ny, nx = (
+        round(2 * RELIEF_ASIDE / TILE_SPACING) + 1,
+        round((TILES_AHEAD + RELIEF_ASIDE) / TILE_SPACING) + 1,
+    )
     rng = np.random.default_rng(seed)
     heights = rng.uniform(0.0, 0.01 * centimetres, (ny // per + 1, nx // per + 1))
     z = np.kron(heights, np.ones((per, per)))[:ny, :nx]
-    x, y = FINE * np.arange(nx) - ASIDE, FINE * np.arange(ny) - ASIDE
+    x, y = TILE_SPACING * np.arange(nx) - RELIEF_ASIDE, TILE_SPACING * np.arange(ny) - RELIEF_ASIDE
     z[np.ix_(np.abs(y) < 0.5, np.abs(x) < 0.5)] = 0.0
     rows = tuple(map(tuple, z.tolist()))
-    return Ground(field=HeightField((-ASIDE, -ASIDE), (FINE, FINE), rows))
+    return Ground(
+        field=HeightField((-RELIEF_ASIDE, -RELIEF_ASIDE), (TILE_SPACING, TILE_SPACING), rows)
+    )
 
 
-def _stones(_: float, seed: int, *, deep: float = 0.2) -> Ground:
-    """Return flat stones of 35 by 25 cm, two to a step of 60 cm, each a little off its place."""
+def _stones(_: float, seed: int, *, depth: float = 0.2) -> Ground:
+    """Return flat stones of 35 by 25 cm, every 30 cm, with small random displacements."""
     rng = np.random.default_rng(seed)
     ny, nx = _size()
-    x, y = GRID * np.arange(nx) - ASIDE, GRID * np.arange(ny) - ASIDE
+    x, y = GRID_SPACING * np.arange(nx) - RELIEF_ASIDE, GRID_SPACING * np.arange(ny) - RELIEF_ASIDE
     z = np.zeros((ny, nx))
-    z[np.ix_(np.abs(y) < 0.3, np.abs(x) < 0.3)] = deep  # where the person stands
-    for i, place in enumerate(np.arange(0.6, AHEAD - 0.5, 0.3)):
+    z[np.ix_(np.abs(y) < 0.3, np.abs(x) < 0.3)] = depth  # start position
+    for i, place in enumerate(np.arange(0.6, RELIEF_AHEAD - 0.5, 0.3)):
         at = place + rng.uniform(-0.05, 0.05)
         side = (0.12 if i % 2 else -0.12) + rng.uniform(-0.03, 0.03)
-        z[np.ix_(np.abs(y - side) <= 0.13, np.abs(x - at) <= 0.18)] = deep
-    return _field(z, -deep)
+        z[np.ix_(np.abs(y - side) <= 0.13, np.abs(x - at) <= 0.18)] = depth
+    return _field(z, -depth)
 
 
 def _size() -> tuple[int, int]:
     """Return the number of points along y and along x."""
-    return round(2 * ASIDE / GRID) + 1, round((AHEAD + ASIDE) / GRID) + 1
+    return round(2 * RELIEF_ASIDE / GRID_SPACING) + 1, round(
+        (RELIEF_AHEAD + RELIEF_ASIDE) / GRID_SPACING
+    ) + 1
 
 
 def _field(z: np.ndarray, height: float) -> Ground:
     heights = tuple(map(tuple, z.tolist()))
-    return Ground(height=height, field=HeightField((-ASIDE, -ASIDE), (GRID, GRID), heights))
+    return Ground(
+        height=height,
+        field=HeightField((-RELIEF_ASIDE, -RELIEF_ASIDE), (GRID_SPACING, GRID_SPACING), heights),
+    )
 
 
 GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]] = {
@@ -194,4 +213,4 @@ GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]
     "tiles": (_tiles, "cm", 0.1, 20, "CM"),
     "stones": (_stones, "", 0, 0, ""),
 }
-"""Name → how it is built, unit of its number, least, most, how it is written."""
+"""Name → builder, unit, minimum, maximum and placeholder of its number."""

@@ -1,4 +1,4 @@
-"""A load on the back: weight that a controller does not know of."""
+"""A load on the back, unknown to the controller."""
 
 from weakref import WeakKeyDictionary
 
@@ -8,87 +8,92 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.contact.thing import Thing
-from plantigrade.world.disturbance import Disturbance, trunk
+from plantigrade.world.disturbance import Disturbance, body_index
 from plantigrade.world.world import World
 
-BACK = np.array([-0.2, 0.0, 0.05])
-"""Where it is, from the centre of mass of the trunk: a pack, its middle 20 cm behind [m]."""
-MOST = 60.0
-"""Greatest load [kg]."""
-PACKED = 350.0
-"""Density of a full pack, 20 kg in 60 l or so [kg/m³]."""
-SLIM = np.array([0.6, 0.9, 1.85])
-"""Depth, width and height of the pack, as parts of the edge of a cube of its volume."""
+PACK_OFFSET = np.array([-0.2, 0.0, 0.05])  # [m] of the pack's centre from that of the trunk
+MAX_LOAD = 60.0  # [kg]
+PACK_DENSITY = 350.0  # [kg/m³] of a full pack, about 20 kg in 60 l
+PACK_PROPORTIONS = np.array([0.6, 0.9, 1.85])
+"""Depth, width and height of the pack, relative to the edge of a cube of its volume."""
 
 
 class Load(Disturbance):
     """A pack on the back, fixed to the upper trunk.
 
     Args:
-        mass: Its mass [kg].
+        mass: Mass of the pack [kg].
 
     Raises:
         ParameterError: If that is out of range.
     """
 
     def __init__(self, mass: float):
-        number("load", mass, 0, MOST, "kg", "a load")
+        number("load", mass, 0, MAX_LOAD, "kg", "a load")
         self.mass = float(mass)
-        self._own: WeakKeyDictionary[World, tuple[float, Array, Array, Array]] = WeakKeyDictionary()
+        self._trunk_inertia: WeakKeyDictionary[World, tuple[float, Array, Array, Array]] = (
+            WeakKeyDictionary()
+        )
 
     def reset(self, world: World) -> None:
-        """Put it on."""
+        """Attach the pack."""
         self.carry(world, self.mass)
 
     def carry(self, world: World, mass: float) -> None:
-        """Change it to another mass [kg].
+        """Change the mass of the pack [kg].
 
         Raises:
             ParameterError: If that is out of range.
         """
-        number("load", mass, 0, MOST, "kg", "a load")
-        model, body = world.model, trunk(world.human)
-        if world not in self._own:
+        number("load", mass, 0, MAX_LOAD, "kg", "a load")
+        model, body = world.model, body_index(world.human)
+        if world not in self._trunk_inertia:
             if mass == 0.0:
                 return
-            self._own[world] = (
+            self._trunk_inertia[world] = (
                 float(model.body_mass[body]),
                 model.body_ipos[body].copy(),
                 model.body_iquat[body].copy(),
                 model.body_inertia[body].copy(),
             )
-        own, place, turn, inertia = self._own[world]
+        own, com, rotation, inertia = self._trunk_inertia[world]
         axes = np.zeros(9)
-        mujoco.mju_quat2Mat(axes, turn)
+        mujoco.mju_quat2Mat(axes, rotation)
         tensor = axes.reshape(3, 3) * inertia @ axes.reshape(3, 3).T
-        # Two masses about their common centre: the reduced mass, at their distance.
+        # Two bodies about their common centre of mass: the reduced mass at their distance.
         reduced = own * mass / (own + mass)
-        tensor += reduced * (BACK @ BACK * np.eye(3) - np.outer(BACK, BACK))
+        tensor += reduced * (
+            PACK_OFFSET @ PACK_OFFSET * np.eye(3) - np.outer(PACK_OFFSET, PACK_OFFSET)
+        )
         sizes, principal = np.linalg.eigh(tensor)
         principal[:, 2] *= np.linalg.det(principal)
         quat = np.zeros(4)
         mujoco.mju_mat2Quat(quat, principal.ravel())
         model.body_mass[body] = own + mass
-        model.body_ipos[body] = place + mass / (own + mass) * BACK
+        model.body_ipos[body] = com + mass / (own + mass) * PACK_OFFSET
         model.body_iquat[body], model.body_inertia[body] = quat, sizes
         mujoco.mj_setConst(model, mujoco.MjData(model))
 
     @property
-    def thing(self) -> Thing | None:
-        """The pack it starts with."""
+    def scene_object(self) -> Thing | None:
+        """The pack at the start."""
         return pack_of(self.mass)
 
-    def place(self, world: World) -> Float[Array, " 7"]:
-        """Return where it is, in the axes of the trunk."""
-        body, data = trunk(world.human), world.data
-        own = self._own[world][1] if world in self._own else world.model.body_ipos[body]
-        middle = data.xpos[body] + data.xmat[body].reshape(3, 3) @ (own + BACK)
+    def pose(self, world: World) -> Float[Array, " 7"]:
+        """Return the pose of the pack, in the axes of the trunk."""
+        body, data = body_index(world.human), world.data
+        own = (
+            self._trunk_inertia[world][1]
+            if world in self._trunk_inertia
+            else world.model.body_ipos[body]
+        )
+        middle = data.xpos[body] + data.xmat[body].reshape(3, 3) @ (own + PACK_OFFSET)
         return np.concatenate([middle, data.xquat[body]])
 
 
 def pack_of(mass: float) -> Thing | None:
-    """Return the pack of a load [kg]; None where there is none."""
+    """Return the pack of a load [kg]; None for no load."""
     if mass == 0.0:
         return None
-    x, y, z = 0.5 * SLIM * np.cbrt(mass / PACKED)
+    x, y, z = 0.5 * PACK_PROPORTIONS * np.cbrt(mass / PACK_DENSITY)
     return Thing("pack", "box", (float(x), float(y), float(z)))

@@ -1,7 +1,7 @@
-"""The frames of a world as they happen, and the Record they make.
+"""Recording of frames while a world is simulated.
 
-Every frame is one instant of the physics: configuration, velocity, acceleration and all forces
-belong together, so the equations of motion hold in it to the last digits.
+Configuration, velocity, acceleration and forces of a frame belong to one instant of the physics, so
+the equations of motion hold in it to rounding error.
 """
 
 from typing import Any
@@ -17,13 +17,13 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import GaitEvent
-from plantigrade.world.contacts import Contacts, Taken, Touch, Wrench
+from plantigrade.world.contacts import Contacts, ExternalForces, StepContacts, Wrench
 
 
 class Recorder:
-    """Keeps frames: :meth:`before` a step of the physics, :meth:`after` it.
+    """Records a frame in two calls: :meth:`before` a step of the physics and :meth:`after` it.
 
-    What can wait until the end is not computed in between.
+    Derived quantities are computed at the end.
     """
 
     def __init__(self, human: Human, sites: tuple[ContactSite, ...], contacts: Contacts):
@@ -32,58 +32,58 @@ class Recorder:
         self.rows: dict[str, list[Any]] = {
             name: [] for name in ("time", "qpos", "qvel", "qacc", "tau", "motor")
         }
-        self.taken: list[Taken | None] = []
-        self.pushed: list[list[Wrench]] = []
+        self.step_contacts: list[StepContacts | None] = []
+        self.push_wrenches: list[list[Wrench]] = []
         self.signals: list[dict[str, Any]] = []
 
     def __len__(self) -> int:
-        """Return the number of whole frames."""
+        """Return the number of complete frames."""
         return len(self.signals)
 
     def before(self, data: mujoco.MjData, time: float) -> None:
-        """Keep the state from which a step starts."""
+        """Record the state before a step."""
         self._state = time, data.qpos[: self.nq].copy(), data.qvel[: self.nv].copy()
 
     def after(
         self,
         data: mujoco.MjData,
-        taken: Taken | None,
+        step_contacts: StepContacts | None,
         tau: Float[Array, " n_hinges"],
         motor: Float[Array, " n_hinges"],
-        pushed: list[Wrench],
+        push_wrenches: list[Wrench],
         signals: dict[str, Any],
     ) -> None:
-        """Keep the forces and accelerations of that state, which the step has computed."""
+        """Record the forces and accelerations of that state, which the step has computed."""
         rows = self.rows
         for name, value in zip(("time", "qpos", "qvel"), self._state, strict=True):
             rows[name].append(value)
         rows["qacc"].append(data.qacc[: self.nv].copy())
         rows["tau"].append(tau)
         rows["motor"].append(motor)
-        self.taken.append(taken)
-        self.pushed.append(pushed)
+        self.step_contacts.append(step_contacts)
+        self.push_wrenches.append(push_wrenches)
         self.signals.append(signals)
 
-    def touch(self) -> Touch:
-        """Return the forces from outside in all frames."""
-        return self._contacts.read(self.taken)
+    def external_forces(self) -> ExternalForces:
+        """Return the external forces in all frames."""
+        return self._contacts.external_forces(self.step_contacts)
 
     def cut(self, n: int) -> None:
-        """Drop all frames from the ``n``-th on."""
-        for kept in (*self.rows.values(), self.taken, self.pushed, self.signals):
-            del kept[n:]
+        """Drop frame ``n`` and all later ones."""
+        for frames in (*self.rows.values(), self.step_contacts, self.push_wrenches, self.signals):
+            del frames[n:]
 
-    def motion(self, touch: Touch, until: float = np.inf) -> Motion:
-        """Return the motion, with the events of feet that strike and leave the ground.
+    def motion(self, external: ExternalForces, until: float = np.inf) -> Motion:
+        """Return the motion with its heel strikes and toe-offs.
 
         Args:
-            touch: The forces from outside.
-            until: There are no events after this time [s].
+            external: External forces in all frames.
+            until: Time after which events are ignored [s].
         """
         if not len(self):
             raise ParameterError("nothing was recorded; step the world first")
         rows = self.rows
-        time, force = np.array(rows["time"]), touch.force
+        time, force = np.array(rows["time"]), external.force
         events = []
         for side in SIDES:
             mine = [site.side == side for site in self.sites]
@@ -100,23 +100,23 @@ class Recorder:
             events=tuple(sorted(events, key=lambda e: e.time)),
         )
 
-    def contacts(self, touch: Touch) -> dict[str, Any]:
-        """Return sites, forces, points and torques, as a Record takes them.
+    def contacts(self, external: ExternalForces) -> dict[str, Any]:
+        """Return sites, forces, points and torques as arguments of a Record.
 
-        Whatever touches another body than a foot, and every push, is a site of its own whose force
-        acts where it was applied.
+        Contacts of bodies other than the feet and pushes are contact sites of their own, at the
+        point of application.
         """
         n, names = len(self), self.human.body_names
         sites = list(self.sites)
-        forces, points = [touch.force], [touch.point]
+        forces, points = [external.force], [external.point]
         torques = [np.zeros_like(forces[0])]
-        for part, kept in ((TOUCH, touch.others), (PUSH, self.pushes(touch))):
-            for body in sorted({w[0] for frame in kept for w in frame}):
+        for part, frames in ((TOUCH, external.others), (PUSH, self.pushes(external))):
+            for body in sorted({w[0] for frame in frames for w in frame}):
                 f, p, m = (np.zeros((n, 1, 3)) for _ in range(3))
-                for i, frame in enumerate(kept):
+                for i, frame in enumerate(frames):
                     mine = [w for w in frame if w[0] == body]
                     if mine:
-                        f[i, 0], p[i, 0], m[i, 0] = _gathered(mine)
+                        f[i, 0], p[i, 0], m[i, 0] = _resultant(mine)
                 name = names[body - 1]
                 sites.append(
                     ContactSite(body=name, name=f"{part}_{name}", part=part, measured=True)
@@ -133,26 +133,26 @@ class Recorder:
             "contact_torque": torque if torque.any() else None,
         }
 
-    def pushes(self, touch: Touch) -> list[list[Wrench]]:
-        """Return what pushed in every frame and is no ground."""
-        return [a + b for a, b in zip(self.pushed, touch.things, strict=True)]
+    def pushes(self, external: ExternalForces) -> list[list[Wrench]]:
+        """Return pushes and forces of scene objects in every frame."""
+        return [a + b for a, b in zip(self.push_wrenches, external.objects, strict=True)]
 
-    def kept_signals(self) -> dict[str, Array]:
-        """Return what controllers said, one row a frame; what was not said there is NaN."""
+    def signal_arrays(self) -> dict[str, Array]:
+        """Return the signals, one row per frame; NaN where a frame has no value."""
         names = sorted({name for frame in self.signals for name in frame})
         found = {}
         for name in names:
             values = [np.asarray(f[name], dtype=float) if name in f else None for f in self.signals]
             shape = next(v.shape for v in values if v is not None)
             if any(v is not None and v.shape != shape for v in values):
-                raise ParameterError(f"a controller's signal {name!r} changes its shape")
+                raise ParameterError(f"the controller's signal {name!r} changes its shape")
             missing = np.full(shape, np.nan)
             found[name] = np.array([missing if v is None else v for v in values])
         return found
 
 
-def _gathered(wrenches: list[Wrench]) -> tuple[Array, Array, Array]:
-    """Return force, point and free moment of several forces on one body."""
+def _resultant(wrenches: list[Wrench]) -> tuple[Array, Array, Array]:
+    """Return force, point and free moment of the resultant of forces on one body."""
     force = np.sum([f for _, f, _ in wrenches], axis=0)
     load = np.array([np.linalg.norm(f) for _, f, _ in wrenches])
     load = load if load.any() else np.ones(len(load))

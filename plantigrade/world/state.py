@@ -1,4 +1,4 @@
-"""The state of a world as a controller sees it."""
+"""The state of a world that is passed to its controller."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 
 class State:
-    """The person at one instant.
+    """State of the person at one instant.
 
     Attributes:
-        time: Since the start [s].
+        time: Time since the start [s].
         qpos: Configuration, read only.
         qvel: Velocity, read only.
-        world: The world, for what is not here: its MuJoCo ``model`` and ``data``, its ``ground``.
+        world: The world, with MuJoCo's ``model`` and ``data`` and the ``ground``.
     """
 
     def __init__(self, world: "plantigrade.world.world.World"):
-        """Copy what a world is at now."""
+        """Copy the present state of a world."""
         human = world.human
         self.world, self.time = world, world.time
         self.qpos = world.data.qpos[: human.model.nq].copy()
@@ -48,7 +48,7 @@ class State:
 
     @cached_property
     def body(self) -> BodyState:
-        """The evaluated body: centre of mass, places, Jacobians, momentum."""
+        """The evaluated body: centre of mass, positions, Jacobians, momentum."""
         return self.world.evaluated(self.qpos, self.qvel)
 
     @cached_property
@@ -65,5 +65,5 @@ class State:
         return np.asarray(self.contact_force[np.array(mine)].sum(axis=0))
 
     def __repr__(self) -> str:
-        """Return when it is."""
+        """Return the time of the state."""
         return f"State(time={self.time:.3f})"

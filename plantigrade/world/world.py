@@ -8,7 +8,7 @@
         state = world.step(controller(state))
     record = world.record()
 
-The physics runs at ``rate``, the controller at ``control_rate``; its command is held in between.
+The physics runs at ``rate``, the controller at ``control_rate``; its command is lasting in between.
 """
 
 from bisect import bisect_right
@@ -28,25 +28,22 @@ from plantigrade.record import Record
 from plantigrade.record.things import PLACES
 from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
-from plantigrade.world.command import Command, Commanded
+from plantigrade.world.command import AnyCommand, Command
 from plantigrade.world.contacts import Contacts
 from plantigrade.world.controller import AnyController, Rates, controller_from
 from plantigrade.world.disturbance import Disturbance
 from plantigrade.world.falls import Fall, FallWatch
-from plantigrade.world.recorded import record_of
 from plantigrade.world.recorder import Recorder
-from plantigrade.world.scene import world_model
-from plantigrade.world.start import standing_on
+from plantigrade.world.standing import standing_on
 from plantigrade.world.state import State
+from plantigrade.world.world_model import world_model
+from plantigrade.world.world_record import record_of
 
 RATE, CONTROL_RATE = Rates().physics, Rates().control
-"""Steps of the physics and of the controller, by default [1/s]."""
-FASTEST = 300.0
-"""A body of which anything is faster than this has diverged [m/s, rad/s]."""
-LOOK = 0.002
-"""So often the rise of torques is looked at [s]."""
-LONGEST = 3600.0
-"""Longest simulation [s]."""
+"""Default rates of the physics and of the controller [1/s]."""
+MAX_SPEED = 300.0  # [m/s, rad/s] of any coordinate; beyond it the simulation has diverged
+TORQUE_RISE_INTERVAL = 0.002  # [s] between updates of rate-limited torques
+MAX_DURATION = 3600.0  # [s] of a simulation
 
 
 class World:
@@ -54,33 +51,32 @@ class World:
 
     Args:
         human: The person.
-        ground: What they stand on; level if absent.
-        disturbances: What else acts.
+        ground: The ground; level if absent.
+        disturbances: Disturbances that act on the person.
         rate: Steps of the physics per second [1/s].
         control_rate: Commands per second; ``rate`` is a whole multiple of it [1/s].
         record_rate: Frames kept per second, likewise; ``control_rate`` if absent [1/s].
         recording: Whether frames are kept for :meth:`record`.
-        passive: Whether joints resist by themselves, as tissue does.
-        torque_rise: How long a motor takes from nothing to its greatest torque [s]; at once if
-            zero.
-        exact_limits: Whether limits of torque hold for all of stable PD, or, a tenth faster, but
-            for its part within a step.
-        qpos: Where the person starts; quiet standing if absent.
-        qvel: How fast; at rest if absent.
-        sites: Further places of the body by which seats carry it.
+        passive: Whether joints have passive moments of tissue.
+        torque_rise: Rise time of a motor from zero to its maximum torque [s]; zero for none.
+        exact_limits: Whether torque limits include the implicit part of stable PD; without it a
+            simulation is 10 % faster.
+        qpos: Initial configuration; quiet standing if absent.
+        qvel: Initial velocity; at rest if absent.
+        sites: Additional contact sites, for seats.
         seed: Seed of :attr:`random`.
 
     Attributes:
         model: MuJoCo's model; the person's coordinates come first.
         data: MuJoCo's data.
-        sites: The contact spheres of the feet, and the further places.
-        memory: What disturbances, and controllers, keep until the next start.
+        sites: The contact spheres of the feet, and the additional sites.
+        memory: State of disturbances and controllers until the next reset.
         random: Generator of random numbers for disturbances and controllers.
-        fall: How and when the person fell; None as long as it has not.
-        diverged: When the simulation diverged [s]; None as long as it has not.
+        fall: The fall of the person; None before it.
+        diverged: Time at which the simulation diverged [s]; None before that.
 
     Raises:
-        ParameterError: If the rates do not fit, or something is no state of this person.
+        ParameterError: If the rates do not fit, or the initial state does not fit the person.
     """
 
     def __init__(
@@ -107,9 +103,14 @@ class World:
         self.record_rate = float(control_rate if record_rate is None else record_rate)
         self._per_control = _multiple(self.rate, self.control_rate, "control_rate")
         self._per_frame = _multiple(self.rate, self.record_rate, "record_rate")
-        looks = [d.interval for d in self.disturbances] + ([LOOK] if torque_rise else [])
-        self._most = min(
-            [self._per_control, *(max(1, round(t * self.rate)) for t in looks if np.isfinite(t))]
+        intervals = [d.interval for d in self.disturbances] + (
+            [TORQUE_RISE_INTERVAL] if torque_rise else []
+        )
+        self._max_steps = min(
+            [
+                self._per_control,
+                *(max(1, round(t * self.rate)) for t in intervals if np.isfinite(t)),
+            ]
         )
         if not 0.0 <= torque_rise < np.inf:
             raise ParameterError(f"torque_rise={torque_rise} s must be zero or more")
@@ -118,8 +119,8 @@ class World:
             human, self.ground, step=1.0 / self.rate, sites=sites, additions=additions
         )
         self.data = mujoco.MjData(self.model)
-        # Nothing acts within a control step, and nobody looks.
-        self._alone = not (recording or self.disturbances or torque_rise)
+        # Nothing acts or is recorded within a control step.
+        self._undisturbed = not (recording or self.disturbances or torque_rise)
         self.sites = (*contact_sites(human), *sites)
         self.actuators = Actuators(
             human, self.model, passive=passive, rise=torque_rise, exact=exact_limits
@@ -144,15 +145,15 @@ class World:
         qpos: Float[Array, " nq"] | None = None,
         qvel: Float[Array, " nv"] | None = None,
     ) -> State:
-        """Start anew and return the first state.
+        """Restart the simulation and return the first state.
 
         Args:
             seed: Seed of :attr:`random`; the same as before if absent.
-            qpos: Where the person starts; as the world was made if absent.
-            qvel: How fast, likewise.
+            qpos: Initial configuration; that of the constructor if absent.
+            qvel: Initial velocity; that of the constructor if absent.
 
         Raises:
-            ParameterError: If that is no state of this person.
+            ParameterError: If the state does not fit the person.
         """
         self.seed = self.seed if seed is None else seed
         self.random = np.random.default_rng(self.seed)
@@ -162,7 +163,7 @@ class World:
         data.qpos[:nq] = self._qpos if qpos is None else _finite("qpos", qpos, nq)
         data.qvel[:nv] = self._qvel if qvel is None else _finite("qvel", qvel, nv)
         self.actuators.reset()
-        self._steps, self._pushed, self._acted, self._signals = 0, [], [], {}
+        self._steps, self._pushed, self._last_pushes, self._signals = 0, [], [], {}
         self.memory: dict[Any, Any] = {}
         self.fall: Fall | None = None
         self.diverged: float | None = None
@@ -174,10 +175,10 @@ class World:
         self._edges = sorted(edges)
         return State(self)
 
-    def step(self, command: Commanded = None) -> State:
-        """Do what a controller commands for one control step, and return the state after it.
+    def step(self, command: AnyCommand = None) -> State:
+        """Apply a command for one control step and return the state after it.
 
-        A world that has diverged stands still.
+        A diverged world no longer moves.
 
         Raises:
             ParameterError: If the command does not fit the person.
@@ -185,62 +186,64 @@ class World:
         self.advance(command)
         return State(self)
 
-    def advance(self, command: Commanded = None) -> None:
-        """Do the same without a state, for those who read :attr:`data` themselves."""
+    def advance(self, command: AnyCommand = None) -> None:
+        """Apply a command for one control step without creating a :class:`State`."""
         if self.diverged is not None:
             return
         done = self.actuators.command(command, self.data)
         self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
-        self.proceed()
+        self.repeat_command()
 
-    def proceed(self) -> None:
-        """Do one control step with what was commanded last."""
+    def repeat_command(self) -> None:
+        """Do one control step with the last command."""
         if self.diverged is not None:
             return
         data = self.data
         recorder = self._recorder
         good = 0 if recorder is None else len(recorder)
-        # A world that diverges says so itself; MuJoCo would write a file.
+        # MuJoCo would write a log file; divergence is reported by the world.
         before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(_hear)
+        mujoco.set_mju_user_warning(_ignore_warning)
         try:
-            self._advance(self._steps + self._per_control)
+            self._advance_to(self._steps + self._per_control)
         finally:
             mujoco.set_mju_user_warning(before)
         speed = data.qvel
-        if not (speed.max() < FASTEST and speed.min() > -FASTEST):  # NaN is not less than anything
+        if not (
+            speed.max() < MAX_SPEED and speed.min() > -MAX_SPEED
+        ):  # NaN is not less than anything
             self.diverged = self.time
             if recorder is not None:
                 recorder.cut(max(good, 1))
         elif self.fall is None:
-            self.fall = self._falls.look(data, self.time)
+            self.fall = self._falls.detect(data, self.time)
 
-    def _advance(self, end: int) -> None:
-        """Step the physics up to a step of its own."""
-        data, held = self.data, self._pushed
-        if self._alone and not held:
+    def _advance_to(self, end: int) -> None:
+        """Advance the physics to a given step."""
+        data, lasting = self.data, self._pushed
+        if self._undisturbed and not lasting:
             self.actuators.step(data, end - self._steps)
-            self._steps, self._acted = end, []
+            self._steps, self._last_pushes = end, []
             return
         while self._steps < end:
-            self._disturb(held)
+            self._disturb(lasting)
             recorder = self._recorder
             if recorder is not None and self._steps % self._per_frame == 0:
                 recorder.before(data, self.time)
-                self.actuators.ease(data, 1.0 / self.rate)
+                self.actuators.limit_torque_rise(data, 1.0 / self.rate)
                 self.actuators.step(data, 1)
-                self._keep(recorder)
+                self._record_frame(recorder)
                 self._steps += 1
                 continue
             stop = min([end, *self._edges[bisect_right(self._edges, self._steps) :][:1]])
-            stop = min(stop, self._steps + self._most)
+            stop = min(stop, self._steps + self._max_steps)
             if recorder is not None:
                 stop = min(stop, (self._steps // self._per_frame + 1) * self._per_frame)
-            self.actuators.ease(data, (stop - self._steps) / self.rate)
+            self.actuators.limit_torque_rise(data, (stop - self._steps) / self.rate)
             self.actuators.step(data, stop - self._steps)
             self._steps = stop
-        self._acted, self._pushed = self._pushed, []
-        if self._alone:
+        self._last_pushes, self._pushed = self._pushed, []
+        if self._undisturbed:
             data.xfrc_applied[:] = 0.0
 
     @on_one_thread
@@ -252,20 +255,22 @@ class World:
         seed: int | None = None,
         after_fall: float = np.inf,
     ) -> Record:
-        """Start anew, let a controller move the person, and return what happened.
+        """Restart the simulation, run a controller and return the Record.
 
         Args:
-            controller: What moves them.
-            duration: How long, if the simulation does not diverge before [s].
-            seed: As in :meth:`reset`.
-            after_fall: How long it goes on after a fall [s]. Where that is limited, joints are
-                passive from the fall on: controllers are made for people on their feet.
+            controller: Controller of the person.
+            duration: Duration, if the simulation does not diverge before [s].
+            seed: Seed, as in :meth:`reset`.
+            after_fall: Duration of the simulation after a fall [s]. If it is finite, joints are
+                passive after the fall, because controllers assume a person on their feet.
 
         Raises:
             ParameterError: If the duration is not positive, or a command does not fit.
         """
-        if not 0.0 < duration <= LONGEST:
-            raise ParameterError(f"duration={duration:g} s must be above 0 and at most {LONGEST:g}")
+        if not 0.0 < duration <= MAX_DURATION:
+            raise ParameterError(
+                f"duration={duration:g} s must be above 0 and at most {MAX_DURATION:g}"
+            )
         control, state, end = controller_from(controller), self.reset(seed), duration
         while self.time < end - 0.5 / self.rate and self.diverged is None:
             if self.fall is not None and after_fall < np.inf:
@@ -276,9 +281,9 @@ class World:
         return self.record()
 
     def record(self) -> Record:
-        """Return what has happened since the start, up to now.
+        """Return the Record of the simulation up to now.
 
-        Where the simulation diverged, the frames before that.
+        After divergence it has the frames before that only.
 
         Raises:
             ParameterError: If nothing was recorded.
@@ -290,16 +295,16 @@ class World:
             recorder.before(data, self.time)
             self._disturb([])
             mujoco.mj_forward(self.model, data)
-            self._keep(recorder)
+            self._record_frame(recorder)
             self._pushed = []
             record = record_of(self, recorder)
             recorder.cut(-1)
             return record
         return record_of(self, recorder)
 
-    def _disturb(self, held: list) -> None:
-        """Let everything act that acts now."""
-        self._pushed = list(held)
+    def _disturb(self, lasting: list) -> None:
+        """Apply the disturbances and pushes that act now."""
+        self._pushed = list(lasting)
         for disturbance in self.disturbances:
             disturbance.act(self)
         self.data.xfrc_applied[:] = 0.0
@@ -307,47 +312,47 @@ class World:
             self.data.xfrc_applied[body, :3] += force
             self.data.xfrc_applied[body, 3:] += np.cross(arm, force)
 
-    def _keep(self, recorder: Recorder) -> None:
-        """Let the recorder have the step just done."""
+    def _record_frame(self, recorder: Recorder) -> None:
+        """Record the forces of the last step."""
         data, actuators = self.data, self.actuators
-        taken, inside = self.contacts.take(data)
+        step_contacts, constraint = self.contacts.read_step(data)
         motor = actuators.motor_torques(data)
-        tau = actuators.joint_forces(data, inside)
+        tau = actuators.joint_forces(data, constraint)
         most = len(self.human.body_names)
         pushed = [(b, f, data.xipos[b] + arm) for b, f, arm in self._pushed if b <= most]
         signals = dict(self._signals)
-        if seen := [d.place(self) for d in self.disturbances if d.thing is not None]:
-            signals[PLACES] = np.array(seen)
-        recorder.after(data, taken, tau, motor, pushed, signals)
+        if poses := [d.pose(self) for d in self.disturbances if d.scene_object is not None]:
+            signals[PLACES] = np.array(poses)
+        recorder.after(data, step_contacts, tau, motor, pushed, signals)
 
     def push(
         self, body: int, force: Float[Array, " 3"], arm: Float[Array, " 3"] | None = None
     ) -> None:
-        """Let a force act at a body, until the next control step or edge.
+        """Apply a force to a body until the next control step or edge of a disturbance.
 
-        For disturbances, and for whoever drags a body: call it before :meth:`step`.
+        For disturbances and interactive forces; call it before :meth:`step`.
 
         Args:
             body: Index of the body.
             force: Force, world [N].
-            arm: From its centre of mass to where it acts, world [m]; there if absent.
+            arm: Lever arm from the centre of mass of the body, world [m]; zero if absent.
         """
         lever = np.zeros(3) if arm is None else np.array(arm, dtype=float)
         self._pushed.append((body, np.array(force, dtype=float), lever))
 
     @property
     def pushes(self) -> Float[Array, "n 2 3"]:
-        """Where something pushed at the end of the last control step [m], and its force [N]."""
+        """Points [m] and forces [N] of the pushes at the end of the last control step."""
         place = self.data.xipos
-        acted = [(place[body] + arm, force) for body, force, arm in self._acted]
+        acted = [(place[body] + arm, force) for body, force, arm in self._last_pushes]
         return np.array(acted).reshape(-1, 2, 3)
 
-    def say(self, name: str, value: float | Array) -> None:
-        """Let a disturbance keep a number or array with the frames, as a signal of that name."""
+    def record_signal(self, name: str, value: float | Array) -> None:
+        """Record a number or array of a disturbance as a signal."""
         self._signals[name] = value
 
     def contact_force(self) -> Float[Array, "n_sites 3"]:
-        """Return the force of the ground at each contact sphere in the last step [N]."""
+        """Return the ground reaction force at each contact sphere in the last step [N]."""
         return self.contacts.forces(self.data)
 
     def evaluated(self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> BodyState:
@@ -356,15 +361,15 @@ class World:
         return self._body
 
 
-def _hear(_: str) -> None:
-    """Take a warning of MuJoCo's."""
+def _ignore_warning(_: str) -> None:
+    """Ignore a warning of MuJoCo."""
 
 
 def _multiple(rate: float, slower: float, name: str) -> int:
-    """Return how many steps of the physics one of something slower takes.
+    """Return the number of physics steps per period of a slower rate.
 
     Raises:
-        ParameterError: If that is no whole number.
+        ParameterError: If it is not an integer.
     """
     if not (np.isfinite([rate, slower]).all() and 0 < slower <= rate <= 1e5):
         raise ParameterError(f"{name}={slower:g} must be above 0 and at most rate={rate:g} 1/s")
@@ -379,7 +384,7 @@ def _multiple(rate: float, slower: float, name: str) -> int:
 
 
 def _finite(name: str, values: Float[Array, " k"], n: int) -> Float[Array, " n"]:
-    """Return so many numbers as an array of their own; refuse what is not finite."""
+    """Return a copy of ``n`` numbers; raise if one is not finite."""
     numbers = np.array(values, dtype=float)
     if numbers.shape != (n,) or not np.isfinite(numbers).all():
         raise ParameterError(f"{name} of this person must be {n} finite numbers in one row")

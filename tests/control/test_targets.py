@@ -13,8 +13,8 @@ HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
 
 def test_a_bent_person_has_the_soles_on_the_ground_and_the_weight_over_them():
-    bent = {"knee_angle": 0.6, "hip_flexion": 0.7, "ankle_angle": -0.1}
-    plain, bowed = (standing_on(HUMAN, Ground(), bent=b) for b in (None, bent))
+    flexion = {"knee_angle": 0.6, "hip_flexion": 0.7, "ankle_angle": -0.1}
+    plain, bowed = (standing_on(HUMAN, Ground(), flexion=b) for b in (None, flexion))
     states = [World(HUMAN, recording=False, qpos=q).reset().body for q in (plain, bowed)]
     feet = [s.origins[HUMAN.body("foot_r")] for s in states]
     ahead = [s.com[0] - foot[0] for s, foot in zip(states, feet, strict=True)]

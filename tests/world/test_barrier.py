@@ -23,7 +23,7 @@ def under(height: float) -> World:
 def test_words_of_a_barrier():
     for word in ("5", "5,1,2", "5,high", "0.1,1.5", "5,0.1", "5,nan"):
         with pytest.raises(ParameterError):
-            Barrier.written(word)
+            Barrier.parse(word)
 
 
 @pytest.mark.parametrize("above", [0.1, -0.06])

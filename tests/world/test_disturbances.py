@@ -23,9 +23,9 @@ from plantigrade.world import (
     World,
     standing_on,
 )
-from plantigrade.world.disturbance import Steps
+from plantigrade.world.box import PARKING_HEIGHT
+from plantigrade.world.disturbance import StrikeTimer
 from plantigrade.world.grounds import ground_named, platform_named
-from plantigrade.world.things import AWAY
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
@@ -59,21 +59,21 @@ def test_a_rope_pulls_towards_its_anchor_while_it_pulls():
 )
 def test_a_word_that_is_none_is_refused_with_how_to_write_it(kind, word, said):
     with pytest.raises(ParameterError, match=said):
-        kind.written(word)
+        kind.parse(word)
 
 
 def test_words_are_what_they_say():
-    rope = Rope.written("80,2,0,1,0.5,0.25")
+    rope = Rope.parse("80,2,0,1,0.5,0.25")
     assert (rope.force, rope.anchor, rope.time, rope.duration) == (80.0, (2.0, 0.0, 1.0), 0.5, 0.25)
-    assert Rope.written("80,2,0,1,0.5").duration == np.inf
-    shift = FloorShift.written("0.1,0.2,90,1")
-    np.testing.assert_allclose(shift.place(2.0), [0.0, 0.1, 0.0, 0.0], atol=1e-9)
+    assert Rope.parse("80,2,0,1,0.5").duration == np.inf
+    shift = FloorShift.parse("0.1,0.2,90,1")
+    np.testing.assert_allclose(shift.position(2.0), [0.0, 0.1, 0.0, 0.0], atol=1e-9)
 
 
 @pytest.mark.parametrize(("word", "way"), [("2,6,180,0.05", [-1, 0]), ("2,5,90,0.05", [0, 1])])
 def test_a_thrown_box_meets_the_trunk_and_pushes_it_on(word, way):
     """In the direction of its flight, where and when it should: 1.5 m at its speed."""
-    box = ThrownBox.written(word)
+    box = ThrownBox.parse(word)
     record = world(box).simulate(Posture(), 0.5)
     push = record.signals["world.push"]
     first = int(np.flatnonzero(np.linalg.norm(push, axis=1))[0])
@@ -85,7 +85,7 @@ def test_a_thrown_box_meets_the_trunk_and_pushes_it_on(word, way):
 
 
 def test_a_dropped_box_falls_on_the_head():
-    record = world(ThrownBox.written("1,0,0,0.1")).simulate(Posture(), 0.6)
+    record = world(ThrownBox.parse("1,0,0,0.1")).simulate(Posture(), 0.6)
     hit = [site.body for site in record.sites if site.part == "push"]
     push = record.signals["world.push"]
     first = int(np.flatnonzero(np.linalg.norm(push, axis=1))[0])
@@ -147,7 +147,7 @@ def test_of_two_equal_boxes_each_waits_and_flies():
     while thrown.time < 0.1:
         thrown.step()
     heights = [thrown.data.body(f"box_{i}").xpos[2] for i in range(2)]
-    np.testing.assert_allclose(heights, AWAY, atol=0.01)
+    np.testing.assert_allclose(heights, PARKING_HEIGHT, atol=0.01)
     for _ in range(5):
         thrown.step()
     assert max(thrown.data.body(f"box_{i}").xpos[2] for i in range(2)) < 2.0
@@ -176,7 +176,7 @@ def test_the_floor_carries_along_who_stands_on_it():
 @pytest.mark.parametrize("direction", [0.0, np.pi / 2])
 def test_a_plate_tilts_as_it_is_told(direction):
     plate = Tilting(amplitude=0.06, period=1.0, direction=direction)
-    assert plate.place(1.25)[2:] == pytest.approx(
+    assert plate.position(1.25)[2:] == pytest.approx(
         [0.06 * np.cos(direction), 0.06 * np.sin(direction)]
     )
     swaying = world(plate, recording=False)
@@ -184,7 +184,7 @@ def test_a_plate_tilts_as_it_is_told(direction):
     while swaying.time < 0.25:
         state = swaying.step(hold(state))
     place = swaying.data.qpos[HUMAN.model.nq : HUMAN.model.nq + 4]
-    np.testing.assert_allclose(place, plate.place(swaying.time), atol=2e-4)
+    np.testing.assert_allclose(place, plate.position(swaying.time), atol=2e-4)
     level = swaying.data.geom("floor_plate").xmat.reshape(3, 3)
     wanted = {0.0: level[2, 0], np.pi / 2: level[2, 1]}[direction]
     assert wanted > 0.005  # up in front, or on the left
@@ -204,24 +204,24 @@ def test_ground_that_moves_must_be_level_and_alone():
 
 def test_a_push_at_a_phase_waits_for_two_strikes():
     push = PhasePush(force=10.0, duration=0.1, side="l", phase=0.25)
-    steps = Steps()
+    timer = StrikeTimer()
     for i in range(400):  # strikes at 0.4, 1.4, 2.4 s; what lifts for a moment is no step
         time = 0.01 * i
         load = 0.0 if time % 1.0 < 0.4 or 0.7 < time % 1.0 < 0.75 else 0.9
-        if steps.begin is None:
-            steps.look(time, load, push)
-    assert steps.begin == pytest.approx(1.4 + 0.25 * 1.0, abs=0.011)
-    word = Push.written("10,0.1,90,l25")
+        if timer.push_time is None:
+            timer.update(time, load, push)
+    assert timer.push_time == pytest.approx(1.4 + 0.25 * 1.0, abs=0.011)
+    word = Push.parse("10,0.1,90,l25")
     assert word == PhasePush(force=10.0, duration=0.1, direction=np.pi / 2, side="l", phase=0.25)
     stands = world(push, rate=300.0)
     assert "world.push" not in stands.simulate(Posture(), 0.2).signals
     assert push.missed(stands) == (
-        "A push at 25 % of a cycle of the left foot never came: it waits for two strikes of that "
-        "foot."
+        "The push at 25 % of the gait cycle of the left foot never came: it needs two heel strikes "
+        "of that foot."
     )
-    stands.memory[push].begin = 0.1
+    stands.memory[push].push_time = 0.1
     assert not push.missed(stands)
-    stands.memory[push].begin = 0.3  # later than the end
+    stands.memory[push].push_time = 0.3  # later than the end
     assert push.missed(stands)
 
 

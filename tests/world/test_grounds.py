@@ -8,9 +8,9 @@ from plantigrade.contact.site import GEOM, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
-from plantigrade.world import World, laid, on_ground, standing_on
+from plantigrade.world import World, fit_soles, on_ground, standing_on
 from plantigrade.world.grounds import ground_named
-from plantigrade.world.start import moved
+from plantigrade.world.standing import at_placement
 
 HUMAN = Human.create(joints="42", feet="rigid")
 
@@ -64,8 +64,8 @@ def gaps(ground: Ground, qpos) -> np.ndarray:
 @pytest.mark.parametrize("turn", [0.5 * np.pi, np.pi])
 def test_who_stands_elsewhere_and_turned_has_the_soles_on_the_ground_there(word, turn):
     ground, place = ground_named(word, seed=3), (1.0, -0.5, turn)
-    qpos, level = standing_on(HUMAN, ground, place=place), standing_on(HUMAN, Ground())
-    lifted = on_ground(HUMAN, ground, moved(level, place))
+    qpos, level = standing_on(HUMAN, ground, placement=place), standing_on(HUMAN, Ground())
+    lifted = on_ground(HUMAN, ground, at_placement(level, place))
     found, expected = State(HUMAN, qpos), State(HUMAN, lifted)
     np.testing.assert_allclose(found.com[:2], expected.com[:2], atol=0.01)
     for foot in ("foot_r", "foot_l"):
@@ -80,7 +80,7 @@ def test_who_stands_elsewhere_and_turned_has_the_soles_on_the_ground_there(word,
 def test_a_posture_is_laid_on_other_ground():
     flat, slope = standing_on(HUMAN, Ground()), ground_named("slope:10")
     assert np.ptp(gaps(slope, on_ground(HUMAN, slope, flat))) > 0.03
-    there = laid(HUMAN, slope, flat)
+    there = fit_soles(HUMAN, slope, flat)
     assert np.ptp(gaps(slope, there)) < 2e-3
     np.testing.assert_allclose(State(HUMAN, there).com[:2], State(HUMAN, flat).com[:2], atol=0.01)
 

@@ -10,7 +10,7 @@ from plantigrade.control import Posture
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world import World, standing_on
-from plantigrade.world.disturbance import trunk
+from plantigrade.world.disturbance import body_index
 from plantigrade.world.push_limits import (
     PushTest,
     predicted_limit,
@@ -49,7 +49,7 @@ def test_limits_beyond_what_is_tried_are_open_and_none_is_zero():
 
 
 def test_a_limit_in_a_world_is_the_same_twice():
-    test = PushTest(situation=held, duration=0.2, time=0.1, watch=0.6)
+    test = PushTest(situation=held, duration=0.2, time=0.1, watch_time=0.6)
     how = {"guess": 300.0, "step": 150.0, "most": 1200.0, "below": ()}
     first, again = ([d.result for d in push_map(test, (0.0,), **how)] for _ in range(2))
     assert first == again and first[0] is not None and 0 < first[0].force < 1200.0
@@ -58,9 +58,9 @@ def test_a_limit_in_a_world_is_the_same_twice():
 
 
 def test_what_counts_as_withstood_is_the_callers():
-    test = PushTest(situation=held, time=0.1, watch=0.1, withstood=lambda world: False)
+    test = PushTest(situation=held, time=0.1, watch_time=0.1, withstood=lambda world: False)
     assert not test(1.0, 0.0)
-    light = PushTest(situation=held, time=0.1, duration=0.1, watch=0.1)
+    light = PushTest(situation=held, time=0.1, duration=0.1, watch_time=0.1)
     assert light(1.0, 0.0) and not light(5000.0, 0.0)
 
 
@@ -73,7 +73,7 @@ def test_a_pendulum_pushed_by_the_predicted_force_can_just_be_stopped(direction)
     way = np.array([np.cos(direction), np.sin(direction)])
     spheres = np.array([world.data.geom(f"contact_{s.name}").xpos for s in world.sites])
     com, mass = state.body.com, HUMAN.mass
-    arm = world.data.xipos[trunk(HUMAN)][2] - com[2]
+    arm = world.data.xipos[body_index(HUMAN)][2] - com[2]
     if direction == 0.0:
         edge = spheres[:, 0].max() - com[0]
     else:  # where a line from under the centre of mass leaves the hull, by bisection on a polygon
@@ -96,7 +96,7 @@ def test_a_pendulum_pushed_by_the_predicted_force_can_just_be_stopped(direction)
 
 def test_the_stance_is_where_it_was_asked_for():
     human = Human.create(1.5, 48.5, "female", "66")
-    qpos = standing_on(human, Ground(), ahead=0.6, width=0.25)
+    qpos = standing_on(human, Ground(), com_along_sole=0.6, width=0.25)
     world = World(human, qpos=qpos, recording=False)
     body = world.reset().body
     apart = body.origin("foot_l") - body.origin("foot_r")
@@ -107,5 +107,5 @@ def test_the_stance_is_where_it_was_asked_for():
     assert share == pytest.approx(0.6, abs=0.01)
     with pytest.raises(ParameterError, match="ankles 5 m apart"):
         standing_on(human, Ground(), width=5.0)
-    with pytest.raises(ParameterError, match="not over the soles"):
-        standing_on(human, Ground(), ahead=1.5)
+    with pytest.raises(ParameterError, match="must be from 0"):
+        standing_on(human, Ground(), com_along_sole=1.5)

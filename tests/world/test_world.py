@@ -228,7 +228,7 @@ def test_pushes_are_refused_before_any_work():
         World(HUMAN, disturbances=(Push(force=1.0, duration=1.0, body="wing"),))
     for word in ("1,2,3", "a,b,c,d", "1,0,0,0", "1,1,0,-1", "nan,1,1,1"):
         with pytest.raises(ParameterError, match="push|Push"):
-            Push.written(word)
+            Push.parse(word)
 
 
 def test_torques_rise_in_a_finite_time():

@@ -14,7 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
-from plantigrade.world.scene import world_model
+from plantigrade.world.world_model import world_model
 
 N_FRAMES = 60  # frames in which overlaps are looked for
 ARM = ("humerus", "ulna", "radius", "hand", "fingers", "clavicle", "scapula")

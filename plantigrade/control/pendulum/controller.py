@@ -191,7 +191,9 @@ class Pendulum(Controller):
         gait, reference, body, hold = self.gait, self.reference, state.body, self._hold
         feet = self.foot_positions = body.origins[self.foot_bodies]
         soles = self.soles = self.ground.soles(body)
-        load = state.world.contacts.loads(state.world.data, self.person.side_of, self.ground.normal)
+        load = state.world.contacts.group_loads(
+            state.world.data, self.person.side_of, self.ground.normal
+        )
         ref = reference.at(gait.phase)
         offset = feet - ref.foot_position
         for i in range(len(SIDES)):

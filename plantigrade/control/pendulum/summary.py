@@ -93,7 +93,7 @@ def command_summary(
     """Return sentences on a commanded walk.
 
     Args:
-        speed: Commanded speed at the end, and mean speed over a stride then [m/s]; None where none
+        speed: AnyCommand speed at the end, and mean speed over a stride then [m/s]; None where none
             was commanded.
         deviation: Greatest distance from the path, over a stride [m]; None where it had none.
         stops: From when to when it stood [s].

@@ -314,7 +314,7 @@ class Walker(Controller):
         feet = self.frame.to_world(self.pendulum.soles.low)
         x, y = feet.mean(axis=0)[:2]
         place = (float(x), float(y), self.frame.angle)
-        stands = standing_on(human, world.ground, place=place)
+        stands = standing_on(human, world.ground, placement=place)
         duration = self.settings.standing.weight_shift_time
         settling = Settling(human, state.qpos, stands, state.time, duration)
         self._balance = Balance(settling, settings=self.settings.balance)

@@ -98,7 +98,7 @@ class Replay(Controller):
         body = self.body = self.body.moved_to(state.qpos, state.qvel)
         feet = body.position(self.feet)
         low = body.position(self.points) - self.radius * self.normal
-        load = world.contacts.loads(world.data, self.side_of, self.normal)[:SEAT]
+        load = world.contacts.group_loads(world.data, self.side_of, self.normal)[:SEAT]
         ref = reference.at(gait.phase)
         height = low @ self.normal - self.ground.under(low)
         height[self.of_side[SEAT]] = 0.0

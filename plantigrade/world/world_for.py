@@ -1,4 +1,4 @@
-"""The world in which a person starts, as their controller needs it."""
+"""A world with the rates and the initial state that a controller needs."""
 
 from collections.abc import Sequence
 
@@ -20,21 +20,21 @@ def world_for(
     sites: Sequence[ContactSite] = (),
     seed: int = 0,
 ) -> World:
-    """Return the world in which a person starts, at the rates of their controller.
+    """Return a world with the rates and the initial state of a controller.
 
     Args:
-        controller: What moves the person.
-        initial: How their motion begins; the controller may change it.
-        disturbances: What else acts.
+        controller: Controller of the person.
+        initial: Initial state; the controller may change it.
+        disturbances: Disturbances that act on the person.
         physics_rate: Steps of the physics per second; the controller's if absent [1/s].
         control_rate: Commands and frames per second; the controller's if absent [1/s].
         recording: Whether frames are kept.
-        torque_rise: As of :class:`World` [s].
-        sites: Further places of the body by which seats carry it.
+        torque_rise: Rise time of torques, as in :class:`World` [s].
+        sites: Additional contact sites, for seats.
         seed: Seed of :attr:`World.random`.
 
     Raises:
-        ParameterError: If the rates do not fit, or the state is none of this person.
+        ParameterError: If the rates do not fit, or the state does not fit the person.
     """
     rates = controller.rates.changed(physics_rate, control_rate)
     initial = controller.start(initial)

@@ -1,4 +1,4 @@
-"""The motors of many worlds of one person, commanded together: for learners."""
+"""Stable PD in many worlds of one person at once, for training."""
 
 from collections.abc import Sequence
 
@@ -8,11 +8,11 @@ from plantigrade.arrays import Array, Float
 from plantigrade.world.world import World
 
 
-class Together:
-    """What :class:`~plantigrade.world.StablePD` does in each world, in a tenth of the time.
+class BatchMotors:
+    """Vectorised :class:`~plantigrade.world.StablePD` for parallel worlds, ten times as fast.
 
     Args:
-        worlds: The worlds, all made alike, without ``exact_limits`` and ``torque_rise``.
+        worlds: Worlds with equal settings, without ``exact_limits`` and ``torque_rise``.
     """
 
     def __init__(self, worlds: Sequence[World]):
@@ -20,7 +20,7 @@ class Together:
         self._own, self._step = first.actuators, float(first.model.opt.timestep)
         self._worlds, n = worlds, len(first.human.coordinates)
         hinges = self._own.sagittal
-        # MuJoCo's arrays stay where they are.
+        # Views remain valid: MuJoCo does not reallocate its arrays.
         self._rows = [
             (
                 w.data.ctrl[:n],
@@ -41,23 +41,23 @@ class Together:
         stiffness: Float[Array, "n n_hinges"],
         damping: Float[Array, "n n_hinges"],
     ) -> None:
-        """Let stable PD act in all worlds from now on, as ``World.advance`` would.
+        """Set stable PD in all worlds, as ``World.advance`` does in one.
 
         Args:
-            angles: Where the hinges are now [rad].
-            force: Stiffness times target, and damping times the wanted rate [N m].
-            stiffness: Of the hinges [N m/rad].
-            damping: Likewise [N m s/rad].
+            angles: Present angles of the hinges [rad].
+            force: Stiffness times target plus damping times desired rate [N m].
+            stiffness: Stiffness of the hinges [N m/rad].
+            damping: Damping of the hinges [N m s/rad].
         """
         h, own, hinges = self._step, self._own, self._hinges
         damping = damping + h * stiffness
         bias = np.stack([-stiffness, -damping], axis=-1)
-        springs = np.broadcast_to(own.springs, stiffness.shape)
+        passive_stiffness = np.broadcast_to(own.passive_stiffness, stiffness.shape)
         if len(hinges):
             q, moments, stiff = own.tangents(angles)
-            springs = springs.copy()
-            springs[:, hinges] = stiff
-        armature = own.armature + h * (own.loose + h * springs) + h * damping
+            passive_stiffness = passive_stiffness.copy()
+            passive_stiffness[:, hinges] = stiff
+        armature = own.armature + h * (own.passive_damping + h * passive_stiffness) + h * damping
         for i, (ctrl, law, inertia, spring, rest, applied) in enumerate(self._rows):
             ctrl[:], law[:, 1:3], inertia[:] = force[i], bias[i], armature[i]
             if len(hinges):

@@ -1,4 +1,4 @@
-"""The Record of a world."""
+"""Conversion of recorded frames of a world to a Record."""
 
 from typing import TYPE_CHECKING
 
@@ -16,46 +16,48 @@ if TYPE_CHECKING:
 
 
 def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Record:
-    """Return what a recorder kept of a world.
+    """Return the Record of the frames that a recorder kept.
 
-    Signals: ``world.motor`` the torques of the motors alone [N m], ``world.push`` the sum of pushes
-    [N], what the controller said, as ``controller.NAME``, and where things were, ``things.*``.
+    Signals: ``world.motor``, torques of the motors alone [N m]; ``world.push``, sum of pushes
+    [N]; ``controller.NAME``, signals of the controller; ``things.*``, poses of scene objects.
 
     Raises:
-        ParameterError: If nothing was kept.
+        ParameterError: If no frame was recorded.
     """
     until = np.inf if world.fall is None else world.fall.time
-    touch = recorder.touch()
-    motion = recorder.motion(touch, until)
+    external = recorder.external_forces()
+    motion = recorder.motion(external, until)
     n, nv = motion.n_frames, world.human.model.nv
     tau = np.zeros((n, nv))
     tau[:, 6:] = recorder.rows["tau"]
     signals: dict[str, Array] = {"world.motor": np.array(recorder.rows["motor"])}
     pushes = np.zeros((n, 3))
-    for i, frame in enumerate(recorder.pushes(touch)):
+    for i, frame in enumerate(recorder.pushes(external)):
         pushes[i] = np.sum([force for _, force, _ in frame], axis=0) if frame else 0.0
     if pushes.any():
         signals["world.push"] = pushes
-    signals |= recorder.kept_signals()
+    signals |= recorder.signal_arrays()
     if PLACES in signals:
-        signals |= described([d.thing for d in world.disturbances if d.thing is not None])
+        signals |= described(
+            [d.scene_object for d in world.disturbances if d.scene_object is not None]
+        )
     notes = [] if world.fall is None else [f"The person {world.fall}."]
     if world.diverged is not None:
         notes.append(
-            f"The simulation diverged at {world.diverged:.2f} s; what came before is kept."
+            f"The simulation diverged at {world.diverged:.2f} s; the frames before are kept."
         )
     if np.abs(signals.get(PLACE, 0.0)).max() > MOVED:
         notes.append(
             Info(
                 "The ground moved (signal ground.place: shift [m] and tilt [rad]). The viewer and "
-                "the checker follow it; the drawings in the report show it at rest."
+                "the checker follow it; the drawings of the report show the ground at rest."
             )
         )
     return Record(
         world.human,
         motion,
         qfrc_actuator=tau,
-        **recorder.contacts(touch),
+        **recorder.contacts(external),
         ground=world.ground,
         signals=signals,
         notes=tuple(notes),
