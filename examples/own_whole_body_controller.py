@@ -3,8 +3,8 @@
 import numpy as np
 
 import plantigrade as pg
+import plantigrade.wbc as wbc
 import plantigrade.world as world
-from plantigrade.wbc import WholeBody, tasks
 
 
 class Stand:
@@ -12,10 +12,10 @@ class Stand:
 
     def begin(self, body, actuators):
         """Take the first posture as the target."""
-        self.program = WholeBody(body.human, armature=actuators.armature)
-        self.feet = tasks.ContactTask.of(body.human, weight=1000.0)  # per (m/s²)², as the next
-        self.com = tasks.ComTask(body.com, stiffness=50.0, weight=1000.0)  # 1/s²
-        self.posture = tasks.PostureTask(body.qpos, stiffness=80.0, weight=0.1)
+        self.program = wbc.WholeBody(body.human, armature=actuators.armature)
+        self.feet = wbc.tasks.ContactTask.of(body.human, weight=1000.0)  # per (m/s²)², as the next
+        self.com = wbc.tasks.ComTask(body.com, stiffness=50.0, weight=1000.0)  # 1/s²
+        self.posture = wbc.tasks.PostureTask(body.qpos, stiffness=80.0, weight=0.1)
 
     def __call__(self, state):
         """Return the torques of one control step."""
