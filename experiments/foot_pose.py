@@ -36,7 +36,7 @@ from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_bones import NONE, foot_path, pressing, standing_height
 from plantigrade.kinematics.foot_pose import FootPoser
 from plantigrade.kinematics.normal_seen import hinge_turn
-from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.rests import ContactFrames, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Recording
@@ -150,7 +150,7 @@ def angle_rows(
                         yield Row(name, quantity, found(mine, oxford), "deg")
 
 
-def of_controller(boxed: Trial, side: str, rests: Sequence[Rest]) -> list[np.ndarray]:
+def of_controller(boxed: Trial, side: str, rests: Sequence[ContactFrames]) -> list[np.ndarray]:
     """Return rotations of tibia, heel, forefoot and toes as the controller has them.
 
     Args:

@@ -31,8 +31,8 @@ def standing_soles(
     contact, time = sole_paths(fit.human, fit.qpos, fit.ground), fit.time
     stance = np.zeros((len(time), 2), dtype=bool)
     for s, side in enumerate(SIDES):
-        for start, stop, _ in stances(events, side, float(time[0]), float(time[-1])):
-            stance[:, s] |= (time >= start) & (time <= stop)
+        for each in stances(events, side, float(time[0]), float(time[-1])):
+            stance[:, s] |= each.frames(time)
     if not events and len(time) > 2:
         rests = find_rests(contact, (len(time) - 1) / (time[-1] - time[0]))
         for rest in rests:

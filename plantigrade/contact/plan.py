@@ -98,7 +98,7 @@ class Stance:
 
 
 @dataclass(frozen=True)
-class Support:
+class PointSupport:
     """A point of the body supported by something other than the ground: a chair, a wall, a rail.
 
     Attributes:
@@ -136,7 +136,7 @@ class ContactPlan:
     periodic: bool = False
     mirrored: bool = True
     advance: float = 0.0
-    supports: tuple[Support, ...] = ()
+    supports: tuple[PointSupport, ...] = ()
     slope: float = 0.0
 
     @property

@@ -18,9 +18,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.carriers import Carriers
 from plantigrade.dynamics.force_needs import ForceNeeds
-from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 
@@ -177,7 +177,7 @@ def half_widths(
     needs: ForceNeeds,
     wrench: Float[Array, "n k 6"],
     spread: Spread,
-    contacts: tuple[LoadInterval, ...],
+    contacts: tuple[ContactInterval, ...],
     time: Float[Array, " n_frames"],
     known: Bool[Array, "n_frames 2"],
     human: Human,
@@ -199,7 +199,7 @@ def half_widths(
     timing = np.abs(np.gradient(force, needs.time, axis=0)) * TIMING
     near = np.zeros((len(needs.time), 2, 1))
     for each in contacts:
-        if each.side in SIDES:
+        if each.side:
             k = SIDES.index(each.side)
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
                 if seen:

@@ -8,9 +8,10 @@ import numpy as np
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import root_wrench_at
-from plantigrade.dynamics.load_intervals import LoadInterval, Support
+from plantigrade.dynamics.load_intervals import Support
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
@@ -74,7 +75,7 @@ def force_needs(
     human: Human,
     motion: Motion,
     qacc: Float[Array, "n nv"],
-    contacts: tuple[LoadInterval, ...],
+    contacts: tuple[ContactInterval, ...],
     supports: tuple[Support, ...] = (),
     ground: Ground = LEVEL_GROUND,
 ) -> ForceNeeds:
@@ -124,7 +125,7 @@ def force_needs(
     arms, axes = (np.einsum("ab,nkaj->nkbj", to_world, each) for each in (arms, axes))
     soles[..., 2] -= sites.radius
     below = {side: soles[:, [s.side == side for s in sites.sites]] for side in SIDES}
-    steps = tuple(c for c in contacts if c.side in SIDES)
+    steps = tuple(c for c in contacts if c.side)
     floor = _floor(time, below, steps)
     base = ankle.copy()
     base[..., 2] = floor
@@ -189,7 +190,7 @@ def _headings(time, forward, contacts) -> np.ndarray:
     heading = _unit(forward)
     for contact in contacts:
         k, here = SIDES.index(contact.side), contact.frames(time)
-        if contact.walking and here.any():
+        if contact.rolls and here.any():
             heading[here, k] = _unit(forward[here, k].sum(axis=0))
     return heading
 

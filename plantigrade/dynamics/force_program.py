@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from plantigrade.constants import FRICTION, SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import (
     NOISE_TIME,
     Spread,
@@ -16,7 +17,7 @@ from plantigrade.dynamics.force_bands import (
 )
 from plantigrade.dynamics.force_needs import ForceNeeds
 from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
-from plantigrade.dynamics.load_intervals import LoadInterval, Support, completed, usual_length
+from plantigrade.dynamics.load_intervals import Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.models import Human
@@ -128,7 +129,7 @@ class ForceProgram:
         self,
         human: Human,
         needs: ForceNeeds,
-        contacts: tuple[LoadInterval, ...],
+        contacts: tuple[ContactInterval, ...],
         supports: tuple[Support, ...],
         data: FootForces | None,
         scales: ForceScales,
@@ -175,7 +176,7 @@ class ForceProgram:
         self.bending = np.ones(len(time))
         for each in contacts:
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
-                if seen and each.side not in SIDES:
+                if seen and not each.side:
                     self.bending[np.abs(time - edge) < HAND_OVER_TIME] = HAND_OVER
 
     def weights(self, noise: np.ndarray) -> np.ndarray:
@@ -336,7 +337,7 @@ def _rms(parts: list[np.ndarray]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
-def _lasting(contact: LoadInterval, more: float) -> LoadInterval:
+def _lasting(contact: ContactInterval, more: float) -> ContactInterval:
     """Return a contact that lasts beyond the end of the recording that cuts it, by ``more`` [s]."""
     start = contact.start if contact.begins else contact.start - more
     return replace(contact, start=start, stop=contact.stop if contact.ends else contact.stop + more)
@@ -352,7 +353,7 @@ def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, 
     side, forward = np.full((n, m), np.nan), np.zeros((n, m, 2))
     usual = usual_length(contacts)
     for each in contacts:
-        k, here = names.index(each.side), each.frames(time)
+        k, here = names.index(each.side or each.region), each.frames(time)
         contact[here, k] = True
         t, limit = time[here], np.full(int(here.sum()), np.inf)
         if each.begins:
@@ -360,13 +361,13 @@ def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, 
         if each.ends:
             limit = np.minimum(limit, each.stop - t)
         ramp[here, k] = 0.01 + scales.loading * limit
-        if each.side not in SIDES:
+        if not each.side:
             ramp[here, k] = np.inf
             mean[here, k], spread[here, k] = 0.0, np.array(SEATED)
             continue
         outward = -1.0 if each.side == "r" else 1.0
         mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT[0], FLAT[1]
-        if each.walking and len(t):
+        if each.rolls and len(t):
             s = each.share(t, usual)
             mean[here, k, 0] = length * np.interp(s, SHARE, FORWARD)
             spread[here, k, 0] = np.interp(s, *STRAY_FORWARD)

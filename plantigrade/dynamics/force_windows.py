@@ -12,10 +12,11 @@ from itertools import pairwise
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import Spread
 from plantigrade.dynamics.force_needs import ForceNeeds
 from plantigrade.dynamics.force_program import ForceProgram, ForceScales
-from plantigrade.dynamics.load_intervals import LoadInterval, Support
+from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.models import Human
 
@@ -41,7 +42,7 @@ class ForceSolution:
 def solve_in_windows(
     human: Human,
     needs: ForceNeeds,
-    contacts: tuple[LoadInterval, ...],
+    contacts: tuple[ContactInterval, ...],
     supports: tuple[Support, ...],
     data: FootForces | None,
     scales: ForceScales,

@@ -33,12 +33,13 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import half_widths, resampled
 from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
 from plantigrade.dynamics.force_program import LIGHT, ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
-from plantigrade.dynamics.load_intervals import LoadInterval, Support
+from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError
@@ -66,7 +67,7 @@ class GroundForces:
     #: Root mean square of the net force that is missed beside the noise of the motion [BW]
     residual_force: float
     residual_moment: float  #: The same of the pitch and roll moment [BW m]
-    contacts: tuple[LoadInterval, ...] = field(repr=False)  #: When feet and supports were loaded
+    contacts: tuple[ContactInterval, ...] = field(repr=False)  #: When feet and supports were loaded
     supports: tuple[Support, ...]  #: Supports besides the feet
     support_force: Float[Array, "n_frames n_supports 3"]  #: Force of each on the body [N]
     #: Its centre of pressure [m]; NaN where it carries nothing
@@ -80,7 +81,7 @@ def estimate_forces(
     motion: Motion,
     *,
     measured: FootForces | None = None,
-    contacts: tuple[LoadInterval, ...] | None = None,
+    contacts: tuple[ContactInterval, ...] | None = None,
     supports: tuple[Support, ...] = (),
     scales: ForceScales | None = None,
     ground: Ground = LEVEL_GROUND,

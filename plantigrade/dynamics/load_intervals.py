@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.contacts import stances
 from plantigrade.motion.motion import Motion
 
@@ -33,58 +33,9 @@ class Support:
     reach: tuple[float, float] = (0.15, 0.15)
 
 
-@dataclass(frozen=True)
-class LoadInterval:
-    """One interval in which a foot or another support may carry load.
-
-    Attributes:
-        side: ``"r"`` or ``"l"``, or the name of a :class:`Support`.
-        start: When it begins [s].
-        stop: When it ends [s].
-        begins: Whether the load grows from zero at the start; not where the recording cuts it.
-        ends: Whether it falls to zero at the end.
-        walking: Whether the foot rolls from heel to toes, as in walking and running, and with it
-            the centre of pressure.
-    """
-
-    side: str
-    start: float
-    stop: float
-    begins: bool = True
-    ends: bool = True
-    walking: bool = True
-
-    def share(self, time: Float[Array, " n"], usual: float) -> Float[Array, " n"]:
-        """Return the share of the contact that has passed, 0 to 1.
-
-        Args:
-            time: Instants [s].
-            usual: How long such a contact lasts, where the recording cuts it [s].
-        """
-        length = self.stop - self.start
-        if not (self.begins and self.ends):
-            length = max(length, usual)
-        start = self.start if self.begins or not self.ends else self.stop - length
-        return np.clip((time - start) / max(length, 1e-6), 0.0, 1.0)
-
-    def frames(self, time: Float[Array, " n"]) -> Bool[Array, " n"]:
-        """Return the frames that belong to it."""
-        return (time >= self.start) & (time <= self.stop)
-
-    def within(self, first: float, last: float) -> "LoadInterval":
-        """Return what a recording from ``first`` to ``last`` [s] would show of it."""
-        return replace(
-            self,
-            start=max(self.start, first),
-            stop=min(self.stop, last),
-            begins=self.begins and bool(self.start >= first),
-            ends=self.ends and bool(self.stop <= last),
-        )
-
-
 def walking_intervals(
     motion: Motion, *, early: float = EARLY, late: float = LATE
-) -> tuple[LoadInterval, ...]:
+) -> tuple[ContactInterval, ...]:
     """Return the stances of a gait by its events, a little longer at both ends.
 
     A foot without any event is taken to stand all the time, not rolling.
@@ -99,31 +50,25 @@ def walking_intervals(
     found = []
     for side in SIDES:
         if not any(event.side == side for event in events):
-            found.append(LoadInterval(side, first, last, False, False, False))
+            found.append(ContactInterval(side, "sole", first, last, False, False))
             continue
-        for start, stop, _ in stances(events, side, first, last):
-            begins, ends = bool(start > first), bool(stop < last)
-            found.append(
-                LoadInterval(
-                    side,
-                    start - early if begins else start,
-                    stop + late if ends else stop,
-                    begins,
-                    ends,
-                )
-            )
+        for each in stances(events, side, first, last):
+            begins, ends = bool(each.start > first), bool(each.stop < last)
+            start = each.start - early if begins else each.start
+            stop = each.stop + late if ends else each.stop
+            found.append(ContactInterval(side, "foot", start, stop, begins, ends))
     return tuple(found)
 
 
-def usual_length(intervals: tuple[LoadInterval, ...]) -> float:
+def usual_length(intervals: tuple[ContactInterval, ...]) -> float:
     """Return how long the contacts that were seen whole last, their median [s]."""
-    whole = [c.stop - c.start for c in intervals if c.begins and c.ends]
+    whole = [c.stop - c.start for c in intervals if c.whole]
     return float(np.median(whole)) if whole else USUAL_STANCE
 
 
 def completed(
-    intervals: tuple[LoadInterval, ...], first: float, last: float
-) -> tuple[LoadInterval, ...]:
+    intervals: tuple[ContactInterval, ...], first: float, last: float
+) -> tuple[ContactInterval, ...]:
     """Return the stances that a recording cuts in double support, with their likely other ends.
 
     A foot that still stands when the other has landed leaves after a double support of the median
@@ -135,7 +80,7 @@ def completed(
         first: Start of the recording [s].
         last: Its end [s].
     """
-    steps = [c for c in intervals if c.side in SIDES and c.walking]
+    steps = [c for c in intervals if c.rolls]
     pairs = [(a, b) for a in steps for b in steps if a.side != b.side and b.begins and a.ends]
     seen = [a.stop - b.start for a, b in pairs if a.start < b.start < a.stop < b.stop]
     length = float(np.median(seen)) if seen else USUAL_HAND_OVER * usual_length(intervals)

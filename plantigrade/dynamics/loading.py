@@ -20,12 +20,12 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
+from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.contact.seat import ISCHIA, SEATED_TILT, seat_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.load_intervals import (
     EARLY,
     LATE,
-    LoadInterval,
     Support,
     usual_length,
     walking_intervals,
@@ -66,14 +66,14 @@ class Loading:
         flies: Whether the person runs or jumps, so that load comes and goes fast.
     """
 
-    contacts: tuple[LoadInterval, ...]
+    contacts: tuple[ContactInterval, ...]
     supports: tuple[Support, ...]
     flies: bool
 
     @property
     def walks(self) -> bool:
         """Whether feet roll as in walking."""
-        return any(contact.walking for contact in self.contacts)
+        return any(contact.rolls for contact in self.contacts)
 
     @property
     def pace(self) -> float:
@@ -101,11 +101,11 @@ def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) ->
         steps = walking_intervals(motion, early=EARLY / FASTER, late=LATE / FASTER)
         return Loading((*steps, *seat), supports, True)
     loaded, levels = on_the_ground(time, soles)
-    found = [step for step in walking_intervals(motion) if step.walking]
+    found = [step for step in walking_intervals(motion) if step.rolls]
     for k, side in enumerate(SIDES):
         if not any(step.side == side for step in found):
             low = soles.position[:, soles.of(side), 2].min(axis=1)
-            found += _intervals(time, loaded[:, k], low - levels[:, k], side)
+            found += _intervals(time, loaded[:, k], low - levels[:, k], side, "sole")
     flies = not motion.events and leaves_the_ground(time, soles)
     return Loading((*found, *seat), supports, flies)
 
@@ -170,7 +170,7 @@ def on_the_ground(
     return loaded, ground
 
 
-def seat_intervals(human: Human, motion: Motion) -> tuple[LoadInterval, ...]:
+def seat_intervals(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     """Return when a seat carries; see the module's text.
 
     Args:
@@ -194,14 +194,14 @@ def seat_intervals(human: Human, motion: Motion) -> tuple[LoadInterval, ...]:
     outside = _beyond_feet(human, motion, sole_paths(human, motion.qpos))
     ischia = SitePoints(human, seat_sites(human))
     height = (ischia.path(motion.qpos)[..., 2] - ischia.radius).mean(axis=1)
-    found: list[LoadInterval] = []
+    found: list[ContactInterval] = []
     for run in rests:
         above = height - float(np.median(height[run])) - GIVE + CLEAR
         low = above <= CLEAR
         for part in runs(low):
             at_rest = slice(max(part.start, run.start), min(part.stop, run.stop))
             low[part] = at_rest.start < at_rest.stop and outside[at_rest].mean() > 0.5
-        found += _intervals(time, low, above, SEAT)
+        found += _intervals(time, low, above, "", SEAT)
     return tuple(_joined(found))
 
 
@@ -230,18 +230,11 @@ def _heading(soles: SolePaths, side: str) -> Float[Array, "n_frames 2"]:
     return toes - heel
 
 
-def _joined(intervals: list[LoadInterval]) -> Iterator[LoadInterval]:
+def _joined(intervals: list[ContactInterval]) -> Iterator[ContactInterval]:
     """Yield intervals in order, those that overlap as one."""
-    last = None
-    for each in sorted(intervals, key=lambda i: i.start):
-        if last is None or each.start > last.stop:
-            if last is not None:
-                yield last
-            last = each
-        elif each.stop > last.stop:
-            last = replace(last, stop=each.stop, ends=each.ends)
-    if last is not None:
-        yield last
+    for group in grouped(intervals):
+        last = max(group, key=lambda c: c.stop)
+        yield replace(group[0], stop=last.stop, ends=last.ends)
 
 
 def _without_short(time, loaded):
@@ -254,7 +247,7 @@ def _without_short(time, loaded):
     return loaded
 
 
-def _intervals(time, loaded, above, side) -> Iterator[LoadInterval]:
+def _intervals(time, loaded, above, side, region) -> Iterator[ContactInterval]:
     """Yield the spans of frames, their ends where the height ``above`` passes :data:`CLEAR`."""
     for run in runs(loaded):
         begins, ends = run.start > 0, run.stop < len(time)
@@ -264,4 +257,4 @@ def _intervals(time, loaded, above, side) -> Iterator[LoadInterval]:
         if ends and above[run.stop] > CLEAR >= above[run.stop - 1]:
             stop = crossing(time, above, run.stop - 1, CLEAR)
         if stop > start:
-            yield LoadInterval(side, start, stop, begins, ends, walking=False)
+            yield ContactInterval(side, region, start, stop, begins, ends)

@@ -7,7 +7,7 @@ the plate covers, and how much force the motion of the whole body needs, :math:`
 import numpy as np
 
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.plate_loadings import Loading
+from plantigrade.dynamics.plate_loadings import PlateLoading
 from plantigrade.dynamics.plate_owner import HEAVY, OUTSIDE, distance, longer
 
 MOST_OUTSIDE = 0.1  # part of a contact's impulse that may lie there: the first and last instants
@@ -22,7 +22,7 @@ SHORTEST_SHARED = 0.06  # feet that land and leave at the same time are not both
 
 def needed_force(
     time: np.ndarray,
-    loadings: list[Loading],
+    loadings: list[PlateLoading],
     touch: np.ndarray,
     lift: np.ndarray | None,
     mass: float | None,

@@ -11,7 +11,7 @@ from plantigrade.motion.resample import interpolate
 
 
 @dataclass
-class Loading:
+class PlateLoading:
     """One loading of one plate on the frames: wrench at the centre of pressure, and its owner."""
 
     plate: ForcePlate
@@ -27,7 +27,7 @@ class Loading:
 
 def loadings_of(
     plate: ForcePlate, frame_time: np.ndarray, cutoff: float | None, threshold: float
-) -> list[Loading]:
+) -> list[PlateLoading]:
     """Return a plate's contacts, smoothed and on the frames."""
     found = []
     for contact in contact_events(plate.time, plate.force[:, 2], threshold):
@@ -62,7 +62,9 @@ def loadings_of(
         frames, force, moment, load = frames[up], force[up], moment[up], load[up]
         cop, free = centres(force, moment, load / force[:, 2])
         found.append(
-            Loading(plate, frames, force, cop + about, free, contact.peak, np.full(len(frames), -1))
+            PlateLoading(
+                plate, frames, force, cop + about, free, contact.peak, np.full(len(frames), -1)
+            )
         )
     return found
 
@@ -75,7 +77,7 @@ def centres(force, moment, height) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([x, y, height], axis=1), free
 
 
-def plate_level(loadings: list[Loading]) -> float:
+def plate_level(loadings: list[PlateLoading]) -> float:
     """Return the height of the plates [m]; NaN without any."""
     heights = [np.median(loading.cop[:, 2]) for loading in loadings]
     return float(np.median(heights)) if heights else float("nan")

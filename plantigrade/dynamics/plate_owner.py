@@ -3,7 +3,7 @@
 import numpy as np
 
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.plate_loadings import Loading
+from plantigrade.dynamics.plate_loadings import PlateLoading
 from plantigrade.motion.filters import derivative, lowpass, runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import rate_of
@@ -65,7 +65,7 @@ def distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
     return np.linalg.norm(c - a - along[..., None] * edge, axis=-1).min(axis=1)
 
 
-def find_owner(loading: Loading, points: list[np.ndarray], touch: np.ndarray) -> None:
+def find_owner(loading: PlateLoading, points: list[np.ndarray], touch: np.ndarray) -> None:
     """Find whose foot is at the centre of pressure, frame by frame where it changes."""
     frames = loading.frames
     if loading.plate.side in SIDES:

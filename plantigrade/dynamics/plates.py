@@ -37,7 +37,7 @@ from plantigrade.dynamics.plate_checks import (
     outside_of,
 )
 from plantigrade.dynamics.plate_loadings import (
-    Loading,
+    PlateLoading,
     centres,
     loadings_of,
     plate_level,
@@ -230,7 +230,7 @@ def sole_points(
 
 
 def _describe(notes, time, loadings, seen) -> None:
-    alike: dict[tuple[str, str], list[Loading]] = {}  # by plate and kind of problem
+    alike: dict[tuple[str, str], list[PlateLoading]] = {}  # by plate and kind of problem
     for loading in loadings:
         if loading.problem:
             kind = re.sub(r"[\d.]+", "", loading.problem)

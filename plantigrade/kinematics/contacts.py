@@ -6,7 +6,7 @@ from itertools import pairwise
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
-from plantigrade.kinematics.rests import Rest
+from plantigrade.kinematics.rests import ContactFrames
 from plantigrade.motion import GaitEvent
 
 # Share of a stance during which each region rests, where a recording does not show it: about what
@@ -15,28 +15,26 @@ USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
 
 
 def foot_contacts(
-    time: Float[Array, " n_frames"], events: Sequence[GaitEvent], rests: Sequence[Rest]
+    time: Float[Array, " n_frames"], events: Sequence[GaitEvent], rests: Sequence[ContactFrames]
 ) -> tuple[ContactInterval, ...]:
     """Return when each region touches: its rests within the stances of its foot.
 
     The heel touches from heel strike on and the toes up to toe off, whatever their speed; where a
     region is not seen to rest, the usual shares of the stance are taken.
     """
-    contacts = []
+    contacts, touching = [], [rest.interval(time) for rest in rests]
     for side in SIDES:
-        for start, stop, whole in stances(events, side, time[0], time[-1]):
+        for stance in stances(events, side, time[0], time[-1]):
+            start, stop = stance.start, stance.stop
             for region, share in USUAL.items():
-                found = [
-                    (float(time[r.start]), float(time[r.stop - 1]))
-                    for r in rests
-                    if r.side == side
-                    and r.region == region
-                    and time[r.start] < stop
-                    and time[r.stop - 1] > start
+                resting = [
+                    c
+                    for c in touching
+                    if c.side == side and c.region == region and c.start < stop and c.stop > start
                 ]
-                if found:
-                    first, last = min(f[0] for f in found), max(f[1] for f in found)
-                elif whole:
+                if resting:
+                    first, last = min(c.start for c in resting), max(c.stop for c in resting)
+                elif stance.whole:
                     first, last = (start + s * (stop - start) for s in share)
                 else:
                     continue
@@ -50,16 +48,16 @@ def foot_contacts(
 
 def stances(
     events: Sequence[GaitEvent], side: str, first: float, last: float
-) -> list[tuple[float, float, bool]]:
-    """Return start and stop of a foot's stances [s], and whether they were seen whole.
+) -> list[ContactInterval]:
+    """Return the stances of a foot.
 
     The recording lasts from ``first`` to ``last`` [s]; the events are ordered by time.
     """
     own = [(e.kind, e.time) for e in events if e.side == side]
     whole = [(a, b) for a, b in pairwise(own) if (a[0], b[0]) == ("heel_strike", "toe_off")]
-    found = [(strike[1], off[1], True) for strike, off in whole]
+    found = [ContactInterval(side, "foot", strike[1], off[1]) for strike, off in whole]
     if own and own[0][0] == "toe_off":
-        found.insert(0, (first, own[0][1], False))
+        found.insert(0, ContactInterval(side, "foot", first, own[0][1], begins=False))
     if own and own[-1][0] == "heel_strike":
-        found.append((own[-1][1], last, False))
+        found.append(ContactInterval(side, "foot", own[-1][1], last, ends=False))
     return found

@@ -34,7 +34,7 @@ from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_pose import BEND, SEGMENTS, FootPoser, marks
 from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.rests import ContactFrames, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion.recording import rate_of
@@ -74,7 +74,7 @@ class FootPath:
 
 
 def pressing(
-    rests: Sequence[Rest],
+    rests: Sequence[ContactFrames],
     side: str,
     height: Float[Array, " n_frames"],
     standing: float,
@@ -200,7 +200,7 @@ def _weights(time, presses) -> dict[int, np.ndarray]:
 
 
 def standing_height(
-    rests: Sequence[Rest], side: str, height: Float[Array, " n_frames"], usual: float
+    rests: Sequence[ContactFrames], side: str, height: Float[Array, " n_frames"], usual: float
 ) -> float:
     """Return the height of the ankle above the ground while the foot stands [m].
 
@@ -215,7 +215,7 @@ def with_bones(
     human: Human,
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
-    rests: Sequence[Rest],
+    rests: Sequence[ContactFrames],
     *,
     known: Sequence[str] = (),
     turns: bool = True,

@@ -11,7 +11,7 @@ from scipy.ndimage import distance_transform_cdt
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.inverse import InverseKinematics, Terms, follow
-from plantigrade.kinematics.rests import Rest, find_rests
+from plantigrade.kinematics.rests import ContactFrames, find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.models import Human
 
@@ -33,7 +33,7 @@ def plant_feet(
     stance: Bool[Array, "n_frames 2"] | None = None,
     *,
     rate: float,
-    rests: list[Rest] | None = None,
+    rests: list[ContactFrames] | None = None,
     way: Float[Array, "n_frames 3"] | None = None,
     spread: Mapping[str, float] | None = None,
     progress=None,
@@ -134,7 +134,7 @@ def _planting_solver(human: Human, contact: SolePaths, spread: Mapping[str, floa
     return solver, np.array(held)
 
 
-def _wanted(contact: SolePaths, rests: list[Rest], way: np.ndarray, fade: int):
+def _wanted(contact: SolePaths, rests: list[ContactFrames], way: np.ndarray, fade: int):
     """Return where each point of the soles should be, and how much that matters.
 
     A region at rest is moved as a whole: horizontally to its mean place, each of its points down
@@ -184,7 +184,7 @@ def _slow(path: np.ndarray, fade: int) -> np.ndarray:
     return np.stack([np.convolve(x, window / window.sum(), "valid") for x in padded.T], axis=1)
 
 
-def _cores(rests: list[Rest]) -> list[tuple[Rest, np.ndarray]]:
+def _cores(rests: list[ContactFrames]) -> list[tuple[ContactFrames, np.ndarray]]:
     """Return each rest with the frames that tell its place.
 
     Regions of a foot that rest at the same time are parts of one thing: their places are taken
@@ -193,7 +193,7 @@ def _cores(rests: list[Rest]) -> list[tuple[Rest, np.ndarray]]:
     result = []
     for side in SIDES:
         mine = sorted((r for r in rests if r.side == side), key=lambda r: r.start)
-        groups: list[list[Rest]] = []
+        groups: list[list[ContactFrames]] = []
         for rest in mine:
             if groups and rest.start < max(r.stop for r in groups[-1]):
                 groups[-1].append(rest)

@@ -10,6 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.sole_paths import SolePaths
 from plantigrade.motion.filters import lowpass, runs
 from plantigrade.motion.recording import rate_of
@@ -22,13 +23,18 @@ SMOOTH = 10.0  # low-pass of the points before their speed is taken [Hz]
 
 
 @dataclass(frozen=True)
-class Rest:
-    """One rest of a region of a foot on the ground: frames ``start`` to before ``stop``."""
+class ContactFrames:
+    """Frames ``start`` to before ``stop`` in which a region of a foot rests on the ground."""
 
     side: str
     region: str
     start: int
     stop: int
+
+    def interval(self, time: Float[Array, " n_frames"]) -> ContactInterval:
+        """Return the interval from the first of the frames to the last."""
+        first, last = float(time[self.start]), float(time[self.stop - 1])
+        return ContactInterval(self.side, self.region, first, last)
 
 
 def find_rests(
@@ -37,7 +43,7 @@ def find_rests(
     *,
     way: Float[Array, "n_frames 3"] | None = None,
     stance: Bool[Array, "n_frames 2"] | None = None,
-) -> list[Rest]:
+) -> list[ContactFrames]:
     """Return when each region of each foot rests on the ground.
 
     Args:
@@ -62,7 +68,7 @@ def find_rests(
                 calm &= stance[:, s]
             for run in runs(calm):
                 if run.stop - run.start >= max(2, SHORTEST * rate):
-                    rests.append(Rest(side, region, run.start, run.stop))
+                    rests.append(ContactFrames(side, region, run.start, run.stop))
     return rests
 
 
@@ -86,7 +92,7 @@ def _hysteresis(value: np.ndarray, low: float, high: float) -> np.ndarray:
 
 def contact_metrics(
     contact: SolePaths,
-    rests: list[Rest],
+    rests: list[ContactFrames],
     way: Float[Array, "n_frames 3"] | None = None,
     suffix: str = "",
 ) -> dict[str, float]:
@@ -102,7 +108,7 @@ def contact_metrics(
 
 
 def drift_of(
-    contact: SolePaths, rests: list[Rest], way: Float[Array, "n_frames 3"] | None = None
+    contact: SolePaths, rests: list[ContactFrames], way: Float[Array, "n_frames 3"] | None = None
 ) -> Float[Array, " n_rests"]:
     """Return how far each resting region strays from its mean place on the ground [m]."""
     position = contact.position - (0.0 if way is None else way[:, None])

@@ -9,7 +9,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.rests import Rest
+from plantigrade.kinematics.rests import ContactFrames
 from plantigrade.kinematics.sole_paths import SolePaths
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
@@ -17,7 +17,7 @@ from plantigrade.motion.filters import runs
 THICKEST = 0.06  # a point that rests further from the ground than this does not rest on a sole [m]
 
 
-def on_own_soles(human: Human, contact: SolePaths, rests: list[Rest]) -> Human:
+def on_own_soles(human: Human, contact: SolePaths, rests: list[ContactFrames]) -> Human:
     """Return the person with soles that touch the ground where the feet of a motion rest."""
     flat = {side: _flat(contact, rests, side) for side in SIDES}
     offsets = {}
@@ -56,7 +56,7 @@ def height_figures(heights: Float[Array, "n_frames 2"]) -> dict[str, float]:
     }
 
 
-def _flat(contact: SolePaths, rests: list[Rest], side: str) -> np.ndarray:
+def _flat(contact: SolePaths, rests: list[ContactFrames], side: str) -> np.ndarray:
     """Return in which frames a foot stands flat: heel and ball rest, well within their rests."""
     flat = np.ones(len(contact.position), dtype=bool)
     for region in ("heel", "ball"):

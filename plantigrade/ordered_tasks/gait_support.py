@@ -24,9 +24,10 @@ from scipy.linalg import solveh_banded
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
-from plantigrade.dynamics.load_intervals import EARLY, LATE, LoadInterval
+from plantigrade.dynamics.load_intervals import EARLY, LATE
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.ordered_tasks.gait_reference import GaitReference
@@ -139,23 +140,19 @@ def with_recorded_heel_rise(reference: GaitReference) -> GaitReference:
     return replace(reference, contacts=tuple(contacts))
 
 
-def load_intervals(reference: GaitReference, settings: SupportSettings) -> tuple[LoadInterval, ...]:
+def load_intervals(
+    reference: GaitReference, settings: SupportSettings
+) -> tuple[ContactInterval, ...]:
     """Return the intervals from first to last contact in which each foot may carry load."""
     first, last = float(reference.motion.time[0]), float(reference.motion.time[-1])
-    intervals = []
+    margin, intervals = settings.end_margin, []
     for side in SIDES:
-        merged: list[list[float]] = []
         mine = [c for c in reference.contacts if c.side == side]
-        for c in sorted(mine, key=lambda c: c.start):
-            if merged and c.start <= merged[-1][1] + settings.max_contact_gap:
-                merged[-1][1] = max(merged[-1][1], c.stop)
-            else:
-                merged.append([c.start, c.stop])
-        for a, b in merged:
+        for group in grouped(mine, settings.max_contact_gap):
+            a, b = group[0].start, max(c.stop for c in group)
             start, stop = max(first, a - EARLY), min(last, b + LATE)
-            margin = settings.end_margin
             begins, ends = bool(a > first + margin), bool(b < last - margin)
-            intervals.append(LoadInterval(side, float(start), float(stop), begins, ends))
+            intervals.append(ContactInterval(side, "foot", float(start), float(stop), begins, ends))
     return tuple(intervals)
 
 

@@ -10,7 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.person import world_sites
 from plantigrade.control.gait.reference import period_of, reference_of
-from plantigrade.control.gait.schedule import Schedule
+from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.leg_inverse import LegInverse
@@ -109,7 +109,7 @@ def walk_on_body(record: Record, human: Human) -> Record:
     return replace(found, signals={**found.signals, "estimated.force": load})
 
 
-def _shares(schedule: Schedule, phase: float) -> Float[Array, " 2"]:
+def _shares(schedule: StanceSchedule, phase: float) -> Float[Array, " 2"]:
     """Return what part of the load each foot has, right and left."""
     _, alpha, _ = schedule.weights(phase)
     sides = np.array([s.side for s in schedule.stances])

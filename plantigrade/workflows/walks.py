@@ -169,10 +169,11 @@ class RecordedWalk:
         heights = []
         for side in SIDES:
             low = soles.position[:, soles.of(side), 2].min(axis=1)
-            for start, stop, whole in stances(motion.events, side, motion.time[0], motion.time[-1]):
+            for stance in stances(motion.events, side, motion.time[0], motion.time[-1]):
+                start, stop = stance.start, stance.stop
                 quarter = (stop - start) / 4
                 middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
-                if whole and middle.any():
+                if stance.whole and middle.any():
                     heights.append(float(np.quantile(low[middle], 0.1)))  # of a hop: where it lands
         if heights and max(heights) - min(heights) > UNEVEN:
             raise ReproduceError(

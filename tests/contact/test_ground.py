@@ -8,7 +8,7 @@ import pytest
 from plantigrade import ContactPlan, Ground
 from plantigrade.constants import FRICTION
 from plantigrade.contact.ground import Bump, HeightField, Seat, Step
-from plantigrade.contact.plan import Footprint, Stance, Support
+from plantigrade.contact.plan import Footprint, PointSupport, Stance
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 
@@ -113,7 +113,7 @@ def test_a_ground_is_the_same_after_json():
     again = Ground.from_dict(json.loads(json.dumps(ground.to_dict())))
     assert again == ground and Ground.from_dict({}) == Ground()
     site = ContactSite(body="pelvis", name="seat_r", part="chair")
-    sits = plan([0.0], supports=(Support(site, (0.1, 0.0, 0.45), 0.0, 1.0),))
+    sits = plan([0.0], supports=(PointSupport(site, (0.1, 0.0, 0.45), 0.0, 1.0),))
     assert Ground.of_plan(sits).seats == (seat,)
 
 

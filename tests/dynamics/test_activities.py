@@ -6,9 +6,9 @@ import pytest
 import plantigrade as pg
 from plantigrade.analyze.estimated_forces import estimate_figures, support_push
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.ground_forces import ForceScales, estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
-from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.dynamics.loading import FASTER
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
@@ -87,7 +87,7 @@ def aloft(human: Human) -> Motion:
 def test_what_never_touches_the_ground_is_refused_and_known_contacts_are_not(human):
     with pytest.raises(ParameterError, match="no foot touches the ground"):
         estimate_forces(human, aloft(human))
-    late = (LoadInterval("r", TIME[-1] + 1.0, TIME[-1] + 2.0),)  # in no frame
+    late = (ContactInterval("r", "foot", TIME[-1] + 1.0, TIME[-1] + 2.0),)  # in no frame
     assert (estimate_forces(human, aloft(human), contacts=late).forces.force == 0.0).all()
 
 

@@ -8,13 +8,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from plantigrade.contact.ground import Ground
+from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.force_needs import force_needs
 from plantigrade.dynamics.force_program import FORWARD, SHARE, ForceProgram, ForceScales
 from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
-from plantigrade.dynamics.load_intervals import LoadInterval, Support
+from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError
@@ -72,9 +73,9 @@ def test_a_foot_that_was_measured_stays_as_measured(human):
 def test_a_seat_takes_what_the_feet_do_not(human):
     motion = standing(human)
     first, last = motion.time[[0, -1]]
-    always = [LoadInterval(s, float(first), float(last), False, False, False) for s in "rl"]
+    always = [ContactInterval(s, "sole", float(first), float(last), False, False) for s in "rl"]
     seat = Support("seat", "pelvis", (-0.05, 0.0, -0.1))
-    contacts = (*always, LoadInterval("seat", float(first), float(last), False, False, False))
+    contacts = (*always, ContactInterval("", "seat", float(first), float(last), False, False))
     n, weight = motion.n_frames, human.mass * G
     feet = estimate_forces(human, motion).forces
     light = FootForces(
@@ -161,7 +162,7 @@ def test_few_frames_and_forces_on_another_clock_are_refused(human):
 
 def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
     motion = standing(human, 60)
-    feet = (LoadInterval("r", 0.0, 0.59), LoadInterval("l", 0.0, 0.59))
+    feet = (ContactInterval("r", "foot", 0.0, 0.59), ContactInterval("l", "foot", 0.0, 0.59))
     weights = []
     for pull in (0.0, 0.1):  # to the left [BW]
         qacc = motion.qvel.copy()
@@ -203,7 +204,7 @@ def test_a_slope_under_turned_gravity_is_level_ground(human):
 STEP, BOTH = 0.5, 0.14  # from one landing to the next, and with both feet on the ground [s]
 
 
-def steps(first: float, last: float) -> tuple[LoadInterval, ...]:
+def steps(first: float, last: float) -> tuple[ContactInterval, ...]:
     """Return the stances of steps on the spot that a recording from ``first`` to ``last`` sees."""
     found = []
     for i in range(-2, 8):
@@ -211,7 +212,7 @@ def steps(first: float, last: float) -> tuple[LoadInterval, ...]:
         begins, ends = start > first, stop < last
         if start < last and stop > first:
             span = max(start, first), min(stop, last)
-            found.append(LoadInterval("rl"[i % 2], *span, bool(begins), bool(ends)))
+            found.append(ContactInterval("rl"[i % 2], "foot", *span, bool(begins), bool(ends)))
     return tuple(found)
 
 

@@ -24,7 +24,7 @@ def human() -> Human:
 
 
 def of(found, side):
-    return [c for c in found.contacts if c.side == side]
+    return [c for c in found.contacts if side in (c.side, c.region)]
 
 
 def at_rest(human: Human, qpos: np.ndarray) -> Motion:

@@ -21,7 +21,7 @@ from plantigrade.kinematics.foot_bones import (
 from plantigrade.kinematics.foot_pose import BEND, FootPoser
 from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import Rest, contact_metrics, find_rests
+from plantigrade.kinematics.rests import ContactFrames, contact_metrics, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import State
 from plantigrade.workflows.textbook import textbook_walk
@@ -111,8 +111,12 @@ def test_what_the_recording_shows_stays(walk):
 
 
 def test_what_presses_follows_from_rests_and_the_ankles_height():
-    rests = [Rest("r", "heel", 1, 6), Rest("r", "ball", 3, 8), Rest("r", "toes", 3, 9)]
-    rests += [Rest("l", "heel", 0, 10)]
+    rests = [
+        ContactFrames("r", "heel", 1, 6),
+        ContactFrames("r", "ball", 3, 8),
+        ContactFrames("r", "toes", 3, 9),
+    ]
+    rests += [ContactFrames("l", "heel", 0, 10)]
     height = np.array([0.1, 0.1, 0.1, 0.05, 0.05, 0.08, 0.1, 0.1, 0.1, 0.1])
     found = pressing(rests, "r", height, 0.06)
     assert found.tolist() == [NONE, EDGE, EDGE, FLAT, FLAT, TOES, TOES, TOES, TOES, NONE]

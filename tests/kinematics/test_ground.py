@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import Rest, drift_of, find_rests
+from plantigrade.kinematics.rests import ContactFrames, drift_of, find_rests
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
@@ -100,7 +100,7 @@ def test_path_is_that_of_a_body_swinging_over_its_foot(human):
     expected = 2 * (d.thigh + d.shank) * np.sin(0.2)
     assert abs(moved[-1, 0] - moved[0, 0] - expected) < 0.04 * expected + 0.01
     contact = sole_paths(human, moved)
-    rest = [Rest("r", region, 0, n) for region in ("heel", "ball")]
+    rest = [ContactFrames("r", region, 0, n) for region in ("heel", "ball")]
     assert drift_of(contact, rest).max() < 0.02
     assert np.abs(contact.position[:, contact.of("r"), 2].min(axis=1)).max() < 1e-9
 

@@ -12,7 +12,7 @@ from plantigrade.io.amc import read_amc
 from plantigrade.io.bvh import read_bvh
 from plantigrade.io.deepmimic import read_deepmimic
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import Rest, drift_of, find_rests
+from plantigrade.kinematics.rests import ContactFrames, drift_of, find_rests
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human, Person
@@ -93,7 +93,7 @@ def steps(human: Human, n: int = 90) -> np.ndarray:
         0, points.of("r", "heel")
     ].mean(axis=0)
     stance = np.ones((n, 2), bool)
-    rests = [Rest(s, region, 0, n) for s in "rl" for region in ("heel", "ball", "toes")]
+    rests = [ContactFrames(s, region, 0, n) for s in "rl" for region in ("heel", "ball", "toes")]
     return plant_feet(human, q, stance, rate=60.0, rests=rests)
 
 

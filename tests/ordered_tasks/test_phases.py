@@ -92,9 +92,9 @@ def test_too_few_events_raise():
 
 def test_stances_seen_whole_and_in_part():
     found = stances(events(2.0), "l", 0.0, 2.2)
-    assert [whole for _, _, whole in found] == [False, True, False]
-    assert found[0][0] == 0.0 and found[-1][1] == 2.2
-    starts = [start for start, _, _ in found[1:]]
+    assert [stance.whole for stance in found] == [False, True, False]
+    assert found[0].start == 0.0 and found[-1].stop == 2.2
+    starts = [stance.start for stance in found[1:]]
     np.testing.assert_allclose(starts, [0.5 * STRIDE, 1.5 * STRIDE])
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.contact.plan import ContactPlan, Footprint, Stance, Support
+from plantigrade.contact.intervals import ContactInterval
+from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport, Stance
 from plantigrade.contact.seat import seat_sites
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.ground_forces import GroundForces
-from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.dynamics.loading import SEAT
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.models import Human
@@ -125,8 +125,8 @@ def test_a_person_is_held_on_one_chair_at_every_sit(human):
     still = np.zeros((101, human.model.nv))
     motion = Motion(time, qpos, still, human.joint_names, still)
     sits = (
-        LoadInterval(SEAT, 0.0, 0.62, False, True, walking=False),
-        LoadInterval(SEAT, 1.38, 2.0, True, False, walking=False),
+        ContactInterval("", SEAT, 0.0, 0.62, begins=False),
+        ContactInterval("", SEAT, 1.38, 2.0, ends=False),
     )
     found = supports_of(human, motion, sits, 0.0, 2.0)
     assert len(found) == 4 and {s.site.name for s in found} == {"seat_r", "seat_l"}
@@ -142,7 +142,7 @@ def test_sites_of_a_seat_are_held_at_each_place(human):
     """The same site rests in one place, and later in another."""
     site = seat_sites(human)[0]
     places = ((-0.3, -0.06, 0.45), (-0.2, -0.06, 0.45))
-    supports = (Support(site, places[0], -1.0, 0.3), Support(site, places[1], 0.7, 2.0))
+    supports = (PointSupport(site, places[0], -1.0, 0.3), PointSupport(site, places[1], 0.7, 2.0))
     plan = ContactPlan(1.0, (), supports=supports)
     body = ContactBody(human, (site,))
     nodes = np.arange(0.0, 1.01, 0.1)

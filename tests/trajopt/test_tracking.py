@@ -21,7 +21,7 @@ from plantigrade.motion.filters import runs
 from plantigrade.motion.resample import interpolate
 from plantigrade.trajopt import ContactBody, synthesize
 from plantigrade.trajopt.tasks.recorded_stances import TOE_ROLL_TIME
-from plantigrade.trajopt.tasks.tracking import GRID, contacts_of, grounded, stances_of, track
+from plantigrade.trajopt.tasks.tracking import GRID, contacts_of, grounded, recorded_stances, track
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.workflows.textbook import textbook_walk
 from plantigrade.workflows.track import LIMITS
@@ -55,7 +55,7 @@ def tracked(human, walk):
 
 def test_stances_are_those_of_the_events(human, walk):
     """They begin a little before heel strikes, as loads do; toes move already at toe off."""
-    stances = stances_of(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
+    stances = recorded_stances(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
     for e in walk.events:
         struck = e.kind == "heel_strike"
         times = [
@@ -72,7 +72,7 @@ def test_stances_are_those_of_the_events(human, walk):
 def test_the_forefoot_is_down_when_the_recorded_one_is(human, walk):
     """It was put down 20 to 40 ms after heel strike, from 20 mm above the ground."""
     points = contact_points(human, walk.qpos)
-    stances = stances_of(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
+    stances = recorded_stances(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
     for s in stances:
         if s.heel_strike < 0.1 or s.foot_flat > walk.time[-1] - 0.1:
             continue
@@ -97,7 +97,7 @@ def test_ankles_follow_the_book(human, walk, tracked):
 
 
 def test_footprints_are_a_stride_apart(human, walk):
-    stances = stances_of(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
+    stances = recorded_stances(human, walk, contacts_of(human, walk), 0.0, float(walk.time[-1]))
     right = [s for s in stances if s.footprint.side == "r"]
     way = right[1].footprint.position[0] - right[0].footprint.position[0]
     assert way == pytest.approx(SPEED * (right[1].toe_off - right[0].toe_off), rel=0.05)
@@ -217,7 +217,7 @@ def test_what_never_touches_is_refused(human, walk):
     with pytest.raises(ParameterError, match="at least four"):
         track(human, walk, start=5.0, stop=4.0)
     one = Contact("r", "toes", 0.5, 0.6)
-    assert stances_of(human, walk, [one], 0.0, 1.0) == ()
+    assert recorded_stances(human, walk, [one], 0.0, 1.0) == ()
 
 
 @pytest.mark.slow

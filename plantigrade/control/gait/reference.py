@@ -24,11 +24,11 @@ from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.loads import LoadSettings, interpolated, site_forces, site_loads
 from plantigrade.control.gait.person import world_sites
 from plantigrade.control.gait.schedule import (
-    Schedule,
-    ScheduleSettings,
+    StanceSchedule,
+    StanceSettings,
     carrying,
+    contact_intervals,
     schedule_of,
-    stances_of,
 )
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
@@ -41,7 +41,7 @@ class ReferenceSettings:
     """How a motion is made a reference."""
 
     load: LoadSettings = LoadSettings()
-    schedule: ScheduleSettings = ScheduleSettings()
+    schedule: StanceSettings = StanceSettings()
     edges: EdgeSettings = EdgeSettings()
     rest_speed: float = 0.2
     """Velocity below which a motion rests at its beginning or end [m/s, rad/s]. Chosen."""
@@ -70,7 +70,7 @@ class Reference:
     table: Float[Array, "n_rows n_columns"]
     layout: Layout
     translation: Float[Array, "n_columns 3"]
-    schedule: Schedule
+    schedule: StanceSchedule
     omega: float
     period: float | None
     duration: float
@@ -143,7 +143,7 @@ def reference_of(
     height = swept.com @ record.ground.normal - record.ground.under(swept.com)
     omega = float(np.sqrt(GRAVITY / np.mean(height)))
     contact = carrying(load, weight, STEP, periodic=periodic, settings=settings.schedule)
-    stances = stances_of(sites, contact, STEP, period, settings.schedule.min_duration)
+    stances = contact_intervals(sites, contact, STEP, period, settings.schedule.min_duration)
     schedule = schedule_of(
         stances, sites, load, omega, STEP, period, settings.schedule.offset_horizon
     )

@@ -11,7 +11,7 @@ from plantigrade.control.gait.offsets import offset_weights
 
 
 @dataclass(frozen=True, kw_only=True)
-class ScheduleSettings:
+class StanceSettings:
     """When contact spheres carry load."""
 
     min_sphere_load: float = 0.001
@@ -25,7 +25,7 @@ class ScheduleSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Schedule:
+class StanceSchedule:
     """Stances of a motion, with their weights at every instant.
 
     A periodic motion is looked up in its second period, so that there are stances before it and
@@ -112,7 +112,7 @@ def carrying(
     step: float,
     *,
     periodic: bool,
-    settings: ScheduleSettings | None = None,
+    settings: StanceSettings | None = None,
 ) -> Bool[Array, "n k"]:
     """Return when each sphere is in contact: while it carries load, and a little before.
 
@@ -123,7 +123,7 @@ def carrying(
         periodic: Whether the last row is the first of the next period.
         settings: Least load, and lead time.
     """
-    settings = settings or ScheduleSettings()
+    settings = settings or StanceSettings()
     on = load > settings.min_sphere_load * weight
     rows = on[:-1] if periodic else on
     early = rows.copy()
@@ -135,7 +135,7 @@ def carrying(
     return np.concatenate([early, early[:1]]) if periodic else early
 
 
-def stances_of(
+def contact_intervals(
     sites,
     on: Bool[Array, "n k"],
     step: float,
@@ -202,7 +202,7 @@ def schedule_of(
     step: float,
     period: float | None,
     horizon: float,
-) -> Schedule:
+) -> StanceSchedule:
     """Return the schedule: of a periodic motion over several periods, of which one is used.
 
     Args:
@@ -240,7 +240,7 @@ def schedule_of(
     total = alpha.sum(axis=1, keepdims=True)
     alpha = np.divide(alpha, total, out=np.zeros_like(alpha), where=total > 1.0)
     beta = offset_weights(alpha, omega, step)
-    return Schedule(
+    return StanceSchedule(
         tuple(found),
         alpha[first : first + n],
         beta[first : first + n],

@@ -25,7 +25,7 @@ from scipy.linalg import solve_banded
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.gait.instant import Instant, Layout, derivative_order, width_of
 from plantigrade.control.gait.reference import STEP, Reference, period_of
-from plantigrade.control.gait.schedule import Schedule
+from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.crouch import Crouch
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import Transition
@@ -115,7 +115,7 @@ class ScaledReference:
     def __init__(self, reference: Reference, settings: SpeedSettings | None = None):
         self.settings = settings or SpeedSettings()
         self.recorded = reference
-        self.schedule: Schedule = reference.schedule
+        self.schedule: StanceSchedule = reference.schedule
         self.omega, self.period = reference.omega, reference.period
         self.duration, self.ends = reference.duration, reference.ends
         self.step_scale, self.cadence = 1.0, 1.0

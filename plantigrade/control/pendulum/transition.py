@@ -16,7 +16,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant, derivative_order
 from plantigrade.control.gait.reference import STEP, Reference
-from plantigrade.control.gait.schedule import Schedule
+from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.errors import ParameterError
 
@@ -40,7 +40,7 @@ class PhaseMap:
         ParameterError: If one of them is not repeated, or a foot does not stand once in a stride.
     """
 
-    def __init__(self, new: Schedule, old: Schedule, *, lifts: bool = True):
+    def __init__(self, new: StanceSchedule, old: StanceSchedule, *, lifts: bool = True):
         ours, theirs = instants(new), instants(old)
         self._begin = float(ours[0])
         self.period, self._period = float(new.period or 0.0), float(old.period or 0.0)
@@ -76,7 +76,7 @@ class PhaseMap:
         return float(self._rate_between[i])
 
 
-def instants(schedule: Schedule) -> Float[Array, " 4"]:
+def instants(schedule: StanceSchedule) -> Float[Array, " 4"]:
     """Return when feet strike, right and left, and lift, from the first right strike on [s].
 
     Raises:

@@ -43,7 +43,7 @@ def ground_section(subject: Subject) -> list[Section]:
     return [Section(TITLE, figures, text=text, folded=True)]
 
 
-def stances_of(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:
+def loaded_frames(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:
     """Return first and last-plus-one frame of each time a foot bears a tenth of body weight."""
     return [(s.start, s.stop) for s in runs(vertical > 0.1 * weight) if s.stop - s.start > 3]
 
@@ -53,7 +53,7 @@ def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
     model, outlines = record.human.model, []
     for row, side in enumerate(SIDES):
         shapes = _foot_shapes(model, side)
-        stances = stances_of(total[:, row, 2], record.weight)[: MAX_PRINTS // 2]
+        stances = loaded_frames(total[:, row, 2], record.weight)[: MAX_PRINTS // 2]
         frames = [(start + stop) // 2 for start, stop in stances]
         if not frames or not shapes:
             continue
@@ -112,7 +112,7 @@ def _foot_figures(record: Record, total: Array, cop: Array) -> list[Figure]:
     model, figures = record.human.model, []
     for row, side in enumerate(SIDES):
         shapes = _foot_shapes(model, side)
-        stances = stances_of(total[:, row, 2], record.weight)
+        stances = loaded_frames(total[:, row, 2], record.weight)
         if not shapes or not stances:
             continue
         ankle = int(np.flatnonzero(foot_bodies(model, side))[0])

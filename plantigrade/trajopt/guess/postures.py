@@ -37,7 +37,7 @@ def standing_stances(feet: Mapping[str, Footprint], duration: float) -> tuple[St
     return tuple(Stance(foot, -1.0, -1.0, end, end, end) for foot in feet.values())
 
 
-def stances_of(stances: Sequence[Stance], side: str) -> list[Stance]:
+def foot_stances(stances: Sequence[Stance], side: str) -> list[Stance]:
     """Return the stances of one foot.
 
     Raises:
@@ -185,7 +185,7 @@ def level_foot(
     human: Human, plan: ContactPlan, side: str, times: Float[Array, " n_times"], lift: float
 ) -> tuple[Float[Array, "n_times 3"], Float[Array, " n_times"]]:
     """Return ankle [m] and heading [rad] of a foot that stays level from footprint to footprint."""
-    stances = stances_of(plan.stances, side)
+    stances = foot_stances(plan.stances, side)
     knots = np.array([t for s in stances for t in (s.heel_strike, s.toe_off)])
     places = np.array([[*_ankle(human, s.footprint), s.footprint.heading] for s in stances])
     values = np.repeat(places, 2, axis=0)

@@ -34,7 +34,7 @@ from plantigrade.trajopt.guess.foot_motion import (
     toe_coordinates,
 )
 from plantigrade.trajopt.guess.legs import Leg
-from plantigrade.trajopt.guess.postures import level_rotations, stances_of, standing_hinges
+from plantigrade.trajopt.guess.postures import foot_stances, level_rotations, standing_hinges
 from plantigrade.trajopt.problem.nlp import PeriodicClosure
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
@@ -74,7 +74,7 @@ def walking_guess(
     grid = np.linspace(begin - margin, end + margin, n)
 
     def feet(at: np.ndarray) -> dict[str, FootMotion]:
-        return {s: foot_motion(human, stances_of(stances, s), at, curves) for s in SIDES}
+        return {s: foot_motion(human, foot_stances(stances, s), at, curves) for s in SIDES}
 
     legs = {side: Leg(human, side) for side in SIDES}
     heights = _height(legs, *path.pelvis(gait, grid), feet(grid))
@@ -300,7 +300,7 @@ class _PelvisPath:
         size = float(SWAY * p.leg_length * np.clip(FREE / p.relative_speed, 0.6, 2.0))
         sways = [(t, 0.0) for t in times]
         for side, sway in (("r", size), ("l", -size)):
-            own = stances_of(stances, side)
+            own = foot_stances(stances, side)
             for a, b in zip(own[:-1], own[1:], strict=True):
                 sways.append(((a.toe_off + b.heel_strike) / 2, sway))
         self._sway = PchipInterpolator(*np.array(sorted(sways)).T)
@@ -377,7 +377,7 @@ def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:
     def away(s: Stance) -> float:
         return max(s.heel_strike - time, time - s.toe_off, 0.0)
 
-    return _midway(*(min(stances_of(stances, side), key=away) for side in SIDES))
+    return _midway(*(min(foot_stances(stances, side), key=away) for side in SIDES))
 
 
 def _midway(a: Stance, b: Stance) -> Float[Array, " 4"]:

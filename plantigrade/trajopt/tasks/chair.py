@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.plan import ContactPlan, Footprint, Support
+from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
 from plantigrade.contact.seat import H_POINT, SEATED_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
 from plantigrade.kinematics.state import State
@@ -93,7 +93,7 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     if reverse:
         rising, keys = duration - rising[::-1], keys[::-1]
         span = (duration - off, duration + 1.0)
-    supports = tuple(Support(s, resting_place(human, s, seated), *span) for s in sites)
+    supports = tuple(PointSupport(s, resting_place(human, s, seated), *span) for s in sites)
     plan = ContactPlan(duration, standing_stances(feet, duration), supports=supports)
     places = [_centre_of_mass(human, q) for q in (keys[0], keys[-1])]
     check_time(

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plantigrade.contact.plan import Support
+from plantigrade.contact.intervals import ContactInterval
+from plantigrade.contact.plan import PointSupport
 from plantigrade.contact.seat import seat_sites
-from plantigrade.dynamics.load_intervals import LoadInterval
 from plantigrade.dynamics.loading import SEAT
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.models import Human
@@ -20,10 +20,10 @@ ON = 0.01  # higher above where they rest the ischia do not sit yet, or no longe
 def supports_of(
     human: Human,
     motion: Motion,
-    contacts: Sequence[LoadInterval],
+    contacts: Sequence[ContactInterval],
     start: float,
     duration: float,
-) -> tuple[Support, ...]:
+) -> tuple[PointSupport, ...]:
     """Return the seat of a recorded motion, one support for each ischium and each sit.
 
     The load begins while cushion and buttocks give way; the rigid seat of a task carries from when
@@ -36,7 +36,7 @@ def supports_of(
         start: Time zero of the task [s].
         duration: Of the task [s].
     """
-    sits = [c for c in contacts if c.side == SEAT]
+    sits = [c for c in contacts if c.region == SEAT]
     if not sits:
         return ()
     time, sites = np.asarray(motion.time, float), seat_sites(human)
@@ -58,5 +58,5 @@ def supports_of(
         for site in sites:
             place = np.mean([resting_place(human, site, q[i]) for i in low], axis=0)
             where = (float(place[0]), float(place[1]), level)
-            found.append(Support(site, where, float(first), float(last)))
+            found.append(PointSupport(site, where, float(first), float(last)))
     return tuple(found)

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.flat_foot import flat_sites
-from plantigrade.contact.intervals import ContactInterval
+from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.load_intervals import EARLY
@@ -50,11 +50,7 @@ def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     time = np.asarray(motion.time, float)
     found = foot_contacts(time, motion.events, rests)
     seen = {c.side for c in found}
-    found += tuple(
-        ContactInterval(r.side, r.region, float(time[r.start]), float(time[r.stop - 1]))
-        for r in rests
-        if r.side not in seen
-    )
+    found += tuple(rest.interval(time) for rest in rests if rest.side not in seen)
     return tuple(_settled(c, points, time) for c in found)
 
 
@@ -82,7 +78,7 @@ def _settled(
     return replace(contact, start=start, stop=stop)
 
 
-def stances_of(
+def recorded_stances(
     human: Human, motion: Motion, contacts: Sequence[ContactInterval], start: float, duration: float
 ) -> tuple[Stance, ...]:
     """Return the stances of both feet within ``duration`` [s] from ``start`` on.
@@ -93,7 +89,7 @@ def stances_of(
     paths = _Paths(human, motion)
     found = []
     for side in SIDES:
-        for group in _groups([c for c in contacts if c.side == side]):
+        for group in grouped(c for c in contacts if c.side == side):
             times = _times(group, first, last)
             if times is None:
                 continue
@@ -105,17 +101,6 @@ def stances_of(
             stance = Stance(nowhere, strike, flat, heel_off, forefoot_off, off)
             found.append(replace(stance, footprint=paths.footprint(side, stance, start)))
     return tuple(sorted(found, key=lambda s: (s.heel_strike, s.footprint.side)))
-
-
-def _groups(contacts: list[ContactInterval]) -> list[list[ContactInterval]]:
-    """Return contacts of one foot by stance: those that overlap belong together."""
-    groups: list[list[ContactInterval]] = []
-    for c in sorted(contacts, key=lambda c: c.start):
-        if groups and c.start <= max(x.stop for x in groups[-1]):
-            groups[-1].append(c)
-        else:
-            groups.append([c])
-    return groups
 
 
 def _times(group: list[ContactInterval], first: float, last: float) -> tuple[float, ...] | None:

@@ -47,7 +47,7 @@ from plantigrade.trajopt.tasks.recorded_stances import (
     GRID,
     NODES_PER_SECOND,
     contacts_of,
-    stances_of,
+    recorded_stances,
 )
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact as OnGround
@@ -161,7 +161,7 @@ def track(
         forces = estimate_forces(human, motion)
     steps = max(int(np.floor((stop - start) / GRID + 1e-9)), 4)
     duration = steps * GRID
-    stances = stances_of(human, motion, contacts, start, duration)
+    stances = recorded_stances(human, motion, contacts, start, duration)
     seat = supports_of(human, motion, forces.contacts, start, duration)
     plan = ContactPlan(duration, stances, supports=seat)
     if not plan.stances:
