@@ -16,11 +16,16 @@ from experiments.kept_results import KeptResults
 from experiments.table import ResultTable, Row, at_most, between, sheet
 from plantigrade.errors import SolverError
 from plantigrade.record.jobs import run_jobs
-from plantigrade.vaulting.changes import AGAIN, Changed, ranking, sensitivity
-from plantigrade.vaulting.result import Vaulted, angular_difference
-from plantigrade.vaulting.search import OPTIMISERS, Found, Search
-from plantigrade.vaulting.segments import NAMES
-from plantigrade.vaulting.simulation import NODES, Vault
+from plantigrade.vaulting.approach_sensitivity import (
+    REFINEMENT_EVALUATIONS,
+    ApproachChange,
+    ranking,
+    sensitivity,
+)
+from plantigrade.vaulting.hand_contact import N_NODES, Vault
+from plantigrade.vaulting.search import OPTIMISERS, Search, SearchResult
+from plantigrade.vaulting.segments import JOINT_NAMES
+from plantigrade.vaulting.vault_result import VaultResult, angular_difference
 from plantigrade.workflows.settings import VaultSettings
 from plantigrade.workflows.vault import FINE, figures_of, recorded, the_vault
 
@@ -63,7 +68,7 @@ def run(
     path = None if out is None else out / RESULTS
     kept = KeptResults(path, say, anew=overwrite)
     rows: list[Row] = []
-    best: dict[str, tuple[Vault, Vaulted]] = {}
+    best: dict[str, tuple[Vault, VaultResult]] = {}
     lines: list[tuple[str, ...]] = []
     seconds = 0.0
     for model, fixed in MODELS.items():
@@ -135,7 +140,7 @@ def run(
 
 def _found(
     kept: KeptResults, model: str, vault: Vault, starts: int, evaluations: int
-) -> list[Found]:
+) -> list[SearchResult]:
     """Return what all searches with a model found; those that are kept are not done again."""
     tasks = [(name, seed) for seed in range(starts) for name in OPTIMISERS]
     keys = {task: f"{model}, {task[0]} {task[1]}, {evaluations} vaults" for task in tasks}
@@ -149,12 +154,12 @@ def _found(
     for task in tasks:
         r = {k: v for k, v in kept.results[keys[task]].items() if k != "code"}
         r["rise"] = -np.inf if r["rise"] is None else r["rise"]
-        nodes = np.array(r.pop("nodes"), dtype=float).reshape(NODES, -1)
-        every.append(Found(nodes=nodes, **r))
+        nodes = np.array(r.pop("nodes"), dtype=float).reshape(N_NODES, -1)
+        every.append(SearchResult(nodes=nodes, **r))
     return every
 
 
-def _halved(vaulted: Vaulted, found: Found) -> float:
+def _halved(vaulted: VaultResult, found: SearchResult) -> float:
     """Return how much the take-off changes in half the step [m/s]."""
     half = vaulted.vault.with_step(FINE / 2)
     return abs(half.contact(found.nodes).rise - vaulted.contact.rise)
@@ -177,9 +182,9 @@ def _sensitivity_sheet(kept: KeptResults, vault: Vault, rows: list[Row]) -> str:
     prefix = "six segments, "
     names = [k for k in kept.results if k.startswith(prefix) and f"{EVALUATIONS} vaults" in k]
     best: dict[str, Any] = max((kept.results[k] for k in names), key=lambda r: r["rise"])
-    nodes = np.array(best["nodes"], dtype=float).reshape(NODES, len(NAMES))
-    found = Found(best["optimiser"], best["seed"], nodes, best["rise"], 0, 0, 0.0)
-    key = f"sensitivity, {AGAIN} vaults, {best['rise']:.6f}"
+    nodes = np.array(best["nodes"], dtype=float).reshape(N_NODES, len(JOINT_NAMES))
+    found = SearchResult(best["optimiser"], best["seed"], nodes, best["rise"], 0, 0, 0.0)
+    key = f"sensitivity, {REFINEMENT_EVALUATIONS} vaults, {best['rise']:.6f}"
     changed = kept.get(
         key,
         lambda: {
@@ -188,7 +193,9 @@ def _sensitivity_sheet(kept: KeptResults, vault: Vault, rows: list[Row]) -> str:
             ]
         },
     )["changes"]
-    changes = tuple(Changed(n, *(np.nan if v is None else v for v in r)) for n, *r in changed)
+    changes = tuple(
+        ApproachChange(n, *(np.nan if v is None else v for v in r)) for n, *r in changed
+    )
     table = []
     for name, far in ranking(changes, found.rise):
         mine = {c.share: c for c in changes if c.name == name}

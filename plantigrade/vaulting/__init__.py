@@ -1,6 +1,4 @@
-"""The vaulting model: a planar, torque-driven gymnast on the table.
-
-After a conference report on the table contact of gymnastic vaulting [Cheng2009]_.
+"""Planar, torque-driven model of a gymnast on the vaulting table [Cheng2009]_.
 
 Names are loaded on first use, so that settings do not import NumPy.
 """
@@ -12,11 +10,11 @@ from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.table import Table
 
 if TYPE_CHECKING:
-    from plantigrade.vaulting.changes import sensitivity
-    from plantigrade.vaulting.result import Vaulted
-    from plantigrade.vaulting.search import Search, searched
+    from plantigrade.vaulting.approach_sensitivity import sensitivity
+    from plantigrade.vaulting.hand_contact import Vault
+    from plantigrade.vaulting.search import Search, search_activations
     from plantigrade.vaulting.segments import Segments
-    from plantigrade.vaulting.simulation import Vault
+    from plantigrade.vaulting.vault_result import VaultResult
 
 __all__ = [
     "Approach",
@@ -24,18 +22,18 @@ __all__ = [
     "Segments",
     "Table",
     "Vault",
-    "Vaulted",
-    "searched",
+    "VaultResult",
+    "search_activations",
     "sensitivity",
 ]
 
 _HOMES = {
     "Search": "search",
     "Segments": "segments",
-    "Vault": "simulation",
-    "Vaulted": "result",
-    "searched": "search",
-    "sensitivity": "changes",
+    "Vault": "hand_contact",
+    "VaultResult": "vault_result",
+    "search_activations": "search",
+    "sensitivity": "approach_sensitivity",
 }
 
 

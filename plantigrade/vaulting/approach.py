@@ -10,16 +10,26 @@ from plantigrade.options import Degrees
 if TYPE_CHECKING:
     from plantigrade.arrays import Array, Float
 
-NAMES = ("speed", "rise", "somersault", "trunk", "shoulder", "elbow", "hip", "knee", "ankle")
-"""What an approach consists of."""
+APPROACH_FIELDS = (
+    "speed",
+    "rise",
+    "somersault",
+    "trunk",
+    "shoulder",
+    "elbow",
+    "hip",
+    "knee",
+    "ankle",
+)
+"""Fields of an approach."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Approach(Bounded):
-    """State of the body at touchdown; no joint moves yet.
+    """State of the body at touchdown, with joints at rest.
 
-    The defaults are round numbers of the size reported for handspring vaults of elite men, not
-    those of one gymnast ([Takei1988]_, [Irwin2009]_), but the elbow, which is the report's.
+    The defaults are round numbers typical of handspring vaults of elite men ([Takei1988]_,
+    [Irwin2009]_); the elbow angle is the report's.
 
     Raises:
         ParameterError: If a value is out of range.
@@ -49,7 +59,7 @@ class Approach(Bounded):
     shoulder: Degrees = math.radians(155.0)
     """Shoulder angle [deg]; 180 is overhead."""
     elbow: Degrees = 2.98
-    """Elbow angle [deg]; 180 is straight, the report's gymnast had 171."""
+    """Elbow angle [deg]; 180 is straight, 171 in the report."""
     hip: Degrees = math.radians(190.0)
     """Hip angle [deg]; above 180 is arched."""
     knee: Degrees = math.radians(171.0)

@@ -1,13 +1,13 @@
-"""Search for the best activations: the report's downhill simplex, and a modern method.
+"""Search for the optimal activations with a downhill simplex or differential evolution.
 
-The report's *downhill simplex* is SciPy's, with the coefficients for many unknowns of [Gao2012]_.
-As there, first guesses vary, and each optimum found is where the next simplex starts, until that
-brings nothing more.
+The *downhill simplex* is the report's method, here SciPy's with the coefficients for many unknowns
+of [Gao2012]_. Initial guesses are random, and the simplex restarts at each optimum until the gain
+is negligible.
 
-*Differential evolution* [Storn1997]_ is SciPy's too. It was chosen by measurement: with 8 000
-evaluations for 30 unknowns, two searches each, it ended at 2.571 and 2.573 m/s in 5 s; CMA-ES
-(``cma`` 4.5) at 2.573 and 2.573 m/s in 17 s, dual annealing at 2.532 m/s, the simplex at 2.470 to
-2.562 m/s. It needs no further library.
+*Differential evolution* [Storn1997]_, also SciPy's, was chosen by measurement. With 8 000
+evaluations for 30 unknowns, two searches each, it reached 2.571 and 2.573 m/s in 5 s; CMA-ES
+(``cma`` 4.5) reached 2.573 and 2.573 m/s in 17 s, dual annealing 2.532 m/s, the simplex 2.470 to
+2.562 m/s.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,31 +20,31 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import SolverError
 from plantigrade.record.jobs import run_jobs
-from plantigrade.vaulting.simulation import NODES, Vault
+from plantigrade.vaulting.hand_contact import N_NODES, Vault
 
 OPTIMISERS = ("simplex", "evolution")
-MISSED = 10.0
-"""What hands that do not leave the table count [m/s]: worse than any vault."""
-REACH = 0.5
-"""Edge of a first simplex, in activation."""
-GAIN = 1e-3
-"""A repeated simplex that gains less than this is the last [m/s]."""
-POPULATION = 2
-"""Members of a population for every unknown; SciPy makes 64 of 48 and of 60 of them."""
+NO_TAKE_OFF_COST = 10.0
+"""Cost of a vault without take-off [m/s]; worse than any vault."""
+SIMPLEX_EDGE = 0.5
+"""Edge of the initial simplex, in units of activation [1]. Chosen."""
+MIN_RESTART_GAIN = 1e-3
+"""Minimum gain of a restarted simplex for another restart [m/s]. Chosen."""
+MEMBERS_PER_UNKNOWN = 2
+"""Population size of differential evolution per unknown [1]; SciPy rounds 48 and 60 up to 64."""
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """What one search found.
+class SearchResult:
+    """Result of one search.
 
     Attributes:
         optimiser: One of :data:`OPTIMISERS`.
-        seed: Of its first guess.
-        nodes: Activation at each node, one column a joint that moves.
-        rise: Velocity of the centre of mass upward at take-off, less what :meth:`Vault.worth` takes
-            off for joints that run into their ends [m/s]; -inf if the hands never leave.
-        evaluations: How many vaults were tried.
-        restarts: How often a simplex was started again.
+        seed: Random seed of the initial guess.
+        nodes: Activation at each node, one column per moving joint.
+        rise: Best value of :meth:`~plantigrade.vaulting.hand_contact.Vault.objective` [m/s]; -inf if
+            the hands never leave the table.
+        evaluations: Number of evaluated vaults.
+        restarts: Number of restarts of the simplex.
         seconds: Processor time [s].
     """
 
@@ -59,87 +59,95 @@ class Found:
 
 @dataclass(frozen=True)
 class Search:
-    """How activations are searched.
+    """A search of activations, callable with an optimiser and a seed.
 
     Args:
-        vault: The gymnast who arrives.
-        evaluations: How many vaults one search may try; evolution tries up to a third more.
-        most: Greatest activation, 1 is all the strength.
-        first: Where a simplex starts, instead of anywhere.
+        vault: The vault to optimise.
+        evaluations: Maximum number of evaluations per search; differential evolution may use a
+            third more.
+        max_activation: Maximum activation [1]; 1 is full strength.
+        first: Initial guess of the simplex; random by default.
     """
 
     vault: Vault
     evaluations: int = 4000
-    most: float = 1.0
+    max_activation: float = 1.0
     first: Float[Array, "k j"] | None = field(default=None, compare=False)
 
-    def __call__(self, task: tuple[str, int]) -> Found:
-        """Return what a search by that optimiser finds from that seed."""
+    def __call__(self, task: tuple[str, int]) -> SearchResult:
+        """Return the result for a task (optimiser, seed)."""
         optimiser, seed = task
         began = process_time()
         joints = len(self.vault.segments.joints)
-        tried = _Tried(self.vault, joints)
-        bounds = [(-self.most, self.most)] * (NODES * joints)
+        objective = _Objective(self.vault, joints)
+        bounds = [(-self.max_activation, self.max_activation)] * (N_NODES * joints)
         if optimiser == "simplex":
-            guess = np.random.default_rng(seed).uniform(-self.most, self.most, len(bounds))
+            low, high = np.array(bounds).T
+            guess = np.random.default_rng(seed).uniform(low, high)
             guess = guess if self.first is None else self.first.ravel()
-            restarts = _simplex(tried, guess, bounds, self.evaluations)
+            restarts = _simplex(objective, guess, bounds, self.evaluations)
         else:
-            restarts = _evolution(tried, seed, bounds, self.evaluations)
-        nodes = tried.best.reshape(NODES, joints)
+            restarts = _evolution(objective, seed, bounds, self.evaluations)
+        nodes = objective.best.reshape(N_NODES, joints)
         took = process_time() - began
-        return Found(optimiser, seed, nodes, -tried.lowest, tried.count, restarts, took)
+        return SearchResult(
+            optimiser, seed, nodes, -objective.lowest, objective.count, restarts, took
+        )
 
 
-class _Tried:
-    """The objective, which remembers its best."""
+class _Objective:
+    """The negative objective of a vault; stores the best point."""
 
     def __init__(self, vault: Vault, joints: int):
         self._vault, self._joints = vault, joints
         self.count, self.lowest = 0, np.inf
-        self.best: Array = np.zeros(NODES * joints)
+        self.best: Array = np.zeros(N_NODES * joints)
 
     def __call__(self, x: Array) -> float:
-        rise = self._vault.worth(x.reshape(NODES, self._joints))
+        rise = self._vault.objective(x.reshape(N_NODES, self._joints))
         self.count += 1
         if -rise < self.lowest:
             self.lowest, self.best = -rise, np.array(x)
-        return -rise if np.isfinite(rise) else MISSED
+        return -rise if np.isfinite(rise) else NO_TAKE_OFF_COST
 
 
-def _simplex(tried: _Tried, x: Array, bounds: Sequence[tuple[float, float]], most: int) -> int:
-    """Descend, and again from where that ended; return how often."""
+def _simplex(
+    objective: _Objective, x: Array, bounds: Sequence[tuple[float, float]], max_evaluations: int
+) -> int:
+    """Minimise with restarts and return the number of restarts."""
     from scipy.optimize import minimize
 
     low, high = np.array(bounds).T
-    size, restarts, before = REACH, 0, np.inf
-    while tried.count + len(x) < most:
+    size, restarts, before = SIMPLEX_EDGE, 0, np.inf
+    while objective.count + len(x) < max_evaluations:
         inward = np.where(x > 0.5 * (low + high), -size, size)
         corners = np.clip(np.vstack([x, x + np.diag(inward)]), low, high)
         options = {
             "initial_simplex": corners,
-            "maxfev": min(most // 2, most - tried.count),
+            "maxfev": min(max_evaluations // 2, max_evaluations - objective.count),
             "adaptive": True,
             "xatol": 1e-3,
             "fatol": 1e-5,
         }
-        found = minimize(tried, x, method="Nelder-Mead", bounds=bounds, options=options)
+        found = minimize(objective, x, method="Nelder-Mead", bounds=bounds, options=options)
         gained, before, x = before - found.fun, found.fun, found.x
-        if gained < GAIN:
+        if gained < MIN_RESTART_GAIN:
             break
         restarts += 1
     return max(restarts - 1, 0)
 
 
-def _evolution(tried: _Tried, seed: int, bounds: list[tuple[float, float]], most: int) -> int:
+def _evolution(
+    objective: _Objective, seed: int, bounds: list[tuple[float, float]], max_evaluations: int
+) -> int:
     from scipy.optimize import differential_evolution
 
-    members = POPULATION * len(bounds)
+    members = MEMBERS_PER_UNKNOWN * len(bounds)
     differential_evolution(
-        tried,
+        objective,
         bounds,
-        maxiter=max(most // members - 1, 1),
-        popsize=POPULATION,
+        maxiter=max(max_evaluations // members - 1, 1),
+        popsize=MEMBERS_PER_UNKNOWN,
         polish=False,
         rng=seed,
         tol=0.0,
@@ -148,28 +156,28 @@ def _evolution(tried: _Tried, seed: int, bounds: list[tuple[float, float]], most
     return 0
 
 
-def searched(
+def search_activations(
     search: Search,
     optimisers: Sequence[str] = OPTIMISERS,
     starts: int = 10,
     *,
     seed: int = 0,
     parallel: Mapping[str, Any] | None = None,
-) -> tuple[Found, ...]:
-    """Return what all searches found, the best first.
+) -> tuple[SearchResult, ...]:
+    """Return the results of all searches, best first.
 
     Args:
-        search: How each is done.
-        optimisers: Which are used.
-        starts: Searches of each.
-        seed: Of the first start; the others count on.
-        parallel: How they are done side by side: ``jobs``, ``backend`` and ``address`` of
-            :func:`~plantigrade.record.jobs.run_jobs`; one after the other if absent.
+        search: The search.
+        optimisers: Names of the optimisers.
+        starts: Number of searches per optimiser.
+        seed: Random seed of the first start; later starts use consecutive seeds.
+        parallel: ``jobs``, ``backend`` and ``address`` of
+            :func:`~plantigrade.record.jobs.run_jobs`; sequential if absent.
 
     Raises:
-        SolverError: If one could not be done.
+        SolverError: If a search fails.
     """
-    found: list[Found] = []
+    found: list[SearchResult] = []
     tasks = [(name, seed + k) for k in range(starts) for name in optimisers]
     for done in run_jobs(search, tasks, **(parallel or {})):
         if done.result is None:

@@ -1,16 +1,16 @@
 r"""Six segments of a gymnast with symmetric sides.
 
 The report's planar model has a lower arm, an upper arm, head and trunk, thighs, shanks and feet.
-Here they are the bodies of an ordinary :class:`~plantigrade.models.Human`, so that lengths, masses
-and inertia are those of everything else in the package and a vault is an ordinary motion. Ten
-hinges move, five on each side; the others are held, and what holds them does no work. With
-:math:`q = q_0 + S \theta` the equations of the whole body reduce without loss to
+Here they are the bodies of a :class:`~plantigrade.models.Human` with its lengths, masses and
+inertia, and a vault is a motion of this Human. Ten hinges move, five on each side; the others are
+fixed by constraint forces without work. With :math:`q = q_0 + S \theta` the equations of the whole
+body reduce without loss to
 
 .. math:: S^T M S\,\ddot\theta + S^T h = S^T (\tau + J^T f).
 
-Both sides being mirror images, it suffices to move the right one and give it the mass of both. The
-axes of elbow, knee and ankle are slightly oblique, so limbs swing a few millimetres to the side,
-both of them alike; trunk and centre of mass keep to the plane.
+Both sides are mirror images, so only the right one is modelled, with the mass of both. The axes of
+elbow, knee and ankle are slightly oblique, so limbs swing a few millimetres sideways symmetrically;
+trunk and centre of mass stay in the plane.
 
 References:
     [Cheng2009]_, [deLeva1996]_.
@@ -32,16 +32,16 @@ from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import PELVIS
 
-JOINTS = ("arm_flex", "elbow_flex", "hip_flexion", "knee_angle", "ankle_angle")
-"""Coordinates that move, without side, from the hands to the feet."""
-NAMES = ("shoulder", "elbow", "hip", "knee", "ankle")
-"""The same joints in words."""
-ROOT = ("pelvis_tx", "pelvis_ty", "pelvis_tilt")
-"""Coordinates of the pelvis that move: forward [m], up [m], tilt [rad]."""
-HELD = {"pro_sup": 3.0, "wrist_flex": -1.25, "fingers_flex": -0.6}
-"""Angles of other joints: palms on the table, wrists bent back [rad]; all others are zero."""
-HEEL = 0.02
-"""From the wrist along the forearm to where the hand presses on the table [m]: an estimate."""
+COORDINATES = ("arm_flex", "elbow_flex", "hip_flexion", "knee_angle", "ankle_angle")
+"""Moving coordinates without side, from the hands to the feet."""
+JOINT_NAMES = ("shoulder", "elbow", "hip", "knee", "ankle")
+"""Names of the same joints."""
+ROOT_COORDINATES = ("pelvis_tx", "pelvis_ty", "pelvis_tilt")
+"""Moving coordinates of the pelvis: forward [m], up [m], tilt [rad]."""
+FIXED_ANGLES = {"pro_sup": 3.0, "wrist_flex": -1.25, "fingers_flex": -0.6}
+"""Angles of fixed joints [rad]: palms on the table, wrists extended; all others are zero."""
+PALM_OFFSET = 0.02
+"""Distance from the wrist along the forearm to the hand's contact point [m]. Estimate."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Segments:
 
     Args:
         human: The person, of joint set ``"42"`` with rigid feet.
-        elbow: Where the elbow is fixed, as in the report's five-segment model, flexion [rad];
-            None where it moves.
+        elbow: Fixed elbow flexion of the report's five-segment model [rad]; None for a moving
+            elbow.
     """
 
     human: Human
@@ -59,8 +59,8 @@ class Segments:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Which of :data:`NAMES` move."""
-        return tuple(i for i, n in enumerate(NAMES) if self.elbow is None or n != "elbow")
+        """Indices of the moving :data:`JOINT_NAMES`."""
+        return tuple(i for i, n in enumerate(JOINT_NAMES) if self.elbow is None or n != "elbow")
 
     @property
     def count(self) -> int:
@@ -69,15 +69,15 @@ class Segments:
 
     @cached_property
     def moving(self) -> tuple[int, ...]:
-        """Which of the coordinates ``theta`` = root and joints can move."""
+        """Indices of the moving coordinates in ``theta`` = root and joints."""
         return (0, 1, 2, *(3 + i for i in self.joints))
 
     @cached_property
-    def _folded(self) -> tuple[tuple[Link, ...], dict[str, tuple[int, Array, Array]]]:
-        """Links of trunk and right side, and where each body is: link, rotation and place in it.
+    def _merged(self) -> tuple[tuple[Link, ...], dict[str, tuple[int, Array, Array]]]:
+        """Links of trunk and right side, and the link, rotation and position of each body.
 
-        A held hinge is a fixed rotation; a body without a moving hinge is part of the one it
-        hangs on; limbs count twice.
+        A fixed hinge is a constant rotation; a body without a moving hinge is merged with its
+        parent; the masses of limbs are doubled.
         """
         names, hinges = self.human.body_names, self.human.coordinates
         found: list[Link] = []
@@ -98,10 +98,10 @@ class Segments:
             after, moved = np.eye(3), ()
             for i, axis in link.hinges:
                 stem = hinges[i - 6].removesuffix("_r")
-                if stem in JOINTS:
-                    moved = (*moved, (6 + JOINTS.index(stem), axis))
+                if stem in COORDINATES:
+                    moved = (*moved, (6 + COORDINATES.index(stem), axis))
                 else:
-                    held = Rotation.from_rotvec(HELD.get(stem, 0.0) * axis).as_matrix()
+                    held = Rotation.from_rotvec(FIXED_ANGLES.get(stem, 0.0) * axis).as_matrix()
                     before, after = (before, after @ held) if moved else (before @ held, after)
             if moved:
                 first, second = after @ first, after @ second @ after.T
@@ -124,35 +124,35 @@ class Segments:
     @property
     def masses(self) -> Float[Array, " 6"]:
         """Masses of trunk, upper arms, lower arms, thighs, shanks and feet, both sides [kg]."""
-        return np.array([link.mass for link in self._folded[0]])
+        return np.array([link.mass for link in self._merged[0]])
 
     def tree(self) -> LinkTree:
         """Return the segments for recursions in the eleven coordinates of :meth:`spread`."""
         tree = LinkTree(self.human, np.array(self.human.model.opt.gravity))
-        tree.links, tree.nv = self._folded[0], 6 + len(JOINTS)
+        tree.links, tree.nv = self._merged[0], 6 + len(COORDINATES)
         return tree
 
     def spread(self, ca: Any, theta: Any, *, rates: bool = False) -> Any:
-        """Return the tree's coordinates, pelvis as OpenSim has it, or rates for those that move."""
-        place = [3, 4, 0, *range(6, 6 + len(JOINTS))]
-        S = np.zeros((6 + len(JOINTS), len(self.moving)))
+        """Return the tree's coordinates or rates, with OpenSim's pelvis, from the moving ones."""
+        place = [3, 4, 0, *range(6, 6 + len(COORDINATES))]
+        S = np.zeros((6 + len(COORDINATES), len(self.moving)))
         S[[place[i] for i in self.moving], range(len(self.moving))] = 1.0
         found = ca.mtimes(ca.sparsify(ca.DM(S)), theta)
         if self.elbow is not None and not rates:
-            found[6 + NAMES.index("elbow")] = self.elbow
+            found[6 + JOINT_NAMES.index("elbow")] = self.elbow
         return found
 
     def hand(self, ca: Any, tree: LinkTree, q: Any) -> Any:
-        """Return where the right hand presses, world (3,) [m]."""
-        at, _, place = self._folded[1]["hand_r"]
+        """Return the contact point of the right hand, world frame (3,) [m]."""
+        at, _, place = self._merged[1]["hand_r"]
         rotation, origin = tree.frames(ca, q, tree.turns(ca, q), [at])
-        return origin[at] + ca.mtimes(rotation[at], ca.DM(place + [[0.0], [0.0], [-HEEL]]))
+        return origin[at] + ca.mtimes(rotation[at], ca.DM(place + [[0.0], [0.0], [-PALM_OFFSET]]))
 
     def sites(self) -> tuple[ContactSite, ...]:
-        """Return the places of both hands that press on the table."""
+        """Return the contact sites of both hands."""
         axis = self.human.model.joint("wrist_flex_r").axis
-        back = Rotation.from_rotvec(-HELD["wrist_flex"] * axis)
-        place = back.apply([0.0, 0.0, -HEEL])
+        back = Rotation.from_rotvec(-FIXED_ANGLES["wrist_flex"] * axis)
+        place = back.apply([0.0, 0.0, -PALM_OFFSET])
         return tuple(
             ContactSite(
                 body=f"hand_{side}",
@@ -170,22 +170,22 @@ class Segments:
         rate: Float[Array, "n 8"],
         acceleration: Float[Array, "n 8"],
     ) -> tuple[Float[Array, "n nq"], Float[Array, "n nv"], Float[Array, "n nv"]]:
-        """Return configuration, velocity and acceleration of the Human, left as right.
+        """Return configuration, velocity and acceleration of the symmetric Human.
 
         Args:
             theta: Pelvis forward and up [m], its tilt, then the joints in the order of
-                :data:`JOINTS` [rad].
-            rate: Its rates.
-            acceleration: Their rates.
+                :data:`COORDINATES` [rad].
+            rate: Rates of ``theta``.
+            acceleration: Second derivatives of ``theta``.
         """
         body = SymbolicHuman(self.human)
         S, zero = np.zeros((body.nv, 8)), np.zeros(body.nv)
         for i, name in enumerate(body.names):
             stem = name[:-2] if name[-2:] in ("_r", "_l") else name
-            if name in PELVIS and name in ROOT:
-                S[i, ROOT.index(name)] = 1.0
-            elif stem in JOINTS:
-                S[i, 3 + JOINTS.index(stem)] = 1.0
+            if name in PELVIS and name in ROOT_COORDINATES:
+                S[i, ROOT_COORDINATES.index(name)] = 1.0
+            elif stem in COORDINATES:
+                S[i, 3 + COORDINATES.index(stem)] = 1.0
             else:
-                zero[i] = HELD.get(stem, 0.0)
+                zero[i] = FIXED_ANGLES.get(stem, 0.0)
         return body.to_mujoco(zero + theta @ S.T, rate @ S.T, acceleration @ S.T)

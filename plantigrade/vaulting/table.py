@@ -1,23 +1,20 @@
-r"""The vaulting table under the hands: nonlinear springs with dampers ([Cheng2009]_, Eq. 3).
+r"""Contact model of the vaulting table: nonlinear springs with dampers ([Cheng2009]_, Eq. 3).
 
 .. math:: F = S D^2 + K D V
 
 after [King2005]_, with the displacement :math:`D` of the hands and its rate :math:`V`, vertically
 and horizontally.
 
-**Where the report is unclear.** The exponent of its equation is misprinted: whether stiffness or
-damping goes with :math:`D^2` cannot be told. Here it is the stiffness: the spring is said to be
-nonlinear. Both readings give no force at first touch. It speaks of "joint" displacement and
-velocity, and of one force in both directions; here each direction has its own, and
+**Ambiguities of the report.** The exponent of its equation is misprinted, so it is unclear whether
+stiffness or damping is multiplied by :math:`D^2`; here it is the stiffness, because the text calls
+the spring nonlinear. Both readings give zero force at first touch. The report uses one "joint"
+displacement and velocity for both directions; here each direction has its own, and
 
-* a table does not pull: vertical force is never negative, and where it becomes zero the hands have
-  left;
-* a hand slips rather than pull sideways by more than friction can hold: horizontal force follows
-  :math:`\mu F_z \tanh(F / (\mu F_z))`.
+* the vertical force is never negative; the hands leave when it becomes zero;
+* friction limits the horizontal force to :math:`\mu F_z \tanh(F / (\mu F_z))`.
 
-It gives no numbers. Those here are estimates: soft enough that hands stay on the table for the
-time measured in vaults of this kind, for in a model without wrists and shoulder girdle the table
-has to give what these give.
+The parameters, which the report lacks, are estimates that give the measured contact times of such
+vaults. Wrists and shoulder girdle are not modelled, and the table includes their compliance.
 """
 
 from dataclasses import dataclass
@@ -61,15 +58,14 @@ class Table(Bounded):
         """Return horizontal and vertical force on both hands [N].
 
         Args:
-            x: How far the hands are ahead of where they touched down [m].
-            z: How far they are above the table [m].
-            vx: Their velocity forward [m/s].
-            vz: Their velocity upward [m/s].
+            x: Forward displacement of the hands since touchdown [m].
+            z: Height of the hands above the table [m].
+            vx: Forward velocity of the hands [m/s].
+            vz: Upward velocity of the hands [m/s].
             ca: ``numpy`` or ``casadi``.
         """
-        deep = ca.fmax(-z, 0.0)
-        up = ca.fmax(1e3 * deep * (self.stiffness * deep - self.damping * vz), 0.0)
-        far = ca.fabs(x)
-        back = -1e3 * far * (self.shear_stiffness * x + self.shear_damping * vx)
-        held = self.grip * up
-        return held * ca.tanh(back / (held + 1e-9)), up
+        depth = ca.fmax(-z, 0.0)
+        normal = ca.fmax(1e3 * depth * (self.stiffness * depth - self.damping * vz), 0.0)
+        shear = -1e3 * ca.fabs(x) * (self.shear_stiffness * x + self.shear_damping * vx)
+        max_shear = self.grip * normal
+        return max_shear * ca.tanh(shear / (max_shear + 1e-9)), normal

@@ -11,13 +11,13 @@ from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
 from plantigrade.threads import on_one_thread
-from plantigrade.vaulting.approach import NAMES, Approach
-from plantigrade.vaulting.changes import Changed, ranking, sensitivity
-from plantigrade.vaulting.result import Vaulted, angular_difference
-from plantigrade.vaulting.search import OPTIMISERS, Found, Search, searched
+from plantigrade.vaulting.approach import APPROACH_FIELDS, Approach
+from plantigrade.vaulting.approach_sensitivity import ApproachChange, ranking, sensitivity
+from plantigrade.vaulting.hand_contact import MAX_CONTACT_TIME, Vault
+from plantigrade.vaulting.search import OPTIMISERS, Search, SearchResult, search_activations
 from plantigrade.vaulting.segments import Segments
-from plantigrade.vaulting.simulation import LONGEST, Vault
 from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.vault_result import VaultResult, angular_difference
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
 
@@ -69,21 +69,23 @@ def vault(
     parallel = {"jobs": jobs, "backend": backend, "address": address}
     began = clock.perf_counter()
 
-    def search(who: Vault) -> tuple[Found, ...]:
+    def search(who: Vault) -> tuple[SearchResult, ...]:
         words = (
             f"searching with {who.segments.count} segments from {how.starts * len(names)} starts"
         )
         with step(words):
             how_to = Search(who, how.evaluations, how.activation)
-            return searched(how_to, names, how.starts, seed=how.seed, parallel=parallel)
+            return search_activations(how_to, names, how.starts, seed=how.seed, parallel=parallel)
 
     every = search(gymnast)
     other = the_vault(replace(how, five_segments=not how.five_segments)) if how.compare else None
     beside = None if other is None else (other, search(other))
-    changes: tuple[Changed, ...] = ()
+    changes: tuple[ApproachChange, ...] = ()
     if how.sensitivity:
         with step("changing the approach"):
-            changes = sensitivity(gymnast, every[0], most=how.activation, parallel=parallel)
+            changes = sensitivity(
+                gymnast, every[0], max_activation=how.activation, parallel=parallel
+            )
     seconds = clock.perf_counter() - began
     with step("recording and checking"):
         return run_of(how, gymnast, every, command, seconds, beside, changes)
@@ -92,7 +94,7 @@ def vault(
 def the_vault(how: VaultSettings) -> Vault:
     """Return who arrives at what, and how."""
     person = {"height": HEIGHT, "mass": MASS, **how.known, "joints": "42", "feet": "rigid"}
-    approach = Approach(**{name: getattr(how, name) for name in NAMES})
+    approach = Approach(**{name: getattr(how, name) for name in APPROACH_FIELDS})
     elbow = float(approach.posture[2]) if how.five_segments else None
     told = {name: getattr(how, name) for name in Table.ranges}
     return Vault(Segments(Human.create(**person), elbow), Table(**told), approach)
@@ -101,11 +103,11 @@ def the_vault(how: VaultSettings) -> Vault:
 def run_of(
     how: VaultSettings,
     gymnast: Vault,
-    every: tuple[Found, ...],
+    every: tuple[SearchResult, ...],
     command: str = "",
     seconds: float = 0.0,
-    beside: tuple[Vault, tuple[Found, ...]] | None = None,
-    changes: tuple[Changed, ...] = (),
+    beside: tuple[Vault, tuple[SearchResult, ...]] | None = None,
+    changes: tuple[ApproachChange, ...] = (),
 ) -> Run:
     """Return the run of the best vault that was found.
 
@@ -134,7 +136,7 @@ def run_of(
             figures[f"sensitivity_{name}_m_s"] = far
     record = vaulted.record(references)
     verdict = check(record)
-    hinge, share = vaulted.held
+    hinge, share = vaulted.most_loaded_fixed_joint
     notes = ()
     if share > 100.0:
         notes = (f"{hinge}, which is rigid in the model, would need {share:.0f} % of its strength",)
@@ -142,8 +144,8 @@ def run_of(
     if not vaulted.contact.left:
         tried = sum(f.evaluations for f in every)
         status = (
-            f"in {tried} vaults the hands never left the table within {LONGEST:g} s: arrive "
-            "faster, or on a stiffer table"
+            f"in {tried} vaults the hands never left the table within {MAX_CONTACT_TIME:g} s: "
+            "arrive faster, or on a stiffer table"
         )
     elif vaulted.contact.rise <= 0.0:
         status = (
@@ -171,19 +173,19 @@ def run_of(
     )
 
 
-def recorded(gymnast: Vault, found: Found) -> Vaulted:
+def recorded(gymnast: Vault, found: SearchResult) -> VaultResult:
     """Return a vault that was found, in fine steps."""
     fine = gymnast.with_step(FINE)
-    return Vaulted(fine, fine.contact(found.nodes))
+    return VaultResult(fine, fine.contact(found.nodes))
 
 
-def figures_of(vaulted: Vaulted) -> dict[str, Any]:
+def figures_of(vaulted: VaultResult) -> dict[str, Any]:
     """Return what a vault shows."""
     contact, vault = vaulted.contact, vaulted.vault
     angles = vaulted.angles
     weight = vault.segments.human.mass * GRAVITY
     forward, up = contact.extras[-1, 2], contact.extras[-1, 3]
-    hinge, share = vaulted.held
+    hinge, share = vaulted.most_loaded_fixed_joint
     turn, elbow = np.rad2deg(angles[:, 0]), angles[:, 2]
     return {
         "take_off_speed_m_s": float(up),
@@ -206,7 +208,7 @@ def figures_of(vaulted: Vaulted) -> dict[str, Any]:
     }
 
 
-def _seconds(every: tuple[Found, ...]) -> dict[str, float]:
+def _seconds(every: tuple[SearchResult, ...]) -> dict[str, float]:
     """Return how long the searches of each optimiser took [s]."""
     return {
         name: sum(found.seconds for found in every if found.optimiser == name)
@@ -215,7 +217,7 @@ def _seconds(every: tuple[Found, ...]) -> dict[str, float]:
     }
 
 
-def search_figures(every: tuple[Found, ...]) -> dict[str, Any]:
+def search_figures(every: tuple[SearchResult, ...]) -> dict[str, Any]:
     """Return how the searches ended, by optimiser."""
     figures: dict[str, Any] = {
         "optimiser": every[0].optimiser,

@@ -20,7 +20,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_a_vault_is_searched_written_and_read(folder, capsys, monkeypatch):
-    monkeypatch.setattr("plantigrade.vaulting.changes.AGAIN", 60)
+    monkeypatch.setattr("plantigrade.vaulting.approach_sensitivity.REFINEMENT_EVALUATIONS", 60)
     assert cli.main(["vault", *SMALL, "--compare", "--sensitivity", "--json"]) == 0
     metrics = json.loads(capsys.readouterr().out)
     made = folder / "runs" / "vault-6-segments"

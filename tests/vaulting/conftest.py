@@ -1,4 +1,4 @@
-"""One gymnast for all tests of the vault: equations and machine code are made once."""
+"""Fixtures shared by the tests of the vault; equations and machine code are made once."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from plantigrade.models import Human
 from plantigrade.vaulting import Approach, Segments, Table, Vault
 
-# Of all joints at the nodes: shoulders and elbows open, hips give way and open late.
+# Activations: shoulders and elbows extend, hips yield at first and extend late.
 NODES = np.array([[0.8, 0.9, -0.5, 0.1, 0.1]] * 3 + [[0.3, 0.6, 0.2, 0.0, 0.0]] * 3)
 
 

@@ -1,17 +1,16 @@
-"""The reduced equations are MuJoCo's; the integration keeps energy and order."""
+"""Reduced equations agree with MuJoCo; the integration conserves energy and converges."""
 
 import mujoco
 import numpy as np
 import pytest
 
 from plantigrade.dynamics.centroid import without_constraints
-from plantigrade.vaulting import Vaulted
-from plantigrade.vaulting.compiled import Stepper
-from plantigrade.vaulting.segments import JOINTS
+from plantigrade.vaulting import VaultResult
+from plantigrade.vaulting.compiled_steps import Stepper
+from plantigrade.vaulting.segments import COORDINATES
 
 
-def test_accelerations_are_those_of_mujoco(vault):
-    """Random states: the whole body, moved so, asks for the torques and forces that moved it."""
+def test_inverse_dynamics_of_the_whole_body_recovers_torques_and_forces(vault):
     human = vault.segments.human
     assert vault.segments.masses.sum() == pytest.approx(human.mass, rel=1e-12)
     model = without_constraints(human)
@@ -38,10 +37,10 @@ def test_accelerations_are_those_of_mujoco(vault):
             left -= pushed
         touched += extras[1] > 0
         assert np.abs(left[:6]).max() < 1e-10 * human.mass * 9.81
-        for i, name in enumerate(JOINTS):
+        for i, name in enumerate(COORDINATES):
             for side in "rl":
-                borne = 2 * left[6 + human.hinge(f"{name}_{side}")]
-                assert borne == pytest.approx(muscle[i] + stop[i], abs=1e-8)
+                torque = 2 * left[6 + human.hinge(f"{name}_{side}")]
+                assert torque == pytest.approx(muscle[i] + stop[i], abs=1e-8)
     assert touched
 
 
@@ -49,29 +48,28 @@ def test_energy_is_balanced_and_steps_converge(vault, nodes):
     rises, errors = [], []
     for step in (5e-4, 2e-4, 1e-4):
         fine = vault.with_step(step)
-        vaulted = Vaulted(fine, fine.contact(nodes))
+        vaulted = VaultResult(fine, fine.contact(nodes))
         rises.append(vaulted.contact.rise)
         errors.append(vaulted.energy_error)
     assert errors[-1] < 1e-6 and errors[-1] < errors[0] / 20
     assert abs(rises[2] - rises[1]) < 1e-5
 
 
-def test_without_a_table_momentum_changes_by_weight_alone(vault, nodes):
-    """Whatever the joints do in the air."""
+def test_without_contact_only_weight_changes_the_linear_momentum(vault, nodes):
     start = vault.start.copy()
     start[1] += 1.0
     u = vault.activation(nodes)[:101]
-    y, e = vault.stepper(start, u, vault.step, least=100)
+    y, e = vault.stepper(start, u, vault.step, min_steps=100)
     fall = np.diff(e[[0, 50], 3])[0]
     assert fall == pytest.approx(-9.81 * 50 * vault.step, rel=1e-5)
     assert np.ptp(e[:99, 2]) < 1e-4 and not e[:99, :2].any()
     assert np.abs(y[-1, 3:8] - y[0, 3:8]).max() > 0.05
 
 
-def test_machine_code_does_what_casadi_does(vault, nodes):
-    slow = Stepper(vault.equations.step, leave=1)
+def test_machine_code_agrees_with_casadi(vault, nodes):
+    slow = Stepper(vault.equations.step, end_index=1)
     if not slow.compiled:
-        pytest.skip("there is no LLVM here: all steps are CasADi's")
+        pytest.skip("LLVM is not installed")
     slow.compiled = False
     u = vault.activation(nodes)[:30]
     for ours, theirs in zip(

@@ -1,9 +1,9 @@
-"""Many steps of an integration as one call of machine code.
+"""Many integration steps as one call of machine code.
 
-A step is a CasADi function of some thousand operations. CasADi's interpreter needs some twenty
-microseconds for it and Python as much again for every call; a search asks for millions of steps.
-LLVM, which the package has for its optimisations, makes one loop of it. Where there is no LLVM the
-interpreter does the same, only slower.
+A step is a CasADi function of about a thousand operations. CasADi's interpreter needs about 20 µs
+for it and Python the same again per call; a search needs millions of steps. LLVM, which is
+installed for optimisation, compiles the loop. Without LLVM the interpreter gives the same result
+more slowly.
 """
 
 import ctypes
@@ -24,18 +24,19 @@ from plantigrade.batched.tables import (
 
 
 class Stepper:
-    """Repeats a step ``(y, u_now, u_then, h) -> (y_next, extras)`` until the hands leave.
+    """Repeat a step ``(y, u_now, u_then, h) -> (y_next, extras)`` until the hands leave the table.
 
     Args:
         step: The step, of SX symbols.
-        leave: Which of the extras ends the loop as it becomes zero, after the first steps.
+        end_index: Index of the extra that ends the loop when it becomes zero, after the first
+            steps.
 
     Attributes:
-        compiled: Whether machine code does it.
+        compiled: Whether steps run as machine code.
     """
 
-    def __init__(self, step: Any, *, leave: int):
-        self._step, self._leave = step, leave
+    def __init__(self, step: Any, *, end_index: int):
+        self._step, self._leave = step, end_index
         self.ny, self.nu = step.nnz_in(0), step.nnz_in(1)
         self.ne = step.nnz_out(1)
         self.compiled = not llvm.unavailable()
@@ -46,15 +47,15 @@ class Stepper:
                 self.compiled = False
 
     def __call__(
-        self, y: Float[Array, " ny"], u: Float[Array, "m nu"], h: float, least: int = 5
+        self, y: Float[Array, " ny"], u: Float[Array, "m nu"], h: float, min_steps: int = 5
     ) -> tuple[Float[Array, "n ny"], Float[Array, "n ne"]]:
-        """Return states and extras, from the given state to the first without force.
+        """Return states and extras from the first state to the first one without force.
 
         Args:
             y: First state.
-            u: Inputs at the ends of all steps.
+            u: Inputs at the boundaries of the steps.
             h: Length of a step [s].
-            least: How many steps are made whatever the force.
+            min_steps: Minimum number of steps regardless of the force.
         """
         m = len(u)
         rows = np.empty((m + 1, self.ny + self.ne))
@@ -62,17 +63,17 @@ class Stepper:
         if self.compiled:
             u = np.ascontiguousarray(u, dtype=float)
             library = self._library.ctypes.data
-            n = self._run(rows.ctypes.data, u.ctypes.data, library, h, m - 1, least)
+            n = self._run(rows.ctypes.data, u.ctypes.data, library, h, m - 1, min_steps)
         else:
-            n = self._interpreted(rows, u, h, least)
+            n = self._interpreted(rows, u, h, min_steps)
         return rows[:n, : self.ny], rows[:n, self.ny :]
 
-    def _interpreted(self, rows: Array, u: Array, h: float, least: int) -> int:
+    def _interpreted(self, rows: Array, u: Array, h: float, min_steps: int) -> int:
         for i in range(len(u) - 1):
             after, extras = self._step(rows[i, : self.ny], u[i], u[i + 1], h)
             rows[i, self.ny :] = extras.full().ravel()
             rows[i + 1, : self.ny] = after.full().ravel()
-            if i >= least and not rows[i, self.ny + self._leave] > 0.0:
+            if i >= min_steps and not rows[i, self.ny + self._leave] > 0.0:
                 return i + 1
         return len(u) - 1
 
@@ -90,8 +91,8 @@ class Stepper:
         self._library = np.array(llvm.addresses(LIBRARY_NAMES), dtype=np.uint64)
 
 
-def _loop(program: Program, ny: int, nu: int, ne: int, leave: int) -> str:
-    """Return the loop in LLVM's language: ``run(rows, u, library, h, steps, least)``."""
+def _loop(program: Program, ny: int, nu: int, ne: int, end_index: int) -> str:
+    """Return the loop in LLVM assembly: ``run(rows, u, library, h, steps, min_steps)``."""
     width = ny + ne
     lines = [
         "declare double @llvm.sqrt.f64(double)\ndeclare double @llvm.fabs.f64(double)",
@@ -126,7 +127,7 @@ def _loop(program: Program, ny: int, nu: int, ne: int, leave: int) -> str:
         lines.append(f"%q{j} = getelementptr double, ptr {to}, i64 {place}")
         lines.append(f"store double {value[source]}, ptr %q{j}")
     lines += [
-        f"%held = fcmp ogt double {value[program.outputs[ny + leave]]}, 0.0",
+        f"%held = fcmp ogt double {value[program.outputs[ny + end_index]]}, 0.0",
         "%early = icmp slt i64 %i, %least\n%on = or i1 %held, %early",
         "br i1 %on, label %next, label %done",
         "next:\n%more = icmp slt i64 %i.1, %steps\nbr i1 %more, label %step, label %done",
@@ -140,7 +141,7 @@ def _number(x: float) -> str:
 
 
 def _operation(name: str, k: int, a: str, b: str) -> list[str]:
-    """Return the lines that make value k."""
+    """Return the instructions that compute value k."""
     v, zero = f"%v{k}", _number(0.0)
     if name in ARITHMETIC:
         return [f"{v} = {ARITHMETIC[name]} double {a}, {b}"]

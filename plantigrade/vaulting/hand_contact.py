@@ -1,4 +1,4 @@
-"""One contact of the hands with the table, from touchdown to take-off."""
+"""Contact of the hands with the table, from touchdown to take-off."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,38 +8,38 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.vaulting.approach import Approach
-from plantigrade.vaulting.compiled import Stepper
-from plantigrade.vaulting.equations import EXTRAS, JOINTS, Equations
-from plantigrade.vaulting.segments import NAMES, Segments
+from plantigrade.vaulting.compiled_steps import Stepper
+from plantigrade.vaulting.equations import EXTRAS, N_JOINTS, Equations
+from plantigrade.vaulting.segments import JOINT_NAMES, Segments
 from plantigrade.vaulting.table import Table
 
-LONGEST = 0.4
-"""Hands that are on the table longer than this do not leave it [s]."""
-STEP = 1e-3
-"""Length of a step of the integration [s]."""
-NODE = 0.05
-"""Between two nodes of activation [s]."""
-NODES = 6
-"""Nodes of each joint: what the last says holds from then on."""
-OVERUSE = 1.0
-"""What it costs a vault that a joint bears twice what its muscles could hold [m/s]."""
-LOWEST = 0.1
-"""Least height of the centre of mass above the hands at touchdown [m]."""
+MAX_CONTACT_TIME = 0.4
+"""Maximum duration of hand contact [s]; longer contacts count as no take-off. Chosen."""
+TIME_STEP = 1e-3
+"""Time step of the integration [s]. Chosen."""
+NODE_INTERVAL = 0.05
+"""Interval between activation nodes [s]. Chosen."""
+N_NODES = 6
+"""Number of activation nodes per joint; the last value is held. Chosen."""
+OVERLOAD_COST = 1.0
+"""Cost of a joint load of twice the strength [m/s]. Chosen."""
+MIN_COM_HEIGHT = 0.1
+"""Minimum height of the centre of mass above the hands at touchdown [m]. Chosen."""
 _FORCE_Z, _VX, _VZ, _HAND_X, _HAND_Z, _USE = (
     EXTRAS.index(name) for name in ("force_z", "com_vx", "com_vz", "hand_x", "hand_z", "use")
 )
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
+class HandContact:
     """A contact phase.
 
     Attributes:
-        time: From touchdown [s].
-        state: theta, its rate and the work done, of the coordinates that move.
-        extras: As :data:`~plantigrade.vaulting.equations.EXTRAS` has them.
-        activation: Of each joint.
-        left: Whether the hands left the table; the last frame is then that instant.
+        time: Time from touchdown [s].
+        state: theta, its rate and the accumulated work, for the moving coordinates.
+        extras: Outputs in the order of :data:`~plantigrade.vaulting.equations.EXTRAS`.
+        activation: Activation of each joint.
+        left: Whether the hands left the table; the last frame is then the take-off.
     """
 
     time: Float[Array, " n"]
@@ -50,25 +50,25 @@ class Contact:
 
     @property
     def rise(self) -> float:
-        """Velocity of the centre of mass upward at the end [m/s]."""
+        """Upward velocity of the centre of mass at the end [m/s]."""
         return float(self.extras[-1, _VZ])
 
 
 @dataclass(frozen=True)
 class Vault:
-    """A gymnast who arrives at a table.
+    """A gymnast, a table and an approach.
 
     Args:
         segments: The gymnast.
         table: The table.
-        approach: How the gymnast arrives.
-        step: Length of a step [s].
+        approach: State at touchdown.
+        step: Time step [s].
     """
 
     segments: Segments
     table: Table
     approach: Approach
-    step: float = STEP
+    step: float = TIME_STEP
 
     @cached_property
     def equations(self) -> Equations:
@@ -77,15 +77,15 @@ class Vault:
 
     @cached_property
     def stepper(self) -> Stepper:
-        """What makes the steps."""
-        return Stepper(self.equations.step, leave=_FORCE_Z)
+        """The integrator."""
+        return Stepper(self.equations.step, end_index=_FORCE_Z)
 
     def __reduce__(self):
-        """Travel to another process without machine code, which is made again there."""
+        """Pickle without machine code, which is compiled again in the other process."""
         return type(self), (self.segments, self.table, self.approach, self.step)
 
     def with_step(self, step: float) -> "Vault":
-        """Return the same vault in other steps [s]; the equations are not made anew."""
+        """Return the same vault with another time step [s] and shared equations."""
         return self._sharing(replace(self, step=step))
 
     def with_approach(self, approach: Approach) -> "Vault":
@@ -104,10 +104,10 @@ class Vault:
         """State at touchdown: both hands on the table, at x = 0.
 
         Raises:
-            ParameterError: If the hands would not touch: they do not come down, or the body is not
-                above them.
+            ParameterError: If the hands would not touch the table, because they move upwards or the
+                body is not above them.
         """
-        moving, off = list(self.segments.moving), np.zeros(JOINTS)
+        moving, off = list(self.segments.moving), np.zeros(N_JOINTS)
         theta = np.r_[0.0, 0.0, self.approach.posture][moving]
         omega = np.zeros(len(moving))
         omega[2] = -self.approach.somersault
@@ -123,21 +123,21 @@ class Vault:
                 "should come down; arrive with less rise or more somersault"
             )
         above = float(com[2] - self.table.table_height - extras[_HAND_Z])
-        if not above > LOWEST:
+        if not above > MIN_COM_HEIGHT:
             raise ParameterError(
                 f"the hands never touch the table: the centre of mass would be {above:.2f} m above "
-                f"them, and less than {LOWEST:g} m is a crash; raise the trunk"
+                f"them, and less than {MIN_COM_HEIGHT:g} m is a crash; raise the trunk"
             )
         return np.r_[theta, omega, 0.0]
 
-    def contact(self, nodes: Float[Array, "k j"]) -> Contact:
-        """Return what happens with activations, one row a node, one column a joint that moves.
+    def contact(self, nodes: Float[Array, "k j"]) -> HandContact:
+        """Return the hand contact for activations, one row per node, one column per moving joint.
 
         Raises:
-            ParameterError: If one is not between -1 and 1, or the columns are not those joints.
+            ParameterError: If an activation is outside -1 to 1 or the number of columns is wrong.
         """
         if nodes.ndim != 2 or nodes.shape[1] != len(self.segments.joints):
-            names = ", ".join(NAMES[i] for i in self.segments.joints)
+            names = ", ".join(JOINT_NAMES[i] for i in self.segments.joints)
             raise ParameterError(f"activations need one column for each of {names}")
         if not np.abs(nodes).max() <= 1.0:
             raise ParameterError(
@@ -148,46 +148,46 @@ class Vault:
         y, e = self.stepper(self.start, u, self.step)
         n = len(y)
         left = bool(n < len(u) - 1 and np.isfinite(y).all())
-        if not left:  # what there is of it
+        if not left:  # keep the finite frames
             n = int(np.isfinite(np.hstack([y, e])).all(axis=1).argmin()) or n
             y, e = y[:n], e[:n]
         time = self.step * np.arange(n)
         if left:
             y, e, u, time = self._taken_off(y, e, u, time)
-        return Contact(time, y, e, u[: len(y)], left)
+        return HandContact(time, y, e, u[: len(y)], left)
 
     def activation(self, nodes: Float[Array, "k j"]) -> Float[Array, "m 5"]:
-        """Return the activation at the ends of all steps; of a fixed joint zero."""
-        time = self.step * np.arange(round(LONGEST / self.step) + 2)
-        at = NODE * np.arange(len(nodes))
-        u = np.zeros((len(time), JOINTS))
+        """Return the activation at the boundaries of the steps; zero for a fixed joint."""
+        time = self.step * np.arange(round(MAX_CONTACT_TIME / self.step) + 2)
+        at = NODE_INTERVAL * np.arange(len(nodes))
+        u = np.zeros((len(time), N_JOINTS))
         for i, column in zip(self.segments.joints, nodes.T, strict=True):
             u[:, i] = np.interp(time, at, column)
         return u
 
-    def worth(self, nodes: Float[Array, "k j"]) -> float:
-        """Return what a search makes great: the velocity upward at take-off [m/s].
+    def objective(self, nodes: Float[Array, "k j"]) -> float:
+        """Return the objective of a search, the penalised upward velocity at take-off [m/s].
 
-        It is that of the first step without force, and less where a joint runs into its end harder
-        than its muscles could hold; -inf where the hands do not leave.
+        The velocity is that of the first step without force; joint loads above the muscles'
+        strength are penalised. The value is -inf if the hands do not leave the table.
         """
         u = self.activation(nodes)
         y, e = self.stepper(self.start, u, self.step)
         if not len(y) < len(u) - 1 or not np.isfinite(e[-1]).all():
             return -np.inf
-        return float(e[-1, _VZ] - OVERUSE * max(float(e[:, _USE].max()) - 1.0, 0.0))
+        return float(e[-1, _VZ] - OVERLOAD_COST * max(float(e[:, _USE].max()) - 1.0, 0.0))
 
     def _taken_off(
         self, y: Array, e: Array, u: Array, time: Array
     ) -> tuple[Array, Array, Array, Array]:
-        """Return the contact cut where the force becomes zero, within the last step."""
+        """Return the contact truncated where the force becomes zero within the last step."""
         low, high = 0.0, 1.0
         first, then = u[len(y) - 2], u[len(y) - 1]
         for _ in range(40):
             share = 0.5 * (low + high)
             middle = np.array([first, (1 - share) * first + share * then])
             middle = np.vstack([middle, middle[-1:], middle[-1:]])
-            states, extras = self.stepper(y[-2], middle, share * self.step, least=2)
+            states, extras = self.stepper(y[-2], middle, share * self.step, min_steps=2)
             if extras[1, _FORCE_Z] > 0.0:
                 low = share
             else:

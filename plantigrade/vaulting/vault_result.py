@@ -1,4 +1,4 @@
-"""A contact phase as a Record: an ordinary Human, forces at the hands, the table as a seat."""
+"""Contact phase of a vault as a Record: a Human, hand forces and the table as a seat."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,33 +14,33 @@ from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.record.record import Limits
-from plantigrade.vaulting.segments import JOINTS, NAMES, ROOT
-from plantigrade.vaulting.simulation import Contact, Vault
-from plantigrade.vaulting.strength import LENGTHENING
+from plantigrade.vaulting.hand_contact import HandContact, Vault
+from plantigrade.vaulting.joint_torques import MAX_ECCENTRIC_FACTOR
+from plantigrade.vaulting.segments import COORDINATES, JOINT_NAMES, ROOT_COORDINATES
 
-ENDS = (-0.4, 0.4)
-"""Where the drawn table is held along x; it reaches 0.2 m beyond [m]."""
+TABLE_SUPPORTS = (-0.4, 0.4)
+"""Positions of the drawn table's supports along x [m]; the table extends 0.2 m beyond."""
 
 
 @dataclass(frozen=True, eq=False)
-class Vaulted:
+class VaultResult:
     """One contact phase of a gymnast, in full coordinates.
 
     Attributes:
-        vault: Who arrived at what, and how.
-        contact: What happened.
+        vault: The gymnast, the table and the approach.
+        contact: The hand contact.
     """
 
     vault: Vault
-    contact: Contact
+    contact: HandContact
 
     @cached_property
     def coordinates(
         self,
     ) -> tuple[Float[Array, "n 8"], Float[Array, "n 8"], Float[Array, "n 8"]]:
-        """Root and joints of the six segments, their rates and accelerations; fixed ones too."""
+        """Root and joint coordinates of the six segments with rates and accelerations."""
         moving, n = list(self.vault.segments.moving), self.vault.equations.n
-        size = len(self.contact.time), len(ROOT) + len(NAMES)
+        size = len(self.contact.time), len(ROOT_COORDINATES) + len(JOINT_NAMES)
         theta = np.tile(np.r_[0.0, 0.0, self.vault.approach.posture], (size[0], 1))
         rate, acceleration = np.zeros(size), np.zeros(size)
         state = self.contact.state
@@ -50,7 +50,7 @@ class Vaulted:
 
     @cached_property
     def torque(self) -> Float[Array, "n 5"]:
-        """Torque of the muscles of each joint, both limbs, positive as its coordinate [N m]."""
+        """Muscle torque of each joint, both limbs, positive as its coordinate [N m]."""
         return self._of_state("torque")
 
     def _of_state(self, name: str) -> Array:
@@ -68,23 +68,23 @@ class Vaulted:
 
     @cached_property
     def energy(self) -> Float[Array, " n"]:
-        """Kinetic and potential energy as MuJoCo computes them, of the whole body [J]."""
-        return self._swept[0]
+        """Kinetic plus potential energy of the whole body from MuJoCo [J]."""
+        return self._inverse_dynamics[0]
 
     @property
     def energy_error(self) -> float:
-        """Greatest difference of energy from the work done, as part of its greatest change.
+        """Maximum difference of energy and work relative to the range of the work [1].
 
-        Work is integrated beside the motion from torques and forces; energy is MuJoCo's, of the
-        whole Human, and knows nothing of either.
+        The work is integrated from torques and forces; MuJoCo computes the energy of the whole
+        Human independently.
         """
         work = self.contact.state[:, -1]
-        off = self.energy - self.energy[0] - (work - work[0])
-        return float(np.abs(off).max() / np.ptp(work))
+        error = self.energy - self.energy[0] - (work - work[0])
+        return float(np.abs(error).max() / np.ptp(work))
 
     @cached_property
-    def _swept(self) -> tuple[Array, Array, Array]:
-        """Energy, generalised forces without those at the hands, and where the hands press."""
+    def _inverse_dynamics(self) -> tuple[Array, Array, Array]:
+        """Energy, generalised forces without those at the hands, and points of hand contact."""
         human, motion = self.vault.segments.human, self.motion
         model = without_constraints(human)
         data = mujoco.MjData(model)
@@ -102,13 +102,15 @@ class Vaulted:
             mujoco.mj_energyPos(model, data)
             mujoco.mj_energyVel(model, data)
             energy[f], tau[f] = data.energy.sum(), data.qfrc_inverse
-            pushed = np.zeros(model.nv)
+            hand_forces = np.zeros(model.nv)
             for k, site in enumerate(sites):
                 body = human.body(site.body)
                 place = data.xmat[body].reshape(3, 3) @ np.array(site.position)
                 point[f, k] = data.xpos[body] + place
-                mujoco.mj_applyFT(model, data, force[f, k], np.zeros(3), point[f, k], body, pushed)
-            tau[f] -= pushed
+                mujoco.mj_applyFT(
+                    model, data, force[f, k], np.zeros(3), point[f, k], body, hand_forces
+                )
+            tau[f] -= hand_forces
         return energy, tau, point
 
     @cached_property
@@ -121,34 +123,34 @@ class Vaulted:
 
     @property
     def limits(self) -> Limits:
-        """Torques that muscles can have: of those that are lengthened more than the Human's own."""
+        """Torque limits with the eccentric factor for driven joints, none for fixed ones."""
         human = self.vault.segments.human
         own = np.array(human.model.jnt_actfrcrange[1:]).T
-        return Limits(torque=own * np.where(self._driven, LENGTHENING, np.inf))
+        return Limits(torque=own * np.where(self._driven, MAX_ECCENTRIC_FACTOR, np.inf))
 
     @cached_property
     def _driven(self) -> Array:
-        """Which hinges the model drives, not holds."""
+        """Mask of the hinges driven by the model; the others are fixed."""
         coordinates = self.vault.segments.human.coordinates
-        joints = [JOINTS[i] for i in self.vault.segments.joints]
+        joints = [COORDINATES[i] for i in self.vault.segments.joints]
         return np.array([name[:-2] in joints for name in coordinates])
 
     @property
-    def held(self) -> tuple[str, float]:
-        """The held joint that needs most of its strength, and how much [%].
+    def most_loaded_fixed_joint(self) -> tuple[str, float]:
+        """Fixed joint with the highest load, and its load relative to its strength [%].
 
-        The report's segments are rigid, however strong the neck, the back or the wrist must be.
+        The report's segments are rigid whatever loads neck, back and wrist would carry.
         """
         human = self.vault.segments.human
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
-        tau = self._swept[1][:, 6:]
+        tau = self._inverse_dynamics[1][:, 6:]
         share = np.where(self._driven, 0.0, tau / np.where(tau > 0, high, low)).max(axis=0)
         worst = int(np.argmax(share))
         return human.coordinates[worst], 100.0 * float(share[worst])
 
     @property
     def angles(self) -> Float[Array, "n 6"]:
-        """Trunk above the horizontal and the five joints as angles between segments [rad]."""
+        """Trunk angle above the horizontal and the five angles between segments [rad]."""
         theta = self.coordinates[0]
         pi = np.pi
         return np.column_stack(
@@ -163,10 +165,10 @@ class Vaulted:
         )
 
     def somersault(self, frame: int) -> float:
-        """Return how fast the whole body turns forward [rad/s].
+        """Return the forward angular velocity of the whole body [rad/s].
 
-        It is its angular momentum about the centre of mass over the moment of inertia that it has
-        in this posture.
+        It is the angular momentum about the centre of mass divided by the moment of inertia of the
+        posture.
         """
         human, motion = self.vault.segments.human, self.motion
         data = mujoco.MjData(human.model)
@@ -182,40 +184,39 @@ class Vaulted:
         return float(momentum[0] / momentum[1])
 
     def record(self, references: Mapping[str, Motion] | None = None) -> Record:
-        """Return the Record, with other motions of the gymnast beside it."""
+        """Return the Record, with reference motions of the gymnast."""
         segments, table = self.vault.segments, self.vault.table
         hands, feet = segments.sites(), contact_sites(segments.human)
         n, free = self.motion.n_frames, len(feet)
         force = np.concatenate([self.force, np.zeros((n, free, 3))], axis=1)
-        point = np.concatenate([self._swept[2], np.full((n, free, 3), np.nan)], axis=1)
+        point = np.concatenate([self._inverse_dynamics[2], np.full((n, free, 3), np.nan)], axis=1)
         point[~force.any(axis=2)] = np.nan
         top = table.table_height
-        places = zip(hands, self._swept[2][0, :, 1], strict=True)
+        places = zip(hands, self._inverse_dynamics[2][0, :, 1], strict=True)
         seats = tuple(Seat(site.name, (0.0, float(y), top)) for site, y in places)
-        seats += tuple(Seat("table", (x, 0.0, top)) for x in ENDS)
+        seats += tuple(Seat("table", (x, 0.0, top)) for x in TABLE_SUPPORTS)
         return Record(
             segments.human,
             self.motion,
-            qfrc_actuator=self._swept[1],
+            qfrc_actuator=self._inverse_dynamics[1],
             sites=(*hands, *feet),
             contact_force=force,
             contact_point=point,
             ground=Ground(seats=seats, friction=table.grip),
             limits=self.limits,
             signals={
-                "vault.joints": np.array(NAMES),
+                "vault.joints": np.array(JOINT_NAMES),
                 "vault.activation": self.contact.activation,
             },
             references=dict(references or {}),
         )
 
 
-def angular_difference(one: Vaulted, other: Vaulted) -> float:
-    """Return by how much the angles of two vaults differ on average [% of the mean angle].
+def angular_difference(one: VaultResult, other: VaultResult) -> float:
+    """Return the mean difference of the angles of two vaults [% of the first one's mean angle].
 
-    They are compared at equal parts of the contact. The report held its model against a measured
-    vault in this way and found 4.10 %, but does not say what its percent are of; here they are of
-    the mean angle of trunk and joints of the first vault.
+    Both are compared over normalised contact time. The report compared its model with a measured
+    vault in this way and found 4.10 %, without stating the reference of its percentage.
     """
     share = np.linspace(0.0, 1.0, 101)
     curves = []
