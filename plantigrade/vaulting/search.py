@@ -41,8 +41,8 @@ class SearchResult:
         optimiser: One of :data:`OPTIMISERS`.
         seed: Random seed of the initial guess.
         nodes: Activation at each node, one column per moving joint.
-        rise: Best value of :meth:`~plantigrade.vaulting.hand_contact.Vault.objective` [m/s]; -inf if
-            the hands never leave the table.
+        rise: Best value of :meth:`~plantigrade.vaulting.hand_contact.Vault.objective` [m/s];
+            -inf if the hands never leave the table.
         evaluations: Number of evaluated vaults.
         restarts: Number of restarts of the simplex.
         seconds: Processor time [s].
