@@ -11,6 +11,7 @@ The tasks are in :mod:`plantigrade.wbc.tasks`. A strict order of them moves a bo
 forces: :func:`move`.
 """
 
+from plantigrade.wbc import tasks
 from plantigrade.wbc.forces import Footing
 from plantigrade.wbc.hierarchy import Level, solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
@@ -33,4 +34,5 @@ __all__ = [
     "WholeBody",
     "move",
     "solve_hierarchy",
+    "tasks",
 ]
