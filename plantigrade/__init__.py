@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from plantigrade.contact.plan import ContactPlan
     from plantigrade.datasets.get import get_data
     from plantigrade.errors import PlantigradeError
+    from plantigrade.exchange.formats import export
     from plantigrade.io import read
     from plantigrade.models.human import Human
     from plantigrade.models.person import Person
@@ -53,6 +54,7 @@ __all__ = [
     "__version__",
     "check",
     "compare",
+    "export",
     "fit",
     "fit_many",
     "get_data",
@@ -80,6 +82,7 @@ _HOMES = {
     "Run": "record.run",
     "check": "analyze.check",
     "compare": "workflows.compare",
+    "export": "exchange.formats",
     "fit": "workflows.fit",
     "fit_many": "workflows.fit_many",
     "get_data": "datasets.get",

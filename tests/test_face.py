@@ -50,8 +50,8 @@ def test_the_face_is_what_the_design_says():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
         "fit", "reproduce", "simulate", "synthesize", "vault", "check", "compare", "fit_many",
-        "reproduce_many", "simulate_many", "synthesize_many", "report", "load_run", "get_data",
-        "PlantigradeError", "__version__",
+        "reproduce_many", "simulate_many", "synthesize_many", "report", "export", "load_run",
+        "get_data", "PlantigradeError", "__version__",
     }  # fmt: skip
     assert sorted(pg.__all__) == dir(pg)
 

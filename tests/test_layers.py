@@ -34,6 +34,7 @@ LAYERS = (
     ("learn", "live", "vaulting"),
     ("analyze",),
     ("pages",),
+    ("exchange",),
     ("workflows",),
     ("commands",),
     ("__main__",),
@@ -49,8 +50,9 @@ FINDER = "plantigrade.commands.experiment"
 ORACLES = {"pinocchio"}
 
 OWN = ("__version__", "__file__")  # of the root itself
-# The one call from a room to the face: `run.report()` draws pages, which lie below the record.
-FACE = {("plantigrade.record.run", "plantigrade.report")}
+# The calls from a room to the face: `run.report()` draws pages and `run.export()` writes files of
+# other programs, both of which lie below the record.
+FACE = {("plantigrade.record.run", f"plantigrade.{name}") for name in ("report", "export")}
 
 FILES = sorted(ROOT.rglob("*.py"))
 

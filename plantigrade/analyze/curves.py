@@ -81,53 +81,64 @@ def pelvis_cycles(
     return {name: rows[:, :, i] for i, name in enumerate(PELVIS[:3])}
 
 
-def gait_curves(record: Record, *, estimated: bool = False) -> GaitCurves:
+def gait_curves(
+    record: Record, *, estimated: bool = False, every: bool = False, side: str | None = None
+) -> GaitCurves:
     """Return the curves of a record over its gait cycles; empty where it has none.
 
     Args:
         record: The record.
         estimated: Whether forces, moments and powers count where forces were estimated beside or
             without plates; otherwise they are unknown there.
+        every: Whether cycles stay of which less than half is known, NaN where it is not; otherwise
+            they are left out, curve by curve.
+        side: The only side whose curves are wanted; those of the midline are over its cycles.
     """
     motion, mass = record.motion, record.human.mass
-    cycles = cut_cycles(motion.events)
+    cycles, middle = cut_cycles(motion.events), side or "r"
+    sides = SIDES if side is None else (side,)
+
+    def asked(name: str) -> bool:
+        return (side_of(name) or middle) in sides
+
+    def known_rows(rows: np.ndarray) -> np.ndarray:
+        return rows if every or not len(rows) else rows[np.isfinite(rows).mean(axis=1) > 0.5]
 
     def over(values: np.ndarray, name: str) -> np.ndarray:
-        side = side_of(name) or "r"
-        rows = normalise_cycles(motion.time, values, [c for c in cycles if c.side == side])
-        return rows[np.isfinite(rows).mean(axis=1) > 0.5] if len(rows) else rows
+        mine = [c for c in cycles if c.side == (side_of(name) or middle)]
+        return known_rows(normalise_cycles(motion.time, values, mine))
 
     table = coordinates_of(record)
     angles = {
         n: over(np.rad2deg(table.values[:, i]), n)
         for i, n in enumerate(table.names)
-        if n not in PELVIS
+        if n not in PELVIS and asked(n)
     }
-    for name, rows in pelvis_cycles(record, [c for c in cycles if c.side == "r"]).items():
-        angles[name] = rows[np.isfinite(rows).mean(axis=1) > 0.5] if len(rows) else rows
+    for name, rows in pelvis_cycles(record, [c for c in cycles if c.side == middle]).items():
+        angles[name] = known_rows(rows)
     shown = shown_angles(record) if cycles else None
     if shown is not None:
-        angles |= {name: over(np.rad2deg(shown[name]), name) for name in shown.names}
+        angles |= {n: over(np.rad2deg(shown[n]), n) for n in shown.names if asked(n)}
     moments, powers, forces = {}, {}, {}
     if nothing_measured(record) and not estimated:
         return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
-    swing = {side: _unloaded_swing(record, cycles, side, estimated) for side in SIDES}
+    swing = {s: _unloaded_swing(record, cycles, s, estimated) for s in sides}
     if record.qfrc_actuator is not None:
-        for name in record.human.coordinates:
+        for name in filter(asked, record.human.coordinates):
             known_here = known_above(record, name, estimated=estimated)
             known_here[swing.get(side_of(name) or "", slice(0))] = 1.0
             moment = known_here * record.torque(name) / mass
             moments[name] = over(moment, name)
             powers[name] = over(moment * motion.velocity(name), name)
     if record.contact_force is not None:
-        for side in SIDES:
-            if not any(site.side == side for site in record.sites):
+        for foot in sides:
+            if not any(site.side == foot for site in record.sites):
                 continue
-            known_here = known(record, side, estimated=estimated)
-            known_here[swing[side]] = 1.0
-            share = record.foot(side).force * known_here[:, None] / record.weight
+            known_here = known(record, foot, estimated=estimated)
+            known_here[swing[foot]] = 1.0
+            share = record.foot(foot).force * known_here[:, None] / record.weight
             for axis, label in enumerate(AXES):
-                name = f"{label}_{side}"
+                name = f"{label}_{foot}"
                 forces[name] = over(share[:, axis], name)
     return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
 

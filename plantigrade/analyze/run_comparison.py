@@ -158,9 +158,7 @@ def gait_of(run: Run, name: str) -> Gait:
     Raises:
         ParameterError: If it has no whole gait cycle.
     """
-    others = run.others.get("forces")
-    forces = others if others is not None and not run.record.has_forces else run.record
-    curves, loaded = gait_curves(run.record), gait_curves(forces)
+    curves, loaded = gait_curves(run.record), gait_curves(run.with_forces)
     if not curves.cycles:
         raise ParameterError(
             f"{name} shows no whole gait cycle; runs are compared over the gait cycle, so give "

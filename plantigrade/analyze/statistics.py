@@ -1,4 +1,4 @@
-"""How far two curves differ."""
+"""Mean of curves, and how far two curves differ."""
 
 import numpy as np
 
@@ -40,6 +40,17 @@ def correlation(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
     x, y = x - x.mean(), y - y.mean()
     scale = np.sqrt((x @ x) * (y @ y))
     return float(x @ y / scale) if scale > 0 else float("nan")
+
+
+def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+    """Return mean and standard deviation over rows, NaN left out; NaN where nothing is known."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(known, values, 0.0).sum(axis=0) / count
+        spread = np.where(known, values - mean, 0.0) ** 2
+        sd = np.sqrt(spread.sum(axis=0) / np.maximum(count - 1, 1))
+    return mean, sd
 
 
 def _shared(a, b):

@@ -1,10 +1,10 @@
-"""Convert a motion file to another format."""
+"""Convert a motion file, or a run, to another format."""
 
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -18,23 +18,27 @@ from plantigrade.options import Flag, OptionalPath, optional
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
-    """Convert a motion file to another format.
+    """Convert a motion file, or a run, to another format.
 
     Data that the target format cannot hold is left out with a warning; force plates are then
-    written to NAME_grf.mot.
+    written to NAME_grf.mot. A run folder becomes a file for another program: .csv.
     """
 
     activity = "a recording"
     ranges = {"rate": (1, 10_000, "Hz")}
 
     source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="IN")]
-    """File to read."""
+    """File to read, or run folder."""
     target: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="OUT")]
     """File to write; the extension selects the format."""
     skeleton: OptionalPath = None
     """Skeleton (.asf) of an AMC file, if it is not in the same folder."""
     rate: Annotated[float | None, optional("HZ")] = None
     """Frame rate of an AMC file, which does not state it [Hz]."""
+    over: Annotated[Literal["time", "cycles", "mean"] | None, optional("{time,cycles,mean}")] = None
+    """Rows of the .csv of a run: instants, or percents of each gait cycle or of the mean one."""
+    estimated: Flag = False
+    """Keep forces, moments and powers of a run that were estimated, not measured."""
     overwrite: Flag = False
     """Replace existing files."""
 
@@ -45,6 +49,7 @@ class Command(PrintOptions, Bounded):
             RunExists: If a file that would be written exists and is not to be replaced.
             FileError: If the source cannot be read, or the target's format cannot hold it.
         """
+        from plantigrade.exchange import export
         from plantigrade.io import convert
 
         self._refuse(self.target)
@@ -54,13 +59,15 @@ class Command(PrintOptions, Bounded):
         folder = self.target.parent
         if not folder.is_dir():
             raise FileError(self.target, f"there is no folder {folder}", remedy="create it first")
-        given = {"skeleton": self.skeleton, "rate": self.rate}
-        options = {name: value for name, value in given.items() if value is not None}
+        plain = ("source", "target", "overwrite", "json", "quiet")
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        options = {k: v for k, v in given.items() if k not in plain and v not in (None, False)}
+        written_by = export if self.source.is_dir() else convert
         try:
             # Inside the target's folder: renaming works inside one file system only.
             with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=folder) as part:
                 written = Path(part) / self.target.name
-                notes = convert(self.source, written, **options)
+                notes = written_by(self.source, written, **options)
                 paths = sorted(Path(part).iterdir())  # the target and, maybe, its force plates
                 for path in paths:
                     self._refuse(folder / path.name)

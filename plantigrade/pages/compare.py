@@ -11,6 +11,7 @@ from plantigrade.analyze.curves import LOADED
 from plantigrade.analyze.gait_profile import SMALLEST
 from plantigrade.analyze.norms import PUBLISHED_NAMES, Population, names, norm, unit_of
 from plantigrade.analyze.run_comparison import TRUNK, Gait, RunComparison
+from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
@@ -18,7 +19,6 @@ from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.clinical import LEVELS, OWN_SIDE, PLANES
-from plantigrade.pages.sections.cycles import mean_sd
 from plantigrade.pages.text import rounded_text, signed_text
 
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")

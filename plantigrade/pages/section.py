@@ -35,10 +35,7 @@ class Subject:
         """Take what there is."""
         self.run, self.record = run, run.record
         self.figures: Mapping[str, Any] = run.figures
-        beside = run.others.get("forces")
-        lost = self.figures.get("dynamics_status", "ok") != "ok"
-        use = not lost and not run.record.has_forces
-        self.forces: Record = beside if beside is not None and use else run.record
+        self.forces: Record = run.with_forces
 
     @cached_property
     def angle_curves(self) -> GaitCurves:

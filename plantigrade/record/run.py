@@ -71,6 +71,17 @@ class Run:
         return self.status == "ok"
 
     @property
+    def with_forces(self) -> Record:
+        """The record whose forces are shown.
+
+        It is the motion moved by forces that lies beside the record, or the record itself where it
+        has forces of its own or there is no such motion.
+        """
+        beside = self.others.get("forces")
+        lost = self.figures.get("dynamics_status", "ok") != "ok"
+        return self.record if beside is None or lost or self.record.has_forces else beside
+
+    @property
     def metrics(self) -> dict[str, Any]:
         """Everything ``metrics.json`` holds."""
         from plantigrade import __version__
@@ -164,6 +175,24 @@ class Run:
         import plantigrade  # the face: pages lie in a room below this one
 
         return plantigrade.report(self, out, overwrite=overwrite)
+
+    def export(self, path: str | Path, **options: Any) -> tuple[str, ...]:
+        """Write this run as a file of another program, as :func:`plantigrade.export` does.
+
+        Args:
+            path: The file; its extension chooses the format.
+            options: Those of the format.
+
+        Returns:
+            What the file does not hold, one sentence each.
+
+        Raises:
+            FileError: If the file cannot be written, or the run has not what the format stores.
+            ParameterError: If the format has no such option.
+        """
+        import plantigrade  # the face: formats of other programs lie in a room below this one
+
+        return plantigrade.export(self, path, **options)
 
     @classmethod
     def load(cls, folder: str | Path) -> "Run":

@@ -7,6 +7,7 @@ from pathlib import Path
 from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
+from plantigrade.exchange.tables import cycle_table
 from plantigrade.options import as_path
 from plantigrade.pages.pages import pages
 from plantigrade.record import Run
@@ -15,7 +16,7 @@ from plantigrade.record.provenance import source_files
 from plantigrade.record.run import COORDINATES, MODEL, MOTION
 from plantigrade.workflows.settings import FitSettings
 
-REPORT = "report.html"
+REPORT, CURVES = "report.html", "curves.csv"
 
 
 def save(
@@ -27,7 +28,7 @@ def save(
     numbered: bool = False,
     beside: str = "",
 ) -> Run:
-    """Write the folder of a run with its report and viewer, whole or not at all.
+    """Write the folder of a run with its report, viewer and curves, whole or not at all.
 
     The arguments are those of :meth:`Run.save`; ``files`` are further ones.
 
@@ -35,8 +36,21 @@ def save(
         RunExists: If the folder exists and is not to be replaced, or is no run.
         FileError: If the place cannot be written.
     """
-    every = {**pages(run), **(files or {})}
+    every = {**shown(run), **(files or {})}
     return run.save(out, files=every, overwrite=overwrite, numbered=numbered, beside=beside)
+
+
+def shown(run: Run) -> dict[str, str]:
+    """Return the files that follow from a run alone, by name.
+
+    They are its pages and, where it has gait cycles, ``curves.csv``, the mean curves over the cycle
+    (:func:`~plantigrade.exchange.tables.cycle_table`).
+
+    Raises:
+        ParameterError: If the record cannot be drawn.
+    """
+    curves = cycle_table(run, mean=True)
+    return pages(run) | ({CURVES: curves} if curves else {})
 
 
 def report(
@@ -73,12 +87,12 @@ def report(
             own = (MODEL, MOTION, COORDINATES, METRICS, *theirs)
             names = [name for name in run.files if name not in own]
             kept = {name: (run.folder / name).read_bytes() for name in names}
-            save(run, run.folder, overwrite=True, files={**kept, **pages(run)})
+            save(run, run.folder, overwrite=True, files={**kept, **shown(run)})
             return run.folder / REPORT
     if out is not None or run.folder is None:
         saved = save(run, out, overwrite=overwrite)
         return (saved.folder or Path()) / REPORT
-    replace_files(run.folder, pages(run))
+    replace_files(run.folder, shown(run))
     return run.folder / REPORT
 
 

@@ -8,7 +8,9 @@ import pytest
 
 from plantigrade.commands.main import main
 from plantigrade.io import read, write
-from plantigrade.motion import ForcePlate, Markers, Recording
+from plantigrade.models import Human
+from plantigrade.motion import ForcePlate, Markers, Motion, Recording
+from plantigrade.record import Record, Run
 
 
 @pytest.fixture
@@ -97,3 +99,35 @@ def test_source_is_never_replaced(tmp_path):
     for target in (path, tmp_path / "link.csv"):
         assert main(["convert", str(path), str(target), "--overwrite"]) == 2
     assert path.read_bytes() == before
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Path:
+    """The folder of a run: somebody who stands, hence without gait cycles."""
+    human = Human.create()
+    time = np.arange(5) / 100
+    qpos = np.tile(human.standing(), (5, 1))
+    motion = Motion(time, qpos, np.zeros((5, human.model.nv)), human.joint_names)
+    made = Run(Record(human, motion), "simulate").save(tmp_path_factory.mktemp("run") / "stand")
+    return made.folder
+
+
+def test_a_run_becomes_a_file_of_another_program(run, tmp_path, capsys):
+    target = tmp_path / "stand.csv"
+    assert main(["convert", str(run), str(target)]) == 0
+    assert capsys.readouterr().out == f"wrote {target}\n"
+    assert target.read_text().startswith("time_s,pelvis_tilt_deg,")
+
+
+@pytest.mark.parametrize(
+    ("target", "options", "sentence"),
+    [
+        ("stand.docx", [], "extension '.docx' — use one of .csv"),
+        ("stand.csv", ["--over", "mean"], "no whole gait cycle"),
+        ("stand.csv", ["--rate", "100"], "the export to CSV has no option 'rate'"),
+    ],
+)
+def test_what_a_run_cannot_become_leaves_nothing(run, tmp_path, target, options, sentence, capsys):
+    assert main(["convert", str(run), str(tmp_path / target), *options]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

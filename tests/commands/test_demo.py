@@ -16,7 +16,15 @@ from plantigrade.commands import main as cli
 from plantigrade.record import Run
 from tests.browser import colours, moved
 
-FILES = {"model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html"}
+FILES = {
+    "model.xml",
+    "motion.npz",
+    "motion.mot",
+    "metrics.json",
+    "report.html",
+    "viewer.html",
+    "curves.csv",
+}
 KEPT = "textbook_walk.c3d"
 VARY = {"seconds", "command"}  # of two runs of one seed
 

@@ -16,6 +16,7 @@ from tests.browser import moved
 
 FILES = {
     "model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html",
+    "curves.csv",
 }  # fmt: skip
 
 

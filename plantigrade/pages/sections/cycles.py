@@ -3,11 +3,10 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import LOADED, known_above, nothing_measured
 from plantigrade.analyze.gait_profile import ANGLES
+from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
@@ -284,17 +283,6 @@ def chosen(
                 full = f"{FORCES.get(name, name)}{suffix}{side}"
                 found.append(CycleCurves(full, percent, values, unit))
     return found
-
-
-def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
-    """Return mean and standard deviation over rows, NaN left out; NaN where nothing is known."""
-    known = np.isfinite(values)
-    count = known.sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(known, values, 0.0).sum(axis=0) / count
-        spread = np.where(known, values - mean, 0.0) ** 2
-        sd = np.sqrt(spread.sum(axis=0) / np.maximum(count - 1, 1))
-    return mean, sd
 
 
 def _norm(subject: Subject, name: str) -> norms.NormCurve | None:

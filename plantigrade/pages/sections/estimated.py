@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.analyze.curves import LOADED, nothing_measured
+from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label
@@ -13,7 +14,6 @@ from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.motion.cycles import PERCENT, normalise_cycles
 from plantigrade.pages.section import Section, Subject, needs
-from plantigrade.pages.sections.cycles import mean_sd
 from plantigrade.pages.text import sided_title
 from plantigrade.record import Record
 

@@ -7,13 +7,13 @@ import numpy as np
 from plantigrade.analyze.curves import LOADED
 from plantigrade.analyze.gait_study import PAPER_TABLE
 from plantigrade.analyze.reproduction import ROTATIONS, compare
+from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, axis_label, side_of, without_side
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.pages.section import Section, Subject, needs
-from plantigrade.pages.sections.cycles import mean_sd
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
 from plantigrade.record import Record
 

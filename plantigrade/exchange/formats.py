@@ -1,0 +1,86 @@
+"""The formats a run can be exported to: one writer per format, found by the file's extension."""
+
+import importlib
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
+from plantigrade.options import as_path, refuse_unknown
+from plantigrade.record import Run
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format of exported runs.
+
+    Attributes:
+        name: Its name in messages.
+        suffixes: File extensions, lower case, with the dot.
+        writer: ``module:function`` under :mod:`plantigrade.exchange`, called with the run, the path
+            and the options; it returns notes, one sentence each.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    writer: str
+
+    @property
+    def function(self) -> Callable[..., tuple[str, ...]]:
+        """The writer."""
+        module, function = self.writer.split(":")
+        return getattr(importlib.import_module(f"plantigrade.exchange.{module}"), function)
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of its options."""
+        return tuple(inspect.signature(self.function).parameters)[2:]
+
+
+FORMATS = (Format("CSV", (".csv",), "tables:write_table"),)
+"""All formats."""
+
+
+def format_of(path: Path) -> Format:
+    """Return the format that the extension of a file names.
+
+    Raises:
+        UnsupportedFormat: If there is none; the message lists those there are.
+    """
+    for each in FORMATS:
+        if path.suffix.lower() in each.suffixes:
+            return each
+    endings = ", ".join(suffix for each in FORMATS for suffix in each.suffixes)
+    problem = f"a run cannot be exported with extension {path.suffix or 'none'!r}"
+    raise UnsupportedFormat(path, problem, remedy=f"use one of {endings}")
+
+
+def export(run: Run | str | Path, path: str | Path, **options: object) -> tuple[str, ...]:
+    """Write a run as a file of another program; an existing file is replaced.
+
+    Args:
+        run: A run, or its folder.
+        path: The file; its extension chooses the format (:data:`FORMATS`).
+        options: Those of the format's writer.
+
+    Returns:
+        What the file does not hold, or holds with a reservation, one sentence each.
+
+    Raises:
+        UnsupportedFormat: If no format has this extension.
+        FileError: If there is no run in the folder, the run has not what the format stores, or the
+            file cannot be written.
+        ParameterError: If the format has no such option, or its value is not allowed.
+    """
+    path = as_path(path, "an exported file")
+    kind = format_of(path)
+    refuse_unknown(f"the export to {kind.name}", options, kind.options)
+    if not path.parent.is_dir():
+        problem = f"there is no folder {path.parent}"
+        raise FileError(path, problem, remedy="create it first")
+    if not isinstance(run, Run):
+        run = Run.load(as_path(run, "a run"))
+    if run.record.motion.n_frames == 0:
+        raise ParameterError("the motion has no frames: there is nothing to export")
+    return kind.function(run, path, **options)
