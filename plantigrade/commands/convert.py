@@ -13,7 +13,7 @@ from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import FileError, RunExists
-from plantigrade.options import Flag, OptionalPath, optional
+from plantigrade.options import Flag, OptionalPath, OptionalWord, optional
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +21,7 @@ class Command(PrintOptions, Bounded):
     """Convert a motion file, or a run, to another format.
 
     Data that the target format cannot hold is left out with a warning; force plates are then
-    written to NAME_grf.mot. A run folder becomes a file for another program: .csv.
+    written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh.
     """
 
     activity = "a recording"
@@ -34,11 +34,15 @@ class Command(PrintOptions, Bounded):
     skeleton: OptionalPath = None
     """Skeleton (.asf) of an AMC file, if it is not in the same folder."""
     rate: Annotated[float | None, optional("HZ")] = None
-    """Frame rate of an AMC file, which does not state it [Hz]."""
+    """Frame rate of an AMC file, which does not state it, or that a run is written at [Hz]."""
     over: Annotated[Literal["time", "cycles", "mean"] | None, optional("{time,cycles,mean}")] = None
     """Rows of the .csv of a run: instants, or percents of each gait cycle or of the mean one."""
     estimated: Flag = False
     """Keep forces, moments and powers of a run that were estimated, not measured."""
+    rig: OptionalWord = None
+    """Bone names of a run's .bvh: plantigrade, mixamo, cmu, rokoko, unity, unreal or rigify."""
+    unit: Annotated[Literal["m", "cm", "mm"] | None, optional("{m,cm,mm}")] = None
+    """Unit of length of a .bvh file, which does not state it: to read it, or to write a run's."""
     overwrite: Flag = False
     """Replace existing files."""
 

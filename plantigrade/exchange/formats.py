@@ -38,7 +38,10 @@ class Format:
         return tuple(inspect.signature(self.function).parameters)[2:]
 
 
-FORMATS = (Format("CSV", (".csv",), "tables:write_table"),)
+FORMATS = (
+    Format("CSV", (".csv",), "tables:write_table"),
+    Format("BVH", (".bvh",), "skeleton:write_skeleton"),
+)
 """All formats."""
 
 

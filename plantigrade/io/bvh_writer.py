@@ -23,19 +23,28 @@ def write_recording(recording: Recording, path: str | Path) -> None:
     write_bvh(recording.skeleton, path)
 
 
-def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY") -> Path:
-    """Write a skeleton's motion as BVH, in centimetres, y up, x left, z forward.
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+"""Units of length that can be written [m]."""
+
+
+def write_bvh(
+    skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY", unit: str = "cm"
+) -> Path:
+    """Write a skeleton's motion as BVH, y up, x left, z forward.
 
     Joints keep their rest offsets; a joint whose distance to its parent changes gets position
-    channels of its own. Bones that end at no joint get an ``End Site``.
+    channels of its own. Bones that end at no joint get an ``End Site``. Angles go on beyond 180
+    degrees rather than jump.
 
     Args:
         skeleton: What to write; evenly sampled.
         path: The file.
         order: Order of the rotation channels.
+        unit: One of :data:`UNITS`; the file does not say which.
 
     Raises:
-        ParameterError: If ``order`` is not a permutation of XYZ, or there are gaps.
+        ParameterError: If ``order`` is not a permutation of XYZ, ``unit`` is unknown, or there are
+            gaps.
         FileError: If the file cannot be written.
     """
     from scipy.spatial.transform import Rotation
@@ -43,14 +52,17 @@ def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY")
     order = order.upper()
     if sorted(order) != ["X", "Y", "Z"]:
         raise ParameterError(f"{order=} must contain X, Y and Z once each")
+    if unit not in UNITS:
+        raise ParameterError(f"{unit=} must be one of {', '.join(UNITS)}")
     if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
         raise ParameterError("the skeleton's motion has gaps (NaN); fill them before writing BVH")
     if len(skeleton.time) < 1:
         raise ParameterError("the skeleton's motion has no frames")
     T = FORWARD_LEFT_UP_OF_Y_UP.T  # ours to file
-    p, ends = skeleton.positions @ T.T * 100, skeleton.ends @ T.T * 100
+    scale = 1.0 / UNITS[unit]
+    p, ends = skeleton.positions @ T.T * scale, skeleton.ends @ T.T * scale
     R = T @ skeleton.rotations @ T.T
-    rest = skeleton.rest_positions @ T.T * 100
+    rest = skeleton.rest_positions @ T.T * scale
     n, k = p.shape[:2]
     frame_time = float((skeleton.time[-1] - skeleton.time[0]) / (n - 1)) if n > 1 else 0.01
     tolerance = 1e-5 * max(float(np.ptp(rest, axis=0).max()), 1e-9)
@@ -90,7 +102,8 @@ def write_bvh(skeleton: SkeletonMotion, path: str | Path, *, order: str = "ZXY")
             columns.append(local_p)
         with catch_warnings():  # at a singularity any of the equal angles will do
             simplefilter("ignore", UserWarning)
-            columns.append(Rotation.from_matrix(local_R).as_euler(order, degrees=True))
+            angles = Rotation.from_matrix(local_R).as_euler(order, degrees=True)
+        columns.append(np.unwrap(angles, period=360.0, axis=0))
         if not children.get(i):
             tip = np.einsum("nij,ni->nj", R[:, i], ends[:, i] - p[:, i])
             tip = np.median(tip, axis=0) if np.isfinite(tip).all() else np.zeros(3)

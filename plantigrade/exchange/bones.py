@@ -1,0 +1,190 @@
+"""Bones of a body as other programs name them: one tree for every joint set and every foot.
+
+Each part of the anatomy (:mod:`plantigrade.models.anatomy`) is a bone, also where a joint set welds
+it to its parent: then it never turns against it. So a spine always has three bones, a neck two, and
+a foot as many as it has parts. Names other than the package's own leave out what a rig lacks, and
+what is left out is part of its parent.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.errors import ParameterError
+from plantigrade.models import Human
+from plantigrade.models.landmarks import attachments
+from plantigrade.models.skeleton import all_parts, split_side
+
+_ENDS = {
+    "head": "vertex",
+    "hand": "finger_tip",
+    "fingers": "finger_tip",
+    "foot": "toe_tip",
+    "toes": "toe_tip",
+    "medial_phalanges": "toe_tip",
+    "lateral_metatarsal": "metatarsal_5_head",
+    "lateral_phalanges": "toe_5",
+    "heel": "heel",
+}
+"""Part → landmark where its bone ends, if no bone follows."""
+
+_BIPED = {
+    "pelvis": "Hips",
+    "abdomen": "Spine",
+    "lower_thorax": "Spine1",
+    "thorax": "Spine2",
+    "lower_neck": "Neck",
+    "head": "Head",
+    "clavicle": "{Side}Shoulder",
+    "humerus": "{Side}Arm",
+    "ulna": "{Side}ForeArm",
+    "hand": "{Side}Hand",
+    "femur": "{Side}UpLeg",
+    "tibia": "{Side}Leg",
+    "foot": "{Side}Foot",
+    "toes": "{Side}ToeBase",
+}
+
+RIGS: dict[str, dict[str, str]] = {
+    "plantigrade": {
+        **_BIPED,
+        "upper_neck": "Neck1",
+        "radius": "{Side}ForeArmRoll",
+        "fingers": "{Side}Fingers",
+        "lateral_metatarsal": "{Side}FootLateral",
+        "lateral_phalanges": "{Side}ToesLateral",
+        "heel": "{Side}Heel",
+    },
+    "mixamo": {part: f"mixamorig:{name}" for part, name in _BIPED.items()},
+    "cmu": {**_BIPED, "abdomen": "LowerBack", "lower_thorax": "Spine", "thorax": "Spine1",
+            "upper_neck": "Neck1"},
+    "rokoko": {**_BIPED, "abdomen": "Spine1", "lower_thorax": "Spine2", "thorax": "Spine3",
+               "femur": "{Side}Thigh", "tibia": "{Side}Shin", "toes": "{Side}Toe"},
+    "unity": {**_BIPED, "lower_thorax": "Chest", "thorax": "UpperChest",
+              "humerus": "{Side}UpperArm", "ulna": "{Side}LowerArm", "femur": "{Side}UpperLeg",
+              "tibia": "{Side}LowerLeg", "toes": "{Side}Toes"},
+    "unreal": {"pelvis": "pelvis", "abdomen": "spine_01", "lower_thorax": "spine_02",
+               "thorax": "spine_03", "lower_neck": "neck_01", "head": "head",
+               "clavicle": "clavicle_{s}", "humerus": "upperarm_{s}", "ulna": "lowerarm_{s}",
+               "hand": "hand_{s}", "femur": "thigh_{s}", "tibia": "calf_{s}", "foot": "foot_{s}",
+               "toes": "ball_{s}"},
+    "rigify": {"pelvis": "spine", "abdomen": "spine.001", "lower_thorax": "spine.002",
+               "thorax": "spine.003", "lower_neck": "spine.004", "upper_neck": "spine.005",
+               "head": "spine.006", "clavicle": "shoulder.{S}", "humerus": "upper_arm.{S}",
+               "ulna": "forearm.{S}", "hand": "hand.{S}", "femur": "thigh.{S}",
+               "tibia": "shin.{S}", "foot": "foot.{S}", "toes": "toe.{S}"},
+}  # fmt: skip
+"""Rig → names of its bones by part; the toes of a rig are the first three where a foot has two
+parts of toes."""
+
+_WORDS = {"r": {"Side": "Right", "s": "r", "S": "R"}, "l": {"Side": "Left", "s": "l", "S": "L"}}
+
+
+@dataclass(frozen=True)
+class Bone:
+    """A bone, fixed to a body of the model.
+
+    Attributes:
+        name: Its name in the rig.
+        part: The part of the anatomy, with side.
+        parent: Index of the bone above it; -1 for the hips.
+        body: Name of the body.
+        position: Its joint in the frame of the body [m].
+        rest: Its joint in the zero pose, from the hips' [m].
+        end: Where it ends in the frame of the body [m]; NaN where another bone follows.
+    """
+
+    name: str
+    part: str
+    parent: int
+    body: str
+    position: Float[Array, "3"]
+    rest: Float[Array, "3"]
+    end: Float[Array, "3"]
+
+
+def bones_of(human: Human, rig: str = "plantigrade") -> tuple[Bone, ...]:
+    """Return the bones of a person, parents first.
+
+    The joint of the hips is midway between the hip joints.
+
+    Args:
+        human: The person.
+        rig: One of :data:`RIGS`.
+
+    Raises:
+        ParameterError: If there is no such rig.
+    """
+    if rig not in RIGS:
+        raise ParameterError(f"{rig=} must be one of {', '.join(RIGS)}")
+    names, skeleton, marks = _with_toes(RIGS[rig]), human.skeleton, attachments(human)
+    middle = np.mean([skeleton.origins[f"femur_{side}"] for side in SIDES], axis=0)
+    parts = {
+        part.name: part.parent
+        for part in all_parts(human.dimensions, human.sex, human.mass, human.feet)
+    }
+    chosen = [name for name in parts if split_side(name)[0] in names]
+    above = {name: _bone_above(name, parts, chosen) for name in chosen}
+    found: list[Bone] = []
+    for part in chosen:
+        plain, side = split_side(part)
+        body, offset = skeleton.parts[part]
+        rest, place = skeleton.origins[part] - middle, offset
+        if not above[part]:
+            rest, place = np.zeros(3), offset + middle
+        end = np.full(3, np.nan)
+        if part not in above.values():
+            mark = marks[f"{_ENDS[plain]}_{side}" if side else _ENDS[plain]]
+            # A landmark may move with another body than the bone that ends there.
+            end = mark.position + _origin(human, mark.body) - _origin(human, body)
+        parent = chosen.index(above[part]) if above[part] else -1
+        name = names[plain].format(**_WORDS.get(side, {}))
+        found.append(Bone(name, part, parent, body, place, rest, end))
+    return tuple(found)
+
+
+def bone_poses(
+    bones: tuple[Bone, ...],
+    human: Human,
+    origins: Float[Array, "n_frames n_bodies 3"],
+    rotations: Float[Array, "n_frames n_bodies 3 3"],
+    *,
+    ends: bool = False,
+) -> tuple[Float[Array, "n_frames n_bones 3"], Float[Array, "n_frames n_bones 3 3"]]:
+    """Return the joints of bones, or their ends, and their rotations in the world.
+
+    Args:
+        bones: The bones.
+        human: Whose.
+        origins: Origins of all bodies but the world [m].
+        rotations: Their rotations.
+        ends: Whether their ends are asked for, NaN where another bone follows.
+    """
+    body = [human.body(bone.body) - 1 for bone in bones]
+    local = np.array([bone.end if ends else bone.position for bone in bones])
+    turned = np.einsum("nbij,bj->nbi", rotations[:, body], local)
+    return origins[:, body] + turned, rotations[:, body]
+
+
+def _with_toes(names: Mapping[str, str]) -> dict[str, str]:
+    """Return the names with those of the first toes of a foot of many parts."""
+    return {**names, "medial_phalanges": names["toes"]}
+
+
+def _bone_above(name: str, parts: Mapping[str, str], chosen: list[str]) -> str:
+    above = parts[name]
+    while above and above not in chosen:
+        above = parts[above]
+    return above
+
+
+def _origin(human: Human, body: str) -> Float[Array, "3"]:
+    """Return the origin of a body in the pelvis frame, zero pose [m]."""
+    bodies = {each.name: each for each in human.skeleton.bodies}
+    place = np.zeros(3)
+    while bodies[body].parent:
+        place, body = place + bodies[body].position, bodies[body].parent
+    return place
