@@ -22,7 +22,7 @@ LAYERS = (
     ("spatial",),
     ("charts",),
     ("models", "motion"),
-    ("contact",),
+    ("contact", "skin"),
     ("io",),
     ("datasets", "record"),
     ("kinematics",),

@@ -1,0 +1,15 @@
+"""A human surface over the solids of a Human: fitted to the person, moved with the bodies.
+
+What physics sees are capsules, boxes and spheres; a :class:`Skin` is what people look at. It is
+fitted once and posed from the positions and orientations of MuJoCo's bodies::
+
+    skin = Skin.of(human)
+    vertices = skin.posed(data.xpos, data.xquat)  # (n, 3) [m], of skin.faces
+
+The surface comes from assets of MakeHuman that are in the public domain; ``NOTICE.md`` beside it
+tells their origin.
+"""
+
+from plantigrade.skin.skin import Skin
+
+__all__ = ["Skin"]
