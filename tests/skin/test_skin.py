@@ -70,7 +70,7 @@ def test_bent_joints_keep_the_volume(preset):
         qpos = (human.standing() + random_state(human, rng)[0]) / 2
         qpos[3:7] = [1.0, 0.0, 0.0, 0.0]
         vertices = skin.posed(*body_poses(human, qpos))
-        assert 0.94 < volume(vertices, skin.faces) * DENSITY / human.mass < 1.02
+        assert 0.94 < volume(vertices, skin.faces) * DENSITY / human.mass < 1.04
 
 
 def test_the_skin_turns_and_moves_with_the_person(skin):
