@@ -13,6 +13,7 @@ version = release
 extensions = [
     "alone",
     "mathml",
+    "option_tables",
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",

@@ -1,6 +1,6 @@
 """A benchmark for any controller that walks: how hard it may be pushed, and a tour with punches.
 
-One table a controller, ``--controller FILE.py:NAME`` for one from outside (docs/usage.md).
+One table a controller, ``--controller FILE.py:NAME`` for one from outside (docs/experiments.md).
 """
 
 from collections.abc import Iterator, Sequence

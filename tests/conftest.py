@@ -45,7 +45,7 @@ def data() -> Path:
     """Folder of public recordings; the test is skipped, visibly, where it is absent."""
     folder = find_data()
     if folder is None:
-        how = f"plantigrade data get --all, then set {DATA_VARIABLE} (see docs/usage.md)"
+        how = f"plantigrade data get --all, then set {DATA_VARIABLE} (see docs/commands/data.md)"
         pytest.skip(f"no folder of recordings: {how}")
     return folder
 

@@ -4,19 +4,30 @@ import importlib
 import json
 import re
 import shlex
+import shutil
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import plantigrade
-from plantigrade.commands.main import COMMANDS
-from tests.paste import blocks, commands, paste
+from plantigrade.commands.main import COMMANDS, main, parse
+from tests.paste import blocks, commands, inline_commands, paste
 from tests.test_layers import LAYERS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs"
 MODULES = sorted(Path(plantigrade.__file__).parent.rglob("*.py"))
+WRITTEN = [*PAGES.glob("*.md"), *PAGES.glob("commands/*.md"), *PAGES.glob("settings/*.md")]
+WITH_COMMANDS = sorted(path for path in WRITTEN if path.name != "gallery.md")
+RUN = {"demo", "fit", "simulate", "synthesize", "convert", "model", "report", "compare", "norms",
+       "picture", "data"}  # fmt: skip
+"""Commands whose printed lines are compared with the pages."""
+ALSO_RUN = (
+    "plantigrade demo --height 1.60 --mass 55 --sex female --speed 1.0 --seed 3 --out runs/small",
+    "plantigrade fit monday/*.c3d --jobs 2 --out runs/monday",
+)
+"""Commands that other pages need."""
 
 
 def test_every_citation_in_a_docstring_is_in_the_references():
@@ -43,40 +54,79 @@ def test_references_are_written_out_in_one_place_only():
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_usage_shows_every_command(name):
-    text = (PAGES / "usage.md").read_text("utf-8")
-    assert f"### {name}\n" in text
-    assert re.search(rf"^plantigrade {name}\b", text, re.M)
+def test_every_command_has_a_page(name):
+    text = (PAGES / "commands" / f"{name}.md").read_text("utf-8")
+    assert text.startswith(f"# {name}\n") and "\n## Exit codes\n" in text
+    assert re.search(rf"^.. options:: {name}\b", text, re.M)
+    assert re.search(rf"^(\$ )?plantigrade {name}\b", text, re.M)
+    index = (PAGES / "commands" / "index.md").read_text("utf-8")
+    assert f"\n| [`{name}`]({name}.md) | " in index and f"\n{name}\n" in index
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_usage_page_can_be_pasted(tmp_path, monkeypatch):
-    """Into an empty folder, in the order of the page; the slowest are parsed, their files there."""
+@pytest.mark.solver
+def test_the_commands_of_the_pages_can_be_pasted(tmp_path, monkeypatch, capsys, demo):
+    """Into an empty folder, page after page, and print what the pages show.
+
+    The demo that other tests look at is the first; the longest ones are parsed, their files there.
+    """
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    quick = {"demo", "fit", "convert", "model", "data", "report", "picture", "norms"}
-    ran = paste(PAGES / "usage.md", quick)
-    assert set(ran) == quick and ran.count("fit") >= 4
-    runs = {path.name for path in (tmp_path / "runs").iterdir()}
-    assert {"demo", "demo-2", "demo-2-reproduced", "small", "fit-walk", "fit-walk-2"} <= runs
-    first, slow, small = (
-        json.loads(Path("runs", name, "metrics.json").read_text("utf-8"))
-        for name in ("demo", "demo-2", "small")
-    )
-    assert slow["seed"] == 3 and slow["walking_speed_m_s"] == pytest.approx(1.0, abs=0.03)
+    shutil.copytree(demo.folder / "runs", "runs")
+    ran = []
+
+    def call(words):
+        if words == ["demo"]:
+            return demo.said
+        assert main([*words, "--quiet"]) == 0, words
+        return capsys.readouterr().out
+
+    for name in COMMANDS:
+        ran += paste(PAGES / "commands" / f"{name}.md", RUN, call, ALSO_RUN)
+    assert {line.split()[1] for line in ran} == RUN and {*ALSO_RUN} <= {*ran}
+    small = json.loads(Path("runs", "small", "metrics.json").read_text("utf-8"))
+    assert small["seed"] == 3 and small["walking_speed_m_s"] == pytest.approx(1.0, abs=0.03)
     assert small["mass_kg"] == pytest.approx(55, abs=0.1)
     assert small["height_m"] == pytest.approx(1.6, abs=1e-6)
-    assert len({x["marker_rms_mean_mm"] for x in (first, slow, small)}) == 3
-    assert all(x["angle_error_mean_deg"] < 3.5 for x in (first, slow, small))
 
 
-def test_usage_shows_only_commands_and_options_that_exist():
-    from plantigrade.commands.main import parse
+def test_completion_is_installed_as_the_page_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    asked = []
+    paste(PAGES / "commands" / "index.md", set(), lambda words: str(asked.append(words)))
+    assert asked == [["--print-completion", "bash"]]
+    assert (tmp_path / ".local/share/bash-completion/completions/plantigrade").is_file()
 
-    for language in ("bash", "text"):
-        for words in commands(PAGES / "usage.md", language):
-            if words[0] == "plantigrade" and "mine.toml" not in words and words[1][0] != "-":
-                parse(words[1], words[2 : words.index(">") if ">" in words else None])
+
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.stem)
+def test_pages_show_only_commands_and_options_that_exist(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("tasks").mkdir()
+    for words in (*commands(page, "bash", "console", "text"), *inline_commands(page)):
+        words = words[: words.index("&&")] if "&&" in words else words
+        if words[0] == "plantigrade" and words[1][0] != "-" and "--help" not in words:
+            if words[2:] and words[2].endswith(".toml"):
+                Path(words[2]).write_text('[task]\nbase = "squat"\n')
+            words = ["2" if word.startswith("$") else word for word in words]  # a variable of Slurm
+            parse(words[1], words[2 : words.index(">") if ">" in words else None])
+
+
+def test_experiments_named_with_the_measured_results_exist():
+    from experiments.registry import EXPERIMENTS
+
+    rows = re.findall(r"^\|.*\| (`.*`) \|$", (PAGES / "benchmarks.md").read_text("utf-8"), re.M)
+    named = {name for row in rows for name in re.findall(r"`([a-z-]+)`", row)}
+    assert len(named) > 5 and named <= set(EXPERIMENTS)
+    described = (PAGES / "experiments.md").read_text("utf-8")
+    assert [name for name in EXPERIMENTS if f"`{name}`" not in described] == []
+
+
+def test_each_row_of_the_page_that_chooses_a_command_has_one():
+    text = (PAGES / "which-command.md").read_text("utf-8")
+    rows = re.findall(r"^\| (?!you have|---)(.*) \|$", text, re.M)
+    assert len(rows) > 30
+    chosen = {re.findall(r"`plantigrade (\w+)[^`]*`$", row)[0] for row in rows}
+    assert chosen == {*COMMANDS}
 
 
 def test_what_cannot_be_pasted_is_found(tmp_path, monkeypatch):
@@ -89,13 +139,18 @@ def test_what_cannot_be_pasted_is_found(tmp_path, monkeypatch):
     ):
         page.write_text(f"```bash\n{line}\n```\n")
         with pytest.raises(AssertionError, match=words):
-            paste(page, set())
+            paste(page, set(), str)
     page.write_text("```bash\nplantigrade fit walk.c3d --no-dynamics\n```\n")
     with pytest.raises(SystemExit):
-        paste(page, set())
+        paste(page, set(), str)
+    page.write_text("```console\n$ plantigrade model\nmale, 1.74 m\n```\n")
+    assert paste(page, {"model"}, lambda _: "male, 1.80 m\n") == ["plantigrade model"]
+    with pytest.raises(AssertionError, match="page.md: plantigrade model"):
+        paste(page, {"model"}, lambda _: "female, 1.74 m\n")
 
 
-def test_the_python_of_the_usage_page_runs(tmp_path, monkeypatch, capsys):
+@pytest.mark.slow
+def test_the_python_of_the_page_runs(tmp_path, monkeypatch, capsys):
     from plantigrade.io import write
     from plantigrade.models import Human
     from plantigrade.workflows.textbook import recorded, textbook_walk
@@ -103,8 +158,8 @@ def test_the_python_of_the_usage_page_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     human = Human.create(1.74, 71.0, "male", joints="42")
     write(recorded(textbook_walk(human, cycles=2), Path("walk.c3d")), "walk.c3d")
-    first = blocks(PAGES / "usage.md", "python")[0]  # the other one is the check in MuJoCo
-    exec(compile(first, "usage.md", "exec"), {})
+    (code,) = blocks(PAGES / "python.md", "python")
+    exec(compile(code, "python.md", "exec"), {})
     assert capsys.readouterr().out.splitlines()[-1] == "runs/fit-walk/report.html"
 
 
@@ -129,8 +184,6 @@ def test_every_module_of_the_api_exists_and_comes_once():
 
 def test_the_gallery_shows_what_its_commands_make(tmp_path, monkeypatch):
     """Each block makes a run and draws it, under the name of the picture above it."""
-    from plantigrade.commands.main import parse
-
     monkeypatch.chdir(tmp_path)
     text = (PAGES / "gallery.md").read_text("utf-8")
     made = set()
@@ -165,8 +218,6 @@ def test_links_between_pages_lead_somewhere(name):
 @pytest.mark.solver
 def test_the_tutorial_can_be_followed_to_the_letter(tmp_path, monkeypatch, capsys):
     """Its commands and its Python, one after the other in an empty folder."""
-    from plantigrade.commands.main import main
-
     monkeypatch.chdir(tmp_path)
     text = (PAGES / "tutorial.md").read_text("utf-8")
     names: dict = {"__name__": "__main__"}

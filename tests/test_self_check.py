@@ -14,14 +14,14 @@ from tests.analyze.plated_walk import analyse, plated_walk
 from tests.analyze.standing import standing_record
 from tests.stored.make import MOTIONS, stored
 
-USAGE = Path(__file__).parents[1] / "docs" / "usage.md"
+PAGE = Path(__file__).parents[1] / "docs" / "run-folder.md"
 NAMED = "runs/fit-walk"
 FRAMES = (0.2, 0.35, 0.5, 0.65, 0.8)
 
 
 def recipe() -> str:
     """Return the code of the documentation."""
-    text = USAGE.read_text(encoding="utf-8").split("can be checked without plantigrade")[1]
+    text = PAGE.read_text(encoding="utf-8").split("can be checked without plantigrade")[1]
     return text.split("```python\n")[1].split("```")[0]
 
 
@@ -36,7 +36,7 @@ def self_check(folder: Path, share: float, motion: str = "motion.npz") -> tuple[
     code = code.replace(f"{NAMED}/model.xml", str(own if own.exists() else folder / "model.xml"))
     code = code.replace(NAMED, str(folder)).replace("frame = 50", f"frame = {frame}")
     printed: list = []
-    exec(compile(code, str(USAGE), "exec"), {"print": printed.append})
+    exec(compile(code, str(PAGE), "exec"), {"print": printed.append})
     root, off = printed
     return root, float(off)
 

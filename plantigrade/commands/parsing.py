@@ -18,8 +18,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.options import number_of
 
 SHELLS = ("bash", "zsh", "fish")
-_CONFIG = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
-_REGISTRY = ConstructorRegistry()
+CONFIG = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes)
+REGISTRY = ConstructorRegistry()
 
 
 def parse(kind: Any, prog: str, words: Sequence[str], **options: Any) -> Any:
@@ -30,7 +30,7 @@ def parse(kind: Any, prog: str, words: Sequence[str], **options: Any) -> Any:
         ParameterError: If a value is not allowed.
     """
     args = list(words)
-    return tyro.cli(kind, prog=prog, args=args, config=_CONFIG, registry=_REGISTRY, **options)
+    return tyro.cli(kind, prog=prog, args=args, config=CONFIG, registry=REGISTRY, **options)
 
 
 def completion(shell: str, commands: Mapping[str, tuple[str, Any]]) -> str:
@@ -71,7 +71,7 @@ def _union(commands: Mapping[str, tuple[str, Any]]) -> Any:
     return Union[tuple(kinds)]  # noqa: UP007
 
 
-@_REGISTRY.primitive_rule
+@REGISTRY.primitive_rule
 def _rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec | None:
     """Return how an option is read; None where the parser's own way will do."""
     hint = info.type

@@ -1,5 +1,6 @@
 """The table of controllers, and what a controller may offer."""
 
+import re
 from dataclasses import fields
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from plantigrade.record import Record
 from plantigrade.workflows.simulate_settings import LEARNED, SimulateSettings
 from plantigrade.world import Rates, Summary, Target, World, controller_from, standing_on
 
-USAGE = Path(__file__).parents[2] / "docs" / "usage.md"
+PAGE = Path(__file__).parents[2] / "docs" / "commands" / "simulate.md"
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +33,8 @@ def situation():
 
 def test_every_controller_of_the_table_moves_a_person_and_is_in_the_manual(situation):
     world = World(situation.human, rate=300.0, recording=False)
-    told = USAGE.read_text("utf-8")
-    names = told.split("`--controller {")[1].split("}`")[0].split(",")
+    table = PAGE.read_text("utf-8").split("| `--controller` |")[1].split("\n\n")[0]
+    names = re.findall(r"^\| `([a-z-]+)` \|", table, re.M)
     assert names == [*CONTROLLERS, LEARNED]
     for name in CONTROLLERS:
         assert world.step(controller_named(name, situation)(world.reset())).time > 0.0
