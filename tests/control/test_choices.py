@@ -57,7 +57,7 @@ def test_a_target_keeps_to_its_range():
         with pytest.raises(ParameterError, match="lean must be -5–5 deg"):
             lean.set(value)
     assert lean.value == 4.0
-    with pytest.raises(ParameterError, match="no range"):
+    with pytest.raises(ParameterError, match="is not a range"):
         Target("lean", 1.0, 1.0, 1.0)
 
 
