@@ -1,7 +1,10 @@
 """The public face: ``import plantigrade as pg`` and what a stranger does with it."""
 
+import dataclasses
+import importlib
 import inspect
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +14,20 @@ import pytest
 
 import plantigrade as pg
 from plantigrade.errors import FileError, RunExists
+from plantigrade.exchange import formats as export_formats
+from plantigrade.io import FORMATS
+from plantigrade.signatures import VARIES
+from plantigrade.trajopt import TASKS
+from plantigrade.workflows.settings import (
+    FitSettings,
+    PaperSettings,
+    ReproduceSettings,
+    SolveSettings,
+    TrackSettings,
+    VaultSettings,
+)
+from plantigrade.workflows.simulate_settings import SimulateSettings
+from tests.stub import stub
 
 
 def python(program: str, **options) -> str:
@@ -161,6 +178,89 @@ WRONG = (
     ("pg.get_data('deepmimic', mirror=3)", "mirror must be an address"),
     ("pg.Person(mass='70')", "mass must be a number"),
 )
+
+
+FUNCTIONS = [getattr(pg, name) for name in pg.__all__ if inspect.isfunction(getattr(pg, name))]
+TAKING = {
+    pg.fit: (FitSettings, ()),
+    pg.fit_many: (FitSettings, ()),
+    pg.reproduce: (ReproduceSettings, ()),
+    pg.reproduce_many: (ReproduceSettings, ()),
+    pg.simulate: (SimulateSettings, ("norms", "own")),  # refused; the options of a controller
+    pg.simulate_many: (SimulateSettings, ("norms", "own")),
+    pg.synthesize: (SolveSettings, ()),
+    pg.synthesize_many: (SolveSettings, ()),
+    pg.vault: (VaultSettings, ("joints", "feet", "age")),  # always the same
+}
+INTERNAL = {"step", "command", "shared", "options"}
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
+def test_a_signature_names_and_documents_every_option(function):
+    parameters = inspect.signature(function).parameters.values()
+    assert not INTERNAL & {each.name for each in parameters}
+    assert all(each.kind is not each.VAR_KEYWORD for each in parameters)
+    assert not any(callable(each.default) for each in parameters if each.default is not each.empty)
+    lines = {line.strip().split(":")[0]: line for line in inspect.getdoc(function).splitlines()}
+    for each in parameters:
+        assert each.annotation is not each.empty
+        meaning = lines.get(each.name, "").partition(":")[2] or each.kind is each.VAR_POSITIONAL
+        assert meaning or len(parameters) == 1, f"{each.name} is not described"
+
+
+@pytest.mark.parametrize("function", TAKING, ids=lambda function: function.__name__)
+def test_every_setting_is_a_keyword_with_its_default(function):
+    settings, without = TAKING[function]
+    shown = inspect.signature(function).parameters
+    for each in dataclasses.fields(settings):
+        assert (each.name in shown) != (each.name in without), each.name
+        if each.name not in without:
+            assert shown[each.name].default == each.default
+
+
+def test_a_synthesis_takes_the_parameters_of_every_task():
+    shown = inspect.signature(pg.synthesize).parameters
+    for kind in (*TASKS.values(), TrackSettings, PaperSettings):
+        for each in dataclasses.fields(kind):
+            assert shown[each.name].default in (each.default, VARIES) or each.name == "basis"
+    assert shown["duration"].default is VARIES and shown["speed"].default == 1.3
+    assert "positive to the left [rad] (walk)" in inspect.getdoc(pg.synthesize)
+
+
+def test_an_export_takes_the_options_of_every_format():
+    shown = set(inspect.signature(pg.export).parameters)
+    assert all(set(each.options) <= shown for each in export_formats.FORMATS)
+
+
+def test_a_reader_takes_the_options_of_every_format():
+    shown = set(inspect.signature(pg.read).parameters)
+    for each in FORMATS:
+        module, _, name = each.reader.partition(":")
+        reader = getattr(importlib.import_module(f"plantigrade.io.{module}"), name)
+        assert set(inspect.signature(reader).parameters) <= shown
+
+
+def test_what_editors_read_is_what_the_functions_take():
+    text = Path(pg.__file__).with_suffix(".pyi").read_text("utf-8")
+    assert text == stub(), "make it anew: python -m tests.stub"
+
+
+@pytest.mark.slow
+def test_a_checker_of_types_refuses_what_the_functions_refuse(here):
+    Path("good.py").write_text("import plantigrade as pg\npg.fit('a.c3d', height=1.8, joints=42)\n")
+    Path("wrong.py").write_text(
+        "import plantigrade as pg\n"
+        "pg.fit('a.c3d', heigth=1.8)\n"
+        "pg.fit('a.c3d', feet='flat')\n"
+        "pg.simulate(duration='long')\n"
+        "pg.fit('a.c3d', step=None)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(pg.__file__).parents[1])}
+    command = ["pyright", "--outputjson", "--pythonpath", sys.executable, "good.py", "wrong.py"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    found = json.loads(done.stdout)["generalDiagnostics"]
+    lines = [(Path(each["file"]).name, each["range"]["start"]["line"]) for each in found]
+    assert lines == [("wrong.py", line) for line in (1, 2, 3, 4)]
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ ROOT = Path(plantigrade.__file__).parent
 LAYERS = (
     ("printable",),
     ("errors",),
-    ("arrays", "constants", "extras", "locks", "notes", "options", "threads", "toml"),
+    ("arrays", "constants", "extras", "locks", "notes", "options", "signatures", "threads", "toml"),
     ("bounds",),
     ("spatial",),
     ("charts",),

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import tyro
 
-from plantigrade.commands.options import JobOptions, RunOptions, command_line
+from plantigrade.commands.options import JobOptions, RunOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, optional
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from plantigrade.commands.progress import Progress
-    from plantigrade.workflows.batch import Batch
+    from plantigrade.workflows.batch import Batch, BatchSettings
 
 PRINTED_FAILURES = 20
 """Failures of a batch that are printed; all are in its folder."""
@@ -67,19 +67,28 @@ class BatchOptions(JobOptions):
         if not given.several:
             self.refuse_batch_options("name several recordings, a folder, or a --list")
             return one(given.files[0], progress)
-        how = {"overwrite": self.overwrite, **self.batch_words(progress)}
-        batch = batch_folder(self, f"{name}-{given.title}", lambda out: many(given, out=out, **how))
+        batch = batch_folder(
+            self,
+            f"{name}-{given.title}",
+            lambda out: many(given, where=self.batch_settings(out, progress)),
+        )
         return batch_outcome(batch, progress)
 
-    def batch_words(self, progress: "Progress") -> dict[str, Any]:
-        """Return the options of a batch as keywords of the functions for many items.
+    def batch_settings(self, out: Path, progress: "Progress") -> "BatchSettings":
+        """Return the settings of a batch in a folder; ``progress`` says what has ended."""
+        from plantigrade.workflows.batch import BatchSettings
 
-        Args:
-            progress: Says what has ended.
-        """
-        names = ("keep", "collect", "jobs", "backend", "address")
-        how = {name: getattr(self, name) for name in names}
-        return {**how, "say": progress.say, "command": command_line()}
+        assert isinstance(self, RunOptions)
+        return BatchSettings(
+            out=out,
+            overwrite=self.overwrite,
+            keep=self.keep,
+            collect=self.collect,
+            jobs=self.jobs,
+            backend=self.backend,
+            address=self.address,
+            say=progress.say,
+        )
 
     def refuse_batch_options(self, needs: str) -> None:
         """Refuse options of a batch where there is a single item.

@@ -64,7 +64,8 @@ class Command(Person, RunOptions):
         from plantigrade.workflows.adult_walk import adult_walk
         from plantigrade.workflows.save import save
         from plantigrade.workflows.settings import ReproduceSettings
-        from plantigrade.workflows.simulate import simulate
+        from plantigrade.workflows.simulate import run_simulation
+        from plantigrade.workflows.simulate_settings import SimulateSettings
         from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
@@ -93,12 +94,14 @@ class Command(Person, RunOptions):
                     recording, trial, settings, title="Textbook walk, reproduced", **told
                 )
         with progress.step("simulating the walk with a push"):
-            pushed = simulate(
+            pushed = run_simulation(
                 fitted,
-                controller="pendulum",
-                speed=f"{SLOWER * self.speed:.3g}",
-                push=(PUSH,),
-                duration=LASTS,
+                SimulateSettings(
+                    controller="pendulum",
+                    own=(("speed", f"{SLOWER * self.speed:.3g}"),),
+                    push=(PUSH,),
+                    duration=LASTS,
+                ),
                 command=told["command"],
             )
             pushed = replace(pushed, title="Textbook walk, pushed")

@@ -39,18 +39,19 @@ class Command(FitSettings, RunOptions, BatchOptions):
         """Fit one recording, or many as a batch."""
         from functools import partial
 
-        from plantigrade.workflows.fit_many import fit_many
+        from plantigrade.workflows.fit_many import fit_batch
 
-        many = partial(fit_many, settings=FitSettings.of(self), subject=self.subject)
+        how, command = FitSettings.of(self), command_line()
+        many = partial(fit_batch, how=how, subject=self.subject, command=command)
         return self.one_or_many(self.files, "fit-batch", self._one, many)
 
     def _one(self, path: Path, progress: "Progress") -> Outcome:
-        from plantigrade.workflows.fit import fit
+        from plantigrade.workflows.fit import run_fit
         from plantigrade.workflows.save import save
 
         name = f"fit-{path.stem}"
         self.refuse_existing(name)
-        run = fit(path, FitSettings.of(self), step=progress.step, command=command_line())
+        run = run_fit(path, FitSettings.of(self), step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):
             run = save(replace(run, name=name), self.out, overwrite=self.overwrite)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):

@@ -33,18 +33,19 @@ class Command(ReproduceSettings, RunOptions, BatchOptions):
         """Reproduce one recording, or several as a study."""
         from functools import partial
 
-        from plantigrade.workflows.reproduce_many import reproduce_many
+        from plantigrade.workflows.reproduce_many import reproduce_batch
 
-        many = partial(reproduce_many, settings=ReproduceSettings.of(self))
+        how = ReproduceSettings.of(self)
+        many = partial(reproduce_batch, how=how, command=command_line())
         return self.one_or_many(self.files, "reproduce-study", self._one, many)
 
     def _one(self, path: Path, progress: "Progress") -> Outcome:
-        from plantigrade.workflows.reproduce import reproduce
+        from plantigrade.workflows.reproduce import run_reproduction
         from plantigrade.workflows.save import save
 
         self.refuse_existing(f"reproduce-{path.stem}")
         settings = ReproduceSettings.of(self)
-        run = reproduce(path, settings, step=progress.step, command=command_line())
+        run = run_reproduction(path, settings, step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):

@@ -77,7 +77,7 @@ class Command(
         """Simulate and write the run folder."""
         from plantigrade.commands.progress import Progress
         from plantigrade.workflows.save import save
-        from plantigrade.workflows.simulate import simulate
+        from plantigrade.workflows.simulate import run_simulation
 
         if self.live:
             return self.show()
@@ -90,7 +90,7 @@ class Command(
         what = source or Path(self.motion or "standing")
         self.refuse_existing(f"simulate-{what.stem}")
         settings = SimulateSettings.of(self)
-        run = simulate(source, settings, step=progress.step, command=command_line())
+        run = run_simulation(source, settings, step=progress.step, command=command_line())
         with progress.step("writing the report and the viewer"):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:  # how it ended is among them

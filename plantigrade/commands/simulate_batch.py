@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from plantigrade.commands.batch_options import batch_folder, batch_outcome
+from plantigrade.commands.options import command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.simulate_settings import SimulateSettings
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 def several(options: "Command", sources: "Sequence[Path]") -> Outcome:
     """Simulate all combinations, and write their table."""
     from plantigrade.commands.progress import Progress
-    from plantigrade.workflows.simulate_many import simulate_many
+    from plantigrade.workflows.simulate_many import simulate_batch
 
     progress = Progress(quiet=options.quiet)
     name = f"{sources[0].stem}" if sources else "standing"
@@ -26,14 +27,13 @@ def several(options: "Command", sources: "Sequence[Path]") -> Outcome:
     batch = batch_folder(
         options,
         f"simulations-{name}",
-        lambda out: simulate_many(
+        lambda out: simulate_batch(
             list(sources) or None,
             SimulateSettings.of(options),
-            vary=varied(options.vary),
-            seeds=options.seeds,
-            out=out,
-            overwrite=options.overwrite,
-            **options.batch_words(progress),
+            varied(options.vary),
+            options.seeds,
+            options.batch_settings(out, progress),
+            command=command_line(),
         ),
     )
     outcome = batch_outcome(batch, progress)

@@ -91,7 +91,7 @@ class Command(RunOptions, BatchOptions):
         return self._one()
 
     def _several(self) -> Outcome:
-        from plantigrade.workflows.synthesize_many import synthesize_many
+        from plantigrade.workflows.synthesize_many import synthesize_batch
 
         progress = Progress(quiet=self.quiet)
         tasks, vary = self.tasks, self.varied()
@@ -100,32 +100,32 @@ class Command(RunOptions, BatchOptions):
             batch_folder(
                 self,
                 f"synthesize-batch-{self.name}",
-                lambda out: synthesize_many(
+                lambda out: synthesize_batch(
                     tasks,
-                    vary=vary,
-                    out=out,
-                    overwrite=self.overwrite,
-                    **self.batch_words(progress),
-                    **common,
+                    vary,
+                    common,
+                    self.batch_settings(out, progress),
+                    command=command_line(),
                 ),
             ),
             progress,
         )
 
     def _one(self) -> Outcome:
-        from plantigrade.workflows.motions import synthesize
+        from plantigrade.workflows.motions import run_synthesis
         from plantigrade.workflows.save import save
 
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"synthesize-{self.name}")
         watch = Watch(progress)
         with watch.listening():
-            run = synthesize(
+            run = run_synthesis(
                 self.task,
+                None,
+                self.chosen(),
                 progress=watch,
                 step=progress.step,
                 command=command_line(),
-                **self.chosen(),
             )
         watch.close(run.metrics)
         with progress.step("writing the report and the viewer"):

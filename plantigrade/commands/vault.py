@@ -21,12 +21,12 @@ class Command(VaultSettings, JobOptions, RunOptions):
         """Search, and write the run folder."""
         from plantigrade.commands.progress import Progress
         from plantigrade.workflows.save import save
-        from plantigrade.workflows.vault import vault
+        from plantigrade.workflows.vault import run_vault
 
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"vault-{5 if self.five_segments else 6}-segments")
         settings = VaultSettings.of(self)
-        run = vault(
+        run = run_vault(
             settings,
             jobs=self.jobs,
             backend=self.backend,

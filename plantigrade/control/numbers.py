@@ -3,16 +3,13 @@
 Settings are frozen dataclasses of numbers, and of further settings, one per component.
 """
 
-import ast
-import inspect
-import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import cache
 from typing import Any
 
 from plantigrade.errors import ParameterError
 from plantigrade.options import number_of, refuse_unknown, shown
+from plantigrade.signatures import meanings
 
 SWITCH = {"true": True, "false": False}
 MAX_FACTOR = 100.0  # by which a number may be greater than it is: beyond it units are confused
@@ -71,29 +68,6 @@ def differences(settings: Any) -> dict[str, Any]:
     default = {each.name: each.value for each in numbers_of(type(settings)())}
     every = {each.name: each.value for each in numbers_of(settings)}
     return {name: value for name, value in every.items() if value != default[name]}
-
-
-@cache
-def meanings(kind: type) -> dict[str, str]:
-    """Return the string under each field of a dataclass and of those it inherits."""
-    found: dict[str, str] = {}
-    for each in reversed(kind.__mro__):
-        if not is_dataclass(each):
-            continue
-        try:
-            (tree,) = ast.parse(textwrap.dedent(inspect.getsource(each))).body
-        except (OSError, TypeError, SyntaxError):  # made elsewhere than in a file
-            continue
-        body = getattr(tree, "body", [])
-        for field, text in zip(body, body[1:], strict=False):
-            if (
-                isinstance(field, ast.AnnAssign)
-                and isinstance(field.target, ast.Name)
-                and isinstance(text, ast.Expr)
-                and isinstance(text.value, ast.Constant)
-            ):
-                found[field.target.id] = " ".join(str(text.value.value).split())
-    return found
 
 
 def _changed(settings: Any, path: list[str], value: Any) -> Any:

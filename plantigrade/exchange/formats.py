@@ -5,10 +5,12 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
 from plantigrade.options import as_path, refuse_unknown
 from plantigrade.record import Run
+from plantigrade.signatures import keywords_of, takes
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,14 @@ def format_of(path: Path) -> Format:
     raise UnsupportedFormat(path, problem, remedy=f"use one of {endings}")
 
 
-def export(run: Run | str | Path, path: str | Path, **options: object) -> tuple[str, ...]:
+@takes(more=[o for each in FORMATS for o in keywords_of(each.function, each.name)])
+def export(run: Run | str | Path, path: str | Path, **options: Any) -> tuple[str, ...]:
     """Write a run as a file of another program; an existing file is replaced.
 
     Args:
         run: A run, or its folder.
         path: The file; its extension chooses the format (:data:`FORMATS`).
-        options: Those of the format's writer.
+        options: Those of all writers; each format has some of them.
 
     Returns:
         What the file does not hold, or holds with a reservation, one sentence each.

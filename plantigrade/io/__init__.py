@@ -8,8 +8,9 @@ import importlib
 import inspect
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from plantigrade.io.npz import LARGEST
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
 from plantigrade.options import as_path
+from plantigrade.signatures import takes
 
 __all__ = ["FORMATS", "Format", "convert", "format_of", "read", "write"]
 
@@ -79,12 +81,27 @@ FORMATS = (
 """All formats; the first whose signature matches wins."""
 
 
-def read(path: str | Path, **options) -> Recording:
+@dataclass(frozen=True, kw_only=True)
+class ReadOptions:
+    """Options of the readers; each format has some of them."""
+
+    skeleton: str | Path | None = None
+    """AMC: its skeleton (.asf); by default the one in the folder of the file."""
+    unit: str | None = None
+    """AMC, BVH: unit of length: m, cm, mm, in or (BVH) cmu; by default one that suits a person."""
+    rate: float | None = None
+    """AMC: frames per second [Hz]; by default 120."""
+    knee_sign: int | None = None
+    """MOT: 1 if knee flexion is positive in the file, -1 if negative; by default found."""
+
+
+@takes(ReadOptions)
+def read(path: str | Path, **options: Any) -> Recording:
     """Read a motion file.
 
     Args:
         path: The file.
-        options: Passed to the format's reader, such as ``skeleton`` for an AMC file.
+        options: Fields of ``ReadOptions``.
 
     Returns:
         What the file holds, in SI units and world axes.
@@ -98,6 +115,8 @@ def read(path: str | Path, **options) -> Recording:
     kind = format_of(path)
     function = _function(kind.reader)
     known = [name for name in inspect.signature(function).parameters if name != "path"]
+    unset = [each.name for each in fields(ReadOptions) if options.get(each.name) is None]
+    options = {name: value for name, value in options.items() if name not in unset}
     for name in options:
         if name not in known:
             allowed = f"it has {', '.join(known)}" if known else "it has none"

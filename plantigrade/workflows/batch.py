@@ -8,10 +8,10 @@ interrupted and resumed: an item with the same content, settings and version is 
 import contextlib
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from plantigrade.errors import NothingToFit, ParameterError
 from plantigrade.extras import require
@@ -73,6 +73,38 @@ class Plan:
     conclude: Conclude | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class BatchSettings:
+    """Where a batch is computed, and what is kept of it."""
+
+    out: str | Path | None = None
+    """Folder of the batch. What it holds of the same content, settings and version is not computed
+    again. Without it the runs come back in memory."""
+    overwrite: bool = False
+    """Replace a batch that is there."""
+    keep: Keep | None = None
+    """What is kept of each item in ``out``: ``"pages"`` (the run with report and viewer),
+    ``"runs"`` (the run alone; the default of simulations), or ``"figures"`` (its line of the table
+    and its curves)."""
+    collect: bool = False
+    """Have workers send their runs back: for clusters without a shared disk."""
+    jobs: int = 1
+    """Number of items computed at once; -1 for one per core."""
+    backend: Literal["loky", "ray", "dask"] = "loky"
+    """Where they are computed: on this machine (loky), or on a Ray or Dask cluster."""
+    address: str | None = None
+    """Address of a running cluster (ray, dask)."""
+    say: Callable[[str], None] | None = None
+    """Called with lines of progress."""
+
+    @classmethod
+    def split(cls, options: Mapping[str, Any]) -> tuple["BatchSettings", dict[str, Any]]:
+        """Return the settings of the batch among options by name, and all other options."""
+        names = {f.name for f in fields(cls)}
+        own = {name: value for name, value in options.items() if name in names}
+        return cls(**own), {name: x for name, x in options.items() if name not in names}
+
+
 class Batch(Iterable[Result]):
     """Results of many items, computed while it is iterated over, as they arrive.
 
@@ -80,27 +112,16 @@ class Batch(Iterable[Result]):
 
     Args:
         plan: What is computed.
-        out: Folder of the batch; without it results stay in memory.
-        overwrite: Replace a folder of results that is there.
-        keep: What is kept of each item in the folder.
-        collect: Have workers send their runs back instead of writing them themselves.
-        workers: Where it is computed.
-        say: Called with a line about items that have ended.
+        how: Where, and what is kept.
         command: The command line, for the provenance.
+
+    Raises:
+        ParameterError: If settings contradict each other.
+        RunExists: If the folder holds anything else.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        *,
-        out: str | Path | None,
-        overwrite: bool,
-        keep: Keep | None,
-        collect: bool,
-        workers: Workers,
-        say: Callable[[str], None],
-        command: str,
-    ):
+    def __init__(self, plan: Plan, how: BatchSettings, command: str = ""):
+        out, keep, collect = how.out, how.keep, how.collect
         if out is None and (keep is not None or collect):
             raise ParameterError("keep and collect say what is written: name a folder with out")
         if collect and keep == "figures":
@@ -108,12 +129,13 @@ class Batch(Iterable[Result]):
                 "collect has no effect with keep figures, which sends no runs back"
             )
         self.folder = None
-        self._plan, self._workers, self._say = plan, workers, say
+        self._plan, self._say = plan, how.say or (lambda _: None)
+        self._workers = Workers(how.jobs, how.backend, how.address)
         self._kept = Kept(None, keep or plan.default, collect)
         self._store: BatchFolder | None = None
         if out is not None:
             self.folder = as_path(out, "the folder of a batch").expanduser().absolute()
-            self._store = BatchFolder(self.folder, plan.spec, command, overwrite)
+            self._store = BatchFolder(self.folder, plan.spec, command, how.overwrite)
             self._store.announce([*plan.names, *plan.folders])
             self._kept = self._kept._replace(folder=self.folder)
         self.lines: tuple[str, ...] = ()

@@ -39,6 +39,7 @@ from plantigrade.notes import Info
 from plantigrade.options import as_path
 from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
+from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.memory import require_memory
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
@@ -208,27 +209,14 @@ def fit_trial(
         )
 
 
-@on_one_thread
-def fit(
-    path: str | Path,
-    settings: FitSettings | None = None,
-    *,
-    step: Step = silent,
-    command: str = "",
-    shared: "Shared | None" = None,
-    **options: Any,
-) -> Run:
+@takes(FitSettings)
+def fit(path: str | Path, settings: FitSettings | None = None, **options: Any) -> Run:
     """Fit a recording to a scaled Human: its motion, forces and joint moments.
 
     Args:
         path: The recording: C3D, TRC, MOT, AMC, BVH, DeepMimic JSON or CSV.
-        settings: What decides the result.
-        step: Shows progress.
-        command: The command line, for the provenance.
-        shared: Body and mass of the subject, from several trials
-            (:func:`plantigrade.workflows.one_subject.share`).
-        options: Fields of ``settings`` by name, such as ``height=1.80`` [m], ``mass=75`` [kg],
-            ``feet="multi-segment"`` or ``cutoff=8`` [Hz]; they replace those of ``settings``.
+        settings: What decides the result; options replace its fields.
+        options: Fields of ``FitSettings``.
 
     Raises:
         ParameterError: If there is no such option, or a value is not allowed.
@@ -239,7 +227,32 @@ def fit(
         >>> import plantigrade as pg
         >>> run = pg.fit("walk.c3d", feet="multi-segment")  # doctest: +SKIP
     """
-    how = FitSettings.given("fit", settings, options)
+    return run_fit(path, FitSettings.given("fit", settings, options))
+
+
+@on_one_thread
+def run_fit(
+    path: str | Path,
+    how: FitSettings,
+    *,
+    step: Step = silent,
+    command: str = "",
+    shared: "Shared | None" = None,
+) -> Run:
+    """Fit a recording with given settings: what :func:`fit` and the command do.
+
+    Args:
+        path: The recording.
+        how: What decides the result.
+        step: Shows progress.
+        command: The command line, for the provenance.
+        shared: Body and mass of the subject, from several trials
+            (:func:`plantigrade.workflows.one_subject.share`).
+
+    Raises:
+        FileError: If a file cannot be read.
+        FitError: If the recording cannot be fitted; the message says why.
+    """
     began = time.perf_counter()
     run = run_of(*fit_trial(path, how, step, shared), how, command=command)
     return replace(run, seconds={"fit": time.perf_counter() - began})

@@ -18,10 +18,10 @@ from plantigrade.record import Run
 from plantigrade.record.inputs import Inputs, inputs, names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.record.provenance import sha256_of
-from plantigrade.workflows.batch import Batch, Plan
+from plantigrade.signatures import takes
+from plantigrade.workflows.batch import Batch, BatchSettings, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
-from plantigrade.workflows.batch_work import Keep
-from plantigrade.workflows.fit import fit
+from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.one_subject import Shared, by_subject, share
 from plantigrade.workflows.settings import FitSettings, Settings
 
@@ -31,42 +31,23 @@ FILES_AHEAD = 512
 """Files that are looked at together to find those of one subject: enough for all workers."""
 
 
+@takes(BatchSettings, FitSettings)
 def fit_many(
     paths: str | Path | Inputs | Iterable[str | Path],
     settings: FitSettings | None = None,
     *,
     subject: Subjects = "auto",
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    keep: Keep | None = None,
-    collect: bool = False,
-    jobs: int = 1,
-    backend: str = "loky",
-    address: str | None = None,
-    say: Callable[[str], None] = lambda _: None,
-    command: str = "",
     **options: Any,
 ) -> Batch:
     """Fit many recordings; iterate over the batch for results as they arrive.
 
     Args:
         paths: Files, folders or patterns (``"data/**/*.c3d"``).
-        settings: What decides the result of each.
+        settings: What decides the result of each; options replace its fields.
         subject: Grouping of the recordings: trials of one subject share lengths, marker places and
             body mass. ``"auto"`` finds them, ``"one"`` takes all as one subject's, ``"each"`` fits
             every recording on its own.
-        out: Folder of the batch. What it holds of the same content, settings and version is not
-            done again. Without it the runs come back in memory.
-        overwrite: Replace a batch that is there.
-        keep: What is kept of each in ``out``: ``"pages"`` (the run with report and viewer, the
-            default), ``"runs"``, or ``"figures"`` (its line of the table and its curves).
-        collect: Have workers send their runs back: for clusters without a shared disk.
-        jobs: How many at once; -1 for one per core.
-        backend: ``"loky"``, ``"ray"`` or ``"dask"``.
-        address: Of a running cluster (ray, dask).
-        say: Called with lines of progress.
-        command: The command line, for the provenance.
-        options: Fields of ``settings`` by name; they replace those of ``settings``.
+        options: Fields of ``BatchSettings`` and ``FitSettings``.
 
     Raises:
         ParameterError: If an option does not exist, a value is not allowed, there is no recording,
@@ -81,9 +62,20 @@ def fit_many(
         ...     print(result.name, result.status, result.figures.get("walking_speed_m_s"))
         >>> batch.to_dataframe()["knee_angle_r_rom_deg"].describe()  # doctest: +SKIP
     """
+    where, options = BatchSettings.split(options)
     how = FitSettings.given("fit_many", settings, options)
-    given = recordings(paths)
-    workers = Workers(jobs, backend, address)
+    return fit_batch(recordings(paths), how, where, subject=subject)
+
+
+def fit_batch(
+    given: Inputs,
+    how: FitSettings,
+    where: BatchSettings,
+    *,
+    subject: Subjects = "auto",
+    command: str = "",
+) -> Batch:
+    """Return the batch of recordings that are fitted; ``command`` is for the provenance."""
     every = _Recordings(given, names_of(given.files), how, settings_key(how))
     if subject == "each":
         groups = partial(_groups, every, None)
@@ -99,8 +91,7 @@ def fit_many(
         names=every.names,
         spec={"method": "fit", "settings": {**how.plain(), "subject": subject}},
     )
-    return Batch(plan, out=out, overwrite=overwrite, keep=keep, collect=collect, workers=workers,
-                 say=say, command=command)  # fmt: skip
+    return Batch(plan, where, command)
 
 
 def recordings(
@@ -120,7 +111,7 @@ def recordings(
 
 def _fitted(settings: FitSettings, command: str, path: Path, start: Any) -> Run:
     shared, problem = (None, "") if start is None else start
-    run = fit(path, settings, command=command, shared=shared)
+    run = run_fit(path, settings, command=command, shared=shared)
     if not problem:
         return run
     notes = (f"fitted on its own: {problem}", *run.record.notes)

@@ -1,7 +1,7 @@
 """The motions of ``plantigrade synthesize``: a task, a task file, a paper's motion, or tracking."""
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 from plantigrade.errors import ParameterError
 from plantigrade.options import as_path, refuse_unknown
 from plantigrade.record import Run
+from plantigrade.signatures import Option, of_variants, options_of, takes
 from plantigrade.threads import on_one_thread
 from plantigrade.trajopt.solve import Progress
 from plantigrade.trajopt.tasks.settings import TASKS
@@ -25,15 +26,21 @@ from plantigrade.workflows.settings import (
 from plantigrade.workflows.synthesize import Origin, synthesize_paper, synthesize_task
 from plantigrade.workflows.track import track
 
+RECORDING = Option("recording", str | Path | None, None, f"Recording to track ({TRACK}).")
+_OF_ALL = options_of(SolveSettings)
+_OF_SOME = of_variants(
+    {**TASKS, TRACK: TrackSettings, PAPER: PaperSettings}, without=[o.name for o in _OF_ALL]
+)
+SYNTHESIS_OPTIONS = [*_OF_SOME, RECORDING, *_OF_ALL]
+"""Options of a synthesis: those of one task or a few, then those of all."""
 
-@on_one_thread
+
+@takes(more=SYNTHESIS_OPTIONS)
 def synthesize(
     task: str | Path,
     settings: Settings | None = None,
     *,
     progress: Progress | None = None,
-    step: Callable[[str], contextlib.AbstractContextManager] = silent,
-    command: str = "",
     **options: Any,
 ) -> Run:
     """Generate a motion from a task by trajectory optimisation, and check it.
@@ -43,13 +50,9 @@ def synthesize(
             ``"sit-to-stand"``, …), a task file (``"mine.toml"``), ``"zhakatayev2023"`` for a
             motion as the paper sets it, or ``"track"`` to move a ``recording`` by forces.
         settings: How it is solved: ``SolveSettings``, for the last two ``PaperSettings`` or
-            ``TrackSettings``.
+            ``TrackSettings``; options replace its fields.
         progress: Called with every iteration; returning True stops with the best so far.
-        step: Shows progress of the fit, for ``"track"``.
-        command: The command line, for the provenance.
-        options: The options of ``plantigrade synthesize TASK`` with underscores: parameters of the
-            task, such as ``speed=1.3`` (SI units and radians), and fields of ``settings``, such as
-            ``height=1.60`` or ``solver="ipopt"``.
+        options: Parameters of the task (SI units and radians), and fields of ``settings``.
 
     Raises:
         ParameterError: If there is no such task or option, or a value is not allowed.
@@ -61,14 +64,43 @@ def synthesize(
         >>> import plantigrade as pg
         >>> run = pg.synthesize("walk", speed=1.3, periodic=True)  # doctest: +SKIP
     """
-    word = str(as_path(task, "a task"))
+    return run_synthesis(task, settings, options, progress=progress)
+
+
+@on_one_thread
+def run_synthesis(
+    task: str | Path,
+    settings: Settings | None,
+    options: Mapping[str, Any],
+    *,
+    progress: Progress | None = None,
+    step: Callable[[str], contextlib.AbstractContextManager] = silent,
+    command: str = "",
+) -> Run:
+    """Generate a motion: what :func:`synthesize` and the command do.
+
+    Args:
+        task: A task, a task file, or a motion by name.
+        settings: How it is solved.
+        options: Parameters of the task and fields of ``settings``.
+        progress: Called with every iteration; returning True stops with the best so far.
+        step: Shows progress of the fit, for ``"track"``.
+        command: The command line, for the provenance.
+
+    Raises:
+        ParameterError: If there is no such task or option, or a value is not allowed.
+        FileError: If a file or the run to start from cannot be read.
+        FitError: If a recording to track cannot be fitted.
+        ReproduceError: If a recording to track is not on level ground.
+    """
+    word, options = str(as_path(task, "a task")), {**options}
     told: dict[str, Any] = {"command": command}
     if word == TRACK:
-        recording = options.pop("recording", None)
+        recording = options.pop(RECORDING.name, None)
         if recording is None:
             raise ParameterError("track needs recording=FILE")
         path = as_path(recording, "recording")
-        refuse_unknown(word, options, ["recording", *_names(TrackSettings)])
+        refuse_unknown(word, options, [RECORDING.name, *_names(TrackSettings)])
         how = TrackSettings.given(word, settings, options)
         title = f"{path.name}, tracked with ground forces"
         origin = Origin(title, name=_folder(word, path.stem), **told)

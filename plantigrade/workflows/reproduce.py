@@ -23,6 +23,7 @@ from plantigrade.ordered_tasks.gait import gait_tasks
 from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.record import Record, Run
+from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.wbc.stepping import OrderedMotion
 from plantigrade.workflows.fit import (
@@ -40,24 +41,14 @@ TREADMILL = 0.5
 """Ground that moves further than this during a recording is a treadmill's [m]."""
 
 
-@on_one_thread
-def reproduce(
-    path: str | Path,
-    settings: ReproduceSettings | None = None,
-    *,
-    step: Step = silent,
-    command: str = "",
-    **options: Any,
-) -> Run:
+@takes(ReproduceSettings)
+def reproduce(path: str | Path, settings: ReproduceSettings | None = None, **options: Any) -> Run:
     """Reproduce the recorded gait of a file from prioritised tasks.
 
     Args:
         path: The recording, as :func:`plantigrade.workflows.fit.fit` takes it.
-        settings: What decides the result.
-        step: Shows progress.
-        command: The command line, for the provenance.
-        options: Fields of ``settings`` by name, such as ``height=1.80`` [m], ``tasks="paper"`` or
-            ``no_dynamics=True``; they replace those of ``settings``.
+        settings: What decides the result; options replace its fields.
+        options: Fields of ``ReproduceSettings``.
 
     Raises:
         ParameterError: If there is no such option, or a value is not allowed.
@@ -69,7 +60,26 @@ def reproduce(
         >>> import plantigrade as pg
         >>> run = pg.reproduce("walk.c3d", no_dynamics=True)  # doctest: +SKIP
     """
-    how = ReproduceSettings.given("reproduce", settings, options)
+    return run_reproduction(path, ReproduceSettings.given("reproduce", settings, options))
+
+
+@on_one_thread
+def run_reproduction(
+    path: str | Path, how: ReproduceSettings, *, step: Step = silent, command: str = ""
+) -> Run:
+    """Reproduce a recording with given settings: what :func:`reproduce` and the command do.
+
+    Args:
+        path: The recording.
+        how: What decides the result.
+        step: Shows progress.
+        command: The command line, for the provenance.
+
+    Raises:
+        FileError: If the file cannot be read.
+        FitError: If it cannot be fitted; the message says why.
+        ReproduceError: If it shows no walking, or uneven ground.
+    """
     recording, trial = fit_trial(path, how, step)
     with step("reproducing"):
         return run_of(recording, trial, how, command=command)

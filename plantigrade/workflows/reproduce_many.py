@@ -1,6 +1,6 @@
 """Many gaits reproduced: a batch, and a study with statistics and the paper's table."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,35 +12,30 @@ from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
 from plantigrade.record.inputs import Inputs, names_of
 from plantigrade.record.jobs import Workers
-from plantigrade.workflows.batch import Batch, Concluded, Plan
+from plantigrade.signatures import takes
+from plantigrade.workflows.batch import Batch, BatchSettings, Concluded, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
-from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.fit_many import contents, recordings, settings_key
-from plantigrade.workflows.reproduce import reproduce
+from plantigrade.workflows.reproduce import run_reproduction
 from plantigrade.workflows.settings import ReproduceSettings
 from plantigrade.workflows.study import GaitStudy, Member, study_files
 
 
+@takes(BatchSettings, ReproduceSettings)
 def reproduce_many(
     paths: str | Path | Inputs | Iterable[str | Path],
     settings: ReproduceSettings | None = None,
-    *,
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    keep: Keep | None = None,
-    collect: bool = False,
-    jobs: int = 1,
-    backend: str = "loky",
-    address: str | None = None,
-    say: Callable[[str], None] = lambda _: None,
-    command: str = "",
     **options: Any,
 ) -> Batch:
     """Reproduce many recorded gaits; iterate over the batch for results as they arrive.
 
     In a folder the statistics of the gaits are written too: ``study.html``, and ``study.csv`` with
-    the paper's Table I. The arguments are those of
-    :func:`~plantigrade.workflows.fit_many.fit_many`.
+    the paper's Table I.
+
+    Args:
+        paths: Files, folders or patterns (``"data/**/*.c3d"``).
+        settings: What decides the result of each; options replace its fields.
+        options: Fields of ``BatchSettings`` and ``ReproduceSettings``.
 
     Raises:
         ParameterError: If an option does not exist, a value is not allowed, or there is no
@@ -53,10 +48,21 @@ def reproduce_many(
         >>> batch = pg.reproduce_many("walks/", jobs=-1, out="runs/study")  # doctest: +SKIP
         >>> batch.metrics["counted_count"]  # doctest: +SKIP
     """
+    where, options = BatchSettings.split(options)
     how = ReproduceSettings.given("reproduce_many", settings, options)
-    if keep == "figures":
+    return reproduce_batch(recordings(paths), how, where)
+
+
+def reproduce_batch(
+    given: Inputs, how: ReproduceSettings, where: BatchSettings, *, command: str = ""
+) -> Batch:
+    """Return the batch of recordings that are reproduced; ``command`` is for the provenance.
+
+    Raises:
+        ParameterError: If only figures are kept.
+    """
+    if where.keep == "figures":
         raise ParameterError("a study compares whole gaits: keep runs or pages, not figures")
-    given = recordings(paths)
     plan = Plan(
         REPRODUCED,
         work=partial(_reproduced, how, command),
@@ -66,20 +72,11 @@ def reproduce_many(
         passes_over=("FitError", "NothingToFit", "ReproduceError", "FileError"),
         conclude=partial(_study, how, command),
     )
-    return Batch(
-        plan,
-        out=out,
-        overwrite=overwrite,
-        keep=keep,
-        collect=collect,
-        workers=Workers(jobs, backend, address),
-        say=say,
-        command=command,
-    )
+    return Batch(plan, where, command)
 
 
 def _reproduced(settings: ReproduceSettings, command: str, path: Path, _: None) -> Run:
-    return reproduce(path, settings, command=command)
+    return run_reproduction(path, settings, command=command)
 
 
 def _groups(given: Inputs, settings: ReproduceSettings, _: Workers) -> Iterator[Group]:

@@ -20,8 +20,10 @@ from plantigrade.motion import Motion
 from plantigrade.notes import Info
 from plantigrade.options import shown
 from plantigrade.record import Provenance, Record, Run
+from plantigrade.signatures import Option, options_of, takes
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
+from plantigrade.workflows.controller_options import CLASSES
 from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
@@ -43,17 +45,28 @@ SHORTEST = 0.01
 """Shortest simulation of a motion [s]."""
 FOLLOWED = "motion"
 """Name of the reference that is followed."""
+CONTROLLER_SETTINGS = Option(
+    "controller_settings",
+    Any,
+    None,
+    "Settings of the controller: its settings object, or values by dotted name, such as "
+    '``{"swing.clearance": 0.05}`` [m].',
+)
+SIMULATION_OPTIONS = [
+    *options_of(SimulateSettings, without=("norms", "own")),
+    *(option for kind in dict.fromkeys(CLASSES.values()) for option in options_of(kind)),
+    CONTROLLER_SETTINGS,
+]
+"""Options of a simulation: its own, then those of single controllers."""
 
 
-@on_one_thread
+@takes(more=SIMULATION_OPTIONS)
 def simulate(
     source: str | Path | Run | None = None,
     settings: SimulateSettings | None = None,
     *,
     controller: str | AnyController | None = None,
     disturbances: Sequence[Disturbance] = (),
-    step: Step = silent,
-    command: str = "",
     **options: Any,
 ) -> Run:
     """Simulate a person in the physical world.
@@ -61,14 +74,11 @@ def simulate(
     Args:
         source: A recording, which is fitted first, or a run or its folder, which is taken as it
             is; without either a person stands.
-        settings: What decides the result.
+        settings: What decides the result; options replace its fields.
         controller: One of :data:`plantigrade.control.CONTROLLERS` by name, or your own
             ``controller(state) -> command``.
         disturbances: What acts beside the pushes of the settings.
-        step: Shows progress.
-        command: The command line, for the provenance.
-        options: Fields of ``settings`` by name, such as ``height=1.80`` [m], ``ground="slope:5"``
-            or ``push=("100,0.2,90,1",)``; they replace those of ``settings``.
+        options: Fields of ``SimulateSettings``.
 
     Returns:
         A run; its ``status`` says whether, when and how the person fell.
@@ -83,8 +93,36 @@ def simulate(
         >>> run = pg.simulate(duration=2.0, push=("60,0.2,0,0.5",))  # doctest: +SKIP
     """
     if isinstance(controller, str):
-        options["controller"] = controller
+        options["controller"], controller = controller, None
     how = SimulateSettings.given("simulate", settings, options)
+    return run_simulation(source, how, controller=controller, disturbances=disturbances)
+
+
+@on_one_thread
+def run_simulation(
+    source: str | Path | Run | None,
+    how: SimulateSettings,
+    *,
+    controller: AnyController | None = None,
+    disturbances: Sequence[Disturbance] = (),
+    step: Step = silent,
+    command: str = "",
+) -> Run:
+    """Simulate with given settings: what :func:`simulate` and the command do.
+
+    Args:
+        source: A recording, a run or its folder, or None for a person who stands.
+        how: What decides the result.
+        controller: A controller in place of the one that the settings name.
+        disturbances: What acts beside the pushes of the settings.
+        step: Shows progress.
+        command: The command line, for the provenance.
+
+    Raises:
+        ParameterError: If a value is not allowed.
+        FileError: If a file or run cannot be read.
+        FitError: If a recording cannot be fitted.
+    """
     by_hand = [
         word for word in how.words.then if timed(word, "walk to go over to", THEN)[1] is None
     ]
@@ -94,7 +132,7 @@ def simulate(
     begin = start_of(source, how, step, command)
     ground = otherwise.under(begin.ground)
     word = how.controller or usual(begin.motion, begin.record, begin.script)
-    if controller is None or isinstance(controller, str):
+    if controller is None:
         moved_by = controller_of(begin, ground, how, word)
     else:
         moved_by = controller_from(controller)

@@ -1,6 +1,6 @@
 """Many simulations: recordings, seeds, pushes, grounds, controllers in all combinations."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,14 +14,14 @@ from plantigrade.record.folder import METRICS
 from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.record.run import MODEL, MOTION
-from plantigrade.workflows.batch import Batch, Plan
+from plantigrade.signatures import takes
+from plantigrade.workflows.batch import Batch, BatchSettings, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
-from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.beginning import around
-from plantigrade.workflows.fit import fit
+from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.fit_many import contents, contents_of, settings_key
-from plantigrade.workflows.settings import RecordingSettings
-from plantigrade.workflows.simulate import simulate
+from plantigrade.workflows.settings import FitSettings, RecordingSettings
+from plantigrade.workflows.simulate import SIMULATION_OPTIONS, run_simulation
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
 from plantigrade.world import Controller, Disturbance
@@ -67,6 +67,7 @@ class Simulations(Batch):
         return bool(groups) and all(row == rows[0] for rows in groups for row in rows)
 
 
+@takes(BatchSettings, more=SIMULATION_OPTIONS)
 def simulate_many(
     source: str | Path | Run | None | Sequence[str | Path | Run] = None,
     settings: SimulateSettings | None = None,
@@ -74,15 +75,6 @@ def simulate_many(
     vary: Mapping[str, Sequence[Any]] | None = None,
     seeds: int = 1,
     disturbances: Sequence[Disturbance] = (),
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    keep: Keep | None = None,
-    collect: bool = False,
-    jobs: int = 1,
-    backend: str = "loky",
-    address: str | None = None,
-    say: Callable[[str], None] = lambda _: None,
-    command: str = "",
     **options: Any,
 ) -> Simulations:
     """Simulate people many times, in all combinations of what varies, side by side.
@@ -92,23 +84,12 @@ def simulate_many(
     Args:
         source: As for :func:`~plantigrade.workflows.simulate.simulate`, or several of them; a
             recording is fitted once.
-        settings: What all have in common.
+        settings: What all have in common; options replace its fields.
         vary: Option of ``settings`` → its values; a ``controller`` may be your own. Values of
             ``push``, ``rope`` and ``box`` are added to those of ``settings``; None adds nothing.
         seeds: Each combination with so many seeds, from that of ``settings`` on.
         disturbances: Disturbances of all simulations, in addition to those of ``settings``.
-        out: Folder for the runs and the table. What it holds of the same batch is not simulated
-            anew. Without it the runs come back in memory.
-        overwrite: Replace a batch that is there.
-        keep: What is kept of each in ``out``: ``"runs"`` (the default), ``"pages"`` (with report
-            and viewer), or ``"figures"`` (its line of the table and its curves).
-        collect: Have workers send their runs back: for clusters without a shared disk.
-        jobs: How many at once; -1 for one per core.
-        backend: ``"loky"``, ``"ray"`` or ``"dask"``.
-        address: Of a running cluster (ray, dask).
-        say: Called with lines of progress.
-        command: The command line, for the provenance.
-        options: Fields of ``settings`` by name; they replace those of ``settings``.
+        options: Fields of ``BatchSettings`` and ``SimulateSettings``.
 
     Raises:
         ParameterError: If an option does not exist, or a value is not allowed.
@@ -122,9 +103,28 @@ def simulate_many(
         ...     vary={"push": ["40,0.2,0,1", "80,0.2,0,1"]}, seeds=5, jobs=-1
         ... )
     """
+    where, options = BatchSettings.split(options)
     how = SimulateSettings.given("simulate_many", settings, options)
+    return simulate_batch(source, how, vary or {}, seeds, where, disturbances=disturbances)
+
+
+def simulate_batch(
+    source: str | Path | Run | None | Sequence[str | Path | Run],
+    how: SimulateSettings,
+    vary: Mapping[str, Sequence[Any]],
+    seeds: int,
+    where: BatchSettings,
+    *,
+    disturbances: Sequence[Disturbance] = (),
+    command: str = "",
+) -> Simulations:
+    """Return the batch of all combinations and seeds; ``command`` is for the provenance.
+
+    Raises:
+        ParameterError: If a value is not allowed.
+    """
     sources = _sources(source)
-    every = variants(how, vary or {}, seeds, standing=sources == [None])
+    every = variants(how, vary, seeds, standing=sources == [None])
     made = [Variant(plain(each), *settings_of(how, each)) for each in every]
     for each in made:
         around(each.settings)  # refuses what is no ground, push or motion, before any work
@@ -135,7 +135,9 @@ def simulate_many(
     names = [_name(named[i], k, made) for i in range(len(sources)) for k in range(len(made))]
     fits = [_fit_name(name) for name, each in zip(named, sources, strict=True)
             if _is_recording(each) and len(made) > 1]  # fmt: skip
-    place = None if out is None or collect else Path(out).expanduser().absolute()
+    place = None
+    if where.out is not None and not where.collect:
+        place = Path(where.out).expanduser().absolute()
     plan = Plan(
         SIMULATIONS,
         work=partial(_simulated, tuple(disturbances), command),
@@ -150,16 +152,7 @@ def simulate_many(
         default="runs",
         folders=fits,
     )
-    return Simulations(
-        plan,
-        out=out,
-        overwrite=overwrite,
-        keep=keep,
-        collect=collect,
-        workers=Workers(jobs, backend, address),
-        say=say,
-        command=command,
-    )
+    return Simulations(plan, where, command)
 
 
 def _sources(source: Any) -> list[Source]:
@@ -260,7 +253,7 @@ def _begun(
     source, name = begin
     if place is not None and (place / name / METRICS).is_file():
         return place / name
-    run = fit(source, command=command, **vars(RecordingSettings.of(how)))
+    run = run_fit(source, FitSettings(**vars(RecordingSettings.of(how))), command=command)
     if place is None:
         return run
     return run.save(place / name, overwrite=True).folder or place / name
@@ -269,7 +262,7 @@ def _begun(
 def _simulated(
     disturbances: Sequence[Disturbance], command: str, what: Variant, start: Source
 ) -> Run:
-    return simulate(
+    return run_simulation(
         start,
         what.settings,
         controller=what.controller,

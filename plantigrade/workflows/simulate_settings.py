@@ -141,7 +141,9 @@ class SimulateSettings(RecordingSettings):
             from plantigrade.control.numbers import differences
 
             if of_controller is not None:
-                own = {**differences(of_controller), **own}
+                if not isinstance(of_controller, Mapping):
+                    of_controller = differences(of_controller)
+                own = {**of_controller, **own}
             unknown = [name for name in own if name not in WORDS and not having(name)]
             refuse_unknown(what, unknown, (*sorted(plain), *WORDS))
         changed = {name: value for name, value in options.items() if name in plain}

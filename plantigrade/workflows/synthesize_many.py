@@ -1,7 +1,7 @@
 """Many motions synthesised: tasks, task files, recordings to track, options in all combinations."""
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,31 +12,20 @@ from plantigrade.pages.batch import MOTIONS
 from plantigrade.record import Run
 from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
-from plantigrade.workflows.batch import Batch, Plan
+from plantigrade.signatures import takes
+from plantigrade.workflows.batch import Batch, BatchSettings, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
-from plantigrade.workflows.batch_work import Keep
 from plantigrade.workflows.fit_many import contents_of
-from plantigrade.workflows.motions import synthesize
+from plantigrade.workflows.motions import RECORDING, SYNTHESIS_OPTIONS, run_synthesis
 from plantigrade.workflows.settings import TRACK
 from plantigrade.workflows.variants import MOST, name_of, plain
 
-RECORDING = "recording"
-"""Option of ``track`` that names what is tracked."""
 
-
+@takes(BatchSettings, more=SYNTHESIS_OPTIONS)
 def synthesize_many(
     tasks: str | Path | Sequence[str | Path],
     *,
     vary: Mapping[str, Sequence[Any]] | None = None,
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    keep: Keep | None = None,
-    collect: bool = False,
-    jobs: int = 1,
-    backend: str = "loky",
-    address: str | None = None,
-    say: Callable[[str], None] = lambda _: None,
-    command: str = "",
     **options: Any,
 ) -> Batch:
     """Synthesise many motions; iterate over the batch for results as they arrive.
@@ -45,18 +34,7 @@ def synthesize_many(
         tasks: Tasks or task files, as for :func:`~plantigrade.workflows.motions.synthesize`.
         vary: Option → its values; every combination is made, of every task. ``recording`` may
             vary for ``"track"``.
-        out: Folder of the batch. What it holds of the same task, options and version is not made
-            anew. Without it the runs come back in memory.
-        overwrite: Replace a batch that is there.
-        keep: What is kept of each in ``out``: ``"pages"`` (the run with report and viewer, the
-            default), ``"runs"``, or ``"figures"`` (its line of the table and its curves).
-        collect: Have workers send their runs back: for clusters without a shared disk.
-        jobs: How many at once; -1 for one per core.
-        backend: ``"loky"``, ``"ray"`` or ``"dask"``.
-        address: Of a running cluster (ray, dask).
-        say: Called with lines of progress.
-        command: The command line, for the provenance.
-        options: Options that all have in common.
+        options: Fields of ``BatchSettings``, and options that all motions have in common.
 
     Raises:
         ParameterError: If there is no task, or an option has no values or a value twice.
@@ -70,11 +48,28 @@ def synthesize_many(
         ... )
         >>> batch.to_dataframe()["cost_of_transport"]  # doctest: +SKIP
     """
+    where, options = BatchSettings.split(options)
     given = [tasks] if isinstance(tasks, str | Path) else list(tasks)
+    return synthesize_batch(given, vary or {}, options, where)
+
+
+def synthesize_batch(
+    given: Sequence[str | Path],
+    vary: Mapping[str, Sequence[Any]],
+    options: Mapping[str, Any],
+    where: BatchSettings,
+    *,
+    command: str = "",
+) -> Batch:
+    """Return the batch of tasks in all combinations; ``command`` is for the provenance.
+
+    Raises:
+        ParameterError: If there is no task, or an option has no values or a value twice.
+    """
     if not given:
         raise ParameterError("no task is given to be synthesised")
     words = [str(as_path(task, "a task")) for task in given]
-    every = _combinations(vary or {})
+    every = _combinations(vary)
     names = _names(words, every)
     plan = Plan(
         MOTIONS,
@@ -83,16 +78,7 @@ def synthesize_many(
         names=names,
         spec={"method": "synthesize", "settings": plain(options)},
     )
-    return Batch(
-        plan,
-        out=out,
-        overwrite=overwrite,
-        keep=keep,
-        collect=collect,
-        workers=Workers(jobs, backend, address),
-        say=say,
-        command=command,
-    )
+    return Batch(plan, where, command)
 
 
 def _combinations(vary: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
@@ -134,12 +120,12 @@ def _groups(
     common = _key(options)
     for i, (word, each) in enumerate(itertools.product(words, every)):
         file = Path(word).absolute() if word.lower().endswith(".toml") else None
-        recording = each.get(RECORDING, options.get(RECORDING)) if word == TRACK else None
+        recording = each.get(RECORDING.name, options.get(RECORDING.name)) if word == TRACK else None
         source = file if recording is None else Path(recording).absolute()
         content = contents_of([source]) if source is not None else word
         key = content_key("synthesize", word if file is None else "", content, common, _key(each))
         task = word if file is None else str(file)
-        shown = {name: value for name, value in plain(each).items() if name != RECORDING}
+        shown = {name: value for name, value in plain(each).items() if name != RECORDING.name}
         yield Group((Item(names[i], i, key, (task, dict(each)), source, shown),))
 
 
@@ -153,4 +139,4 @@ def _made(
     options: Mapping[str, Any], command: str, what: tuple[str, Mapping[str, Any]], _: None
 ) -> Run:
     task, own = what
-    return synthesize(task, command=command, **{**options, **own})
+    return run_synthesis(task, None, {**options, **own}, command=command)

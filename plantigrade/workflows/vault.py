@@ -2,7 +2,7 @@
 
 import time as clock
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from plantigrade.analyze.check import check
 from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
+from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.vaulting.approach import APPROACH_FIELDS, Approach
 from plantigrade.vaulting.approach_sensitivity import ApproachChange, ranking, sensitivity
@@ -27,28 +28,23 @@ FINE = 1e-4
 """Step of the vault that is recorded: 10 times finer than those of the search [s]."""
 
 
-@on_one_thread
+@takes(VaultSettings, without=("joints", "feet", "age"))
 def vault(
     settings: VaultSettings | None = None,
     *,
     jobs: int = 1,
-    backend: str = "loky",
+    backend: Literal["loky", "ray", "dask"] = "loky",
     address: str | None = None,
-    step: Step = silent,
-    command: str = "",
     **options: Any,
 ) -> Run:
     """Search the vault with the greatest vertical velocity at take-off.
 
     Args:
-        settings: What decides the result.
+        settings: What decides the result; options replace its fields.
         jobs: How many searches are done side by side; -1 for one per core.
         backend: Where they run: ``loky``, ``ray`` or ``dask``.
         address: Of a running Ray or Dask cluster.
-        step: Shows progress.
-        command: The command line, for the provenance.
-        options: Fields of ``settings`` by name, such as ``speed=5.2`` [m/s]; they replace those
-            of ``settings``.
+        options: Fields of ``VaultSettings``.
 
     Returns:
         A run. Where the hands do not leave the table in any vault, or the checker finds something
@@ -63,6 +59,32 @@ def vault(
         >>> run.figures["take_off_speed_m_s"]  # doctest: +SKIP
     """
     how = VaultSettings.given("vault", settings, options)
+    return run_vault(how, jobs=jobs, backend=backend, address=address)
+
+
+@on_one_thread
+def run_vault(
+    how: VaultSettings,
+    *,
+    jobs: int = 1,
+    backend: str = "loky",
+    address: str | None = None,
+    step: Step = silent,
+    command: str = "",
+) -> Run:
+    """Search with given settings: what :func:`vault` and the command do.
+
+    Args:
+        how: What decides the result.
+        jobs: Number of searches side by side; -1 for one per core.
+        backend: Where they are computed.
+        address: Address of a running cluster.
+        step: Shows progress.
+        command: The command line, for the provenance.
+
+    Raises:
+        ParameterError: If the hands would never touch the table.
+    """
     gymnast = the_vault(how)
     assert gymnast.start is not None  # refuses hands that never touch before any search
     names = OPTIMISERS if how.optimiser == "both" else (how.optimiser,)

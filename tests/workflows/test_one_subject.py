@@ -10,7 +10,7 @@ from plantigrade.commands import main as cli
 from plantigrade.dynamics import plate_checks
 from plantigrade.io import write
 from plantigrade.motion import Recording, Subject
-from plantigrade.workflows.fit import fit
+from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.one_subject import by_subject, share
 from plantigrade.workflows.settings import FitSettings
 from tests.analyze.plated_walk import FAR, MASS, plated_walk
@@ -45,7 +45,7 @@ def test_trials_of_one_subject_have_one_body_in_any_order(tmp_path):
     np.testing.assert_array_equal(
         [p.position for p in shared.body.places], [p.position for p in again.body.places]
     )
-    runs = [fit(path, SETTINGS, shared=shared) for path in (one, two)]
+    runs = [run_fit(path, SETTINGS, shared=shared) for path in (one, two)]
     lengths = [{k: v for k, v in r.figures.items() if k.startswith("length_")} for r in runs]
     assert lengths[0] == lengths[1]
     assert runs[0].figures["mass_kg"] == runs[1].figures["mass_kg"]
@@ -87,7 +87,7 @@ def test_one_trial_on_plates_weighs_all(tmp_path):
         shared = share(paths, FitSettings())
     assert shared is not None
     assert shared.subject.mass == pytest.approx(MASS, rel=0.02)
-    run = fit(paths[0], shared=shared)
+    run = run_fit(paths[0], FitSettings(), shared=shared)
     assert run.figures["mass_kg"] == shared.subject.mass == shared.body.human.mass
     assert any("force plates measured" in note for note in run.record.notes)
     assert not any("mass is unknown" in note for note in run.record.notes)
