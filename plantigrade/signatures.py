@@ -143,8 +143,8 @@ def accepted(hint: Any) -> Any:
     """Return the type of what a field takes: a path also as text, a tuple as any sequence.
 
     Example:
-        >>> accepted(Path), accepted(tuple[float, ...]), accepted(Literal["42"] | None)
-        (str | pathlib.Path, collections.abc.Sequence[float], typing.Literal['42', 42] | None)
+        >>> accepted(Path), accepted(tuple[float, ...]), accepted(Literal["42"])
+        (str | pathlib.Path, collections.abc.Sequence[float], typing.Literal['42', 42])
     """
     kind, arguments = get_origin(hint), get_args(hint)
     if kind is Annotated:

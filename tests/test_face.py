@@ -130,6 +130,13 @@ def test_options_are_keywords_or_settings(walk):
     assert both.provenance.settings["cutoff"] == 8.0
 
 
+def test_settings_of_a_controller_are_taken_by_name_too():
+    given = {"controller": "balance", "controller_settings": {"com_gain": 60}}
+    with pytest.raises(pg.PlantigradeError, match="no option 'sed'; did you mean 'seed'"):
+        SimulateSettings.given("simulate", None, {**given, "sed": 1})
+    assert SimulateSettings.given("simulate", None, given).values == {"com_gain": 60.0}
+
+
 # In a fresh interpreter, where nobody checks types but the package itself.
 WELCOME = (
     ("s.FitSettings(height=np.float32(1.5)).height", "1.5"),
