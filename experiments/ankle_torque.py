@@ -7,16 +7,7 @@ from typing import Any
 import numpy as np
 
 from experiments.kept_results import KeptResults
-from experiments.learned import (
-    FEET,
-    POINTS,
-    Walk,
-    ankle_norm,
-    in_words,
-    likened,
-    measure,
-    there,
-)
+from experiments.learned import FEET, POINTS, Walk, ankle_norm, in_words, likened, measure, there
 from experiments.measured import Measured
 from experiments.page import Grid
 from experiments.table import Row, at_least, between

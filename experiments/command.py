@@ -94,8 +94,7 @@ class Command(PrintOptions, Bounded):
     jobs: Annotated[
         int | None,
         optional(
-            "N",
-            f"Number of parallel runs of {_listed(taking('jobs'))}; -1 for one per core.",
+            "N", f"Number of parallel runs of {_listed(taking('jobs'))}; -1 for one per core."
         ),
     ] = None
     """How many runs at once."""

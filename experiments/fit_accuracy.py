@@ -22,15 +22,7 @@ from experiments.stored_angles import (
     on_clock,
     shared,
 )
-from experiments.table import (
-    ResultTable,
-    Row,
-    at_least,
-    at_most,
-    between,
-    over_trials,
-    sheet,
-)
+from experiments.table import ResultTable, Row, at_least, at_most, between, over_trials, sheet
 from plantigrade.analyze.statistics import correlation
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
 from plantigrade.io import read

@@ -25,12 +25,7 @@ from plantigrade.workflows.settings import FitSettings
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
 QUICK = WALKS[-1:]
 # Pair of segments → the Oxford Foot Model's name for its three angles.
-STORED = {
-    "hindfoot": "HFTBA",
-    "forefoot": "FFHFA",
-    "forefoot_to_tibia": "FFTBA",
-    "hallux": "HXFFA",
-}
+STORED = {"hindfoot": "HFTBA", "forefoot": "FFHFA", "forefoot_to_tibia": "FFTBA", "hallux": "HXFFA"}
 # What the same examiner finds again in the same person, stance angles taken as zero: largest
 # standard error of measurement of hindfoot and forefoot in any plane [Wright2011]_ [deg].
 REPEATABILITY = 2.45

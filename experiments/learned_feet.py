@@ -12,16 +12,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from experiments.kept_results import KeptResults, Result
-from experiments.learned import (
-    FEET,
-    Walk,
-    ankle_norm,
-    last,
-    likened,
-    measure,
-    policy_of,
-    there,
-)
+from experiments.learned import FEET, Walk, ankle_norm, last, likened, measure, policy_of, there
 from experiments.measured import Cases, Measured
 from experiments.page import Grid
 from experiments.pushed_walk import PHASES, SIDES, limit
@@ -90,9 +81,7 @@ def _rough(words: Sequence[str], quick: bool) -> Cases:
     def fields(word: str) -> Cases:
         return {
             str(seed): partial(
-                last,
-                Walk(foot=word, ground=f"bumps:{HELD}", seed=seed),
-                5.0 if quick else DURATION,
+                last, Walk(foot=word, ground=f"bumps:{HELD}", seed=seed), 5.0 if quick else DURATION
             )
             for seed in range(2 if quick else SEEDS)
         }

@@ -11,15 +11,7 @@ from typing import Any
 import numpy as np
 
 from experiments.kept_results import KeptResults, Result
-from experiments.learned import (
-    FEET,
-    POINTS,
-    Walk,
-    in_words,
-    last,
-    measure,
-    there,
-)
+from experiments.learned import FEET, POINTS, Walk, in_words, last, measure, there
 from experiments.measured import Measured
 from experiments.page import Grid
 from experiments.table import Row, at_least, at_most, between, equal

@@ -13,13 +13,7 @@ import numpy as np
 from experiments.kept_results import KeptResults
 from experiments.measured import Measured
 from experiments.page import Grid
-from experiments.standing import (
-    FORMULATIONS,
-    ORDER,
-    Standing,
-    stand,
-    stood_in_words,
-)
+from experiments.standing import FORMULATIONS, ORDER, Standing, stand, stood_in_words
 from experiments.table import Row, equal
 from plantigrade.world import Tilting
 from plantigrade.world.standing import COM_ALONG_SOLE

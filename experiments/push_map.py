@@ -25,14 +25,7 @@ from experiments.measured import Cases, Measured
 from experiments.page import Grid
 from experiments.standing import Standing, stands
 from experiments.table import Row, at_least
-from experiments.walking import (
-    CONTROLLERS,
-    HEIGHT,
-    MASS,
-    person,
-    runs,
-    walking,
-)
+from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import Series, path_plot
 from plantigrade.charts.figure import grid
 from plantigrade.constants import GRAVITY
@@ -49,11 +42,7 @@ FEW, SOME, STEP, COARSE = 8, 4, 20.0, 50.0
 """Directions and phases of the usual map; distance of forces in the full map and in others [N]."""
 STRONGER = 2.0
 """Times as strong as people, in the part ``stronger``."""
-KINDS = {
-    "force": (FORCE, 1.0),
-    "impulse": (IMPULSE, 1.0),
-    "stronger": (FORCE, STRONGER),
-}
+KINDS = {"force": (FORCE, 1.0), "impulse": (IMPULSE, 1.0), "stronger": (FORCE, STRONGER)}
 """Part → how long its pushes act, and how strong the joints are."""
 MEDIAN, WORST = 400.0, 250.0  # goals of the push limit [N]
 PAPER = (486.02, 478.60, 456.24, 452.43, 457.72, 452.60, 469.68, 467.22)

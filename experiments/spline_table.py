@@ -246,9 +246,7 @@ def figures(found: Solutions, knees: Mapping[str, np.ndarray]) -> dict[str, str]
             ]
             series += [_samples(s, name, 100.0, colours[basis]) for basis, s in pair.items()]
             drawings[f"figure{number}{letter}.svg"] = line_plot(
-                series,
-                title=f"{task}: pelvis {direction}",
-                y_label="displacement [cm]",
+                series, title=f"{task}: pelvis {direction}", y_label="displacement [cm]"
             )
         knee, bands = [], []
         for basis, s in pair.items():

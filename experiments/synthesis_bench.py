@@ -13,12 +13,7 @@ import numpy as np
 from experiments.kept_results import KeptResults, Result
 from experiments.page import Grid, write_page
 from experiments.synthesis_cases import PARTS, QUICK, QUICK_PARTS, Extent, Part
-from experiments.synthesis_trial import (
-    brief,
-    chosen_parts,
-    failures,
-    motion_rows,
-)
+from experiments.synthesis_trial import brief, chosen_parts, failures, motion_rows
 from experiments.table import ResultTable, Row, at_least, at_most
 
 FILE, PAGE = "synthesis-bench.json", "synthesis-bench.html"

@@ -8,15 +8,7 @@ from typing import Any
 import numpy as np
 
 from experiments.random_requests import Request, random_request
-from experiments.synthesis_trial import (
-    crude,
-    judge,
-    load,
-    outcome,
-    solve,
-    task_of,
-    tried,
-)
+from experiments.synthesis_trial import crude, judge, load, outcome, solve, task_of, tried
 from plantigrade.models import Human
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
 from plantigrade.trajopt.tasks.task import MotionTask

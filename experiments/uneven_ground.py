@@ -13,13 +13,7 @@ import numpy as np
 from experiments.kept_results import KeptResults, Result
 from experiments.measured import Measured
 from experiments.page import Grid
-from experiments.standing import (
-    FORMULATIONS,
-    ORDER,
-    Standing,
-    stand,
-    stood_in_words,
-)
+from experiments.standing import FORMULATIONS, ORDER, Standing, stand, stood_in_words
 from experiments.table import Row, at_least
 from plantigrade.world.push_limits import PushTest
 

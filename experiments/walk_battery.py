@@ -91,12 +91,7 @@ STUDY = {
     "legs x1.5": "1.19 m/s, RMS 5°",
     "legs x2": "walks with another setting",
 }
-PAPER = {
-    "slope -15": "walks",
-    "slope +15": "walks",
-    "legs x0.5": "walks",
-    "legs x2": "walks",
-}
+PAPER = {"slope -15": "walks", "slope +15": "walks", "legs x0.5": "walks", "legs x2": "walks"}
 NOTES = (
     "",
     "One setting of each controller for everything. The walk is that of CMU 16_15, brought over to "
