@@ -152,7 +152,7 @@ class Command(PrintOptions, Bounded):
         if "data" in experiment.options:
             values["data"] = data_folder(self.data, needed="data" in experiment.needs)
         given = {option: values[option] for option in experiment.options}
-        return experiment.run(**given, quick=self.quick, say=say)
+        return experiment.function()(**given, quick=self.quick, say=say)
 
     def _all(self, say: Callable[[str], None]) -> Outcome:
         """Run every experiment and the commands, and write their figures."""

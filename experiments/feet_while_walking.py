@@ -3,26 +3,25 @@
 Secs. 6.2 and 6.3 and Fig. 8 of [Park2020]_, with every foot.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.specification import Specification
 from experiments.table import Row, at_least
 from experiments.walking import (
     CONTROLLERS,
     MASS,
     RECORDING,
     SPEED,
-    brief,
     figures,
     person,
     recorded,
     runs,
+    summary,
 )
 from plantigrade.analyze.norms import norm
 from plantigrade.arrays import Array, Float
@@ -43,12 +42,10 @@ CM, SEEDS, LONG, SHORT = 3, 5, 12.0, 5.0
 """Height of bumps, fields of them, and how long walks last, also in the short form [s]."""
 FORCES, ALL = (80, 100), (50, 60, 70, 80, 90, 100)
 PUSH, PHASES = 0.4, (0.1, 0.35, 0.6, 0.85)
-WITHSTOOD, FELL = 80, 100
-"""What the paper's walker withstood and what it did not [N]."""
+WITHSTOOD = 80
+"""Push that the paper's walker withstood [N]."""
 SETTLED, POINTS = 2.0, 51
 """Cycles count from this time on [s]; points of a curve over the cycle."""
-PEAK = (1.45, 0.19)
-"""Greatest plantarflexion moment of 138 adults at 1.21 m/s [N m/kg], mean and SD."""
 NOTES = (
     "",
     f"CMU 16_15 fitted with every kind of foot, on a person of 1.75 m and {MASS:g} kg. Bumps are "
@@ -122,48 +119,52 @@ def pushed(controller: str, data: Path | None, feet: str, force: float, phase: f
     return {**figures(found), "withstood": found.withstood}
 
 
-def _level(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
-    long = SHORT if quick else LONG
+def _each(
+    part: str,
+    controllers: Sequence[str],
+    data: Path | None,
+    quick: bool,
+    every: Mapping[str, partial],
+) -> Cases:
+    """Return cases of every controller and foot; ``every`` takes these two and the data."""
     return {
-        f"level/{controller}/{feet}/{long:g} s": partial(level, controller, data, feet, long)
+        f"{part}/{controller}/{feet}/{label}": partial(work, controller, data, feet)
         for controller in controllers
         for feet in (FEET[1:2] if quick else FEET)
+        for label, work in every.items()
     }
+
+
+def _level(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
+    long = SHORT if quick else LONG
+    work = {f"{long:g} s": partial(level, seconds=long)}
+    return _each("level", controllers, data, quick, work)
 
 
 def _bumps(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
     long = SHORT if quick else LONG
-    return {
-        f"bumps/{controller}/{feet}/{seed}, {long:g} s": partial(
-            bumps, controller, data, feet, seed, long
-        )
-        for controller in controllers
-        for feet in (FEET[1:2] if quick else FEET)
-        for seed in range(1, 2 if quick else SEEDS + 1)
-    }
+    seeds = range(1, 2 if quick else SEEDS + 1)
+    work = {f"{seed}, {long:g} s": partial(bumps, seed=seed, seconds=long) for seed in seeds}
+    return _each("bumps", controllers, data, quick, work)
 
 
 def _pushes(
-    controllers: Sequence[str], data: Path | None, forces: Sequence[int], quick: bool
+    forces: Sequence[int], controllers: Sequence[str], data: Path | None, quick: bool
 ) -> Cases:
-    return {
-        f"push/{controller}/{feet}/{force} N at {phase:g}": partial(
-            pushed, controller, data, feet, float(force), phase
-        )
-        for controller in controllers
-        for feet in (FEET[1:2] if quick else FEET)
+    work = {
+        f"{force} N at {phase:g}": partial(pushed, force=float(force), phase=phase)
         for force in (forces[:1] if quick else forces)
         for phase in (PHASES[:1] if quick else PHASES)
     }
+    return _each("push", controllers, data, quick, work)
 
 
-def _found(kept: KeptResults, part: str) -> dict[tuple[str, str], dict[str, Result]]:
-    """Return the results of a part by controller and foot."""
-    found: dict[tuple[str, str], dict[str, Result]] = {}
-    for key, result in kept.beginning(f"{part}/").items():
-        if "error" not in result:
-            controller, feet, what = key.split("/", 1)[1].rsplit("/", 2)
-            found.setdefault((controller, feet), {})[what] = result
+def _found(cached: CachedResults, part: str) -> dict[str, dict[str, Result]]:
+    """Return the results of a part by controller and foot, then by what was done."""
+    found: dict[str, dict[str, Result]] = {}
+    for key, result in cached.select(part).items():
+        controller, feet, what = key.split("/", 1)[1].rsplit("/", 2)
+        found.setdefault(f"{controller} {feet}", {})[what] = result
     return found
 
 
@@ -177,39 +178,18 @@ def likeness(curve: Sequence[float | None]) -> tuple[float, float]:
     return r, float(np.sqrt(np.mean((ours - measured) ** 2)))
 
 
-def table(kept: KeptResults) -> Grid:
-    """Return a line for every controller and foot."""
-    lines = []
-    parts = {part: _found(kept, part) for part in ("level", "bumps", "push")}
-    for at in sorted({key for found in parts.values() for key in found}):
-        cells = [", ".join(at)]
-        flat = list(parts["level"].get(at, {}).values())[-1:]
-        if flat and flat[0]["cycles"]:
-            r, error = likeness(flat[0]["moment"])
-            cells += [f"{r:.2f}", f"{error:.2f}", f"{-min(flat[0]['moment']):.2f}"]
-        else:
-            cells += ["-"] * 3
-        cells.append(f"{flat[0]['heel'][0]} of {flat[0]['heel'][1]}" if flat else "-")
-        rough = list(parts["bumps"].get(at, {}).values())
-        cells.append(f"{sum(r['survived'] for r in rough)} of {len(rough)}" if rough else "-")
-        for force in ALL:
-            own = [
-                r for what, r in parts["push"].get(at, {}).items() if what.startswith(f"{force} N")
-            ]
-            cells.append(f"{sum(r['survived'] for r in own)} of {len(own)}" if own else "-")
-        lines.append(cells)
-    header = (
-        "", "ankle r", "error N m/kg", "peak N m/kg", "heel first", f"bumps ±{CM} cm",
-        *(f"{force} N" for force in ALL),
-    )  # fmt: skip
-    return Grid("Feet while walking", header, lines)
+def _goal(subject: str) -> float | None:
+    return 100.0 if subject.endswith(f" {FEET[0]}") else None
 
 
-def rows(kept: KeptResults) -> Iterator[Row]:
-    """Return the figures; those of the multi-segment foot are held against the paper."""
-    for (controller, feet), found in _found(kept, "level").items():
+def _share(results: Iterable[Result]) -> float:
+    return 100.0 * float(np.mean([r["survived"] for r in results]))
+
+
+def rows(cached: CachedResults) -> Iterator[Row]:
+    """Return the figures; those of the multi-segment foot are compared with the paper."""
+    for subject, found in _found(cached, "level").items():
         result = list(found.values())[-1]
-        subject = f"{controller} {feet}"
         if result["cycles"]:
             r, error = likeness(result["moment"])
             yield Row(subject, "ankle moment, r", r)
@@ -218,37 +198,28 @@ def rows(kept: KeptResults) -> Iterator[Row]:
         if result["heel"][1]:
             share = 100.0 * result["heel"][0] / result["heel"][1]
             yield Row(subject, "landings on the heel", share, "%")
-    for (controller, feet), found in _found(kept, "bumps").items():
-        share = 100.0 * float(np.mean([r["survived"] for r in found.values()]))
-        subject = f"{controller} {feet}"
-        if feet == FEET[0]:
-            yield at_least(subject, "walked on bumps", share, 100.0, "%")
-        else:
-            yield Row(subject, "walked on bumps", share, "%")
-    for (controller, feet), found in _found(kept, "push").items():
+    for subject, found in _found(cached, "bumps").items():
+        yield at_least(subject, "walked on bumps", _share(found.values()), _goal(subject), "%")
+    for subject, found in _found(cached, "push").items():
         for force in ALL:
             own = [r for what, r in found.items() if what.startswith(f"{force} N")]
-            if not own:
-                continue
-            share = 100.0 * float(np.mean([r["survived"] for r in own]))
-            subject, what = f"{controller} {feet}", f"withstood {force} N"
-            if feet == FEET[0] and force <= WITHSTOOD:
-                yield at_least(subject, what, share, 100.0, "%")
-            else:
-                yield Row(subject, what, share, "%")
+            if own:
+                goal = _goal(subject) if force <= WITHSTOOD else None
+                yield at_least(subject, f"withstood {force} N", _share(own), goal, "%")
 
 
-def pictures(kept: KeptResults) -> list[Section]:
+def pictures(cached: CachedResults) -> list[Section]:
     """Return the ankle moments over the cycle."""
     band = norm("ankle_angle_moment", "free")
     percent = np.linspace(0.0, 100.0, POINTS)
     drawn = [Series(percent, band.mean, "measured, children", dash="4 3")]
     dashes: dict[str, str] = dict(zip(FEET, ("", "8 3", "2 3"), strict=True))
-    for (controller, feet), found in _found(kept, "level").items():
+    for subject, found in _found(cached, "level").items():
         result = list(found.values())[-1]
         if result["cycles"]:
             curve = np.array(result["moment"], dtype=float)
-            drawn.append(Series(percent, curve, f"{controller}, {feet}", dash=dashes.get(feet, "")))
+            dash = dashes.get(subject.rpartition(" ")[2], "")
+            drawn.append(Series(percent, curve, subject, dash=dash))
     if len(drawn) == 1:
         return []
     svg = line_plot(
@@ -263,28 +234,26 @@ def pictures(kept: KeptResults) -> list[Section]:
     return [Section("Ankle moment", figures=(Figure(svg, "Plantarflexors are negative."),))]
 
 
-def _brief(result: Result) -> str:
-    told = brief(result)
+def _summary(result: Result) -> str:
+    text = summary(result)
     if "heel" in result:
-        told += ", {} of {} landings on the heel".format(*result["heel"])
-    return told
+        text += ", {} of {} landings on the heel".format(*result["heel"])
+    return text
 
 
-def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
+def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     """Return the experiment for some controllers."""
-    return Measured(
+    return Specification(
         name="feet-while-walking",
         title="Feet while walking",
         parts={
             "level": partial(_level, controllers, data),
             "bumps": partial(_bumps, controllers, data),
-            "pushes": partial(_pushes, controllers, data, FORCES),
-            "all pushes": partial(_pushes, controllers, data, ALL),
+            "pushes": partial(_pushes, FORCES, controllers, data),
+            "all pushes": partial(_pushes, ALL, controllers, data),
         },
-        usual=("level", "bumps", "pushes"),
-        shortly=("level", "bumps", "pushes"),
-        brief=_brief,
-        grids=lambda kept: (table(kept),),
+        default_parts=("level", "bumps", "pushes"),
+        summary=_summary,
         rows=rows,
         notes=NOTES,
         pictures=pictures,

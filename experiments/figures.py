@@ -1,10 +1,10 @@
-"""Figures of many experiments in one file, and what differs between two such files."""
+"""Figures of all experiments in one JSON file, and the differences between two such files."""
 
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,37 +15,29 @@ from plantigrade.io.text import read_text
 from plantigrade.record.folder import metrics_json
 
 FILE = "figures.json"
-# How the names of computing times end: these differ from run to run. What else ends so is named.
-TIMES = (
-    "_time_s",
-    "_time_per_cycle_s",
-    "_time_median_s",
-    "_time_most_s",
-    "_read_fit_and_analyse_s",
-    "_ms_per_frame",
-    "_program_median_ms",
-    "_tick_median_ms",
-)
-NO_TIMES = ("flight_time_s",)
+TIME_SUFFIXES = (
+    "_time_s", "_time_per_cycle_s", "_time_median_s", "_time_most_s", "_read_fit_and_analyse_s",
+    "_ms_per_frame", "_program_median_ms", "_tick_median_ms",
+)  # fmt: skip
+"""Suffixes of computing times, which differ from run to run."""
+MOTION_TIMES = ("flight_time_s",)
+"""Figures with such a suffix that are no computing times."""
 
 Figures = dict[str, Any]
 
 
 def is_time(key: str) -> bool:
-    """Whether a figure is a computing time.
+    """Return whether a figure is a computing time.
 
     Example:
         >>> is_time("walk_default_tasks_time_per_cycle_s"), is_time("stride_time_l_s")
         (True, False)
     """
-    return f"_{key}".endswith(TIMES) and not key.endswith(NO_TIMES)
+    return f"_{key}".endswith(TIME_SUFFIXES) and not key.endswith(MOTION_TIMES)
 
 
 def figures_of(table: ResultTable) -> Figures:
-    """Return what is kept of a table: its status, its figures, and which goals are met.
-
-    A figure that could not be measured is the reason in words.
-    """
+    """Return status, figures and goals of a table; a missing figure is replaced by the reason."""
     figures = table.metrics()
     status = figures.pop("status")
     del figures["goals"], figures["goals_met"]  # they are counted with those on times
@@ -61,10 +53,14 @@ def measure(
     quick: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> Figures:
-    """Run one after the other and write what they return to a file, after each of them.
+    """Run one experiment after the other; write the file after each of them.
 
-    Each returns a status, ``figures`` and ``goals``. A run that fails is kept with its error as
-    status; the others go on. ``quick`` stands in the file.
+    Args:
+        runs: Name → function that returns ``status``, ``figures`` and ``goals``. The status of a
+            run that fails is its error.
+        path: The file.
+        quick: Whether these are the short forms, as the file says.
+        say: Called with a line about each experiment.
     """
     found: Figures = {"version": plantigrade.__version__, "quick": quick, "time_s": 0.0}
     found["experiments"] = {}
@@ -74,9 +70,9 @@ def measure(
         started = time.perf_counter()
         try:
             result = run()
-        except Exception as error:  # whatever it is: the others are still of use
-            words = " ".join(f"{error}".split())
-            result = {"status": f"{type(error).__name__}: {words}", "figures": {}, "goals": {}}
+        except Exception as error:  # the other experiments are run in any case
+            message = " ".join(f"{error}".split())
+            result = {"status": f"{type(error).__name__}: {message}", "figures": {}, "goals": {}}
         seconds = time.perf_counter() - started
         status = result["status"]
         say(f"{name}: {status}, {len(result['figures'])} figures in {seconds:.1f} s")
@@ -97,7 +93,7 @@ def measured_table(found: Figures) -> str:
 
 
 def read_figures(path: Path) -> Figures:
-    """Return what :func:`measure` wrote.
+    """Return the content of a file that :func:`measure` wrote.
 
     Raises:
         FileError: If the file cannot be read or holds something else.
@@ -115,123 +111,115 @@ def read_figures(path: Path) -> Figures:
     return found
 
 
+KINDS = {
+    "statuses_changed": "How experiments ended",
+    "goals_lost": "Goals lost",
+    "goals_won": "Goals won",
+    "figures_changed": "Changed",
+    "figures_gone": "Gone",
+    "figures_new": "New",
+    "times_changed": "Computing times (they differ from run to run)",
+}
+"""Kind of a difference → title of its table."""
+
+
 @dataclass(frozen=True)
 class Change:
-    """A figure of an experiment that differs; None where there is none."""
+    """A value of two files that differs; None where a file has none."""
 
+    kind: str
     name: str
     before: Any
     after: Any
 
     @property
     def relative(self) -> float:
-        """The change of a number as a part of it; infinite where this says nothing."""
+        """Relative change of a number; infinite where it has none."""
         if not (_is_number(self.before) and _is_number(self.after) and self.before):
             return math.inf
         return (self.after - self.before) / abs(self.before)
 
+    def line(self) -> list[str]:
+        """Return it as a line of a table."""
+        relative = f"{100 * self.relative:+.2g} %" if math.isfinite(self.relative) else ""
+        return [self.name, _shown(self.before), _shown(self.after), relative]
 
-@dataclass
+
+@dataclass(frozen=True)
 class Comparison:
-    """What differs between two files of figures.
+    """Differences between two files of figures.
 
     Attributes:
-        identical: How many figures are the same to the last digit.
-        changed: Figures with another value, the greatest relative change first.
-        gone: Figures that are in the first file only.
-        new: Figures that are in the second file only.
-        lost: Goals that were met and are not any more.
-        won: Goals that are met now and were not.
-        statuses: Experiments that end in another way, or are in one file only.
-        times: Computing times that differ; goals on them are neither lost nor won.
+        identical: Number of figures that are the same to the last digit.
+        changes: The differences, by :data:`KINDS`. Goals on computing times are left out.
     """
 
-    identical: int = 0
-    changed: list[Change] = field(default_factory=list)
-    gone: list[Change] = field(default_factory=list)
-    new: list[Change] = field(default_factory=list)
-    lost: list[Change] = field(default_factory=list)
-    won: list[Change] = field(default_factory=list)
-    statuses: list[Change] = field(default_factory=list)
-    times: list[Change] = field(default_factory=list)
+    identical: int
+    changes: Mapping[str, list[Change]]
 
     @property
     def status(self) -> str:
-        """``"ok"``, or which goals are lost and which experiments fail that did not."""
-        faults = [f"{c.name}: goal lost" for c in self.lost]
-        faults += [f"{c.name}: {c.after or 'left out'}" for c in self.statuses if c.after != "ok"]
-        return "; ".join(faults) or "ok"
+        """``"ok"``, or the lost goals and the experiments that fail now."""
+        faults = [f"{c.name}: goal lost" for c in self.changes["goals_lost"]]
+        ended = (c for c in self.changes["statuses_changed"] if c.after != "ok")
+        return "; ".join([*faults, *(f"{c.name}: {c.after or 'left out'}" for c in ended)]) or "ok"
 
     def metrics(self) -> dict[str, Any]:
-        """Return how many there are of each kind, and the status."""
-        return {
-            "status": self.status,
-            "figures_identical": self.identical,
-            "figures_changed": len(self.changed),
-            "figures_gone": len(self.gone),
-            "figures_new": len(self.new),
-            "goals_lost": len(self.lost),
-            "goals_won": len(self.won),
-            "statuses_changed": len(self.statuses),
-            "times_changed": len(self.times),
-        }
+        """Return the number of differences of each kind, and the status."""
+        counts = {kind: len(found) for kind, found in self.changes.items()}
+        return {"status": self.status, "figures_identical": self.identical, **counts}
 
     def text(self) -> str:
         """Return the differences for a reader."""
-        kinds = {
-            "How experiments ended": self.statuses,
-            "Goals lost": self.lost,
-            "Goals won": self.won,
-            "Changed": self.changed,
-            "Gone": self.gone,
-            "New": self.new,
-            "Computing times (they differ from run to run)": self.times,
-        }
-        header = ("", "before", "after", "change")
-        parts = [sheet(title, header, map(_line, c)) for title, c in kinds.items() if c]
+        header, m = ("", "before", "after", "change"), self.metrics()
+        parts = [
+            sheet(title, header, [change.line() for change in self.changes[kind]])
+            for kind, title in KINDS.items()
+            if self.changes[kind]
+        ]
         parts.append(
-            f"{self.identical} figures identical, {len(self.changed)} changed, "
-            f"{len(self.gone)} gone, {len(self.new)} new; {len(self.lost)} goals lost, "
-            f"{len(self.won)} won"
+            f"{self.identical} figures identical, {m['figures_changed']} changed, "
+            f"{m['figures_gone']} gone, {m['figures_new']} new; {m['goals_lost']} goals lost, "
+            f"{m['goals_won']} won"
         )
         return "\n\n".join(parts)
 
 
 def compare(before: Figures, after: Figures) -> Comparison:
-    """Return what differs between two results of :func:`measure`."""
-    found = Comparison()
-    for name, first, second in _pairs(before["experiments"], after["experiments"]):
-        first, second = first or {}, second or {}
-        if first.get("status") != second.get("status"):
-            found.statuses.append(Change(name, first.get("status"), second.get("status")))
-        there = first.get("figures", {}), second.get("figures", {})
-        for key, x, y in _pairs(first.get("goals", {}), second.get("goals", {})):
-            if not is_time(key) and bool(x) != bool(y) and None not in (x, y):
-                change = Change(f"{name} {key}", there[0].get(key), there[1].get(key))
-                (found.won if y else found.lost).append(change)
-        for key, x, y in _pairs(*there):
-            change = Change(f"{name} {key}", x, y)
-            if key not in there[1]:
-                found.gone.append(change)
-            elif key not in there[0]:
-                found.new.append(change)
-            elif x == y:
-                found.identical += 1
-            else:
-                (found.times if is_time(key) else found.changed).append(change)
-    found.changed.sort(key=lambda c: -abs(c.relative))
+    """Return the differences between two results of :func:`measure`."""
+    old, new = _flat(before), _flat(after)
+    changes: dict[str, list[Change]] = {kind: [] for kind in KINDS}
+    identical = 0
+    for key in {**old, **new}:
+        section, name = key
+        pair = old.get(key), new.get(key)
+        if key in old and pair[0] == pair[1] and key in new:
+            identical += section == "figures"
+            continue
+        if section == "goals":
+            if None in pair or is_time(name.rpartition(" ")[2]) or bool(pair[0]) == bool(pair[1]):
+                continue
+            kind = "goals_won" if pair[1] else "goals_lost"
+            pair = old.get(("figures", name)), new.get(("figures", name))
+        elif section == "statuses":
+            kind = "statuses_changed"
+        elif key not in new or key not in old:
+            kind = "figures_gone" if key in old else "figures_new"
+        else:
+            kind = "times_changed" if is_time(name.rpartition(" ")[2]) else "figures_changed"
+        changes[kind].append(Change(kind, name, *pair))
+    changes["figures_changed"].sort(key=lambda c: -abs(c.relative))
+    return Comparison(identical, changes)
+
+
+def _flat(figures: Figures) -> dict[tuple[str, str], Any]:
+    """Return all values by section and name."""
+    found: dict[tuple[str, str], Any] = {}
+    for name, each in figures["experiments"].items():
+        found["statuses", name] = each["status"]
+        for section in ("goals", "figures"):
+            found |= {(section, f"{name} {key}"): value for key, value in each[section].items()}
     return found
-
-
-def _pairs(first: Mapping, second: Mapping) -> Iterator[tuple[str, Any, Any]]:
-    """Yield every key of both with its two values, None where one has none."""
-    for key in {**first, **second}:
-        yield key, first.get(key), second.get(key)
-
-
-def _line(change: Change) -> list[str]:
-    relative = f"{100 * change.relative:+.2g} %" if math.isfinite(change.relative) else ""
-    return [change.name, _shown(change.before), _shown(change.after), relative]
 
 
 def _shown(value: Any) -> str:

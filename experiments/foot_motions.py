@@ -2,22 +2,20 @@
 
 The motions of section 6.1 of [Park2020]_, from the scripts of
 :mod:`plantigrade.control.balance.script`, carried out by balance with one set of weights. The paper
-shows pictures of them and no numbers. Beside them, where there are recordings, a person who
-balances on one leg (49_18 of the CMU collection), tracked by the same controller.
+shows pictures of them and no numbers. If there are recordings, a person who balances on one leg
+(49_18 of the CMU collection) is tracked by the same controller.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.standing import HEIGHT, JOINTS, MASS, PRESSING, RATE, SEX
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.specification import Specification
+from experiments.standing import HEIGHT, JOINTS, MASS, PRESSING_FORCE, RATE, SEX
 from experiments.table import ResultTable, Row, at_least, equal
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
@@ -29,27 +27,29 @@ from plantigrade.workflows.simulate import simulate
 from plantigrade.world import World, on_ground
 from plantigrade.world.push_limits import on_feet
 
-CONTROL, AFTER = 90.0, 1.0  # commands [1/s]; so long they must stand after the script [s]
+CONTROL, AFTER = 90.0, 1.0
+"""Command rate [1/s]; time of standing after the script [s]."""
 SIZES = ((HEIGHT, MASS), (1.45, 45.0), (1.70, 65.0), (1.95, 110.0), (1.60, 95.0), (1.85, 62.0))
 """Stature and mass; the paper's first [m, kg]."""
-TIPTOE, JUMP = 10.0, 10.0  # goals: [s], [cm]
+TIPTOE, JUMP = 10.0, 10.0
+"""Goals: time on tiptoe [s], rise of a jump [cm]."""
 RECORDED, RECORDING = "recorded", Path("cmu_asfamc/49_18.amc")
 """Name of the part with a recording, and its file in the folder of recordings."""
-FEET, SOLE = ("multi-segment", "two-segment"), 20.0
-"""Its feet; one of them stands that carries more than this [N]."""
-LEFT = 0.1
-"""A body that rises has left the ground when this little presses there [body weights]."""
-CHATTER, CARRIES = 0.1, 0.1
-"""Pressure is at another bone when nearer to it by so much [bones], and passes one that carries so
-much of the load under the toes."""
+FEET, STANCE_FORCE = ("multi-segment", "two-segment"), 20.0
+"""Its feet; load of a stance foot [N]."""
+LIFT_OFF_LOAD = 0.1
+"""Load below which a rising body has left the ground [body weights]."""
+HYSTERESIS, MIN_LOAD_SHARE = 0.1, 0.1
+"""Distance by which pressure is nearer to another bone before it moves on [bones]; load share of a
+bone that it passes."""
 NOTES = (
     "",
-    "'on toes' is how long in a row nothing but points of the toes touched the ground, 'rise' how "
-    "far the centre of mass came above where it is in standing, 'flight' how much of that once the "
-    "ground carried less than a tenth of body weight, 'air' how long nothing touched. Of the toe "
-    "bones of the circling foot 'bones' carried more than 1 N at some time; "
-    "'in order' is the share of the 'sweeps' from one border of the foot to the other in which the "
-    "pressure passed all five, one after the other. Limits are the strengths of the person.",
+    "'on toes' is the longest time in which nothing but points of the toes touched the ground, "
+    "'rise' the height of the centre of mass above that in standing, 'flight' the part of it after "
+    "the ground carried less than a tenth of body weight, 'air' the time without contact. Of the "
+    "toe bones of the circling foot 'bones' carried more than 1 N at some time; 'in order' is the "
+    "share of the 'sweeps' from one border of the foot to the other in which the pressure passed "
+    "all five, one after the other. 'limited' is the greatest number of torques at their limit.",
 )
 
 
@@ -69,11 +69,13 @@ def _tracked(data: Path, quick: bool) -> Cases:
 
 
 def track(path: Path, feet: str) -> dict[str, Any]:
-    """Return what becomes of a recording that is followed in balance."""
+    """Return the figures of a recording that is tracked in balance."""
     run = simulate(path, controller="balance", feet=feet)
     record = run.record
     load = np.asarray(record.contact_force)[:, :, 2]
-    down = [load[:, [s.side == side for s in record.sites]].sum(axis=1) > SOLE for side in SIDES]
+    down = [
+        load[:, [s.side == side for s in record.sites]].sum(axis=1) > STANCE_FORCE for side in SIDES
+    ]
     return {
         "stood": run.ok,
         "time": record.motion.duration,
@@ -84,33 +86,33 @@ def track(path: Path, feet: str) -> dict[str, Any]:
 
 @on_one_thread
 def measure(name: str, height: float, mass: float) -> dict[str, Any]:
-    """Return what becomes of a motion: plain figures."""
+    """Return the figures of a motion."""
     human = Human.create(height, mass, SEX, JOINTS, "multi-segment")
-    wanted = scripted(human, script_named(name))
+    reference = scripted(human, script_named(name))
     world = World(human, rate=RATE, control_rate=CONTROL, recording=False)
-    qpos = on_ground(human, world.ground, wanted.motion.qpos[0])
-    state, controller = world.reset(qpos=qpos), Balance(wanted)
-    first, end = float(state.body.com[2]), float(wanted.time[-1]) + AFTER
+    qpos = on_ground(human, world.ground, reference.motion.qpos[0])
+    state, controller = world.reset(qpos=qpos), Balance(reference)
+    first, end = float(state.body.com[2]), float(reference.time[-1]) + AFTER
     toes = np.array(["toe_" in s.name or "metatarsal_" in s.name for s in world.sites])
     toes &= np.array(["phalanges" in s.name for s in world.sites])
-    loads, highs, limited = [], [], 0.0
+    loads, heights, limited = [], [], 0.0
     while world.time < end - 0.5 / world.rate and on_feet(world):
         command = controller(state)
         limited = max(limited, float(command.signals.get("limited", 0.0)))
         state = world.step(command)
         loads.append(world.contact_force()[:, 2])
-        highs.append(float(state.body.com[2]))
+        heights.append(float(state.body.com[2]))
     load = np.array(loads)
-    on = load > PRESSING
+    on = load > PRESSING_FORCE
     on_toes, on_rest = (np.atleast_1d(on[:, which].any(axis=1)) for which in (toes, ~toes))
-    bones, sweeps, order = circled(load, [s.name for s in world.sites], float(wanted.time[-1]))
+    bones, sweeps, order = circled(load, [s.name for s in world.sites], float(reference.time[-1]))
     return {
         "stood": on_feet(world),
         "time": world.time,
         "on_toes": longest(on_toes & ~on_rest) / CONTROL,
         "air": longest(~(on_toes | on_rest)) / CONTROL,
-        "rise": 100.0 * (max(highs) - first),
-        "flight": 100.0 * flown(highs, load.sum(axis=1) / (mass * GRAVITY)),
+        "rise": 100.0 * (max(heights) - first),
+        "flight": 100.0 * flown(heights, load.sum(axis=1) / (mass * GRAVITY)),
         "bones": bones,
         "sweeps": sweeps,
         "in_order": order,
@@ -120,7 +122,7 @@ def measure(name: str, height: float, mass: float) -> dict[str, Any]:
 
 
 def longest(true: Bool[Array, " n"]) -> int:
-    """Return the length of the longest row of what is true.
+    """Return the length of the longest run of true values.
 
     Example:
         >>> longest(np.array([True, False, True, True]))
@@ -130,18 +132,18 @@ def longest(true: Bool[Array, " n"]) -> int:
 
 
 def flown(high: Sequence[float], load: Float[Array, " n"]) -> float:
-    """Return how far a body rose after it left the ground; 0 where it did not [m].
+    """Return the rise of a body after lift-off; 0 without one [m].
 
     Args:
         high: Height of its centre of mass [m].
-        load: What the ground carries of it [body weights].
+        load: Load on the ground [body weights].
 
     Example:
         >>> flown([1.0, 0.8, 1.0, 1.1, 1.15, 1.1, 1.0], np.array([1, 1, 2, 0.05, 0, 0, 1]))
         0.05
     """
     apex = int(np.argmax(high))
-    pressed = np.flatnonzero(load[: apex + 1] >= LEFT)
+    pressed = np.flatnonzero(load[: apex + 1] >= LIFT_OFF_LOAD)
     off = int(pressed[-1]) + 1 if len(pressed) else 0
     return round(high[apex] - high[off], 6) if off <= apex else 0.0
 
@@ -149,14 +151,14 @@ def flown(high: Sequence[float], load: Float[Array, " n"]) -> float:
 def circled(
     load: Float[Array, "n n_sites"], names: Sequence[str], end: float
 ) -> tuple[int, int, float]:
-    """Return how pressure goes around under the toes of the left foot.
+    """Return the path of the pressure under the toes of the left foot.
 
-    That is how many toe bones carried load, how many times pressure went from one border of the
-    foot towards the other, and in what share of them it passed every bone, one after the other.
-    Pressure is at the bone whose number is nearest to the mean one, each counting by its load; it
-    moves on once it is nearer to another by :data:`CHATTER`, and passes a bone that carries at
-    least :data:`CARRIES` of the load meanwhile. (Which bone carries most would not tell: of three
-    that are one segment the middle one never does.) Only in the longest time in which nothing else
+    The number of toe bones that carried load, the number of sweeps of the pressure from one border
+    of the foot towards the other, and the share of sweeps that pass every bone in order. Pressure
+    is at the bone whose number is nearest to the mean number weighted by load; it moves on once
+    it is nearer to another by :data:`HYSTERESIS`, and passes a bone whose load share reaches
+    :data:`MIN_LOAD_SHARE`. (The bone with the greatest load is no measure: of three that are one
+    segment it is never the middle one.) Only the longest interval counts in which nothing else
     of that foot touches.
 
     Args:
@@ -170,8 +172,8 @@ def circled(
     ]
     inside = [i for i, n in enumerate(names) if n.endswith("_l") and i not in sum(of, [])]
     each = np.stack([load[:, own].sum(axis=1) for own in of], axis=1)[: int(end * CONTROL)]
-    alone = load[: len(each), inside].max(axis=1) < PRESSING
-    while_alone = runs(alone & (each.sum(axis=1) > 2 * PRESSING))
+    alone = load[: len(each), inside].max(axis=1) < PRESSING_FORCE
+    while_alone = runs(alone & (each.sum(axis=1) > 2 * PRESSING_FORCE))
     if not while_alone:
         return 0, 0, 0.0
     each = each[max(while_alone, key=lambda run: run.stop - run.start)]
@@ -179,111 +181,81 @@ def circled(
     passed: list[tuple[int, float]] = []  # bone, and the most it carried meanwhile
     for mine, middle in zip(share, share @ np.arange(1.0, 6.0), strict=True):
         at = round(middle)
-        if not passed or abs(middle - passed[-1][0]) > 0.5 + CHATTER:
+        if not passed or abs(middle - passed[-1][0]) > 0.5 + HYSTERESIS:
             passed.append((at, 0.0))
         bone, most = passed[-1]
         passed[-1] = bone, max(most, float(mine[bone - 1]))
     bones = np.array([bone for bone, _ in passed])
     borders = np.flatnonzero((bones == 1) | (bones == 5))
     turns = [int(k) for k in borders if k == borders[0] or bones[k] != bones[k - 1]]
-    carried = np.array([most >= CARRIES for _, most in passed])
+    carried = np.array([most >= MIN_LOAD_SHARE for _, most in passed])
     across = [1, 2, 3, 4, 5]
     sweeps = [
         bones[a : b + 1].tolist() in (across, across[::-1]) and bool(carried[a : b + 1].all())
         for a, b in zip(turns[:-1], turns[1:], strict=True)
     ]
     good = float(np.mean(sweeps)) if sweeps else 0.0
-    return int((each.max(axis=0) > PRESSING).sum()), len(sweeps), good
+    return int((each.max(axis=0) > PRESSING_FORCE).sum()), len(sweeps), good
 
 
-def _brief(r: Result) -> str:
-    return "stood" if r["stood"] else f"fell at {r['time']:.2f} s"
+FIGURES = {
+    "tiptoe": {"on_toes": "s"},
+    "jump": {"rise": "cm", "flight": "cm", "air": "s"},
+    "circling": {"bones": "", "sweeps": "", "in_order": ""},
+    RECORDED: {"time": "s", "one_leg": "s", "torque": "%"},
+}
+"""Motion → its figures and their units."""
 
 
-def table(kept: KeptResults) -> Grid:
-    """Return one line for every motion and person."""
-    header = ("", "stood", "on toes s", "rise cm", "flight cm", "air s", "bones", "sweeps")
-    header = (*header, "in order", "points", "limits")
-    lines = []
-    for key, r in kept.results.items():
-        if "error" in r or key.startswith(RECORDED):
-            continue
-        name = key.partition("/")[0]
-        lines.append(
-            [
-                key.replace("/", ", "),
-                "yes" if r["stood"] else f"fell at {r['time']:.1f} s",
-                f"{r['on_toes']:.1f}" if name == "tiptoe" else "",
-                f"{r['rise']:.1f}" if name == "jump" else "",
-                f"{r['flight']:.1f}" if name == "jump" else "",
-                f"{r['air']:.2f}" if name == "jump" else "",
-                f"{r['bones']}" if name == "circling" else "",
-                f"{r['sweeps']}" if name == "circling" else "",
-                f"{100 * r['in_order']:.0f} %" if name == "circling" else "",
-                f"{r['points']:.1f}",
-                f"{r['most_limited']:.0f}",
-            ]
-        )
-    return Grid("Motions of the feet, and most torques at a limit at once", header, lines)
-
-
-def rows(kept: KeptResults) -> Iterator[Row]:
-    """Return what is held against goals."""
+def rows(cached: CachedResults) -> Iterator[Row]:
+    """Return the figures of all motions, with their goals."""
     for name in (*MOTIONS, RECORDED):
-        found = {k: r for k, r in kept.beginning(f"{name}/").items() if "error" not in r}
+        found = cached.select(name)
         if not found:
             continue
-        fell = sum(not r["stood"] for r in found.values())
-        yield equal(name, "falls", fell, 0)
+        yield equal(name, "falls", sum(not r["stood"] for r in found.values()), 0)
+
+        def least(key: str, found: dict[str, Result] = found) -> float:
+            return min(r[key] for r in found.values())
+
         if name == "tiptoe":
-            yield at_least(name, "on toes", min(r["on_toes"] for r in found.values()), TIPTOE, "s")
+            yield at_least(name, "on toes", least("on_toes"), TIPTOE, "s")
         if name == "jump":
-            yield at_least(name, "least rise", min(r["rise"] for r in found.values()), JUMP, "cm")
-            yield Row(name, "least flight", min(r["flight"] for r in found.values()), "cm")
+            yield at_least(name, "least rise", least("rise"), JUMP, "cm")
+            yield Row(name, "least flight", least("flight"), "cm")
         if name == "circling":
-            yield at_least(name, "least bones", min(r["bones"] for r in found.values()), 5)
+            yield at_least(name, "least bones", least("bones"), 5)
             share = float(np.mean([r["in_order"] for r in found.values()]))
             yield equal(name, "sweeps in order", 100 * share, 100, "%")
+        every = {} if name == RECORDED else {"points": "", "most_limited": ""}
+        for key, r in found.items():
+            for figure, unit in (FIGURES.get(name, {}) | every).items():
+                yield Row(key.replace("/", ", "), figure.replace("_", " "), r[figure], unit)
 
 
-def recorded(kept: KeptResults) -> Grid:
-    """Return one line for every recording."""
-    lines = [
-        [
-            key.partition("/")[2],
-            "yes" if r["stood"] else f"fell at {r['time']:.1f} s",
-            f"{r['time']:.1f}",
-            f"{r['one_leg']:.1f}",
-            f"{r['torque']:.0f}",
-        ]
-        for key, r in kept.beginning(f"{RECORDED}/").items()
-        if "error" not in r
-    ]
-    return Grid("Recorded balance", ("", "stood", "lasts s", "on one leg s", "torque %"), lines)
-
-
-EXPERIMENT = Measured(
-    name="foot-motions",
-    title="Motions of the feet",
-    parts={name: partial(_cases, name) for name in MOTIONS},
-    brief=_brief,
-    grids=lambda kept: (table(kept), recorded(kept)),
-    rows=rows,
-    notes=NOTES,
-)
+def experiment(data: Path | None) -> Specification:
+    """Return the experiment, with the recording of a folder if there is one."""
+    parts = {name: partial(_cases, name) for name in MOTIONS}
+    return Specification(
+        name="foot-motions",
+        title="Motions of the feet",
+        parts=parts if data is None else {**parts, RECORDED: partial(_tracked, data)},
+        rows=rows,
+        notes=NOTES,
+    )
 
 
 def run(data: Path | None = None, **options: Any) -> ResultTable:
-    """Run :data:`EXPERIMENT`, and its recording where there are some.
+    """Run the experiment.
 
     Args:
         data: Folder of recordings.
-        options: Those of :meth:`~experiments.measured.Measured.run`.
+        options: Options of :meth:`~experiments.specification.Specification.run`.
 
     Raises:
         ParameterError: If there is no such part.
     """
-    if data is None:
-        return EXPERIMENT.run(**options)
-    parts = {**EXPERIMENT.parts, RECORDED: partial(_tracked, data)}
-    return replace(EXPERIMENT, parts=parts).run(**options)
+    return experiment(data).run(**options)
+
+
+EXPERIMENT = experiment(None)

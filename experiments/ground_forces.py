@@ -239,7 +239,7 @@ def _sheets(
         for title, figures in (
             (f"Ground reactions{words}", FORCES),
             (f"Joint moments{words}", (*MOMENTS, *(() if prefix else (TIME,)))),
-            (f"Measured values in the 90 % bands [%]{words}", BANDS),
+            (f"Specification values in the 90 % bands [%]{words}", BANDS),
             (f"Vertical force by phase{words}", () if prefix else (*BY_PHASE, LEAST)),
         ):
             table = [

@@ -13,9 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases
-from experiments.page import Grid
+from experiments.cached_results import CachedResults, Result
+from experiments.specification import Cases
 from experiments.table import Row, at_least
 from experiments.walking import recorded
 from plantigrade.errors import FileError
@@ -101,23 +100,16 @@ def pushes(path: Path) -> tuple[Pushed, ...]:
             for k, row in enumerate(csv.DictReader(lines)):
                 value = {name: float(row[name]) for name in COLUMNS}
                 duration = value["push_duration"]
+                sex = "male" if value["sex"] == 1 else "female"
+                side = "l" if value["push_direction"] == 1 else "r"
+                push = value["push_force_not_normalized"] / duration, duration, side
+                detour, first = (value[name] / 1000.0 for name in COLUMNS[9:11])
                 found.append(
-                    Pushed(
-                        k,
-                        value["height"] / 100.0,
-                        value["weight"],
-                        "male" if value["sex"] == 1 else "female",
-                        value["actual_speed"] / 1000.0,
-                        value["push_force_not_normalized"] / duration,
-                        duration,
-                        "l" if value["push_direction"] == 1 else "r",
-                        (value["push_start"] / 200.0) % 1.0,
-                        value["crouch"] > 0,
-                        value["maximal_detour_distance"] / 1000.0,
-                        value["detour_first_step"] / 1000.0,
-                        value["maximal_detour_step"],
-                    )
-                )
+                    Pushed(k, value["height"] / 100.0, value["weight"], sex,
+                           value["actual_speed"] / 1000.0, *push,
+                           (value["push_start"] / 200.0) % 1.0, value["crouch"] > 0,
+                           detour, first, value["maximal_detour_step"])
+                )  # fmt: skip
     except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError) as error:
         raise FileError(path, f"holds no table of pushes ({error!r})") from error
     return tuple(found)
@@ -204,7 +196,7 @@ def people_cases(
     }
 
 
-def pushed_in_words(result: Result) -> str:
+def pushed_summary(result: Result) -> str:
     """Return what became of a person in a few words."""
     if not result["survived"]:
         return str(result["end"])
@@ -213,11 +205,10 @@ def pushed_in_words(result: Result) -> str:
     return f"{100 * result['detour']:.0f} cm aside, the person {people:.0f} cm{back}"
 
 
-def _found(kept: KeptResults) -> dict[str, list[Result]]:
+def _found(cached: CachedResults) -> dict[str, list[Result]]:
     found: dict[str, list[Result]] = {}
-    for key, result in kept.beginning("people/").items():
-        if "error" not in result:
-            found.setdefault(key.split("/", 1)[1].rsplit("/", 1)[0], []).append(result)
+    for key, result in cached.select("people").items():
+        found.setdefault(key.split("/", 1)[1].rsplit("/", 1)[0], []).append(result)
     return found
 
 
@@ -228,38 +219,25 @@ def _paired(results: Sequence[Result], name: str, k: int) -> tuple[np.ndarray, n
     return both[:, 0], both[:, 1]
 
 
-def people_table(kept: KeptResults) -> Iterator[Grid]:
-    """Return survival, detour and steps beside the people's."""
-    lines = []
-    for controller, results in _found(kept).items():
-        stood = sum(r["survived"] for r in results)
-        cells = [controller, f"{stood} of {len(results)}"]
-        cells.append(f"{sum(r['withstood'] for r in results)}")
-        for name, k in (("detour", 0), ("first", 1)):
-            ours, theirs = _paired(results, name, k)
-            cells += [f"{x.mean():.2f} ± {x.std():.2f}" if len(x) else "-" for x in (ours, theirs)]
-        ours, theirs = _paired(results, "step", 2)
-        cells += [f"{x.mean():.1f}" if len(x) else "-" for x in (ours, theirs)]
-        speed = np.array([r["speed"] for r in results])
-        lines.append([*cells, f"{np.abs(speed[:, 0] / speed[:, 1] - 1).max():.0%}"])
-    header = (
-        "", "survived", "back to the gait", "detour [m]", "people", "until first step [m]",
-        "people", "farthest in step", "people", "speed off by at most",
-    )  # fmt: skip
-    yield Grid("Pushes that people took", header, lines)
-
-
-def people_rows(kept: KeptResults) -> Iterator[Row]:
-    """Return the share that survived, and detours."""
-    for controller, results in _found(kept).items():
+def people_rows(cached: CachedResults) -> Iterator[Row]:
+    """Return the share that survived; detours and steps, and those of the people."""
+    for controller, results in _found(cached).items():
         subject = f"{controller} pushes of people"
         share = 100.0 * sum(r["survived"] for r in results) / len(results)
         yield at_least(subject, "survived", share, SURVIVE, "%")
         back = 100.0 * sum(r["withstood"] for r in results) / len(results)
         yield Row(subject, "back to the gait", back, "%")
-        for name, k, words in (("detour", 0, "detour"), ("first", 1, "aside at the first step")):
+        for name, k, quantity, unit in (
+            ("detour", 0, "detour", "m"),
+            ("first", 1, "aside at the first step", "m"),
+            ("step", 2, "farthest in step", ""),
+        ):
             ours, theirs = _paired(results, name, k)
             if len(ours):
-                yield Row(
-                    subject, words, float(ours.mean()), "m", note=f"people {theirs.mean():.2f} m"
-                )
+                yield Row(subject, quantity, float(ours.mean()), unit)
+                yield Row(subject, f"{quantity}, SD", float(ours.std()), unit)
+                yield Row(subject, f"{quantity}, people", float(theirs.mean()), unit)
+                yield Row(subject, f"{quantity}, people, SD", float(theirs.std()), unit)
+        speed = np.array([r["speed"] for r in results])
+        error = 100.0 * float(np.abs(speed[:, 0] / speed[:, 1] - 1).max())
+        yield Row(subject, "speed error, most", error, "%")

@@ -8,10 +8,9 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
-from experiments.kept_results import Result
-from experiments.measured import Cases
-from experiments.page import Grid
-from experiments.table import Row
+from experiments.cached_results import Result
+from experiments.specification import Cases
+from experiments.table import Grid, Row
 from experiments.walking import HEIGHT, MASS, figures, walking
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.landing_laws import LAWS
@@ -81,19 +80,17 @@ def _of_laws(cells: Cells) -> dict[str, dict[str, Result]]:
     }
 
 
-def grid(cells: Cells) -> Grid | None:
-    """Return the table of the laws; None where nothing was walked for it."""
+def grid(cells: Cells) -> Grid:
+    """Return the table of the laws."""
     found = _of_laws(cells)
-    if not found:
-        return None
     lines = [[what, *(_told(row.get(law)) for law in LAWS)] for what, row in found.items()]
     every = [
         [r for row in found.values() if (r := row.get(law)) is not None and "error" not in r]
         for law in LAWS
     ]
-    lines.append(
+    lines += [
         ["all", *(f"{sum(r['fine'] for r in own)} of {len(own)}" if own else "" for own in every)]
-    )
+    ][: len(found)]
     return Grid("Landing laws", ("", *LAWS), lines)
 
 

@@ -1,11 +1,13 @@
-"""Walking with the learned policies of the package, one for each kind of foot: what is measured."""
+"""Walking with the learned policies of the package, one for each kind of foot: the measurements."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from experiments.cached_results import Cases, Result
 from plantigrade.analyze.norms import norm, speed_class
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -21,30 +23,33 @@ from plantigrade.world.standing import on_ground
 
 FEET = ("multi-segment", "two-segment", "rigid")
 RATE = 600.0
-"""Of the physics [1/s]: four times that of the training."""
+"""Rate of the physics [1/s]: four times that of the training."""
 POINTS = 51
-"""Of a curve over the gait cycle."""
-PRESSED, OFF, LOADED = 1.0, 0.01, 0.05
-"""A place presses with more [N]; a foot is off the ground below, on it above [body weights]."""
-SWING = 0.1
-"""A foot that strikes was off the ground for so long [s]."""
-PLATE = 20.0
-"""Low-pass of forces, as of recorded plates [Hz]."""
-WARM = 2.0
-"""What happens before is not measured [s]."""
+"""Number of points of a curve over the gait cycle."""
+PRESSING_FORCE = 1.0
+"""A contact point presses above this force [N]."""
+OFF_LOAD, ON_LOAD = 0.01, 0.05
+"""A foot is off the ground below the first load, on it above the second [body weights]."""
+MIN_SWING = 0.1
+"""Shortest time off the ground before a touchdown [s]."""
+PLATE_CUTOFF = 20.0
+"""Cutoff frequency of forces, as of recorded plates [Hz]."""
+WARM_UP = 2.0
+"""Duration at the beginning that is not measured [s]."""
 REGIONS = {"heel": "heel", "midfoot": "_base_", "ball": "metatarsal_", "toes": "_toe_"}
-"""Region of the sole → what names of its places have; the first that fits."""
+"""Region of the sole → part of the names of its contact points; the first match counts."""
+_RULES = ("form", "gains", "base", "reach", "rate", "control_rate", "passive", "mirrored")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Walk:
-    """Who walks, and on what.
+    """Policy, ground and start of a learned walk.
 
     Attributes:
         foot: Kind of the feet, for the policy of the package; or a file of a policy.
-        ground: What they walk on, by name.
-        seed: Of the ground.
-        begin: At which part of the stride they begin, from 0 to 1.
+        ground: Name of the ground.
+        seed: Seed of the ground.
+        begin: Phase of the stride at the start, from 0 to 1.
         held: Whether the stiffness of the feet is held at its middle, whatever the policy decides.
     """
 
@@ -55,143 +60,138 @@ class Walk:
     held: bool = False
 
     def controller(self) -> PolicyController:
-        """Return the policy that moves them."""
+        """Return the controller of the policy."""
         policy = policy_of(self.foot)
         if not self.held:
             return PolicyController(policy, begin=self.begin)
         n = len(PolicyController(policy).joints)
 
-        def soft(seen: Any) -> Any:
-            decided = policy(seen).copy()
+        def middle(observation: Any) -> Any:
+            decided = policy(observation).copy()
             decided[:, decided.shape[1] - n :] = 0.0
             return decided
 
         rules = {name: getattr(policy.rules, name) for name in _RULES}
-        return PolicyController(soft, policy.reference, begin=self.begin, **rules)
+        return PolicyController(middle, policy.reference, begin=self.begin, **rules)
 
     def world(
         self,
         controller: PolicyController,
-        acting: tuple[Disturbance, ...] = (),
+        disturbances: tuple[Disturbance, ...] = (),
         *,
         recording: bool = False,
     ) -> World:
-        """Return the world in which they begin."""
+        """Return the world at the start of the walk."""
         start, ground = controller.record, ground_named(self.ground, seed=self.seed)
         qpos = start.motion.qpos[0]
         if self.ground != "flat":
             qpos = on_ground(start.human, ground, qpos)
         initial = InitialState(start.human, ground, qpos, start.motion.qvel[0])
         controller.rates = replace(controller.rates, physics=RATE)
-        return world_for(controller, initial, acting, recording=recording)
+        return world_for(controller, initial, disturbances, recording=recording)
 
 
-_RULES = ("form", "gains", "base", "reach", "rate", "control_rate", "passive", "mirrored")
+def _upright(world: World) -> bool:
+    return world.fall is None and world.diverged is None
 
 
-def last(walk: Walk, duration: float, acting: tuple[Disturbance, ...] = ()) -> dict[str, Any]:
-    """Return for how long somebody walks.
+def endure(walk: Walk, duration: float, disturbances: tuple[Disturbance, ...] = ()) -> Result:
+    """Return time on the feet, RMS joint error and greatest lateral offset of a walk.
 
     Args:
-        walk: Who, on what.
-        duration: At most so long [s].
-        acting: What else acts.
+        walk: The walk.
+        duration: Longest duration [s].
+        disturbances: The disturbances.
     """
     controller = walk.controller()
-    world = walk.world(controller, acting)
-    state, squares, away = world.reset(), [], 0.0
-    while world.time < duration - 1e-9 and world.fall is None and world.diverged is None:
+    world = walk.world(controller, disturbances)
+    state, squares, lateral = world.reset(), [], 0.0
+    while world.time < duration - 1e-9 and _upright(world):
         command = controller(state)
         squares.append(float(command.signals["tracking_error"]) ** 2)
         state = world.step(command)
-        away = max(away, abs(float(state.qpos[1])))
-    stood = world.fall is None and world.diverged is None
+        lateral = max(lateral, abs(float(state.qpos[1])))
     rms = float(np.rad2deg(np.sqrt(np.mean(squares))))
-    return {"stood": stood, "time": world.time, "off": rms, "beside": away}
+    return {"stood": _upright(world), "time": world.time, "off": rms, "beside": lateral}
 
 
-def measure(walk: Walk, duration: float) -> dict[str, Any]:
-    """Return what a walk is like: errors, strikes, forces, stiffness and ankle over the cycle."""
+def measure(walk: Walk, duration: float) -> Result:
+    """Return errors, heel strikes, forces, stiffness and ankle moment of a walk over the cycle."""
     controller = walk.controller()
     world = walk.world(controller, recording=True)
     state, stiffness = world.reset(), []
-    while world.time < duration - 1e-9 and world.fall is None and world.diverged is None:
+    while world.time < duration - 1e-9 and _upright(world):
         command = controller(state)
         stiffness.append(command.signals.get("foot_stiffness", np.zeros(0)))
         state = world.step(command)
     record = world.record()
-    found: dict[str, Any] = {"stood": world.fall is None and world.diverged is None}
-    found["time"] = world.time
+    found: Result = {"stood": _upright(world), "time": world.time}
     time, human = record.motion.time, record.human
-    late = time > WARM
+    late = time > WARM_UP
     if late.sum() < 2 * POINTS:
         return found
-    wanted = controller.reference.at(time + walk.begin * controller.reference.period)
-    off = np.rad2deg(record.motion.qpos[:, 7:] - wanted.qpos[:, 7:])[late]
-    outside = [i for i, c in enumerate(human.coordinates) if not _inner(c)]
-    found["body_rms"] = float(np.sqrt(np.mean(off[:, outside] ** 2)))
-    found["worst_rms"] = float(np.sqrt(np.mean(off[:, outside] ** 2, axis=0)).max())
-    gone = record.motion.qpos[late][[0, -1], 0]
-    found["speed"] = float(np.diff(gone)[0] / np.ptp(time[late]))
-    found["speed_wanted"] = controller.reference.stride / controller.reference.period
+    reference = controller.reference
+    desired = reference.at(time + walk.begin * reference.period)
+    error = np.rad2deg(record.motion.qpos[:, 7:] - desired.qpos[:, 7:])[late]
+    within_feet = ("mtp", "cuboid", "heel")
+    body = [i for i, c in enumerate(human.coordinates) if not c.startswith(within_feet)]
+    found["body_rms"] = float(np.sqrt(np.mean(error[:, body] ** 2)))
+    found["worst_rms"] = float(np.sqrt(np.mean(error[:, body] ** 2, axis=0)).max())
+    ends = record.motion.qpos[late][[0, -1], 0]
+    found["speed"] = float(np.diff(ends)[0] / np.ptp(time[late]))
+    found["speed_wanted"] = reference.stride / reference.period
     force = np.asarray(record.contact_force)[..., 2]
     found["weight"] = float(force[late].sum(axis=1).mean() / record.weight)
-    smooth = lowpass(time, force.sum(axis=1), cutoff=PLATE)[late]
+    smooth = lowpass(time, force.sum(axis=1), cutoff=PLATE_CUTOFF)[late]
     found["peak_force"] = float(smooth.max() / record.weight)
-    found |= _feet(record, force)
+    found |= _landings(record, force)
     decided = np.arange(len(stiffness)) / controller.rates.control
-    table = np.array(stiffness)
     for side in SIDES:
-        mine = [i for i, name in enumerate(controller.joints) if name.endswith(f"_{side}")]
-        for i in mine:
-            name = controller.joints[i][:-2]
-            cycles = _over(decided, table[:, i], found["strikes"][side])
-            found.setdefault("stiffness", {}).setdefault(name, []).extend(cycles)
+        strikes = found["strikes"][side]
+        for i, name in enumerate(controller.joints):
+            if name.endswith(f"_{side}"):
+                cycles = _cycles(decided, np.array(stiffness)[:, i], strikes)
+                found.setdefault("stiffness", {}).setdefault(name[:-2], []).extend(cycles)
         own = [i for i, site in enumerate(record.sites) if site.side == side]
         load = force[:, own].sum(axis=1) / record.weight
-        found.setdefault("load", []).extend(_over(time, load, found["strikes"][side]))
+        found.setdefault("load", []).extend(_cycles(time, load, strikes))
         moment = record.torque(f"ankle_angle_{side}") / human.mass
-        found.setdefault("moment", []).extend(_over(time, moment, found["strikes"][side]))
+        found.setdefault("moment", []).extend(_cycles(time, moment, strikes))
     return found
 
 
-def _inner(coordinate: str) -> bool:
-    """Return whether a coordinate is one within a foot."""
-    return coordinate.startswith(("mtp", "cuboid", "heel"))
-
-
 def region(site: ContactSite) -> str:
-    """Return the region of the sole that a place belongs to."""
-    return next(name for name, word in REGIONS.items() if word in site.name)
+    """Return the region of the sole that a contact point belongs to."""
+    return next(name for name, part in REGIONS.items() if part in site.name)
 
 
-def _feet(record: Record, force: Float[Array, "n_frames n_sites"]) -> dict[str, Any]:
-    """Return when feet strike, with what first, and when each region begins to press."""
-    time, strikes, heel, order, stance = record.motion.time, {}, [], [], []
+def _landings(record: Record, force: Float[Array, "n_frames n_sites"]) -> Result:
+    """Return touchdowns, share of heel strikes, contact onset of each region, stance time."""
+    time, strikes, heel, onsets, stance = record.motion.time, {}, [], [], []
     for side in SIDES:
         mine = [i for i, site in enumerate(record.sites) if site.side == side]
-        where = np.array([region(record.sites[i]) for i in mine])
+        regions = np.array([region(record.sites[i]) for i in mine])
         load = force[:, mine].sum(axis=1) / record.weight
         off, landed, begun = 0.0, [], None
         for k in range(1, len(time)):
-            if load[k] < OFF:
+            if load[k] < OFF_LOAD:
                 off += time[k] - time[k - 1]
-                if begun is not None and off > 0.5 * SWING:
+                if begun is not None and off > 0.5 * MIN_SWING:
                     stance.append(time[k] - off - begun)
                     begun = None
-            elif off >= SWING and load[k] > LOADED:
-                if time[k] > WARM:
+            elif off >= MIN_SWING and load[k] > ON_LOAD:
+                if time[k] > WARM_UP:
                     landed.append(float(time[k]))
-                    first = k - int(np.argmin(force[k::-1, mine].max(axis=1) > PRESSED)) + 1
-                    pressing = where[force[first, mine] > PRESSED]
+                    first = k - int(np.argmin(force[k::-1, mine].max(axis=1) > PRESSING_FORCE)) + 1
+                    pressing = regions[force[first, mine] > PRESSING_FORCE]
                     heel.append(bool(len(pressing)) and set(pressing) == {"heel"})
-                    order.append(_pressing(force[first:, mine], time[first:], where))
+                    onsets.append(_onsets(force[first:, mine], time[first:], regions))
                     begun = float(time[k])
                 off = 0.0
-            elif load[k] > LOADED:
+            elif load[k] > ON_LOAD:
                 off = 0.0
         strikes[side] = landed
-    begins = {r: [o[r] for o in order if o[r] is not None] for r in REGIONS}
+    begins = {r: [o[r] for o in onsets if r in o] for r in REGIONS}
     return {
         "strikes": strikes,
         "heel_first": float(np.mean(heel)) if heel else None,
@@ -200,29 +200,25 @@ def _feet(record: Record, force: Float[Array, "n_frames n_sites"]) -> dict[str, 
     }
 
 
-def _pressing(
-    force: Float[Array, "n k"], time: Float[Array, " n"], where: Array
-) -> dict[str, float | None]:
-    """Return how long after the strike each region begins to press, within that stance [s]."""
-    found: dict[str, float | None] = dict.fromkeys(REGIONS)
+def _onsets(force: Float[Array, "n k"], time: Float[Array, " n"], regions: Array) -> dict:
+    """Return the time from touchdown to first pressure of each region in that stance [s]."""
+    found: dict[str, float] = {}
     for k in range(len(time)):
-        pressed = force[k] > PRESSED
-        if not pressed.any() and time[k] - time[0] > SWING:
+        pressed = force[k] > PRESSING_FORCE
+        if not pressed.any() and time[k] - time[0] > MIN_SWING:
             break
-        for name in set(where[pressed].tolist()):
-            if found[name] is None:
-                found[name] = float(time[k] - time[0])
+        for name in set(regions[pressed].tolist()):
+            found.setdefault(name, float(time[k] - time[0]))
     return found
 
 
-def _over(time: Array, values: Array, strikes: list[float]) -> list[list[float]]:
-    """Return a curve over each gait cycle, from strike to strike of the foot."""
-    cycles = []
-    for start, stop in zip(strikes[:-1], strikes[1:], strict=True):
-        if 0.5 < stop - start < 2.0:
-            at = np.linspace(start, stop, POINTS)
-            cycles.append(np.interp(at, time, values).tolist())
-    return cycles
+def _cycles(time: Array, values: Array, strikes: Sequence[float]) -> list[list[float]]:
+    """Return a curve over each gait cycle, from heel strike to heel strike of the foot."""
+    return [
+        np.interp(np.linspace(start, stop, POINTS), time, values).tolist()
+        for start, stop in zip(strikes[:-1], strikes[1:], strict=True)
+        if 0.5 < stop - start < 2.0
+    ]
 
 
 def policy_of(foot: str) -> Policy:
@@ -238,7 +234,8 @@ def policy_of(foot: str) -> Policy:
 def ankle_norm(foot: str, speed: float) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
     """Return mean and standard deviation of children's ankle moment at a speed [N m/kg].
 
-    Of [Schwartz2008]_, at :data:`POINTS` instants of the cycle, for the leg of the policy's person.
+    From [Schwartz2008]_, at :data:`POINTS` instants of the cycle, for the leg length of the
+    policy's person.
     """
     d = policy_of(foot).reference.human.dimensions
     kind = speed_class(speed, d.thigh + d.shank + d.ankle_height)
@@ -247,8 +244,8 @@ def ankle_norm(foot: str, speed: float) -> tuple[Float[Array, " k"], Float[Array
     return np.interp(at, curve.percent, curve.mean), np.interp(at, curve.percent, curve.sd)
 
 
-def likened(own: Float[Array, " points"], mean: Float[Array, " points"]) -> dict[str, float]:
-    """Return how like a measured moment one is: r, peak by peak, and distance [N m/kg]."""
+def moment_agreement(own: Float[Array, " points"], mean: Float[Array, " points"]) -> Result:
+    """Return correlation, ratio of peaks and RMS difference [N m/kg] of two ankle moments."""
     return {
         "r": float(np.corrcoef(own, mean)[0, 1]),
         "ratio": float(own.min() / mean.min()),
@@ -256,26 +253,38 @@ def likened(own: Float[Array, " points"], mean: Float[Array, " points"]) -> dict
     }
 
 
-def there() -> Iterator[str]:
-    """Yield the kinds of feet for which the package has a policy."""
-    for foot in FEET:
+@cache
+def available_feet() -> tuple[str, ...]:
+    """Return the kinds of feet for which the package has a policy."""
+
+    def available(foot: str) -> bool:
         try:
-            shipped(foot)
+            return bool(shipped(foot))
         except ParameterError:
-            continue
-        yield foot
+            return False
+
+    return tuple(filter(available, FEET))
 
 
-def learned_with(foot: str, what: str) -> float:
-    """Return a number of how the policy of the package for such feet was trained; zero if absent.
+def training_value(foot: str, name: str) -> float:
+    """Return a number of how the policy for such feet was trained; zero if absent.
 
     Args:
         foot: The kind of feet.
-        what: Its name in the file, such as ``"terrain_m"``.
+        name: Its name in the file, such as ``"terrain_m"``.
     """
-    return float(Policy.load(shipped(foot)).about.get(what, 0.0))
+    return float(Policy.load(shipped(foot)).about.get(name, 0.0))
 
 
-def in_words(result: dict[str, Any]) -> str:
-    """Return one result in a line."""
+def cases_of(part: str, make: Callable[[str], Mapping[str, Callable[[], Result]]]) -> Cases:
+    """Return the cases of a part for all available feet, with keys ``part/foot`` or longer."""
+    return {
+        "/".join(filter(None, (part, foot, name))): case
+        for foot in available_feet()
+        for name, case in make(foot).items()
+    }
+
+
+def summary(result: Result) -> str:
+    """Return one line about a walk."""
     return f"{'walked' if result['stood'] else 'fell after'} {result['time']:.1f} s"

@@ -1,7 +1,8 @@
-"""What feet make of a learned walk: several trainings of each kind, held against each other.
+"""Effect of the kind of feet on a learned walk: several trainings of each kind compared.
 
-One training says nothing of the foot: others of the same foot fall on other ground. Policies are
-named as controllers, any number for each kind of feet; those of the package if none is.
+One training is no evidence about a foot: other trainings of the same foot fall on other ground.
+Policies are named as controllers, any number for each kind of feet; the default is those of the
+package.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -11,28 +12,35 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from experiments.kept_results import KeptResults, Result
-from experiments.learned import FEET, Walk, ankle_norm, last, likened, measure, policy_of, there
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.pushed_walk import PHASES, SIDES, limit
-from experiments.rough_walk import DURATION, HELD
-from experiments.table import ResultTable, Row
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.learned import (
+    FEET,
+    Walk,
+    ankle_norm,
+    available_feet,
+    measure,
+    moment_agreement,
+    policy_of,
+)
+from experiments.learned_disturbed import GOAL_HEIGHT, SIDES, pushed_walks, rough_walks
+from experiments.learned_level import DURATION, QUICK_DURATION
+from experiments.specification import Specification
+from experiments.table import Grid, ResultTable, Row
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.simulate_settings import POLICY
 
-SEEDS, STRIDES = 10, 22.0
-"""Fields of bumps for each policy; how long level walking is measured [s]."""
-CERTAIN = 0.975
-"""Of Student's distribution: intervals hold 95 %."""
+N_SEEDS = 10
+"""Number of fields of bumps for each policy."""
+QUANTILE = 0.975
+"""Quantile of Student's distribution: intervals hold 95 %."""
 NOTES = (
     "",
     "Mean over trainings and its 95 % interval by Student's distribution; the number of trainings "
     "is behind the kind of feet. Ten fields of bumps of ±3 cm, 20 s each, as in rough-walk; pushes "
-    "of 0.4 s from both sides at four instants of the stride, as in pushed-walk; level walking "
+    "of 0.4 s from both sides at four phases of the stride, as in pushed-walk; level walking "
     "and the ankle as in learned-walk and ankle-torque. Policies that learned in different ways "
-    "do not tell feet apart: train them alike.",
+    "say nothing about feet: train them alike.",
 )
 FIGURES = {
     "rough": ("walk 20 s on ±3 cm", "%"),
@@ -57,53 +65,34 @@ def level(word: str, duration: float) -> Result:
     if not found["moment"]:
         return result
     mean, _ = ankle_norm(word, found["speed"])
-    return result | likened(np.mean(found["moment"], axis=0), mean)
+    return result | moment_agreement(np.mean(found["moment"], axis=0), mean)
 
 
-def _kind(word: str) -> str:
-    return policy_of(word).reference.human.feet
+def _level(word: str, quick: bool) -> Cases:
+    return {"": partial(level, word, QUICK_DURATION if quick else DURATION)}
 
 
-def _each(words: Sequence[str], what: str, make: Callable[[str], Cases]) -> Cases:
+def _rough(word: str, quick: bool) -> Cases:
+    return rough_walks(word, GOAL_HEIGHT, quick, N_SEEDS)
+
+
+def _pushed(word: str, quick: bool) -> Cases:
+    return pushed_walks(word, SIDES, quick)
+
+
+def _cases(part: str, make: Callable[..., Cases], words: Sequence[str], quick: bool) -> Cases:
+    """Return the cases of a part for all policies."""
     return {
-        f"{what}/{_kind(word)}/{word.replace('/', ':')}/{name}": case
+        f"{part}/{policy_of(word).reference.human.feet}/{word.replace('/', ':')}/{name}": case
         for word in words
-        for name, case in make(word).items()
+        for name, case in make(word, quick).items()
     }
 
 
-def _level(words: Sequence[str], quick: bool) -> Cases:
-    duration = 6.0 if quick else STRIDES
-    return _each(words, "level", lambda word: {"": partial(level, word, duration)})
-
-
-def _rough(words: Sequence[str], quick: bool) -> Cases:
-    def fields(word: str) -> Cases:
-        return {
-            str(seed): partial(
-                last, Walk(foot=word, ground=f"bumps:{HELD}", seed=seed), 5.0 if quick else DURATION
-            )
-            for seed in range(2 if quick else SEEDS)
-        }
-
-    return _each(words, "rough", fields)
-
-
-def _pushed(words: Sequence[str], quick: bool) -> Cases:
-    def pushes(word: str) -> Cases:
-        return {
-            f"{name}/{begin}": partial(limit, Walk(foot=word, begin=begin), degrees)
-            for name, degrees in SIDES.items()
-            for begin in PHASES[: 1 if quick else None]
-        }
-
-    return _each(words, "pushed", pushes)
-
-
-def figures(kept: KeptResults) -> dict[str, dict[str, list[float]]]:
-    """Return for each kind of feet every figure, one number for every training."""
+def figures(cached: CachedResults) -> dict[str, dict[str, list[float]]]:
+    """Return for each kind of feet the value of every figure in every training."""
     found: dict[str, dict[str, dict[str, list[Result]]]] = {}
-    for key, result in kept.results.items():
+    for key, result in cached.results.items():
         if "error" not in result:
             what, kind, word, _ = key.split("/", 3)
             found.setdefault(kind, {}).setdefault(word, {}).setdefault(what, []).append(result)
@@ -134,12 +123,12 @@ def interval(values: Sequence[float]) -> tuple[float, float]:
     if n < 2:
         return mean, float("nan")
     error = float(np.std(values, ddof=1)) / np.sqrt(n)
-    return mean, float(student.ppf(CERTAIN, n - 1) * error)
+    return mean, float(student.ppf(QUANTILE, n - 1) * error)
 
 
-def tables(kept: KeptResults) -> Iterator[Grid]:
+def tables(cached: CachedResults) -> Iterator[Grid]:
     """Return a line for every figure, a column for every kind of feet."""
-    found = {kind: own for kind, own in figures(kept).items() if any(own.values())}
+    found = {kind: own for kind, own in figures(cached).items() if any(own.values())}
     lines = []
     for name, (words, unit) in FIGURES.items():
         cells = []
@@ -156,32 +145,29 @@ def tables(kept: KeptResults) -> Iterator[Grid]:
     yield Grid("Learned walks by their feet: mean of trainings ± 95 %", header, lines)
 
 
-def rows(kept: KeptResults) -> Iterator[Row]:
+def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the means, with every training's value beside them."""
-    for kind, own in figures(kept).items():
+    for kind, own in figures(cached).items():
         for name, (words, unit) in FIGURES.items():
             if own[name]:
                 every = ", ".join(f"{value:.3g}" for value in own[name])
                 yield Row(kind, words, float(np.mean(own[name])), unit, note=f"each: {every}")
 
 
-def _brief(result: Result) -> str:
+def _summary(result: Result) -> str:
     if "force" in result:
         return f"{result['force']:g} N"
-    return f"{'walked' if result['stood'] else 'fell'}"
+    return "walked" if result["stood"] else "fell"
 
 
-def experiment(words: Sequence[str]) -> Measured:
+def experiment(words: Sequence[str]) -> Specification:
     """Return the experiment for some policies."""
-    return Measured(
+    parts = {"level": _level, "rough": _rough, "pushed": _pushed}
+    return Specification(
         name="learned-feet",
-        title="What feet make of a learned walk",
-        parts={
-            "level": partial(_level, words),
-            "rough": partial(_rough, words),
-            "pushed": partial(_pushed, words),
-        },
-        brief=_brief,
+        title="Effect of the feet on a learned walk",
+        parts={name: partial(_cases, name, make, words) for name, make in parts.items()},
+        summary=_summary,
         grids=tables,
         rows=rows,
         notes=NOTES,
@@ -189,12 +175,12 @@ def experiment(words: Sequence[str]) -> Measured:
 
 
 def run(*, controllers: Sequence[str] = (), **options: Any) -> ResultTable:
-    """Measure.
+    """Run the experiment.
 
     Args:
         controllers: Files of policies, any number for each kind of feet; those of the package if
             empty.
-        options: As :meth:`~experiments.measured.Measured.run` takes it.
+        options: Options of :meth:`~experiments.specification.Specification.run`.
 
     Raises:
         ParameterError: If a controller is not a policy.
@@ -207,7 +193,7 @@ def run(*, controllers: Sequence[str] = (), **options: Any) -> ResultTable:
                 "plantigrade train wrote, and learned"
             )
         policy_of(word)
-    return experiment(tuple(controllers) or tuple(there())).run(**options)
+    return experiment(tuple(controllers) or available_feet()).run(**options)
 
 
 EXPERIMENT = experiment(())

@@ -1,6 +1,7 @@
-"""A benchmark for any controller that walks: how hard it may be pushed, and a tour with punches.
+"""A benchmark for any walking controller: push limits, and a tour with punches.
 
-One table a controller, ``--controller FILE.py:NAME`` for one from outside (docs/experiments.md).
+One column for each controller, ``--controller FILE.py:NAME`` for one from outside
+(docs/experiments.md).
 """
 
 from collections.abc import Iterator, Sequence
@@ -9,10 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
+from experiments.cached_results import CachedResults, Result
 from experiments.push_map import FORCE, MASS, map_cases, maps, pictures, strengths
+from experiments.specification import Cases, Specification
 from experiments.table import Row
 from experiments.walking import CONTROLLERS, runs, walking
 from plantigrade.workflows.tour import WAYPOINTS, tour
@@ -54,69 +54,49 @@ def tour_cases(controllers: Sequence[str], data: Path | None, quick: bool) -> Ca
     }
 
 
-def _brief(result: Result) -> str:
+def _summary(result: Result) -> str:
     if "force" in result:
         return f"{result['force']:g} N"
     ended = "completed" if result["completed"] else result["end"]
     return f"{result['reached']} of {result['of']} waypoints, {ended}"
 
 
-def tours(kept: KeptResults) -> dict[str, list[Result]]:
+def tours(cached: CachedResults) -> dict[str, list[Result]]:
     """Return the tours by controller; whole ones if there are any."""
     found: dict[str, list[Result]] = {}
-    for key, result in kept.beginning("tour/").items():
-        if "error" not in result:
-            found.setdefault(key.split("/", 1)[1].rsplit("/", 2)[0], []).append(result)
+    for key, result in cached.select("tour").items():
+        found.setdefault(key.split("/", 1)[1].rsplit("/", 2)[0], []).append(result)
     return {
         name: [r for r in own if r["of"] == max(each["of"] for each in own)]
         for name, own in found.items()
     }
 
 
-def tables(kept: KeptResults) -> Iterator[Grid]:
-    """Return one table a controller."""
-    pushed = {controller: found for (kind, controller), found in maps(kept).items()}
-    gone = tours(kept)
-    for name in sorted({*pushed, *gone}):
-        lines = []
-        if name in pushed:
-            force = np.array([r["force"] for r in pushed[name].values()])
-            feet = np.array([r["on_feet"] for r in pushed[name].values()])
-            for words, size in (("back to the gait", force), ("on the feet", feet)):
-                found = (float(size.min()), float(np.median(size)), float(size.max()))
-                change = found[1] * FORCE / MASS
-                cells = [f"{x:g} N" for x in found]
-                lines.append(
-                    [f"pushes of 0.4 s, {words}", *cells, f"{change:.2f} m/s", str(len(size))]
-                )
-        if name in gone:
-            own = gone[name]
-            reached = np.array([100.0 * r["reached"] / r["of"] for r in own])
-            share = 100.0 * float(np.mean([r["completed"] for r in own]))
-            cells = [f"{x:.0f} %" for x in (reached.min(), np.median(reached), reached.max())]
-            way = "straight" if own[0]["straight"] else "with turns"
-            lines.append([f"waypoints reached, tours {way}", *cells, "", str(len(own))])
-            lines.append(["tours completed", "", f"{share:.0f} %", "", "", str(len(own))])
-        yield Grid(name, ("", "worst", "median", "best", "median by mass", "cases"), lines)
-
-
-def rows(kept: KeptResults) -> Iterator[Row]:
+def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the figures of all controllers."""
-    for (_, name), found in maps(kept).items():
-        force = [float(r["force"]) for r in found.values()]
-        yield Row(name, "push, worst", min(force), "N")
-        yield Row(name, "push, median", float(np.median(force)), "N")
-        yield Row(name, "push, best", max(force), "N")
-    for name, own in tours(kept).items():
+    for (_, name), found in maps(cached).items():
+        for key, words in (("force", "push"), ("on_feet", "push, on the feet")):
+            force = [float(r[key]) for r in found.values()]
+            yield Row(name, f"{words}, worst", min(force), "N")
+            yield Row(name, f"{words}, median", float(np.median(force)), "N")
+            yield Row(name, f"{words}, best", max(force), "N")
+            change = float(np.median(force)) * FORCE / MASS
+            yield Row(name, f"{words}, median by mass", change, "m/s")
+        yield Row(name, "pushes", len(found))
+    for name, own in tours(cached).items():
         share = 100.0 * float(np.mean([r["completed"] for r in own]))
         yield Row(name, "tours completed", share, "%", note=f"best of 34 policies: {BEST:g} %")
-        reached = 100.0 * float(np.mean([r["reached"] / r["of"] for r in own]))
-        yield Row(name, "waypoints reached", reached, "%")
+        reached = [100.0 * r["reached"] / r["of"] for r in own]
+        yield Row(name, "waypoints reached", float(np.mean(reached)), "%")
+        yield Row(name, "waypoints reached, worst", min(reached), "%")
+        yield Row(name, "waypoints reached, best", max(reached), "%")
+        yield Row(name, "tours with turns", float(not own[0]["straight"]))
+        yield Row(name, "tours", len(own))
 
 
-def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
+def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     """Return the benchmark for some controllers."""
-    return Measured(
+    return Specification(
         name="push-any-controller",
         title="Any controller, pushed while walking",
         parts={
@@ -124,10 +104,9 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
             "tour": partial(tour_cases, controllers, data),
             "full map": partial(map_cases, controllers, data, "force", True),
         },
-        usual=("map", "tour"),
-        shortly=("map", "tour"),
-        brief=_brief,
-        grids=lambda kept: (*tables(kept), strengths()),
+        default_parts=("map", "tour"),
+        summary=_summary,
+        grids=lambda _: (strengths(),),
         rows=rows,
         notes=NOTES,
         pictures=pictures,

@@ -1,32 +1,27 @@
-"""How hard a walk may be pushed: every direction at every phase of the gait, by bisection.
+"""Push limits of a walk: every direction at every phase of the gait, by bisection.
 
 Table of pushes of the pendulum paper [Tsai2010]_, which does not say at which phase it pushed. A
-push counts as withstood where the person is back to the recorded gait six seconds after it
-(:mod:`plantigrade.workflows.harness`), not just on the feet. Beside it the same for who stands and
-may step, and the pushes that people took.
+push counts as withstood if the person is back to the recorded gait six seconds after it
+(:mod:`plantigrade.workflows.harness`), not just on the feet. The same for a standing person who
+may step, and pushes that people took.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.human_pushes import (
-    PEOPLE,
-    people_cases,
-    people_rows,
-    people_table,
-    pushed_in_words,
-)
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.standing import Standing, stands
-from experiments.table import Row, at_least
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.human_pushes import PEOPLE, people_cases, people_rows, pushed_summary
+from experiments.push_table import polar
+from experiments.specification import Specification, default_summary, gap_remarks
+from experiments.standing import Standing, is_standing
+from experiments.table import Grid, Row, at_least
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
-from plantigrade.charts import Series, path_plot
+from plantigrade.charts import path_plot
 from plantigrade.charts.figure import grid
 from plantigrade.constants import GRAVITY
 from plantigrade.pages.section import Section
@@ -106,7 +101,7 @@ def _pushed(one: Any, phase: float) -> PushedWalk:
 def standing(degrees: float, step: float) -> Result:
     """Return the largest push of who stands and may step."""
     situation = Standing(formulation="stepping", height=HEIGHT, mass=MASS)
-    test = PushTest(situation=situation, duration=FORCE, watch_time=5.0, withstood=stands)
+    test = PushTest(situation=situation, duration=FORCE, watch_time=5.0, withstood=is_standing)
     found = test.limit(float(np.deg2rad(degrees)), guess=200.0, step=step, below=(0.5,))
     return {"force": found.force, "gaps": list(found.gaps), "grid": step}
 
@@ -143,24 +138,18 @@ def standing_cases(quick: bool) -> Cases:
     return {f"standing/{d:g}/{step:g}": partial(standing, d, step) for d in degrees}
 
 
-def _brief(result: Result) -> str:
-    if "force" not in result:
-        return pushed_in_words(result)
-    return f"{result['force']:g} N"
-
-
 Map = dict[tuple[float, float], Result]
 
 
-def maps(kept: KeptResults) -> dict[tuple[str, str], Map]:
+def maps(cached: CachedResults) -> dict[tuple[str, str], Map]:
     """Return the limits by part and controller, then by phase and direction.
 
     Of several grids the finest counts.
     """
     found: dict[tuple[str, str], Map] = {}
-    for key, result in kept.results.items():
+    for key, result in cached.select().items():
         kind, _, rest = key.partition("/")
-        if kind in KINDS and "force" in result:
+        if kind in KINDS:
             controller, phase, degrees, _ = rest.rsplit("/", 3)
             own = found.setdefault((kind, controller), {})
             others = [r["grid"] for r in own.values()]
@@ -172,41 +161,9 @@ def maps(kept: KeptResults) -> dict[tuple[str, str], Map]:
     return found
 
 
-def summary(kept: KeptResults) -> Grid:
-    """Return worst, median and best of every map."""
-    lines = []
-    for (kind, controller), found in maps(kept).items():
-        duration, _ = KINDS[kind]
-        force = np.array([r["force"] for r in found.values()])
-        feet = np.array([r["on_feet"] for r in found.values()])
-        middle = float(np.median(force))
-        cells = [f"{controller}, {kind}, {duration:g} s", str(len(force))]
-        cells += [f"{x:g}" for x in (force.min(), middle, force.max())]
-        cells += [f"{feet.min():g}", f"{np.median(feet):g}"]
-        cells += [f"{middle * duration:.0f}", f"{middle * duration / MASS:.2f}"]
-        lines.append([*cells, f"{100 * middle / (MASS * GRAVITY):.0f}"])
-    own = {k: r for k, r in kept.beginning("standing/").items() if "force" in r}
-    if own:
-        force = np.array([r["force"] for r in own.values()])
-        middle = float(np.median(force))
-        cells = ["standing with steps, 0.4 s", str(len(force))]
-        cells += [f"{x:g}" for x in (force.min(), middle, force.max())]
-        cells += ["", "", f"{middle * FORCE:.0f}", f"{middle * FORCE / MASS:.2f}"]
-        lines.append([*cells, f"{100 * middle / (MASS * GRAVITY):.0f}"])
-    lines.append(["paper, phase unstated", "8", "452", "463", "486", "", "", "185", "2.27", "58"])
-    lines.append(
-        ["study, on the feet only", "24", "200", "400", "490", "", "", "160", "1.97", "50"]
-    )
-    header = (
-        "largest push withstood [N]", "cases", "worst", "median", "best", "worst on feet",
-        "median on feet", "median N s", "m/s", "% weight",
-    )  # fmt: skip
-    return Grid("Pushes withstood", header, lines)
-
-
-def tables(kept: KeptResults) -> Iterator[Grid]:
+def tables(cached: CachedResults) -> Iterator[Grid]:
     """Return the maps: a line a phase, a column a direction."""
-    for (kind, controller), found in maps(kept).items():
+    for (kind, controller), found in maps(cached).items():
         phases = sorted({p for p, _ in found})
         degrees = sorted({d for _, d in found})
         lines = []
@@ -227,79 +184,74 @@ def strengths() -> Grid:
     return Grid("Torque limits: those of people [N m]", ("hinge", "least", "most"), lines)
 
 
-def rows(kept: KeptResults) -> Iterator[Row]:
-    """Return worst and median with their goals."""
-    for (kind, controller), found in maps(kept).items():
-        force = [float(r["force"]) for r in found.values()]
-        subject = f"{controller} {kind}"
-        if kind != "impulse" and len(force) > 2:
-            yield at_least(subject, "median", float(np.median(force)), MEDIAN, "N")
-            yield at_least(subject, "worst", min(force), WORST, "N")
-        else:
-            yield Row(subject, "median", float(np.median(force)), "N")
-            yield Row(subject, "worst", min(force), "N")
-        yield Row(subject, "best", max(force), "N")
-    own = [r["force"] for r in kept.beginning("standing/").values() if "force" in r]
-    if own:
-        yield Row("standing with steps", "median", float(np.median(own)), "N")
+def rows(cached: CachedResults) -> Iterator[Row]:
+    """Return worst, median and best limit, with their goals; pushes that people took."""
+    for (kind, controller), found in maps(cached).items():
+        force = np.array([r["force"] for r in found.values()])
+        feet = np.array([r["on_feet"] for r in found.values()])
+        subject, middle = f"{controller} {kind}", float(np.median(force))
+        goals = (MEDIAN, WORST) if kind != "impulse" and len(force) > 2 else (None, None)
+        yield at_least(subject, "median", middle, goals[0], "N")
+        yield at_least(subject, "worst", float(force.min()), goals[1], "N")
+        yield Row(subject, "best", float(force.max()), "N")
+        yield Row(subject, "worst on feet", float(feet.min()), "N")
+        yield Row(subject, "median on feet", float(np.median(feet)), "N")
+        yield from _by_body(subject, middle, KINDS[kind][0])
+        yield Row(subject, "cases", len(force))
+    if own := [r["force"] for r in cached.select("standing").values()]:
+        middle = float(np.median(own))
+        yield Row("standing with steps", "median", middle, "N")
         yield Row("standing with steps", "worst", float(min(own)), "N")
-    yield from people_rows(kept)
+        yield Row("standing with steps", "best", float(max(own)), "N")
+        yield from _by_body("standing with steps", middle, FORCE)
+    yield from people_rows(cached)
 
 
-def gaps(kept: KeptResults) -> Iterator[str]:
-    """Say where a lighter push was not withstood."""
-    for key, result in kept.results.items():
-        if result.get("gaps"):
-            forces = ", ".join(f"{f:g}" for f in result["gaps"])
-            yield f"Not monotone: {key} holds {result['force']:g} N and fails at {forces} N."
+def _by_body(subject: str, force: float, duration: float) -> Iterator[Row]:
+    """Return the median limit as an impulse, relative to body mass and to body weight."""
+    yield Row(subject, "median impulse", force * duration, "N s")
+    yield Row(subject, "median change of speed", force * duration / MASS, "m/s")
+    yield Row(subject, "median by weight", 100 * force / (MASS * GRAVITY), "%")
 
 
-def pictures(kept: KeptResults) -> list[Section]:
-    """Return the maps as drawings, one a phase: forward to the right, the person's left up."""
+def pictures(cached: CachedResults) -> list[Section]:
+    """Return the maps as drawings, one for each phase: forward to the right, left up."""
     sections = []
-    for (kind, controller), found in maps(kept).items():
+    for (kind, controller), found in maps(cached).items():
         drawn = []
-        circle = np.linspace(0.0, 2 * np.pi, 73)
+        circle = dict.fromkeys(np.arange(0.0, 360.0, 5.0).tolist(), MEDIAN)
         most = max(MEDIAN, *(r["on_feet"] for r in found.values()))  # one scale for all phases
-        frame = Series(most * np.cos(circle), most * np.sin(circle), opacity=0.0)
+        frame = replace(polar(dict.fromkeys(circle, most)), opacity=0.0)
         for p in sorted({p for p, _ in found}):
             own = {d: r for (q, d), r in found.items() if q == p}
             if len(own) < 3:
                 continue
-            order = [*sorted(own), min(own)]
-            turns = np.deg2rad(order)
-            lines = [
-                frame,
-                Series(MEDIAN * np.cos(circle), MEDIAN * np.sin(circle), "400 N", dash="2 4"),
-            ]
-            for name, dash in (("force", ""), ("on_feet", "5 3")):
-                size = np.array([own[d][name] for d in order])
-                label = "back to the gait" if name == "force" else "on the feet"
-                lines.append(Series(size * np.cos(turns), size * np.sin(turns), label, dash=dash))
+            lines = [frame, polar(circle, "400 N", "2 4")]
+            for name, label, dash in (
+                ("force", "back to the gait", ""),
+                ("on_feet", "on the feet", "5 3"),
+            ):
+                lines.append(polar({d: r[name] for d, r in own.items()}, label, dash))
             title = f"{100 * p:g} % of the cycle"
             drawn.append(
                 path_plot(
-                    lines,
-                    title=title,
-                    x_label="forward [N]",
-                    y_label="to the left [N]",
-                    width=400,
-                    max_height=390,
+                    lines, title=title, x_label="forward [N]", y_label="to the left [N]",
+                    width=400, max_height=390,
                 )
-            )
+            )  # fmt: skip
         if drawn:
             title = f"Map of pushes: {controller}, {kind}"
             sections.append(Section(title, figures=(grid(drawn, columns=2),)))
     return sections
 
 
-def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
+def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     """Return the experiment for some controllers."""
 
     def of_map(kind: str, full: bool) -> Callable[[bool], Cases]:
         return partial(map_cases, controllers, data, kind, full)
 
-    return Measured(
+    return Specification(
         name="push-map",
         title="Pushes that a walk withstands",
         parts={
@@ -312,18 +264,12 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
             "people": partial(people_cases, controllers, data, PEOPLE),
             "all people": partial(people_cases, controllers, data, None),
         },
-        usual=("force", "people"),
-        shortly=("force", "people"),
-        brief=_brief,
-        grids=lambda kept: (
-            summary(kept),
-            *tables(kept),
-            *people_table(kept),
-            strengths(),
-        ),  # fmt: skip
+        default_parts=("force", "people"),
+        summary=lambda r: default_summary(r) if "force" in r else pushed_summary(r),
+        grids=lambda cached: (*tables(cached), strengths()),
         rows=rows,
         notes=NOTES,
-        remarks=gaps,
+        remarks=gap_remarks,
         pictures=pictures,
     )
 

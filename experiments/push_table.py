@@ -1,42 +1,40 @@
 """The largest pushes that a standing person withstands, by foot, formulation and direction.
 
-Table 1 of [Park2020]_, with what a pendulum on the same base of support would withstand beside it
+Table 1 of [Park2020]_, with the limit of a pendulum on the same base of support
 (:func:`~plantigrade.world.push_limits.predicted_limit`), and a map of sixteen directions.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.standing import FORMULATIONS, MASS, ORDER, Standing, stands
-from experiments.table import Row, at_least
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.specification import Specification, gap_remarks
+from experiments.standing import FEET, FORMULATIONS, MASS, PUSHES, Standing, is_standing
+from experiments.table import Grid, Row, at_least
 from plantigrade.charts import Series, path_plot
 from plantigrade.charts.figure import Figure
 from plantigrade.constants import GRAVITY
 from plantigrade.pages.section import Section
 from plantigrade.world.push_limits import PushTest, directions, on_feet, predicted_limit
 
-DURATION, WATCH, STEP = 0.4, 5.0, 2.5  # of a push [s], of what follows [s], of the forces [N]
-SIDES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
-"""Where a push comes from, as the paper calls it → where it goes to [rad]."""
+DURATION, WATCH, STEP = 0.4, 5.0, 2.5
+"""Duration of a push and time after it [s]; distance of the forces [N]."""
 PAPER = {"two-segment": (45.0, 50.0, 40.0), "multi-segment": (65.0, 75.0, 50.0)}
-SUM = 205.0  # front + side + back [N]
+SUM = 205.0
+"""Goal of the sum of the three limits [N]."""
 STANCES = (0.35, 0.45, 0.55, 0.65)
-"""Places of the centre of mass over the soles, from the heels."""
-N_MAP = 16
+"""Positions of the centre of mass over the soles, from the heels."""
+N_DIRECTIONS = 16
 FORMULATION = "torque"
-"""The formulation that is held against the paper's numbers."""
-WAYS = {"in place": FORMULATION, "stepping": "stepping"}
-"""What the map compares → formulation."""
-TIMES = 3.0
-"""How much more is to be withstood with steps than in place, in every direction."""
+"""The formulation that is compared with the paper."""
+STEPPING = {"in place": FORMULATION, "stepping": "stepping"}
+"""Strategies of the map → formulation."""
+MIN_RATIO = 3.0
+"""Goal of the limit with steps, by that in place, in every direction."""
 SIZES = ((1.60, 55.0), (1.90, 95.0))
-"""Other bodies [m, kg]; constants are settled on the paper's."""
+"""Other bodies [m, kg]; constants were chosen on the paper's."""
 NOTES = (
     "",
     f"Pushes of {DURATION:g} s at the centre of mass of the trunk of a person of {MASS:g} kg; a "
@@ -51,66 +49,66 @@ NOTES = (
     "not step withstands about 0.48 m/s forward (an estimate).",
 )
 
+StandingCases = dict[str, Standing]
+"""First part of a key → the person; each is pushed from three sides."""
 
-Case = tuple[Standing, float]
 
-
-def paper_cases(quick: bool) -> dict[str, Case]:
-    """Return every foot and formulation from three sides."""
-    feet = ORDER[:2] if quick else ORDER
-    ways = (FORMULATION,) if quick else FORMULATIONS
+def paper_cases(quick: bool) -> StandingCases:
+    """Return every foot and formulation."""
     return {
-        f"paper/{way}/{foot}/{side}": (Standing(foot, way), towards)
-        for way in ways
-        for foot in feet
-        for side, towards in SIDES.items()
+        f"paper/{formulation}/{foot}": Standing(foot, formulation)
+        for formulation in ((FORMULATION,) if quick else FORMULATIONS)
+        for foot in (FEET[:2] if quick else FEET)
     }
 
 
-def stance_cases(quick: bool) -> dict[str, Case]:
-    """Return every foot with the centre of mass at other places over the soles."""
+def stance_cases(quick: bool) -> StandingCases:
+    """Return feet with the centre of mass at other positions over the soles."""
     return {
-        f"stances/{ahead:g}/{foot}/{side}": (Standing(foot, FORMULATION, ahead=ahead), towards)
+        f"stances/{ahead:g}/{foot}": Standing(foot, FORMULATION, ahead=ahead)
         for ahead in (STANCES[:1] if quick else STANCES)
-        for foot in ORDER[:2]
-        for side, towards in SIDES.items()
+        for foot in FEET[:2]
     }
 
 
-def map_cases(quick: bool) -> dict[str, Case]:
-    """Return sixteen directions, in degrees to the left of forward, without and with steps."""
-    return {
-        f"map/{name}/{np.rad2deg(towards):g}": (Standing(formulation=way), towards)
-        for name, way in WAYS.items()
-        for towards in directions(4 if quick else N_MAP)
-    }
-
-
-def size_cases(quick: bool) -> dict[str, Case]:
+def size_cases(quick: bool) -> StandingCases:
     """Return other bodies with the same setting, without and with steps."""
     return {
-        f"sizes/{height:g} m {mass:g} kg, {name}/{side}": (
-            Standing(formulation=way, height=height, mass=mass),
-            towards,
+        f"sizes/{height:g} m {mass:g} kg, {name}": Standing(
+            formulation=formulation, height=height, mass=mass
         )
         for height, mass in (SIZES[:1] if quick else SIZES)
-        for name, way in WAYS.items()
-        for side, towards in SIDES.items()
+        for name, formulation in STEPPING.items()
     }
 
 
-def measure(standing: Standing, towards: float) -> dict[str, Any]:
+def _three_sides(make: Callable[[bool], StandingCases], quick: bool) -> Cases:
+    return {
+        f"{key}/{side}": partial(measure, standing, direction)
+        for key, standing in make(quick).items()
+        for side, direction in PUSHES.items()
+    }
+
+
+def map_cases(quick: bool) -> Cases:
+    """Return sixteen directions, in degrees to the left of forward, without and with steps."""
+    return {
+        f"map/{name}/{np.rad2deg(direction):g}": partial(
+            measure, Standing(formulation=formulation), direction
+        )
+        for name, formulation in STEPPING.items()
+        for direction in directions(4 if quick else N_DIRECTIONS)
+    }
+
+
+def measure(standing: Standing, direction: float) -> Result:
     """Return the limit in a direction, and the pendulum's."""
     steps = standing.formulation == "stepping"
-    test = PushTest(
-        situation=standing,
-        duration=DURATION,
-        watch_time=WATCH,
-        withstood=stands if steps else on_feet,
-    )
-    expected = predicted_limit(standing()[0], towards, DURATION)
-    step = (4 if steps else 1) * STEP
-    limit = test.limit(towards, guess=(2 if steps else 1) * expected, step=step)
+    factor, withstood = (2, is_standing) if steps else (1, on_feet)
+    test = PushTest(situation=standing, duration=DURATION, watch_time=WATCH, withstood=withstood)
+    expected = predicted_limit(standing()[0], direction, DURATION)
+    step = factor**2 * STEP
+    limit = test.limit(direction, guess=factor * expected, step=step)
     return {
         "force": limit.force,
         "sure": min((*limit.gaps, limit.force + step)) - step,
@@ -120,112 +118,68 @@ def measure(standing: Standing, towards: float) -> dict[str, Any]:
     }
 
 
-def _brief(result: Result) -> str:
+def _summary(result: Result) -> str:
     return f"{result['force']:g} N (pendulum {result['pendulum']:.0f})"
 
 
-def _forces(kept: KeptResults, start: str, name: str = "force") -> list[float | None]:
-    return [kept.results.get(f"{start}/{side}", {}).get(name) for side in SIDES]
+def _limits(cached: CachedResults, *names: object) -> tuple[list, list]:
+    """Return the limits from three sides and those of the pendulum; empty if one is missing."""
+    found = [cached.results.get("/".join(map(str, (*names, side))), {}) for side in PUSHES]
+    if not all("force" in r for r in found):
+        return [], []
+    return [r["force"] for r in found], [r["pendulum"] for r in found]
 
 
-def _cells(forces: Sequence[float | None]) -> list[str]:
-    return ["-" if f is None else f"{f:g}" for f in forces]
+def _cells(forces: Sequence[float]) -> list[str]:
+    return [f"{force:g}" for force in forces]
 
 
-def table(kept: KeptResults) -> Grid:
-    """Return the paper's table and ours, absolute and relative to the body."""
-    header = ("", *SIDES, "sum", "/ pendulum", "", "", "% weight", "", "", "m/s", "", "")
-    lines = [[f"paper, {foot}", *_cells(f), f"{sum(f):g}", *[""] * 9] for foot, f in PAPER.items()]
-    for way in FORMULATIONS:
-        for foot in ORDER:
-            forces = _forces(kept, f"paper/{way}/{foot}")
-            expected = _forces(kept, f"paper/{way}/{foot}", "pendulum")
-            if any(f is None for f in (*forces, *expected)):
-                continue
-            f, p = np.array(forces, float), np.array(expected, float)
-            cells = [f"{way}, {foot}", *_cells(forces), f"{f.sum():g}"]
-            cells += [f"{x:.2f}" for x in f / p]
-            cells += [f"{x:.1f}" for x in 100 * f / (MASS * GRAVITY)]
-            lines.append([*cells, *(f"{x:.2f}" for x in f * DURATION / MASS)])
-    return Grid("Largest push [N], by what a pendulum withstands, and by the body", header, lines)
+def grids(cached: CachedResults) -> Iterator[Grid]:
+    """Return the paper's table and ours."""
+    header = ("", *PUSHES, "sum", "/ pendulum", "", "", "% weight", "", "", "m/s", "", "")
+    lines = [[f"paper, {foot}", *_cells((*f, sum(f))), *[""] * 9] for foot, f in PAPER.items()]
+    for formulation in FORMULATIONS:
+        for foot in FEET:
+            forces, pendulum = map(np.array, _limits(cached, "paper", formulation, foot))
+            if len(forces):
+                cells = [f"{formulation}, {foot}", *_cells((*forces, forces.sum()))]
+                cells += [f"{x:.2f}" for x in forces / pendulum]
+                cells += [f"{x:.1f}" for x in 100 * forces / (MASS * GRAVITY)]
+                lines.append([*cells, *(f"{x:.2f}" for x in forces * DURATION / MASS)])
+    yield Grid("Largest push [N], by what a pendulum withstands, and by the body", header, lines)
 
 
-def stances(kept: KeptResults) -> Grid:
-    """Return the limits by where the centre of mass is."""
-    header = ("centre of mass, of the soles", *SIDES, "sum", "pendulum", "", "")
-    lines = []
-    for ahead in STANCES:
-        for foot in ORDER:
-            forces = _forces(kept, f"stances/{ahead:g}/{foot}")
-            expected = _forces(kept, f"stances/{ahead:g}/{foot}", "pendulum")
-            if not any(f is None for f in (*forces, *expected)):
-                total = sum(f or 0.0 for f in forces)
-                cells = [f"{ahead:g}, {foot}", *_cells(forces), f"{total:g}"]
-                lines.append([*cells, *(f"{p:.0f}" for p in expected if p is not None)])
-    return Grid("Largest push [N] by where the centre of mass is", header, lines)
+def _map(cached: CachedResults) -> dict[str, dict[float, Result]]:
+    """Return the results of the map: strategy → direction [deg] → result."""
+    found: dict[str, dict[float, Result]] = {}
+    for key, result in cached.select("map").items():
+        _, name, degrees = key.split("/")
+        found.setdefault(name, {})[float(degrees)] = result
+    return found
 
 
-def map_table(kept: KeptResults) -> Grid:
-    """Return the limits all around."""
-    ways = _ways(kept)
-    header = ("towards [deg]", *ways, "pendulum")
-    lines = []
-    for degrees in sorted({d for found in ways.values() for d in found}):
-        found = [ways[way].get(degrees) for way in ways]
-        expected = next(r["pendulum"] for r in found if r is not None)
-        forces = [None if r is None else r["force"] for r in found]
-        lines.append([f"{degrees:g}", *_cells(forces), f"{expected:.0f}"])
-    return Grid("Largest push [N] by direction, multi-segment feet", header, lines)
+def _ratios(cached: CachedResults) -> Iterator[tuple[float, Result, float]]:
+    """Yield direction [deg], the result with steps, and the limit in place [N]."""
+    found = _map(cached)
+    in_place = found.get("in place", {})
+    for degrees, result in sorted(found.get("stepping", {}).items()):
+        if degrees in in_place:
+            yield degrees, result, in_place[degrees]["force"]
 
 
-def factors(kept: KeptResults) -> Grid:
-    """Return how much more is withstood with steps."""
-    ways = _ways(kept)
-    header = ("towards [deg]", "times", "% weight", "m/s", "every lighter one tried [N]")
-    lines = []
-    for degrees, result in sorted(ways.get("stepping", {}).items()):
-        if degrees in ways.get("in place", {}):
-            force, place = result["force"], ways["in place"][degrees]["force"]
-            times = f"{force / place:.2f}" if place else "-"
-            weight, speed = 100 * force / (MASS * GRAVITY), force * DURATION / MASS
-            sure = f"{result['sure']:g}"
-            lines.append([f"{degrees:g}", times, f"{weight:.0f}", f"{speed:.2f}", sure])
-    return Grid("With steps: by what is withstood in place, and by the body", header, lines)
+def polar(sizes: Mapping[float, float], label: str = "", dash: str = "") -> Series:
+    """Return a closed curve of sizes by direction [deg]: forward to the right, left up."""
+    degrees = [*sorted(sizes), min(sizes)]
+    angles, size = np.deg2rad(degrees), np.array([sizes[d] for d in degrees])
+    return Series(size * np.cos(angles), size * np.sin(angles), label, dash=dash)
 
 
-def sizes(kept: KeptResults) -> Grid:
-    """Return the limits of other bodies."""
-    header = ("body", *SIDES, "m/s", "", "")
-    lines = []
-    for height, mass in SIZES:
-        for name in WAYS:
-            body = f"{height:g} m {mass:g} kg, {name}"
-            forces = _forces(kept, f"sizes/{body}")
-            if any(f is not None for f in forces):
-                speeds = [None if f is None else round(f * DURATION / mass, 2) for f in forces]
-                lines.append([body, *_cells(forces), *_cells(speeds)])
-    return Grid("Largest push [N] of other bodies, same setting", header, lines)
-
-
-def _ways(kept: KeptResults) -> dict[str, dict[float, Result]]:
-    """Return the results of the map: with or without steps → direction → result."""
-    ways: dict[str, dict[float, Result]] = {}
-    for key, result in kept.beginning("map/").items():
-        if "error" not in result:
-            _, way, degrees = key.split("/")
-            ways.setdefault(way, {})[float(degrees)] = result
-    return ways
-
-
-def pictures(kept: KeptResults) -> list[Section]:
-    """Return the map as a drawing: forward is to the right, the person's left is up."""
+def pictures(cached: CachedResults) -> list[Section]:
+    """Return the map as a drawing."""
     series = []
-    for way, found in _ways(kept).items():
-        turns = np.deg2rad([*sorted(found), min(found)])
-        for name, dash in (("force", ""), ("pendulum", "4 3")):
-            size = np.array([found[d][name] for d in [*sorted(found), min(found)]])
-            label = way if name == "force" else "pendulum"
-            series.append(Series(size * np.cos(turns), size * np.sin(turns), label, dash=dash))
+    for strategy, found in _map(cached).items():
+        series.append(polar({d: r["force"] for d, r in found.items()}, strategy))
+        series.append(polar({d: r["pendulum"] for d, r in found.items()}, "pendulum", "4 3"))
     if not series:
         return []
     drawn = path_plot(
@@ -235,59 +189,40 @@ def pictures(kept: KeptResults) -> list[Section]:
     return [Section("Map", figures=(Figure(drawn, caption),))]
 
 
-def gaps(kept: KeptResults) -> list[str]:
-    """Return where a lighter push is not withstood."""
-    said = []
-    for key, result in kept.results.items():
-        if result.get("gaps"):
-            forces = ", ".join(f"{f:g}" for f in result["gaps"])
-            said.append(f"Not monotone: {key} holds {result['force']:g} N and falls at {forces} N.")
-    return said
+def rows(cached: CachedResults) -> Iterator[Row]:
+    """Return the limits, with goals of the paper's foot and of steps."""
+    subject, main = f"{FORMULATION} multi-segment", ("paper", FORMULATION, "multi-segment")
+    for side, goal in zip(PUSHES, PAPER["multi-segment"], strict=True):
+        for result in cached.select(*main, side).values():
+            yield at_least(subject, side, result["force"], goal, "N")
+    if forces := _limits(cached, *main)[0]:
+        yield at_least(subject, "sum", float(sum(forces)), SUM, "N")
+    for degrees, result, place in _ratios(cached):
+        if place:
+            ratio = result["force"] / place
+            yield at_least("steps, towards", f"{degrees:g} deg", ratio, MIN_RATIO, "times")
+        yield Row("every lighter push was withstood, steps", f"{degrees:g}", result["sure"], "N")
+    for key, result in cached.select().items():
+        if not key.startswith("/".join(main)):
+            of, _, side = key.replace("/", " ").rpartition(" ")
+            yield Row(of, side, result["force"], "N")
+            yield Row(f"{of}, pendulum", side, result["pendulum"], "N")
 
 
-def goals(kept: KeptResults) -> list[Row]:
-    """Return what is held against the paper, and every other limit."""
-    rows: list[Row] = []
-    start = f"paper/{FORMULATION}/multi-segment"
-    forces = _forces(kept, start)
-    for side, force, goal in zip(SIDES, forces, PAPER["multi-segment"], strict=True):
-        if force is not None:
-            rows.append(at_least(f"{FORMULATION} multi-segment", side, force, goal, "N"))
-    if all(f is not None for f in forces):
-        total = float(sum(f or 0.0 for f in forces))
-        rows.append(at_least(f"{FORMULATION} multi-segment", "sum", total, SUM, "N"))
-    ways = _ways(kept)
-    for degrees, result in sorted(ways.get("stepping", {}).items()):
-        place = ways.get("in place", {}).get(degrees)
-        if place is not None and place["force"]:
-            times = result["force"] / place["force"]
-            rows.append(at_least("steps, towards", f"{degrees:g} deg", times, TIMES, "times"))
-    for key, result in kept.results.items():
-        if "error" not in result and not key.startswith(start):
-            subject, _, side = key.replace("/", " ").rpartition(" ")
-            rows.append(Row(subject, side, result["force"], "N"))
-    return rows
-
-
-def _measured(cases: Callable[[bool], dict[str, Case]], quick: bool) -> Cases:
-    return {key: partial(measure, *case) for key, case in cases(quick).items()}
-
-
-EXPERIMENT = Measured(
+EXPERIMENT = Specification(
     name="push-table",
     title="Pushes that standing people withstand",
     parts={
-        "paper": partial(_measured, paper_cases),
-        "stances": partial(_measured, stance_cases),
-        "map": partial(_measured, map_cases),
-        "sizes": partial(_measured, size_cases),
+        "paper": partial(_three_sides, paper_cases),
+        "stances": partial(_three_sides, stance_cases),
+        "map": map_cases,
+        "sizes": partial(_three_sides, size_cases),
     },
-    usual=("paper",),
-    brief=_brief,
-    grids=lambda kept: (table(kept), stances(kept), map_table(kept), factors(kept), sizes(kept)),
-    rows=goals,
+    default_parts=("paper",),
+    summary=_summary,
+    grids=grids,
+    rows=rows,
     notes=NOTES,
-    remarks=gaps,
+    remarks=gap_remarks,
     pictures=pictures,
 )
-run = EXPERIMENT.run

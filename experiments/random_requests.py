@@ -1,4 +1,4 @@
-"""Random requests: who is to do what, drawn over all tasks, persons, feet and joints."""
+"""Random requests, drawn over all tasks, persons, feet and joints."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class Request:
 
     Attributes:
         task: Name of the task.
-        told: What the task is told; angles in radians.
+        options: Options of the task; angles in radians.
         height: Stature [m].
         mass: Body mass [kg].
         sex: ``"female"`` or ``"male"``.
@@ -29,7 +29,7 @@ class Request:
     """
 
     task: str
-    told: dict[str, Any]
+    options: dict[str, Any]
     height: float
     mass: float
     sex: str
@@ -42,11 +42,11 @@ class Request:
         return Human.create(self.height, self.mass, self.sex, self.joints, self.feet)
 
     @property
-    def words(self) -> str:
-        """What is asked for, and of whom."""
-        told = ", ".join(f"{name} {_shown(value)}" for name, value in self.told.items())
+    def title(self) -> str:
+        """Task, options and person."""
+        options = ", ".join(f"{name} {_shown(value)}" for name, value in self.options.items())
         who = f"{self.height:.2f} m, {self.mass:.0f} kg, {self.joints}, {self.feet}"
-        return f"{self.task} ({told}), {who}" if told else f"{self.task}, {who}"
+        return f"{self.task} ({options}), {who}" if options else f"{self.task}, {who}"
 
 
 def random_request(seed: int) -> Request:
@@ -57,8 +57,8 @@ def random_request(seed: int) -> Request:
     rng = np.random.default_rng(seed)
     height = float(rng.uniform(*PERSONS["height"]))
     mass = float(rng.uniform(*PERSONS["body_mass_index"])) * height**2
-    name, told = _TASKS[seed % len(_TASKS)](rng, height)
-    rounded = {k: round(float(v), 3) if isinstance(v, float) else v for k, v in told.items()}
+    name, options = _TASKS[seed % len(_TASKS)](rng, height)
+    rounded = {k: round(float(v), 3) if isinstance(v, float) else v for k, v in options.items()}
     return Request(
         name,
         rounded,

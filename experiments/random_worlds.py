@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import KeptResults
+from experiments.cached_results import CachedResults
 from experiments.table import ResultTable, Row, at_most
 from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture, PostureSettings, passive
@@ -35,7 +35,7 @@ from plantigrade.world import (
 from plantigrade.world.grounds import ground_named
 
 WORLDS, FEW, DURATION = 1000, 20, 2.0  # number, in the short form, [s]
-PIECE, FILE = 50, "worlds.json"  # worlds that are kept together, and where
+PIECE, FILE = 50, "worlds.json"  # number of worlds of one result, and its file
 RATES = (300.0, 600.0, 1800.0)  # steps of the physics [1/s]
 CONTROL = 30.0  # [1/s]
 GROUNDS = ("flat", "slope", "sphere", "dome", "steps", "bumps", "stones", "moving")
@@ -137,7 +137,7 @@ def outcome(seed: int, duration: float = DURATION) -> Outcome:
 
 
 def piece(seeds: Sequence[int], jobs: int) -> dict[str, Any]:
-    """Return what becomes of several worlds, as it is kept."""
+    """Return what becomes of several worlds, as it is cached."""
     outcomes, faults = [], []
     for done in run_jobs(outcome, seeds, jobs=jobs):
         if done.result is None:
@@ -157,7 +157,7 @@ def run(
     """Simulate random worlds, on all cores in the long form.
 
     Args:
-        quick: Only :data:`FEW` of them, and nothing is kept.
+        quick: Only :data:`FEW` of them, without cached results.
         say: Called with a line for what is done.
         out: Folder to keep the outcomes in, piece by piece: a run that was stopped goes on. Those
             of other code of the world than today's are made anew.
@@ -165,16 +165,16 @@ def run(
     """
     n = FEW if quick else WORLDS
     path = None if quick or out is None else out / FILE
-    kept = KeptResults(path, say, anew=overwrite)
-    if kept.notes():
-        say("what was kept is of other code, and made anew")
-        kept.results.clear()
+    cached = CachedResults(path, say, overwrite=overwrite)
+    if cached.notes():
+        say("the cached results are of earlier code and are computed again")
+        cached.results.clear()
     found: list[Outcome] = []
     faults: list[str] = []
     for first in range(0, n, PIECE):
         seeds = range(first, min(first + PIECE, n))
         make = partial(piece, seeds, jobs=1 if quick else -1)
-        made = kept.get(f"seeds {first} to {seeds[-1]}", make)
+        made = cached.get(f"seeds {first} to {seeds[-1]}", make)
         found += [Outcome(**each) for each in made["outcomes"]]
         faults += made["faults"]
     broken = [o.seed for o in found if o.broken]

@@ -1,7 +1,9 @@
-"""The experiments by name, and what each of them takes."""
+"""The experiments by name, and the options that each of them takes."""
 
+import importlib
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from experiments.table import ResultTable
@@ -9,72 +11,76 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A module of this folder whose function ``run`` returns a table.
+    """A function of this folder that measures something and returns a table.
 
-    Every ``run`` takes ``quick``, for a short form of it, and ``say``, called with a line for all
-    that is done; beside these it may take ``data`` (the folder of recordings), ``out`` (a folder
-    to keep results in and to write to), ``parts`` (names of those to be done, the usual ones if
-    empty), ``overwrite`` (do anew what is in ``out``), ``jobs`` (how many runs at once) and
-    ``controllers`` (words of those that are to walk, the usual one if empty).
+    Every function takes ``quick`` (whether to run the short form) and ``say`` (called with a line
+    about each result). Further options are ``data`` (folder of recordings), ``out`` (folder for
+    results), ``parts`` (names of parts; the default ones if empty), ``overwrite`` (discard the
+    results in ``out``), ``jobs`` (number of parallel runs) and ``controllers`` (names of
+    controllers; the default one if empty).
 
     Attributes:
-        name: Of the module, with hyphens.
-        needs: What it cannot do without.
-        takes: What else it makes use of.
+        name: Name of the experiment.
+        place: Its module and the object in it whose ``run`` is called; the module of that name and
+            its function ``run`` if empty.
+        needs: Options that must be given.
+        takes: Other options that it uses.
     """
 
     name: str
+    place: str = ""
     needs: tuple[str, ...] = ()
     takes: tuple[str, ...] = ()
 
     @property
     def options(self) -> tuple[str, ...]:
-        """What it needs and what it takes."""
+        """All options that it uses."""
         return (*self.needs, *self.takes)
 
-    def run(self, **options: Any) -> "ResultTable":
-        """Import the module and call its ``run``."""
-        import importlib
+    def function(self) -> "Callable[..., ResultTable]":
+        """Import the module and return the function."""
+        module, _, name = (self.place or self.name.replace("-", "_")).partition(":")
+        found = importlib.import_module(f"experiments.{module}")
+        return getattr(found, name).run if name else found.run
 
-        name = f"experiments.{self.name.replace('-', '_')}"
-        return importlib.import_module(name).run(**options)
 
-
-MEASURED = ("out", "parts", "overwrite", "jobs")
-"""What experiments of many kept results take."""
+CACHED = ("out", "parts", "overwrite", "jobs")
+"""Options of experiments with cached results."""
+WALKING = ("data", "controllers", *CACHED)
+"""Options of experiments on walking, for any controller."""
 EXPERIMENTS = {
     e.name: e
     for e in (
-        Experiment("ankle-torque", takes=MEASURED),
-        Experiment("feet-while-walking", takes=("data", "controllers", *MEASURED)),
+        Experiment("ankle-torque", "learned_level:ANKLE", takes=CACHED),
+        Experiment("feet-while-walking", takes=WALKING),
         Experiment("fit-accuracy", needs=("data",)),
-        Experiment("foot-motions", takes=("data", *MEASURED)),
+        Experiment("foot-motions", takes=("data", *CACHED)),
         Experiment("foot-pose", needs=("data",)),
         Experiment("foot-segments", needs=("data",)),
-        Experiment("gain-curves", takes=MEASURED),
+        Experiment("gain-curves", "learned_level:GAINS", takes=CACHED),
         Experiment("gait-table", needs=("data",)),
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
-        Experiment("learned-feet", takes=("controllers", *MEASURED)),
-        Experiment("learned-walk", takes=MEASURED),
-        Experiment("moving-slope", takes=MEASURED),
-        Experiment("push-any-controller", takes=("data", "controllers", *MEASURED)),
-        Experiment("push-map", takes=("data", "controllers", *MEASURED)),
-        Experiment("push-table", takes=MEASURED),
-        Experiment("pushed-walk", takes=MEASURED),
+        Experiment("learned-feet", takes=("controllers", *CACHED)),
+        Experiment("learned-walk", "learned_level:WALK", takes=CACHED),
+        Experiment("moving-slope", "standing_grounds:MOVING", takes=CACHED),
+        Experiment("push-any-controller", takes=WALKING),
+        Experiment("push-map", takes=WALKING),
+        Experiment("push-table", "push_table:EXPERIMENT", takes=CACHED),
+        Experiment("pushed-walk", "learned_disturbed:PUSHED", takes=CACHED),
         Experiment("random-worlds", takes=("out", "overwrite")),
-        Experiment("replay", takes=("data", *MEASURED)),
-        Experiment("robustness", takes=MEASURED),
-        Experiment("rough-walk", takes=MEASURED),
-        Experiment("sensitivity", takes=("data", "controllers", *MEASURED)),
+        Experiment("replay", takes=("data", *CACHED)),
+        Experiment("robustness", "robustness:EXPERIMENT", takes=CACHED),
+        Experiment("rough-walk", "learned_disturbed:ROUGH", takes=CACHED),
+        Experiment("sensitivity", takes=WALKING),
         Experiment("spline-table", takes=("data", "out")),
-        Experiment("synthesis-bench", takes=("out", "parts", "overwrite")),
-        Experiment("synthesis-fidelity", takes=("out", "parts", "overwrite")),
+        Experiment("synthesis-bench", "synthesis_bench:EXPERIMENT", takes=CACHED),
+        Experiment("synthesis-fidelity", "synthesis_fidelity:EXPERIMENT", takes=CACHED),
         Experiment("synthesis-tracking", needs=("data",)),
-        Experiment("uneven-ground", takes=MEASURED),
+        Experiment("uneven-ground", "standing_grounds:UNEVEN", takes=CACHED),
         Experiment("vault-table", takes=("out", "overwrite")),
-        Experiment("walk-battery", takes=("data", "controllers", *MEASURED)),
+        Experiment("walk-battery", takes=WALKING),
     )
 }
 """Every experiment by name."""

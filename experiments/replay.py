@@ -1,12 +1,12 @@
-"""Do motions survive in the physical world? Tasks and recorded walks, carried out by replay.
+"""Replay of synthesised motions and recorded walks in the physical world.
 
-Every motion that ``synthesize`` offers is carried out by one frozen controller from starts that are
-disturbed in every velocity; periodic walks are repeated. Recorded walks, fitted and reproduced, are
-carried out from their first frame to their last. Then motions are pushed: the walk at every phase
-of a step, those who stand, and every motion in its middle.
+Every motion that ``synthesize`` offers is carried out by one controller with one setting from
+starts that are disturbed in every velocity; periodic walks are repeated. Recorded walks, fitted and
+reproduced, are carried out from their first frame to their last. Then motions are pushed: the walk
+at every phase of a step, people who stand, and every motion in its middle.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -14,42 +14,45 @@ from typing import Any
 
 import numpy as np
 
+from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE, QUICK
-from experiments.kept_results import KeptResults, Result
-from experiments.synthesis_trial import chosen_parts
+from experiments.specification import Specification
 from experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.control.replay import Replay
 from plantigrade.record import Record
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.replays import largest_push, replay_once
+from plantigrade.workflows.replays import Outcome, largest_push, replay_once
 from plantigrade.workflows.reproduce import reproduce
 
-FILE = "replay.json"
-PARTS = ("motions", "recordings", "pushes", "standing", "on the way")
 LONG, SHORT = 20.0, 5.0
-"""Length of a repeated walk, and in the short form [s]."""
+"""Duration of a repeated walk, also in the short form [s]."""
 STARTS, FEW = 10, 2
-SURVIVE, RECORDED, BACK = 98.0, 80.0, 0.10  # goals: per cent, per cent, [m]
-MEDIAN, WORST, STANDING = 250.0, 100.0, 200.0  # goals of pushes [N]
+"""Number of disturbed starts, also in the short form."""
+SURVIVE, RECORDED, MAX_OFFSET = 98.0, 80.0, 0.10
+"""Goals: survived motions [%], completed recordings [%], offset from the path [m]."""
+MEDIAN, WORST, STANDING = 250.0, 100.0, 200.0
+"""Goals of pushes [N]."""
 FORCES = tuple(float(f) for f in range(50, 501, 50))
 COARSE = (100.0, 200.0, 300.0)
-"""Pushes that are tried, and in the short form [N]."""
+"""Forces that are tried, also in the short form [N]."""
 PHASES = (0.0, 0.25, 0.5, 0.75)
 AROUND, SIDES = tuple(range(0, 360, 45)), (0, 90, 180, 270)
 """Directions: 0 forward, 90 to the left [deg]."""
-SETTLED, WATCHED = 1.0, 2.5
-"""A walk is pushed in the step after the first of these; so long must one stay on the feet [s]."""
+SETTLED, WATCH = 1.0, 2.5
+"""A walk is pushed in the first step after this time; time on the feet after a push [s]."""
 STANDS = {"reach": 0.5, "squat": 0.5}
 """Motions in which a person still stands at that time [s]."""
 LATEST = 2.0
-"""Who is pushed in the middle of a motion is pushed no later [s]."""
+"""Latest time of a push in the middle of a motion [s]."""
+WALK = "walk 1.3 m/s"
+"""The walk that is pushed."""
 
 NOTES = (
     "",
-    "How to read it: survived counts runs in which nothing but feet and seat touched anything and "
-    "the centre of mass did not sink, until the end; the error is that of the joints to the motion "
-    "at the phase of the replay, root mean square, the median of the runs; beside its path is the "
-    "centre of mass at the end, the largest of the runs that survived. Starts: Gaussian noise of "
+    "A run is survived if nothing but feet and seat touches anything and the centre of mass does "
+    "not sink, until the end; the error is that of the joints to the motion at the phase of the "
+    "replay, root mean square, the median of the runs; the offset from the path is that of the "
+    "centre of mass at the end, the largest of the survived runs. Starts: Gaussian noise of "
     "0.05 m/s and rad/s on every velocity. Physics 1000 Hz, commands 500 Hz. Bodies are solid: "
     "who is pushed so that one leg is more than 30 mm in the other has not survived. Pushes: 0.2 s "
     "at the upper trunk, the largest of 50, 100, … 500 N that is survived for 2.5 s, by bisection, "
@@ -59,12 +62,12 @@ NOTES = (
 
 
 @dataclass(frozen=True)
-class Told:
-    """A motion to be synthesised.
+class Task:
+    """A motion to synthesise.
 
     Attributes:
-        task: Its task.
-        options: What it is told.
+        task: Name of its task.
+        options: Options of the task.
         repeated: Whether it is a periodic walk.
     """
 
@@ -73,9 +76,9 @@ class Told:
     repeated: bool = False
 
 
-def walk(**options: Any) -> Told:
+def walk(**options: Any) -> Task:
     """Return a periodic walk."""
-    return Told("walk", {"periodic": True, **options}, repeated=True)
+    return Task("walk", {"periodic": True, **options}, repeated=True)
 
 
 MOTIONS = {
@@ -84,17 +87,17 @@ MOTIONS = {
     "walk downhill 8°": walk(slope=float(np.deg2rad(-8.0))),
     "walk, 1.55 m 50 kg": walk(height=1.55, mass=50.0),
     "walk, 1.90 m 95 kg": walk(height=1.90, mass=95.0),
-    "walk from standing": Told("walk"),
-    "walk turning 45°": Told("walk", {"turn": float(np.deg2rad(45.0))}),
-    "walk, step of 10 cm": Told("walk", {"step_height": 0.10}),
-    "walk, step down of 10 cm": Told("walk", {"step_height": -0.10}),
+    "walk from standing": Task("walk"),
+    "walk turning 45°": Task("walk", {"turn": float(np.deg2rad(45.0))}),
+    "walk, step of 10 cm": Task("walk", {"step_height": 0.10}),
+    "walk, step down of 10 cm": Task("walk", {"step_height": -0.10}),
     "walk 1.3 m/s, 66 coordinates": walk(speed=1.3, joints="66", feet="multi-segment"),
-    "sit-to-stand": Told("sit-to-stand"),
-    "stand-to-sit": Told("stand-to-sit"),
-    "squat": Told("squat"),
-    "reach": Told("reach"),
-    "side-step": Told("side-step"),
-    "jump": Told("jump"),
+    "sit-to-stand": Task("sit-to-stand"),
+    "stand-to-sit": Task("stand-to-sit"),
+    "squat": Task("squat"),
+    "reach": Task("reach"),
+    "side-step": Task("side-step"),
+    "jump": Task("jump"),
 }
 """What ``synthesize`` offers, by name."""
 QUICKLY = ("walk 1.3 m/s", "sit-to-stand", "side-step")
@@ -103,227 +106,207 @@ QUICKLY = ("walk 1.3 m/s", "sit-to-stand", "side-step")
 @cache
 def synthesised(name: str) -> Record:
     """Return a motion of :data:`MOTIONS`."""
-    told = MOTIONS[name]
-    return synthesize(told.task, **told.options).record
+    motion = MOTIONS[name]
+    return synthesize(motion.task, **motion.options).record
 
 
-def motion_outcome(item: tuple[str, int, float]) -> Result:
-    """Return what became of a motion from a start, repeated for so long if it is a walk."""
-    name, seed, long = item
-    record = synthesised(name)
-    found = replay_once(record, long if MOTIONS[name].repeated else None, seed=seed)
-    return {
-        "survived": found.survived,
-        "seconds": found.seconds,
-        "error_deg": float(np.rad2deg(found.error)),
-        "off_path_m": found.off_path,
-        **found.figures,
-    }
+def motion_outcome(name: str, seed: int, duration: float) -> Result:
+    """Return the outcome of a motion from a disturbed start; a walk is repeated for a duration."""
+    found = replay_once(synthesised(name), duration if MOTIONS[name].repeated else None, seed=seed)
+    return {**outcome(found), "off_path_m": found.off_path, **found.figures}
 
 
 def recorded_outcome(path: Path) -> Result:
-    """Return what became of the reproduction of a recorded walk."""
+    """Return the outcome of the reproduction of a recorded walk."""
     record = reproduce(path).record
     found = replay_once(record)
+    duration = record.motion.duration
+    return {**outcome(found), "duration": duration, "off_path_m": found.off_path}
+
+
+def outcome(found: Outcome) -> Result:
+    """Return survival, duration and joint error of a replay."""
+    error = float(np.rad2deg(found.error))
+    return {"survived": found.survived, "seconds": found.seconds, "error_deg": error}
+
+
+def push_outcome(name: str, time: float, direction: int, forces: Sequence[float]) -> Result:
+    """Return the largest push survived, at a time, in a direction [deg]."""
+    controller, angle = Replay(synthesised(name)), float(np.deg2rad(direction))
+    return {"force": largest_push(controller, time, angle, forces, after=WATCH)}
+
+
+def phase_outcome(name: str, phase: float, direction: int, forces: Sequence[float]) -> Result:
+    """Return the largest push survived at a phase of a step."""
+    reference = Replay(synthesised(name)).reference
+    step = reference.duration / reference.schedule.per_period
+    return push_outcome(name, SETTLED + phase * step, direction, forces)
+
+
+def middle_outcome(name: str, direction: int, forces: Sequence[float]) -> Result:
+    """Return the largest push survived in the middle of a motion."""
+    time = min(0.5 * synthesised(name).motion.duration, LATEST)
+    return push_outcome(name, time, direction, forces)
+
+
+# Cases --------------------------------------------------------------------------------------------
+
+
+def motions(quick: bool) -> Cases:
+    """Return all motions from disturbed starts."""
+    starts, duration = (FEW, SHORT) if quick else (STARTS, LONG)
     return {
-        "survived": found.survived,
-        "seconds": found.seconds,
-        "duration": record.motion.duration,
-        "error_deg": float(np.rad2deg(found.error)),
-        "off_path_m": found.off_path,
+        f"motions/{name}/{duration:g} s/{seed}": partial(motion_outcome, name, seed, duration)
+        for name in (QUICKLY if quick else MOTIONS)
+        for seed in range(1, starts + 1)
     }
 
 
-def push_outcome(item: tuple[str, float, int, Sequence[float]]) -> Result:
-    """Return the largest push survived, from a time on, in a direction [deg]."""
-    name, time, direction, forces = item
-    controller, angle = Replay(synthesised(name)), float(np.deg2rad(direction))
-    return {"force": largest_push(controller, time, angle, forces, after=WATCHED)}
+def recordings(data: Path | None, quick: bool) -> Cases:
+    """Return the recorded walks of a folder."""
+    people = QUICK[:2] if quick else tuple(PEOPLE)
+    names = [name for person in people for name in sorted(PEOPLE[person])[: 1 if quick else None]]
+    paths = {name: data / name for name in names} if data is not None else {}
+    return {
+        f"recordings/{name}": partial(recorded_outcome, path)
+        for name, path in paths.items()
+        if path.exists()
+    }
 
 
-def phase_outcome(item: tuple[str, float, int, Sequence[float]]) -> Result:
-    """Likewise at a phase of a step."""
-    name, phase, direction, forces = item
-    reference = Replay(synthesised(name)).reference
-    step = reference.duration / reference.schedule.per_period
-    return push_outcome((name, SETTLED + phase * step, direction, forces))
+def pushes(quick: bool) -> Cases:
+    """Return pushes of the walk at phases of a step."""
+    forces = COARSE if quick else FORCES
+    return {
+        f"pushes/{WALK}/pushed at {phase:g} of a step to {angle} deg, by {forces[-1]:g} N at most":
+            partial(phase_outcome, WALK, phase, angle, forces)
+        for phase in ((0.25,) if quick else PHASES)
+        for angle in ((0, 90) if quick else AROUND)
+    }  # fmt: skip
 
 
-def middle_outcome(item: tuple[str, int, Sequence[float]]) -> Result:
-    """Likewise in the middle of a motion."""
-    name, direction, forces = item
-    time = min(0.5 * synthesised(name).motion.duration, LATEST)
-    return push_outcome((name, time, direction, forces))
+def standing(quick: bool) -> Cases:
+    """Return pushes of people who stand."""
+    forces = COARSE if quick else FORCES
+    return {
+        f"standing/{name}/pushed while standing to {angle} deg, by {forces[-1]:g} N at most":
+            partial(push_outcome, name, time, angle, forces)
+        for name, time in STANDS.items()
+        for angle in (SIDES if quick else AROUND)
+    }  # fmt: skip
 
 
-def run(
-    data: Path | None = None,
-    *,
-    out: Path | None = None,
-    parts: Sequence[str] = (),
-    overwrite: bool = False,
-    quick: bool = False,
-    jobs: int = 1,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Carry motions out, those that are not in the folder of results yet.
-
-    Args:
-        data: Folder of recordings; without it there are none.
-        out: Folder to keep results in.
-        parts: Of :data:`PARTS`; all if empty.
-        overwrite: Do anew what is there.
-        quick: A few motions from few starts, two pushes.
-        jobs: How many at once; -1 for one per core.
-        say: Called with a line for every result.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    chosen = chosen_parts(parts, PARTS, PARTS)
-    kept = KeptResults(None if out is None else out / FILE, say, anew=overwrite)
-    rows: list[Row] = []
-    if "motions" in chosen:
-        rows += motions(kept, quick=quick, jobs=jobs)
-    if "recordings" in chosen and data is not None:
-        rows += recordings(kept, data, quick=quick, jobs=jobs)
-    if "pushes" in chosen:
-        rows += pushes(kept, quick=quick, jobs=jobs)
-    if "standing" in chosen and not (quick and not parts):
-        rows += standing(kept, quick=quick, jobs=jobs)
-    if "on the way" in chosen and not (quick and not parts):
-        rows += on_the_way(kept, quick=quick, jobs=jobs)
-    return ResultTable("Motions carried out in the physical world", rows, [*NOTES, *kept.notes()])
+def on_the_way(quick: bool) -> Cases:
+    """Return pushes in the middle of every motion."""
+    names, forces = (QUICKLY, COARSE) if quick else (tuple(MOTIONS), FORCES)
+    return {
+        f"on the way/{name}/{angle}": partial(middle_outcome, name, angle, forces)
+        for name in names
+        for angle in SIDES
+    }
 
 
-def cases(work: Callable[[Any], Result], items: dict[str, Any]) -> dict[str, Callable[[], Result]]:
-    """Return what makes the result of every key."""
-    return {key: partial(work, item) for key, item in items.items()}
+# Figures ------------------------------------------------------------------------------------------
 
 
-def brief(result: Result) -> str:
-    """Return a result in a few words."""
-    if "error" in result:
-        return str(result["error"])
+def summary(result: Result) -> str:
+    """Return one line about a result."""
     if "force" in result:
         return f"{result['force']:.0f} N"
     ended = "survived" if result["survived"] else f"fell after {result['seconds']:.2f} s"
     return f"{ended}, {result['error_deg']:.1f}° off"
 
 
-def motions(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
-    """Return the rows of synthesised motions."""
-    names = QUICKLY if quick else tuple(MOTIONS)
-    starts, long = (FEW, SHORT) if quick else (STARTS, LONG)
-    items = {
-        f"{name}, start {seed}, {long:g} s": (name, seed, long)
-        for name in names
-        for seed in range(1, starts + 1)
-    }
-    found = kept.get_all(cases(motion_outcome, items), brief, jobs=jobs)
-    rows, every = [], []
-    for name in names:
-        own = [found[key] for key, item in items.items() if item[0] == name]
-        every += own
-        rows += _rows(name, own)
-    share = 100.0 * float(np.mean([bool(r.get("survived")) for r in every]))
-    rows.append(at_least("all motions", "survived", share, SURVIVE, "%"))
-    return rows
+def rows(cached: CachedResults) -> Iterator[Row]:
+    """Return the figures of all parts."""
+    yield from motion_rows(cached)
+    found = cached.select("recordings", failed=True)
+    for key, result in found.items():
+        name, problem = key.partition("/")[2], str(result.get("error", ""))
+        note = problem or ("" if result["survived"] else "fell")
+        yield Row(name, "walked", result.get("seconds"), "s", note=note)
+        if not problem:
+            yield Row(name, "joint error", result["error_deg"], "deg")
+    if found:
+        share = 100.0 * float(np.mean([bool(r.get("survived")) for r in found.values()]))
+        yield at_least("recorded walks", "walked to their end", share, RECORDED, "%")
+    for part, subject, goals in (
+        ("pushes", "pushes", (MEDIAN, WORST)),
+        ("standing", "pushes while standing", (None, STANDING)),
+    ):
+        found = cached.select(part, failed=True)
+        for key, result in found.items():
+            name, problem = ", ".join(key.split("/")[1:]), str(result.get("error", ""))
+            yield Row(name, "largest survived", result.get("force"), "N", note=problem)
+        held = [float(r.get("force", 0.0)) for r in found.values()]
+        if held:
+            complete = part == "standing" or len(held) >= len(pushes(False))
+            if goals[0] is not None and complete:
+                yield at_least(subject, "median", float(np.median(held)), goals[0], "N")
+            if complete:
+                yield at_least(subject, "worst", min(held), goals[1], "N")
+    for name in MOTIONS:
+        found = cached.select("on the way", name, failed=True)
+        if found:
+            held = {key.split("/")[2]: float(r.get("force", 0.0)) for key, r in found.items()}
+            problem = next((str(r["error"]) for r in found.values() if "error" in r), "")
+            note = problem or ", ".join(f"{angle}°: {force:g} N" for angle, force in held.items())
+            yield Row(name, "push survived on the way", min(held.values()), "N", note=note)
 
 
-def _rows(name: str, results: list[Result]) -> list[Row]:
-    """Return survival, error and distance from the path of one motion."""
-    if problem := next((r["error"] for r in results if "error" in r), ""):
-        return [Row(name, "survived", None, "%", f">= {SURVIVE:g}", False, str(problem))]
-    alive = [r for r in results if r["survived"]]
-    share = 100.0 * len(alive) / len(results)
-    rows = [at_least(name, "survived", share, SURVIVE, "%")]
-    rows.append(
-        Row(name, "joint error", float(np.median([r["error_deg"] for r in results])), "deg")
+def motion_rows(cached: CachedResults) -> Iterator[Row]:
+    """Return survival, error and offset from the path of every motion; of long runs if there."""
+    every: list[Result] = []
+    for name in MOTIONS:
+        durations = (f"{LONG:g} s", f"{SHORT:g} s")
+        found = (cached.select("motions", name, long, failed=True).values() for long in durations)
+        results = next(filter(None, map(list, found)), [])
+        every += results
+        alive = [r for r in results if r.get("survived")]
+        if problem := next((r["error"] for r in results if "error" in r), ""):
+            yield Row(name, "survived", None, "%", f">= {SURVIVE:g}", False, str(problem))
+        elif results:
+            yield at_least(name, "survived", 100.0 * len(alive) / len(results), SURVIVE, "%")
+            error = float(np.median([r["error_deg"] for r in results]))
+            yield Row(name, "joint error", error, "deg")
+            if alive:
+                offset = max(float(r["off_path_m"]) for r in alive)
+                yield at_most(name, "beside its path at the end", offset, MAX_OFFSET, "m")
+    if every:
+        share = 100.0 * float(np.mean([bool(r.get("survived")) for r in every]))
+        yield at_least("all motions", "survived", share, SURVIVE, "%")
+
+
+def experiment(data: Path | None) -> Specification:
+    """Return the experiment, with the recordings of a folder."""
+    return Specification(
+        name="replay",
+        title="Motions carried out in the physical world",
+        parts={
+            "motions": motions,
+            "recordings": partial(recordings, data),
+            "pushes": pushes,
+            "standing": standing,
+            "on the way": on_the_way,
+        },
+        quick_parts=("motions", "recordings", "pushes"),
+        summary=summary,
+        rows=rows,
+        notes=NOTES,
     )
-    if alive:
-        beside = max(float(r["off_path_m"]) for r in alive)
-        rows.append(at_most(name, "beside its path at the end", beside, BACK, "m"))
-    return rows
 
 
-def recordings(kept: KeptResults, data: Path, *, quick: bool, jobs: int) -> list[Row]:
-    """Return the rows of recorded walks."""
-    people = QUICK[:2] if quick else tuple(PEOPLE)
-    paths = [name for person in people for name in sorted(PEOPLE[person])[: 1 if quick else None]]
-    items = {name: data / name for name in paths if (data / name).exists()}
-    if not items:
-        return []
-    found = kept.get_all(cases(recorded_outcome, items), brief, jobs=jobs)
-    rows = []
-    for name, result in found.items():
-        if "error" in result:
-            rows.append(Row(name, "walked", None, "s", note=str(result["error"])))
-            continue
-        note = "" if result["survived"] else "fell"
-        rows.append(Row(name, "walked", result["seconds"], "s", note=note))
-        rows.append(Row(name, "joint error", result["error_deg"], "deg"))
-    share = 100.0 * float(np.mean([bool(r.get("survived")) for r in found.values()]))
-    rows.append(at_least("recorded walks", "walked to their end", share, RECORDED, "%"))
-    return rows
+def run(data: Path | None = None, **options: Any) -> ResultTable:
+    """Run the experiment.
+
+    Args:
+        data: Folder of recordings; without it there are none.
+        options: Options of :meth:`~experiments.specification.Specification.run`.
+
+    Raises:
+        ParameterError: If there is no such part.
+    """
+    return experiment(data).run(**options)
 
 
-def pushes(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
-    """Return the rows of pushes at 1.3 m/s."""
-    name = "walk 1.3 m/s"
-    phases, angles = ((0.25,), (0, 90)) if quick else (PHASES, AROUND)
-    forces = COARSE if quick else FORCES
-    items = {
-        f"{name}, pushed at {phase:g} of a step to {angle} deg, by {forces[-1]:g} N at most": item
-        for phase in phases
-        for angle in angles
-        for item in [(name, phase, angle, forces)]
-    }
-    found = kept.get_all(cases(phase_outcome, items), brief, jobs=jobs)
-    rows, held = _pushed(found)
-    if not quick:
-        rows.append(at_least("pushes", "median", float(np.median(held)), MEDIAN, "N"))
-        rows.append(at_least("pushes", "worst", min(held), WORST, "N"))
-    return rows
-
-
-def _pushed(found: dict[str, Result]) -> tuple[list[Row], list[float]]:
-    """Return a row for every push, and the forces survived: none where it ended in an error."""
-    rows = [
-        Row(key, "largest survived", r.get("force"), "N", note=str(r.get("error", "")))
-        for key, r in found.items()
-    ]
-    return rows, [float(r.get("force", 0.0)) for r in found.values()]
-
-
-def standing(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
-    """Return the rows of pushes of those who stand."""
-    forces = COARSE if quick else FORCES
-    items = {
-        f"{name}, pushed while standing to {angle} deg, by {forces[-1]:g} N at most": item
-        for name, time in STANDS.items()
-        for angle in (SIDES if quick else AROUND)
-        for item in [(name, time, angle, forces)]
-    }
-    rows, held = _pushed(kept.get_all(cases(push_outcome, items), brief, jobs=jobs))
-    return [*rows, at_least("pushes while standing", "worst", min(held), STANDING, "N")]
-
-
-def on_the_way(kept: KeptResults, *, quick: bool, jobs: int) -> list[Row]:
-    """Return the largest push of every motion, in its weakest direction."""
-    names, forces = (QUICKLY, COARSE) if quick else (tuple(MOTIONS), FORCES)
-    items = {
-        f"{name}, pushed on the way to {angle} deg, by {forces[-1]:g} N at most": item
-        for name in names
-        for angle in SIDES
-        for item in [(name, angle, forces)]
-    }
-    found = kept.get_all(cases(middle_outcome, items), brief, jobs=jobs)
-    rows = []
-    for name in names:
-        own = {item[1]: found[key] for key, item in items.items() if item[0] == name}
-        held = {angle: float(r.get("force", 0.0)) for angle, r in own.items()}
-        problem = next((str(r["error"]) for r in own.values() if "error" in r), "")
-        note = problem or ", ".join(f"{angle}°: {force:g} N" for angle, force in held.items())
-        rows.append(Row(name, "push survived on the way", min(held.values()), "N", note=note))
-    return rows
+EXPERIMENT = experiment(None)

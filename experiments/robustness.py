@@ -1,14 +1,13 @@
-"""What replays survive that was not planned: other mass, friction, ground, delay, sensor noise."""
+"""Robustness of replays to model mismatch: mass, friction, ground, delay, sensor noise."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.replay import MOTIONS, brief, synthesised
+from experiments.cached_results import CachedResults, Result
+from experiments.replay import MOTIONS, outcome, summary, synthesised
+from experiments.specification import Cases, Specification
 from experiments.table import Row, at_least
 from plantigrade.contact.ground import Ground, Step
 from plantigrade.workflows.otherwise import Otherwise
@@ -21,7 +20,7 @@ NAMES = ("walk 1.0 m/s", "walk 1.3 m/s", "walk 1.6 m/s", "walk from standing", "
          "side-step", "squat", "jump")  # fmt: skip
 WALKS = tuple(name for name in NAMES if name.startswith("walk"))
 AHEAD = 0.5
-"""Where ground that was not planned begins [m]."""
+"""Where the unplanned ground begins [m]."""
 
 
 def _bumps(seed: int) -> Otherwise:
@@ -29,7 +28,7 @@ def _bumps(seed: int) -> Otherwise:
 
 
 def _ahead(rise: float) -> Callable[[int], Otherwise]:
-    """Return ground that is so much higher from :data:`AHEAD` on [m]."""
+    """Return ground that is higher by ``rise`` from :data:`AHEAD` on [m]."""
     return lambda seed: Otherwise(ground=Ground(steps=(Step(AHEAD, rise),)))
 
 
@@ -51,13 +50,13 @@ DISTURBED: dict[str, dict[str, Callable[[int], Otherwise]]] = {
     "delay": {"delay of 10 ms": lambda seed: Otherwise(delay=0.010)},
     "sensors": {"sensor noise": lambda seed: Otherwise(sensors=0.002)},
 }
-"""Part → name → what is otherwise, by the number of the start."""
+"""Part → name → the mismatch, by the number of the start."""
 EVERY = {what: how for part in DISTURBED.values() for what, how in part.items()}
 
 NOTES = (
     "",
-    "How to read it: runs from starts disturbed as in the experiment replay, one disturbance at a "
-    f"time, of which the controller knows nothing; walks on level ground are repeated for {LONG:g} "
+    "Runs from starts disturbed as in the experiment replay, with one mismatch at a time, unknown "
+    f"to the controller; walks on level ground are repeated for {LONG:g} "
     f"s ({SHORT:g} s in the short form). Bumps are another random relief for each start; ground "
     f"that is higher or lower is so from {AHEAD:g} m ahead on, for walks (a motion with a seat "
     "keeps its own ground). Sensor noise: "
@@ -65,15 +64,10 @@ NOTES = (
 )
 
 
-def outcome(name: str, what: str, seed: int, long: float) -> Result:
-    """Return what became of a motion where something is otherwise."""
-    duration = long if MOTIONS[name].repeated else None
-    found = replay_once(synthesised(name), duration, seed=seed, otherwise=EVERY[what](seed))
-    return {
-        "survived": found.survived,
-        "seconds": found.seconds,
-        "error_deg": float(np.rad2deg(found.error)),
-    }
+def replayed(name: str, what: str, seed: int, duration: float) -> Result:
+    """Return the outcome of a motion under a mismatch."""
+    repeated = duration if MOTIONS[name].repeated else None
+    return outcome(replay_once(synthesised(name), repeated, seed=seed, otherwise=EVERY[what](seed)))
 
 
 def _fits(name: str, what: str) -> bool:
@@ -87,7 +81,7 @@ def _cases(part: str, quick: bool) -> Cases:
     """Return every motion under the disturbances of a part; first starts come first."""
     names, starts, long = (("walk 1.3 m/s",), 1, SHORT) if quick else (NAMES, STARTS, LONG)
     return {
-        f"{what}/{name}/{seed}/{long:g} s": partial(outcome, name, what, seed, long)
+        f"{what}/{name}/{seed}/{long:g} s": partial(replayed, name, what, seed, long)
         for seed in range(1, starts + 1)
         for name in names
         for what in DISTURBED[part]
@@ -95,38 +89,27 @@ def _cases(part: str, quick: bool) -> Cases:
     }
 
 
-def _survived(kept: KeptResults, what: str, name: str) -> list[bool]:
-    """Return which runs survived of a motion under a disturbance; short ones if all are."""
-    found = kept.beginning(f"{what}/{name}/")
+def _survived(cached: CachedResults, what: str, name: str) -> list[bool]:
+    """Return the survival of a motion under a mismatch: of the long runs, if there are any."""
+    found = cached.select(what, name, failed=True)
     long = [result for key, result in found.items() if key.endswith(f"/{LONG:g} s")]
     return [bool(result.get("survived")) for result in long or found.values()]
 
 
-def rows(kept: KeptResults) -> Iterator[Row]:
+def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the share of runs that survived."""
     for what in EVERY:
         for name in NAMES:
-            if own := _survived(kept, what, name):
+            if own := _survived(cached, what, name):
                 share = 100.0 * float(np.mean(own))
                 yield at_least(name, f"survived, {what}", share, SURVIVE, "%")
 
 
-def table(kept: KeptResults) -> Grid:
-    """Return how many runs survived, by disturbance and motion."""
-    lines = []
-    for what in EVERY:
-        counts = [_survived(kept, what, name) for name in NAMES]
-        if any(counts):
-            lines.append([what, *(f"{sum(c)} of {len(c)}" if c else "" for c in counts)])
-    return Grid("Runs that survived", ("", *NAMES), lines)
-
-
-EXPERIMENT = Measured(
+EXPERIMENT = Specification(
     name="robustness",
     title="Motions under what was not planned",
     parts={part: partial(_cases, part) for part in DISTURBED},
-    brief=brief,
-    grids=lambda kept: (table(kept),),
+    summary=summary,
     rows=rows,
     notes=NOTES,
 )

@@ -1,4 +1,4 @@
-"""Which settings of a controller matter: each one changed by a fifth, over a short battery.
+"""Sensitivity of a controller to its settings: each one changed by a fifth, over a short battery.
 
 A walk is carried out on level ground, pushed, along a course, at speeds and heights that change,
 and on bumps; somebody who stands is left alone, pushed forward, sideways and out of their place,
@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.table import Row
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.specification import Specification
+from experiments.table import Grid, Row
 from experiments.walking import own_walk, person, runs
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.numbers import numbers_of
@@ -250,13 +249,13 @@ class Effect:
         return self.size >= MATTERS
 
 
-def effects(kept: KeptResults) -> list[Effect]:
+def effects(cached: CachedResults) -> list[Effect]:
     """Return what is known of settings, the greatest first."""
     found = []
-    for key, first in kept.results.items():
+    for key, first in cached.results.items():
         controller, setting, *sign = key.split("/")
-        base = kept.results.get(f"{controller}/as it is", {})
-        second = kept.results.get(f"{controller}/{setting}/+", {})
+        base = cached.results.get(f"{controller}/as it is", {})
+        second = cached.results.get(f"{controller}/{setting}/+", {})
         if sign != ["-"] or not second or "seconds" not in base:
             continue
         pairs = [
@@ -271,9 +270,9 @@ def effects(kept: KeptResults) -> list[Effect]:
     return sorted(found, key=lambda each: -each.size)
 
 
-def tables(kept: KeptResults) -> Iterator[Grid]:
+def tables(cached: CachedResults) -> Iterator[Grid]:
     """Return one table a controller."""
-    every = effects(kept)
+    every = effects(cached)
     header = ("setting", "on the feet, −20 %", "+20 %", "deviation, −20 %", "+20 %")
     for name in dict.fromkeys(each.controller for each in every):
         lines = [
@@ -288,9 +287,9 @@ def tables(kept: KeptResults) -> Iterator[Grid]:
         yield Grid(f"settings of {name}, what matters most first", header, lines)
 
 
-def rows(kept: KeptResults) -> Iterator[Row]:
+def rows(cached: CachedResults) -> Iterator[Row]:
     """Return how many settings matter."""
-    every = effects(kept)
+    every = effects(cached)
     for name in dict.fromkeys(each.controller for each in every):
         own = [each for each in every if each.controller == name]
         yield Row(name, "settings that were changed", len(own))
@@ -298,17 +297,17 @@ def rows(kept: KeptResults) -> Iterator[Row]:
         yield Row(name, "settings without any effect", sum(each.size == 0.0 for each in own))
 
 
-def _brief(result: Result) -> str:
+def _summary(result: Result) -> str:
     return result.get("refused") or f"{result['seconds']:.2f} s, {result['off']:.3f} off"
 
 
-def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
+def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     """Return the experiment for some controllers."""
-    return Measured(
+    return Specification(
         name="sensitivity",
         title="Settings of controllers, each changed by a fifth",
         parts={"settings": partial(cases, controllers, data)},
-        brief=_brief,
+        summary=_summary,
         grids=tables,
         rows=rows,
         notes=NOTES,

@@ -174,7 +174,7 @@ def motion_sheet(found: Solutions, knees: Mapping[str, np.ndarray]) -> str:
     band = norm("knee_angle", "free")
     text = [sheet("Pelvis and right knee", header, lines)]
     text.append(
-        f"Measured knees of walking: {band.mean.min():.0f} to {band.mean.max():.0f} deg on "
+        f"Specification knees of walking: {band.mean.min():.0f} to {band.mean.max():.0f} deg on "
         f"average, {CHILDREN.people}, {CHILDREN.citation}"
     )
     text += [f"  {n}: {k.min():.0f} to {k.max():.0f} deg" for n, k in knees.items()]

@@ -1,11 +1,10 @@
 """Recorded walks led round the corners of a square, to the left and to the right."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import Result
+from experiments.cached_results import Result
 from experiments.walking import figures, recorded
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.reference import period_of
@@ -15,15 +14,13 @@ from plantigrade.workflows.walkers import Walker, walks_as
 from plantigrade.world import Controller
 
 PREFIX, SIDES = "square", {"left": 1.0, "right": -1.0}
-SIDE, ROUND, SHORT = 4.0, 25.0, 8.0
-"""Length of a side [m]; how long a walk lasts, and in the short form [s]."""
-AGAIN = 4
-"""So often it could go round in that time."""
+SIDE, DURATION, ROUNDS = 4.0, 25.0, 4
+"""Length of a side [m], duration of a walk [s], and rounds of its path."""
 
 
-def square(controller: str, path: Path, way: str, seconds: float) -> Result:
+def square(controller: str, data: Path, name: str, way: str, seconds: float) -> Result:
     """Return a recorded walk along a square; the speed is that along its own way."""
-    one = walks_as(controller, recorded(path))
+    one = walks_as(controller, recorded(data / name))
     if period_of(one.record)[0] is None or not one.controller().follow(_corners(way)):
         return {"left_out": "is walked once, or cannot be led"}
     found = walk(_round(one, way), duration=seconds)
@@ -44,18 +41,5 @@ def _round(one: Walker, way: str) -> Walker:
 
 def _corners(way: str) -> Float[Array, "n 2"]:
     """Return the corners of a square, to be walked to in turn [m]."""
-    corners = SIDE * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * AGAIN)
+    corners = SIDE * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * ROUNDS)
     return corners * [1.0, SIDES[way]]
-
-
-def cases(quick: bool, data: Path | None, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return what is to be measured: recordings of a folder, each to both sides."""
-    if data is None:
-        return {}
-    seconds = SHORT if quick else ROUND
-    return {
-        f"{PREFIX} {way} {name}/{seconds:g} s": (square, (data / name, way, seconds))
-        for name in (names[:1] if quick else names)
-        for way in SIDES
-        if (data / name).exists()
-    }

@@ -1,4 +1,4 @@
-"""Who stands, how, and what keeps them standing: shared by the experiments on standing.
+"""People who stand and the controllers of their balance, for the experiments on standing.
 
 The body is the paper's [Park2020]_: 1.50 m, 48.5 kg, 66 degrees of freedom, 24 of them in its
 multi-segment feet. Its other feet have the same length, width and mass and touch the ground at the
@@ -20,7 +20,7 @@ from plantigrade.control import Posture
 from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, posture_reference
 from plantigrade.control.balance.reference import PLATFORM
 from plantigrade.kinematics.state import State
-from plantigrade.models import FEET, Human
+from plantigrade.models import Human
 from plantigrade.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World, standing_on
 from plantigrade.world.grounds import ground_named
@@ -28,58 +28,58 @@ from plantigrade.world.push_limits import on_feet
 
 HEIGHT, MASS, SEX, JOINTS = 1.50, 48.5, "female", "66"  # the paper does not say the sex
 RATE = 900.0
-"""Steps of the physics [1/s]; the paper has 1800."""
+"""Rate of the physics [1/s]; the paper has 1800."""
 AHEAD, WIDTH = 0.60, 0.147
-"""Stance: centre of mass over the soles, from the heels; ankles apart, of the height.
+"""Stance: position of the centre of mass over the soles, from the heels; distance of the ankles, of
+the height.
 
-People carry it at 0.45; the paper's 65 N from the front and 50 N from the back are those of a
+People have it at 0.45; the paper's 65 N from the front and 50 N from the back are those of a
 pendulum at some 0.6.
 """
-ARMS = np.deg2rad(17.0)
-"""How far the arms are from the trunk, so that they do not strike it [rad]."""
-SLOW, LEANING = 0.1, np.deg2rad(40.0)
-"""Who is at rest is slower [m/s], and leans less [rad]."""
-PRESSING, SETTLED = 1.0, 1.0
-"""A point presses above this force [N]; how far it slips is told from this time on [s]."""
-ORDER = ("multi-segment", "two-segment", "rigid")
-assert set(ORDER) == set(FEET)
+ARM_ABDUCTION = np.deg2rad(17.0)
+"""Angle of the arms from the trunk, without collisions [rad]."""
+MAX_SPEED, MAX_LEAN = 0.1, np.deg2rad(40.0)
+"""Limits of speed [m/s] and lean [rad] of a person at rest."""
+PRESSING_FORCE, SETTLED = 1.0, 1.0
+"""A contact point presses above this force [N]; slip is measured from this time on [s]."""
+FEET = ("multi-segment", "two-segment", "rigid")
+PUSHES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
+"""Where a push comes from, in the paper's words → its direction [rad]."""
 
 
 @dataclass(frozen=True)
 class Formulation:
-    """A way to keep balance.
+    """A controller of balance.
 
     Attributes:
-        words: What it is.
-        rate: Commands per second [1/s].
-        make: Makes a new controller for a world and a stance.
+        rate: Command rate [1/s].
+        make: Returns a new controller for a world and a stance.
     """
 
-    words: str
     rate: float
     make: Callable[[World, Float[Array, " nq"]], Controller]
 
 
 FORMULATIONS: dict[str, Formulation] = {
+    # torques within the strength of the joints and forces within friction cones, one program
     "torque": Formulation(
-        "torques within the strength of the joints and forces within friction cones, one program",
         90.0,
         lambda world, stance: Balance(posture_reference(world, stance)),
     ),
+    # the same, and a step is taken where standing in place can no longer succeed
     "stepping": Formulation(
-        "the same, and a step is taken where standing in place can no longer succeed",
         90.0,
         lambda world, stance: Balance(
             posture_reference(world, stance), settings=BalanceSettings(stepping=True)
         ),
     ),
+    # the paper's: accelerations by least squares, hybrid dynamics, no torque limits
     "hybrid": Formulation(
-        "the paper's: accelerations by least squares, hybrid dynamics, no torque limits",
         30.0,
         lambda world, stance: Hybrid(posture_reference(world, stance)),
     ),
+    # springs and dampers at the joints alone, within the strength of the joints
     "posture": Formulation(
-        "springs and dampers at the joints alone, within the strength of the joints",
         90.0,
         lambda world, stance: Posture(qpos=stance),
     ),
@@ -92,14 +92,14 @@ class Standing:
 
     Attributes:
         feet: Kind of feet.
-        formulation: What keeps the balance, of :data:`FORMULATIONS`.
+        formulation: Controller of balance, of :data:`FORMULATIONS`.
         ground: Name of the ground (:func:`~plantigrade.world.grounds.ground_named`).
-        ahead: Place of the centre of mass over the soles, from the heels.
+        ahead: Position of the centre of mass over the soles, from the heels.
         width: Distance of the ankles, of the height.
         height: Stature [m].
         mass: Body mass [kg].
-        seed: Of random ground.
-        recording: Whether frames are kept.
+        seed: Seed of random ground.
+        recording: Whether frames are recorded.
     """
 
     feet: str = "multi-segment"
@@ -113,12 +113,12 @@ class Standing:
     recording: bool = False
 
     def __call__(self, disturbances: Sequence[Disturbance] = ()) -> tuple[World, Controller]:
-        """Return a world with the person in it, and their controller."""
+        """Return a world with the person in it, and the controller."""
         human = person(self.feet, self.height, self.mass)
         ground = ground_named(self.ground, seed=self.seed)
         how = FORMULATIONS[self.formulation]
         qpos = standing_on(human, ground, com_along_sole=self.ahead, width=self.width * self.height)
-        qpos[[7 + human.hinge(f"arm_add_{side}") for side in SIDES]] = -ARMS
+        qpos[[7 + human.hinge(f"arm_add_{side}") for side in SIDES]] = -ARM_ABDUCTION
         world = World(
             human,
             ground,
@@ -141,12 +141,12 @@ def person(feet: str, height: float = HEIGHT, mass: float = MASS) -> Human:
 def stand(
     standing: Standing, disturbances: Sequence[Disturbance], duration: float
 ) -> dict[str, Any]:
-    """Return what becomes of a person who stands for so long: plain figures.
+    """Return the figures of a person who stands for a duration [s].
 
-    ``stood``; ``time`` until a fall [s]; ``slip``, the farthest that a point which presses has
-    moved along the ground since the first second [mm]; ``points``, how many press on the average
-    of the second half; ``wobble``, the root mean square of how far the trunk leans from where it
-    did at first [deg], and ``sway``, that of the centre of mass over the ground [mm].
+    ``stood``; ``time`` until a fall [s]; ``slip``, the longest path along the ground of a pressing
+    contact point since the first second [mm]; ``points``, the mean number of pressing points in
+    the second half; ``wobble``, the root mean square of the trunk's lean from its first attitude
+    [deg], and ``sway``, that of the centre of mass over the ground [mm].
     """
     world, controller = standing(disturbances)
     state = world.reset()
@@ -158,7 +158,7 @@ def stand(
     slip, points, leans, sways = 0.0, [], [], []
     while world.time < duration - 0.5 / world.rate and on_feet(world):
         state = world.step(controller(state))
-        pressing = np.linalg.norm(world.contact_force(), axis=1) > PRESSING
+        pressing = np.linalg.norm(world.contact_force(), axis=1) > PRESSING_FORCE
         place = np.array(world.data.geom_xpos)[geoms]
         if plate:
             turn = world.data.xmat[plate[0]].reshape(3, 3)
@@ -183,19 +183,19 @@ def stand(
     }
 
 
-def stands(world: World) -> bool:
+def is_standing(world: World) -> bool:
     """Return whether a person is upright, at rest, and has the left foot on the left."""
     nq, nv = world.human.model.nq, world.human.model.nv
     body = State(world.human, world.data.qpos[:nq], world.data.qvel[:nv])
     feet = [world.human.body(f"foot_{side}") for side in SIDES]
     apart = (body.origin(feet[1]) - body.origin(feet[0])) @ body.rotation(1)[:, 1]
-    upright = body.rotation(world.human.trunk)[2, 2] > np.cos(LEANING)
-    slow = np.linalg.norm(body.com_velocity) < SLOW
+    upright = body.rotation(world.human.trunk)[2, 2] > np.cos(MAX_LEAN)
+    slow = np.linalg.norm(body.com_velocity) < MAX_SPEED
     return bool(upright and slow and apart > 0)
 
 
-def stood_in_words(result: Mapping[str, Any]) -> str:
-    """Return in one line what became of a person."""
+def summary(result: Mapping[str, Any]) -> str:
+    """Return one line about a person."""
     if not result["stood"]:
         return f"fell at {result['time']:.2f} s"
     return f"stood, {result['points']:.0f} points, trunk {result['wobble']:.1f} deg"

@@ -1,4 +1,4 @@
-"""The motions that ``synthesis-bench`` generates, and the goals they are held against."""
+"""The motions that ``synthesis-bench`` generates, and their goals."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from experiments.random_requests import Request, random_request
-from experiments.synthesis_trial import crude, judge, load, outcome, solve, task_of, tried
+from experiments.synthesis_trial import check_motion, crude, load, outcome, solve, task_of
 from plantigrade.models import Human
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
 from plantigrade.trajopt.tasks.task import MotionTask
@@ -26,9 +26,9 @@ OFTEN = 19  # of 20
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured: guesses of each size of noise (RMS, [rad]), random walks, requests.
+    """Size of the benchmark: guesses of each size of noise (RMS, [rad]), random walks, requests.
 
-    Nodes a second are the tasks' own if absent.
+    Nodes per second are the tasks' own if absent.
     """
 
     guesses: int = 20
@@ -51,16 +51,16 @@ class Part:
     """One kind of measurement.
 
     Attributes:
-        name: Of the part.
-        words: What is measured.
-        cases: Everything that is measured.
+        name: Name of the part.
+        title: What is measured.
+        cases: Returns all cases.
         seconds: Goal of the time of one motion [s].
-        share: Goal of the share of motions that are made.
-        most: Goal of the longest time, where it is another one [s].
+        share: Goal of the share of solved motions.
+        most: Goal of the longest time, if it is another one [s].
     """
 
     name: str
-    words: str
+    title: str
     cases: Callable[[Extent], Iterator[Case]]
     seconds: float
     share: float = OFTEN / 20
@@ -75,8 +75,8 @@ def walk_of(human: Human, extent: Extent) -> MotionTask:
         plan = walk_plan(human, gait_parameters(human, speed), steps=extent.steps)
         longer = plan.duration > DURATION
         low, high = (speed, high) if longer else (low, speed)
-    told = {"speed": (low + high) / 2, "steps": extent.steps}
-    return task_of("walk", human, told, extent.nodes_per_second)
+    options = {"speed": (low + high) / 2, "steps": extent.steps}
+    return task_of("walk", human, options, extent.nodes_per_second)
 
 
 def with_nodes(task: MotionTask, nodes: int) -> MotionTask:
@@ -88,18 +88,14 @@ def with_nodes(task: MotionTask, nodes: int) -> MotionTask:
 
 
 def person() -> Human:
-    """Return who does everything here: the average adult with 43 coordinates."""
+    """Return the person of the benchmark: the average adult with 43 coordinates."""
     return Human.create(joints="43")
 
 
-def trial(human: Human, task_of: Callable[[], MotionTask], **how: Any) -> dict[str, Any]:
-    """Return what is kept of one motion; why, where there is no such motion."""
-
-    def make() -> dict[str, Any]:
-        timed = solve(human, task_of(), **how)
-        return outcome(timed, judge(timed))
-
-    return tried(make)
+def trial(human: Human, task_of: Callable[[], MotionTask], **options: Any) -> dict[str, Any]:
+    """Return the result of one motion."""
+    timed = solve(human, task_of(), **options)
+    return outcome(timed, check_motion(timed))
 
 
 def guesses(part: str, of: Callable[[Human, Extent], MotionTask], extent: Extent) -> Iterator[Case]:
@@ -114,9 +110,9 @@ def guesses(part: str, of: Callable[[Human, Extent], MotionTask], extent: Extent
             yield f"{part}/noise {size:g}/{seed}", partial(made, noise=size, seed=seed)
 
 
-def named(name: str, **told: Any) -> Callable[[Human, Extent], MotionTask]:
+def named(name: str, **options: Any) -> Callable[[Human, Extent], MotionTask]:
     """Return what makes a task by name."""
-    return lambda human, extent: task_of(name, human, told, extent.nodes_per_second)
+    return lambda human, extent: task_of(name, human, options, extent.nodes_per_second)
 
 
 def ipopt(extent: Extent) -> Iterator[Case]:
@@ -141,12 +137,12 @@ def random_walks(part: str, periodic: bool, extent: Extent) -> Iterator[Case]:
     human = person()
     for seed in range(extent.random):
         length, speed = random_walk(seed)
-        told: dict[str, Any] = {"speed": speed, "step_length": length}
+        options: dict[str, Any] = {"speed": speed, "step_length": length}
         if periodic:
-            told["periodic"] = True
+            options["periodic"] = True
         else:
-            told["steps"] = min(max(2, round((DURATION - 1.0) * speed / length)), 8)
-        make = partial(trial, human, partial(task_of, "walk", human, told))
+            options["steps"] = min(max(2, round((DURATION - 1.0) * speed / length)), 8)
+        make = partial(trial, human, partial(task_of, "walk", human, options))
         yield f"{part}/{seed}: {length:.2f} m at {speed:.2f} m/s", make
 
 
@@ -163,9 +159,9 @@ def requests(extent: Extent) -> Iterator[Case]:
 
         def make(asked: Request = asked) -> dict[str, Any]:
             human = asked.human
-            return trial(human, partial(task_of, asked.task, human, asked.told))
+            return trial(human, partial(task_of, asked.task, human, asked.options))
 
-        yield f"requests/{seed}: {asked.words}", make
+        yield f"requests/{seed}: {asked.title}", make
 
 
 def warm(extent: Extent) -> Iterator[Case]:
@@ -182,9 +178,9 @@ def warm(extent: Extent) -> Iterator[Case]:
     )
 
     def walk(periodic: bool, speed: float = SPEED, step: float | None = None) -> MotionTask:
-        told = {"speed": speed, "step_length": step, "periodic": periodic}
-        told |= {} if periodic else {"steps": extent.steps}
-        return task_of("walk", human, told, extent.nodes_per_second)
+        options = {"speed": speed, "step_length": step, "periodic": periodic}
+        options |= {} if periodic else {"steps": extent.steps}
+        return task_of("walk", human, options, extent.nodes_per_second)
 
     @cache
     def first(periodic: bool) -> Any:

@@ -1,32 +1,29 @@
-"""How true motions from tasks are: what the checker finds, how near walks are to published norms.
+"""Fidelity of motions from tasks: findings of the checker, agreement of walks with norms.
 
-Every motion is made with the same settings, for people of many sizes, on all feet, at all speeds;
-what fails is named with the way its solver went. No recording and no norm is in any problem.
+Every motion is solved with the same settings, for people of many sizes, on all feet, at all speeds.
+No recording and no norm is in any problem.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import KeptResults, Result
-from experiments.page import Grid, write_page
+from experiments.cached_results import CachedResults, Cases, Result
+from experiments.specification import Specification
 from experiments.synthesis_planes import growth_row, plane_grids, plane_rows, planes_of
 from experiments.synthesis_trial import (
-    brief,
-    chosen_parts,
-    failures,
-    judge,
+    check_motion,
+    failure_remarks,
     motion_rows,
     outcome,
     solve,
+    summary,
     task_of,
-    tried,
 )
-from experiments.table import ResultTable, Row, at_least, at_most, between
+from experiments.table import Row, at_least, at_most, between
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.gait_shape import gait_shape
@@ -39,9 +36,8 @@ from plantigrade.pages.section import Section
 from plantigrade.record import Run
 from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
-FILE, PAGE = "synthesis-fidelity.json", "synthesis-fidelity.html"
-OTHERS = ("sit-to-stand", "stand-to-sit", "squat", "reach", "side-step", "jump")
-FREE = 1.3  # the speed that goals are set for [m/s]
+FREE = 1.3
+"""The speed with goals [m/s]."""
 CURVES = ("hip_flexion", "knee_angle", "ankle_angle")
 FORCES = ("vertical_grf", "anterior_grf")
 
@@ -67,9 +63,9 @@ ADULT = Person(height=1.75, mass=77.5, joints="43")
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured: speeds [m/s], statures [m] and masses [kg] of people, other tasks.
+    """Size of the experiment: speeds [m/s], statures [m] and masses [kg] of people, feet, tasks.
 
-    Nodes a second are the tasks' own if absent.
+    Nodes per second are the tasks' own if absent.
     """
 
     speeds: tuple[float, ...] = (0.7, 1.0, FREE, 1.6, 1.9)
@@ -77,57 +73,13 @@ class Extent:
     masses: tuple[float, ...] = (45.0, 77.5, 110.0)
     feet: tuple[str, ...] = ("rigid", "two-segment", "multi-segment")
     others: tuple[str, ...] = (
-        "sit-to-stand",
-        "stand-to-sit",
-        "squat",
-        "reach",
-        "side-step",
-        "jump",
+        *("sit-to-stand", "stand-to-sit", "squat", "reach", "side-step", "jump"),
     )
     nodes_per_second: float | None = None
 
 
 QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
 QUICK_PARTS = ("speeds", "tasks")
-
-
-def run(
-    *,
-    parts: Sequence[str] = (),
-    extent: Extent | None = None,
-    quick: bool = False,
-    out: Path | None = None,
-    overwrite: bool = False,
-    say: Callable[[str], None] = lambda _: None,
-) -> ResultTable:
-    """Return the table of the parts (names of :data:`PARTS`), and of all that was measured before.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    extent = extent or (QUICK if quick else Extent())
-    kept = KeptResults(out / FILE if out else None, say, anew=overwrite)
-    for name in chosen_parts(parts, PARTS, QUICK_PARTS if quick else PARTS):
-        for key, who, task, told in PARTS[name](extent):
-            make = partial(measure, who, task, told, extent.nodes_per_second)
-            kept.get(f"{name}/{key}", partial(tried, make), brief)
-    found = table(kept)
-    if out is not None:
-        grids = (check_grid(kept.results), gait_grid(kept.results), *plane_grids(kept.results))
-        sections = [*curve_sections(kept.results), *(g.section() for g in grids)]
-        write_page(out / PAGE, found, sections, kept)
-    return found
-
-
-def table(kept: KeptResults) -> ResultTable:
-    """Return the table of results that are there."""
-    results, notes = kept.results, [*NOTES, *kept.notes()]
-    planes = (grid.text() for grid in plane_grids(results))
-    sheets = [check_grid(results).text(), gait_grid(results).text(), *planes]
-    sheets += fault_sheets(results)
-    title = "Motions from tasks: physics and likeness"
-    return ResultTable(title, list(rows_of(results)), notes, sheets)
-
 
 # Parts --------------------------------------------------------------------------------------------
 
@@ -177,15 +129,15 @@ PARTS: Mapping[str, Callable[[Extent], Iterator[Case]]] = {
 
 
 def measure(
-    who: Person, task: str, told: dict[str, Any], nodes_per_second: float | None
-) -> dict[str, Any]:
-    """Return what is kept of one motion."""
-    human = who.human()
-    made = solve(human, task_of(task, human, told, nodes_per_second))
-    run = judge(made, strides=2)
-    found = outcome(made, run) | {"person": asdict(who), "task": task, "told": told}
+    person: Person, task: str, options: dict[str, Any], nodes_per_second: float | None
+) -> Result:
+    """Return the result of one motion."""
+    human = person.human()
+    timed = solve(human, task_of(task, human, options, nodes_per_second))
+    run = check_motion(timed, strides=2)
+    found = outcome(timed, run) | {"person": asdict(person), "task": task, "options": options}
     found["check"] = {k: v for k, v in run.figures.items() if k.startswith("check_")}
-    return found | shape_of(run) if told.get("periodic") else found
+    return found | shape_of(run) if options.get("periodic") else found
 
 
 def shape_of(run: Run) -> dict[str, Any]:
@@ -209,69 +161,7 @@ def shape_of(run: Run) -> dict[str, Any]:
     return {"speed_class": kind, "gait": gait, **shown}
 
 
-# Tables -------------------------------------------------------------------------------------------
-
-CHECKED = (
-    ("root rms %", "check_root_force_rms_bw_percent", "{:.2f}"),
-    ("max %", "check_root_force_max_bw_percent", "{:.2f}"),
-    ("slip mm", "check_slip_max_mm", "{:.2f}"),
-    ("depth mm", "check_penetration_max_mm", "{:.2f}"),
-    ("friction", "check_friction_ratio_max", "{:.2f}"),
-    ("CoP mm", "check_pressure_outside_max_mm", "{:.1f}"),
-    ("joint deg", "check_joint_limit_excess_max_deg", "{:.1f}"),
-    ("speed %", "check_velocity_limit_use_max_percent", "{:.0f}"),
-    ("torque %", "check_torque_limit_use_max_percent", "{:.0f}"),
-    ("overlap mm", "check_overlap_max_mm", "{:.1f}"),
-)
-
-
-def check_grid(results: Mapping[str, Result]) -> Grid:
-    """Return what the checker found of every motion."""
-    header = ("", "good", "s", "iterations", "nodes", *(title for title, _, _ in CHECKED))
-    lines = []
-    for key, r in results.items():
-        if "error" in r:
-            lines.append([key, "no", *["-"] * (len(header) - 2)])
-            continue
-        cells = [key, "yes" if r["good"] else "NO", f"{r['cpu']:.1f}", str(r["iterations"])]
-        check = r["check"]
-        numbers = ["-" if check.get(k) is None else form.format(check[k]) for _, k, form in CHECKED]
-        lines.append([*cells, str(r["nodes"]), *numbers])
-    return Grid("What the checker finds", header, lines)
-
-
-def _agreement(name: str, gait: Mapping[str, Any]) -> str:
-    return "{rmse:.1f}/{rmse_offset_removed:.1f}/{correlation:.2f}".format(
-        **gait["agreement"][name]
-    )
-
-
-GAIT = (
-    ("raw", lambda g: f"{g['rmse']:.1f}"),
-    ("offset-removed", lambda g: f"{g['rmse_offset_removed']:.1f}"),
-    *((n.split("_")[0], partial(_agreement, n)) for n in CURVES),
-    ("peaks", lambda g: "{first:.2f} {trough:.2f} {second:.2f}".format(**g["humps"])),
-    ("two", lambda g: "yes" if g["humps"]["two"] else "NO"),
-    ("knee mid", lambda g: f"{g['knee_mid_stance']:.0f}"),
-    ("swing", lambda g: f"{g['knee_swing']:.0f}"),
-    ("ankle range", lambda g: f"{g['ankle_range']:.0f}"),
-    ("push-off", lambda g: f"{g['ankle_power']:.1f}"),
-    ("stance %", lambda g: f"{g['stance']:.0f}"),
-    ("width cm", lambda g: f"{100 * g['step_width_m']:.0f}"),
-    ("cost", lambda g: f"{g['muscle_cost_of_transport']:.2f}"),
-)  # fmt: skip
-
-
-def gait_grid(results: Mapping[str, Result]) -> Grid:
-    """Return how periodic walks look."""
-    header = ("", "class", *(title for title, _ in GAIT))
-    units = ("", "", "deg", "deg", *["raw/off/r"] * 3, "body weights", "humps", "deg", "deg", "deg")
-    units += ("W/kg", "", "", "")
-    lines = [list(units)]
-    for key, r in results.items():
-        if "gait" in r:
-            lines.append([key, r["speed_class"], *(cell(r["gait"]) for _, cell in GAIT)])
-    return Grid("How walks look beside norms", header, lines)
+# Figures ------------------------------------------------------------------------------------------
 
 
 def curve_sections(results: Mapping[str, Result]) -> list[Section]:
@@ -301,64 +191,64 @@ def curve_sections(results: Mapping[str, Result]) -> list[Section]:
                     )
                 )
             )
-        told = r["told"]
+        speed = r["options"]["speed"]
         text = (
-            f"Right leg over the gait cycle at {told['speed']:g} m/s. Band: mean and one standard "
+            f"Right leg over the gait cycle at {speed:g} m/s. Band: mean and one standard "
             f"deviation of the norms at speeds called “{r['speed_class'].replace('_', ' ')}”; "
             "dashes: toe off. Nothing of the norms is in the problem."
         )
-        sections.append(Section(f"Walking at {told['speed']:g} m/s", figures, text=text))
+        sections.append(Section(f"Walking at {speed:g} m/s", figures, text=text))
     return sections
 
 
-def fault_sheets(results: Mapping[str, Result]) -> list[str]:
-    """Return what failed and how the solver ended."""
-    lines = ["What failed, and why"]
-    for key, words in failures(results).items():
-        lines.append(f"{key}: {words}")
-        for stage in results[key].get("stages", ()):
-            if stage["end"]:
-                lines.append(f"    {stage['name']}, {stage['nodes']} nodes: {stage['status']}")
-                lines += [f"        {words}" for words in stage["end"]]
-    return ["\n".join(lines)] if len(lines) > 1 else []
+CHECKS = (
+    ("root_force_rms_bw_percent", "root force, RMS", 0.5, "% of body weight"),
+    ("root_force_max_bw_percent", "root force, most", 1.0, "% of body weight"),
+    ("slip_max_mm", "slip", 3.0, "mm"),
+    ("penetration_max_mm", "penetration", 2.0, "mm"),
+    ("pressure_outside_max_mm", "centre of pressure outside", 3.0, "mm"),
+    ("friction_ratio_max", "friction", None, ""),
+    ("joint_limit_excess_max_deg", "joint limits exceeded", None, "deg"),
+    ("velocity_limit_use_max_percent", "use of speed limits", None, "%"),
+    ("torque_limit_use_max_percent", "use of torque limits", None, "%"),
+    ("overlap_max_mm", "overlap", None, "mm"),
+)
+"""Figure of the checker, its name, its goal up to free speed, and its unit."""
 
 
-def rows_of(results: Mapping[str, Result]) -> Iterator[Row]:
-    """Return what motions are held against."""
-    good = sum(bool(r["good"]) for r in results.values())
+def rows(cached: CachedResults) -> Iterator[Row]:
+    """Return the figures of all motions, with their goals."""
+    results = cached.results
+    good = sum(bool(r.get("good")) for r in results.values())
     yield at_least("all", "made with the same settings", good, len(results))
     for key, r in results.items():
         yield from motion_rows(key, r)
-        speed = r.get("told", {}).get("speed")
-        if "check" in r and (speed is None or speed <= FREE):
-            yield from check_rows(key, r["check"])
+        if "error" in r:
+            continue
+        speed = r["options"].get("speed")
+        for name, quantity, limit, unit in CHECKS:
+            if (value := r["check"].get(f"check_{name}")) is not None:
+                slow = speed is None or speed <= FREE
+                yield at_most(key, quantity, float(value), limit if slow else None, unit)
         if "planes" in r and speed is not None and key.startswith("speeds/"):
             yield from plane_rows(key, r["planes"], float(speed))
-        if key == f"speeds/{FREE:g} m/s periodic" and "gait" in r:
-            yield from gait_rows(key, r["gait"])
+        if "gait" in r:
+            judged = key == f"speeds/{FREE:g} m/s periodic"
+            for row in gait_rows(key, r["gait"]):
+                yield row if judged else replace(row, goal="", met=None)
     yield from growth_row(results)
 
 
-def check_rows(key: str, check: Mapping[str, Any]) -> Iterator[Row]:
-    """Return what physics asks of one motion."""
-    for name, quantity, limit, unit in (
-        ("check_root_force_rms_bw_percent", "root force, RMS", 0.5, "% of body weight"),
-        ("check_root_force_max_bw_percent", "root force, most", 1.0, "% of body weight"),
-        ("check_slip_max_mm", "slip", 3.0, "mm"),
-        ("check_penetration_max_mm", "penetration", 2.0, "mm"),
-        ("check_pressure_outside_max_mm", "centre of pressure outside", 3.0, "mm"),
-    ):
-        if check.get(name) is not None:
-            yield at_most(key, quantity, float(check[name]), limit, unit)
-
-
 def gait_rows(key: str, gait: Mapping[str, Any]) -> Iterator[Row]:
-    """Return what is expected of a walk at free speed."""
+    """Return the agreement of a walk with norms, with the goals at free speed."""
     yield at_most(key, "RMSE of hip, knee and ankle, raw", gait["rmse"], 5.1, "deg")
     off = gait["rmse_offset_removed"]
     yield at_most(key, "RMSE of hip, knee and ankle, offset removed", off, 3.2, "deg")
-    for name, least in (("hip_flexion", 0.95), ("knee_angle", 0.95), ("ankle_angle", 0.8)):
-        yield at_least(key, f"{name} r", gait["agreement"][name]["correlation"], least)
+    for name, least in zip(CURVES, (0.95, 0.95, 0.8), strict=True):
+        agreement = gait["agreement"][name]
+        yield at_least(key, f"{name} r", agreement["correlation"], least)
+        yield Row(key, f"{name} RMSE", agreement["rmse"], "deg")
+        yield Row(key, f"{name} RMSE, offset removed", agreement["rmse_offset_removed"], "deg")
     humps = gait["humps"]
     for name, words, low, high in (
         ("first", "first hump", 1.0, 1.3),
@@ -374,3 +264,31 @@ def gait_rows(key: str, gait: Mapping[str, Any]) -> Iterator[Row]:
     yield between(key, "step width", 100 * gait["step_width_m"], 5.0, 15.0, "cm")
     cost = gait["muscle_cost_of_transport"]
     yield Row(key, "cost of transport, positive work of muscles", cost)
+    yield Row(key, "push-off", gait["ankle_power"], "W/kg")
+
+
+def experiment(extent: Extent | None = None) -> Specification:
+    """Return the experiment; its size is that of the long or the short form if none is given."""
+
+    def cases(part: str, quick: bool) -> Cases:
+        size = extent or (QUICK if quick else Extent())
+        return {
+            f"{part}/{key}": partial(measure, person, task, options, size.nodes_per_second)
+            for key, person, task, options in PARTS[part](size)
+        }
+
+    return Specification(
+        name="synthesis-fidelity",
+        title="Motions from tasks: physics and agreement with norms",
+        parts={part: partial(cases, part) for part in PARTS},
+        quick_parts=QUICK_PARTS,
+        summary=summary,
+        rows=rows,
+        grids=lambda cached: plane_grids(cached.select()),
+        notes=NOTES,
+        remarks=failure_remarks,
+        pictures=lambda cached: curve_sections(cached.select()),
+    )
+
+
+EXPERIMENT = experiment()

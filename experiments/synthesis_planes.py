@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import Result
-from experiments.page import Grid
-from experiments.table import Row, at_least, at_most, between
+from experiments.cached_results import Result
+from experiments.table import Grid, Row, at_least, at_most, between
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.gait_shape import agreement_with_norm
@@ -173,7 +172,7 @@ def growth_row(results: Mapping[str, Result]) -> Iterator[Row]:
     Nothing where walks were made at fewer than two of the speeds that are judged.
     """
     up = {
-        float(r["told"]["speed"]): r["planes"]["figures"]["com_up_down_mm"]
+        float(r["options"]["speed"]): r["planes"]["figures"]["com_up_down_mm"]
         for key, r in results.items()
         if key.startswith("speeds/") and "planes" in r
     }

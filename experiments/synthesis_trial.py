@@ -1,13 +1,12 @@
-"""One synthesised motion of an experiment: made, timed and judged."""
+"""One synthesised motion of an experiment: solved, timed and checked."""
 
 import time as clock
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from experiments.kept_results import Result
+from experiments.cached_results import CachedResults, Result
 from experiments.table import Row
-from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.models import Human
 from plantigrade.record import Run
 from plantigrade.trajopt.guess.walk import crude_guess, with_noise
@@ -19,13 +18,15 @@ from plantigrade.trajopt.tasks.registry import make_task
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.workflows.synthesize import run_of
 
-LAST = 4  # iterations of each stage that are kept of a failure
-SLOW, SAMPLED = 40, 8  # iterations from which some are kept in any case; how many
+N_LAST = 4
+"""Number of last iterations of a failed stage that are kept."""
+SLOW, N_SAMPLED = 40, 8
+"""Number of iterations from which a sample of them is kept; size of the sample."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """A motion, and what it took from its task on: on the clock, and of the processor [s]."""
+    """A motion, and its wall-clock and processor time, both from its task on [s]."""
 
     solution: Solution
     wall: float
@@ -41,10 +42,10 @@ def solve(
     noise: float = 0.0,
     seed: int = 0,
 ) -> Timed:
-    """Make a motion from a task and a person, and time it.
+    """Solve a motion from a task and a person, and time it.
 
-    Equations of the person, mesh and guess are made within the time; a warm start has the person.
-    Noise on the first guess (root mean square [rad]) is made outside the time.
+    The time includes the equations of the person, mesh and guess; a warm start has the equations.
+    It does not include noise on the first guess (root mean square [rad]).
     """
     c0 = None
     if noise:
@@ -54,12 +55,12 @@ def solve(
         c0 = with_noise(start, seed=seed, size=noise, closure=problem.closure)
     wall, cpu = clock.perf_counter(), clock.process_time()
     body = ContactBody.for_plan(human, task.plan) if warm is None else warm.body
-    made = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]
-    return Timed(made, clock.perf_counter() - wall, clock.process_time() - cpu)
+    solution = synthesize(body, task, solver=solver, warm=warm, c0=c0)  # type: ignore[arg-type]
+    return Timed(solution, clock.perf_counter() - wall, clock.process_time() - cpu)
 
 
 def load(human: Human, task: MotionTask) -> dict[str, Any]:
-    """Return how long derivatives take to be there: one iteration, less another one."""
+    """Return the loading time of derivatives: that of a first iteration less that of a second."""
     spent = []
     for _ in range(2):
         wall, cpu = clock.perf_counter(), clock.process_time()
@@ -70,13 +71,13 @@ def load(human: Human, task: MotionTask) -> dict[str, Any]:
     return {"wall": spent[0][0] - spent[1][0], "cpu": spent[0][1] - spent[1][1]}
 
 
-def judge(timed: Timed, *, strides: int = 1) -> Run:
+def check_motion(timed: Timed, *, strides: int = 1) -> Run:
     """Return the run, with the verdict of the checker."""
     return run_of(timed.solution, {}, strides=strides)
 
 
 def outcome(timed: Timed, run: Run) -> dict[str, Any]:
-    """Return what is kept of a motion: success, verdict, time, and the way the solver took."""
+    """Return the result of a motion: success, verdict, time, and the stages of the solver."""
     s, findings = timed.solution, run.record.signals["check.findings"]
     last = s.stages[-1].history[-1] if s.stages and s.stages[-1].history else None
     return {
@@ -101,7 +102,7 @@ def outcome(timed: Timed, run: Run) -> dict[str, Any]:
                 "status": stage.status,
                 "seconds": stage.seconds,
                 "iterations": max(len(stage.history) - 1, 0),
-                "end": told(stage),
+                "end": iterations_of(stage),
             }
             for stage in s.stages
         ],
@@ -109,22 +110,24 @@ def outcome(timed: Timed, run: Run) -> dict[str, Any]:
 
 
 def motion_rows(key: str, result: Result) -> list[Row]:
-    """Return what the solver found of one motion, and by which way; why not, where it did not."""
+    """Return cost, iterations and nodes of a motion; the error of one that has none."""
     if "error" in result:
         return [Row(key, "cost", None, note=result["error"])]
+    named = (("cost", "objective"), ("iterations", "iterations"), ("nodes", "nodes"))
     return [
-        Row(key, {"objective": "cost"}.get(name, name), result[name])
-        for name in ("objective", "iterations", "nodes")
+        *(Row(key, quantity, result[name]) for quantity, name in named),
+        Row(key, "tries", len(result["stages"])),
+        Row(key, "time", result["cpu"], "s"),
     ]
 
 
-def told(stage: Stage) -> list[str]:
-    """Return the last iterations of a stage that failed, some of one that took long, in words."""
+def iterations_of(stage: Stage) -> list[str]:
+    """Return the last iterations of a failed stage, a sample of those of a long one."""
     kept = ()
     if stage.status not in ("solved", "acceptable"):
-        kept = stage.history[-LAST:]
+        kept = stage.history[-N_LAST:]
     elif len(stage.history) > SLOW:
-        kept = stage.history[:: len(stage.history) // SAMPLED]
+        kept = stage.history[:: len(stage.history) // N_SAMPLED]
     return [
         f"{i.number}: cost {i.objective:.4g}, violation {i.violation:.1e} ({i.worst}), "
         f"optimality {i.optimality:.1e}, barrier {i.barrier:.0e}, "
@@ -133,18 +136,8 @@ def told(stage: Stage) -> list[str]:
     ]
 
 
-def tried(make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what is made, or why it could not be."""
-    try:
-        return make()
-    except (PlantigradeError, ArithmeticError, ValueError) as error:
-        return {"good": False, "success": False, "ok": False, "error": f"{error}"}
-
-
 def why(result: Result) -> str:
-    """Return in one line why a result is not good."""
-    if "error" in result:
-        return str(result["error"])
+    """Return one line about the failure of a motion."""
     if not result["success"]:
         stages = [f"{s['name']} ({s['nodes']} nodes) {s['status']}" for s in result["stages"]]
         return f"{', '.join(stages)}; {result['worst']}"
@@ -152,42 +145,34 @@ def why(result: Result) -> str:
     return verdict if isinstance(verdict, str) else "; ".join(verdict)
 
 
-def brief(result: Result) -> str:
-    """Return in one line how a motion went."""
+def summary(result: Result) -> str:
+    """Return one line about a motion."""
     if not result.get("good", True):
         return why(result)
-    words = f"{result['cpu']:.1f} s ({result['wall']:.1f} s on the clock)"
+    text = f"{result['cpu']:.1f} s ({result['wall']:.1f} s on the clock)"
     if "iterations" in result:
-        words += f", {result['status']} in {result['iterations']} iterations"
+        text += f", {result['status']} in {result['iterations']} iterations"
     if gait := result.get("gait"):
-        words += f", {gait['rmse']:.1f} deg raw, {gait['rmse_offset_removed']:.1f} offset-removed"
-    return words
+        text += f", {gait['rmse']:.1f} deg raw, {gait['rmse_offset_removed']:.1f} offset-removed"
+    return text
 
 
-def failures(results: Mapping[str, Result]) -> dict[str, str]:
-    """Return why motions are not good, by key."""
-    return {key: why(r) for key, r in results.items() if not r.get("good", True)}
-
-
-def chosen_parts(
-    parts: Sequence[str], known: Collection[str], otherwise: Collection[str]
-) -> Collection[str]:
-    """Return the parts that are asked for; ``otherwise`` where none are.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    for part in parts:
-        if part not in known:
-            raise ParameterError(f"no part {part!r}; there are {', '.join(known)}")
-    return parts or otherwise
+def failure_remarks(cached: CachedResults) -> Iterator[str]:
+    """Return why motions failed, and the last iterations of their solver."""
+    for key, result in cached.select().items():
+        if not result.get("good", True):
+            yield f"{key}: {why(result)}"
+            for stage in result["stages"]:
+                if stage["end"]:
+                    yield f"    {stage['name']}, {stage['nodes']} nodes: {stage['status']}"
+                    yield from (f"        {line}" for line in stage["end"])
 
 
 def task_of(
-    name: str, human: Human, told: Mapping[str, Any], nodes_per_second: float | None = None
+    name: str, human: Human, options: Mapping[str, Any], nodes_per_second: float | None = None
 ) -> MotionTask:
-    """Return a task by name, with a number of nodes a second if one is given."""
-    task = make_task(name, human, told)
+    """Return a task by name, with a number of nodes per second if one is given."""
+    task = make_task(name, human, options)
     return task if nodes_per_second is None else replace(task, nodes_per_second=nodes_per_second)
 
 

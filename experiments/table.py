@@ -1,12 +1,14 @@
-"""What an experiment returns: a table with the goal beside each figure."""
+"""The result of an experiment: a table with a goal beside each figure."""
 
+import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from plantigrade.errors import ParameterError, PlantigradeError
+from plantigrade.pages.section import Section
 
 _SUFFIXES = {"%": "pct", "ms/frame": "ms_per_frame", "% of body weight": "bw_percent"}
 
@@ -118,19 +120,83 @@ def sheet(title: str, header: Sequence[str], lines: Iterable[Sequence[str]]) -> 
     return "\n".join(text)
 
 
-def at_most(subject: str, quantity: str, value: float, limit: float, unit: str = "") -> Row:
-    """Return a row whose figure should not exceed ``limit``."""
-    return Row(subject, quantity, value, unit, f"<= {limit:g}", bool(value <= limit))
+@dataclass(frozen=True)
+class Grid:
+    """A wide table, for the terminal and for the page."""
+
+    title: str
+    header: Sequence[str]
+    lines: Sequence[Sequence[str]]
+
+    def text(self) -> str:
+        """Return it as text."""
+        return sheet(self.title, self.header, self.lines)
+
+    def section(self) -> Section:
+        """Return it as a section of a page."""
+        return Section(self.title, headers=tuple(self.header), rows=[list(x) for x in self.lines])
 
 
-def at_least(subject: str, quantity: str, value: float, limit: float, unit: str = "") -> Row:
-    """Return a row whose figure should reach ``limit``."""
-    return Row(subject, quantity, value, unit, f">= {limit:g}", bool(value >= limit))
+def pivots(title: str, rows: Iterable[Row]) -> list[Grid]:
+    """Return rows as wide tables: one for all subjects that share their quantities.
+
+    Subjects or quantities, whichever are fewer, are the columns. A value that misses its goal has
+    an exclamation mark.
+    """
+    groups: list[dict[str, dict[str, Row]]] = []  # subject → quantity → row
+    by_name: dict[str, dict[str, Row]] = {}
+    for r in rows:
+        by_name.setdefault(r.subject, {})[f"{r.quantity} [{r.unit}]".removesuffix(" []")] = r
+    for subject, own in by_name.items():
+        for group in groups:
+            shared = max(group.values(), key=len)
+            if own.keys() <= shared.keys() or shared.keys() <= own.keys():
+                group[subject] = own
+                break
+        else:
+            groups.append({subject: own})
+    return [_pivot(title, group) for group in groups]
 
 
-def equal(subject: str, quantity: str, value: float, goal: float, unit: str = "") -> Row:
-    """Return a row whose figure should be ``goal``."""
-    return Row(subject, quantity, value, unit, f"= {goal:g}", bool(value == goal))
+def _pivot(title: str, group: Mapping[str, Mapping[str, Row]]) -> Grid:
+    quantities = list(max(group.values(), key=len))
+
+    def cell(subject: str, quantity: str) -> str:
+        r = group[subject].get(quantity)
+        return "" if r is None else text_of(r.value, None) + ("!" if r.met is False else "")
+
+    if len(group) > len(quantities):
+        lines = [[s, *(cell(s, q) for q in quantities)] for s in group]
+        return Grid(title, ("", *quantities), lines)
+    lines = []
+    for q in quantities:
+        goals = {own[q].goal for own in group.values() if q in own} - {""}
+        lines.append([q, *(cell(s, q) for s in group), ", ".join(sorted(goals))])
+    return Grid(title, ("", *group, "goal"), lines)
+
+
+def at_most(
+    subject: str, quantity: str, value: float, limit: float | None, unit: str = "", note: str = ""
+) -> Row:
+    """Return a row whose figure should not exceed ``limit``; without a limit it has no goal."""
+    goal, met = ("", None) if limit is None else (f"<= {limit:g}", bool(value <= limit))
+    return Row(subject, quantity, value, unit, goal, met, note)
+
+
+def at_least(
+    subject: str, quantity: str, value: float, limit: float | None, unit: str = "", note: str = ""
+) -> Row:
+    """Return a row whose figure should reach ``limit``; without a limit it has no goal."""
+    goal, met = ("", None) if limit is None else (f">= {limit:g}", bool(value >= limit))
+    return Row(subject, quantity, value, unit, goal, met, note)
+
+
+def equal(
+    subject: str, quantity: str, value: float, goal: float | None, unit: str = "", note: str = ""
+) -> Row:
+    """Return a row whose figure should be ``goal``; without one it has no goal."""
+    met = None if goal is None else bool(value == goal)
+    return Row(subject, quantity, value, unit, "" if goal is None else f"= {goal:g}", met, note)
 
 
 def between(
@@ -138,6 +204,31 @@ def between(
 ) -> Row:
     """Return a row whose figure should lie in a range."""
     return Row(subject, quantity, value, unit, f"{low:g} to {high:g}", bool(low <= value <= high))
+
+
+def within(subject: str, quantity: str, value: float, limit: float | None, unit: str = "") -> Row:
+    """Return a row whose magnitude should not exceed ``limit``; without one it has no goal."""
+    row = at_most(subject, quantity, abs(value), limit, unit)
+    return replace(row, value=value)
+
+
+def by_subject(rows: Iterable[Row], quantities: Container[str]) -> dict[str, dict[str, float]]:
+    """Return the known values of some quantities: subject → quantity → value."""
+    found: dict[str, dict[str, float]] = {}
+    for row in rows:
+        if row.quantity in quantities and row.value is not None:
+            found.setdefault(row.subject, {})[row.quantity] = float(row.value)
+    return found
+
+
+def text_of(value: float | None, digits: int | None = 1, missing: str = "-") -> str:
+    """Return a number with some digits behind the point, four in all if None.
+
+    Unknown numbers are replaced by ``missing``.
+    """
+    if value is None or not math.isfinite(value):
+        return missing
+    return f"{value:.4g}" if digits is None else f"{value:.{digits}f}"
 
 
 def over_trials(

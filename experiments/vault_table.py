@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.kept_results import KeptResults
+from experiments.cached_results import CachedResults
 from experiments.table import ResultTable, Row, at_most, between, sheet
 from plantigrade.errors import SolverError
 from plantigrade.record.jobs import run_jobs
@@ -60,20 +60,20 @@ def run(
 
     Args:
         quick: Two starts each, fewer vaults, and no sensitivity.
-        out: Folder to keep results in; nothing is kept where None.
+        out: Folder to keep results in; without one nothing is cached.
         overwrite: Search anew what is there.
         say: Called with a line for all that is done.
     """
     starts, evaluations = (FEW, QUICK) if quick else (STARTS, EVALUATIONS)
     path = None if out is None else out / RESULTS
-    kept = KeptResults(path, say, anew=overwrite)
+    cached = CachedResults(path, say, overwrite=overwrite)
     rows: list[Row] = []
     best: dict[str, tuple[Vault, VaultResult]] = {}
     lines: list[tuple[str, ...]] = []
     seconds = 0.0
     for model, fixed in MODELS.items():
         vault = the_vault(VaultSettings(five_segments=fixed))
-        found = _found(kept, model, vault, starts, evaluations)
+        found = _found(cached, model, vault, starts, evaluations)
         for name in OPTIMISERS:
             mine = [f for f in found if f.optimiser == name]
             rises = np.array([f.rise for f in mine])
@@ -126,33 +126,33 @@ def run(
         _figures_sheet(rows),
     ]
     if not quick:
-        sheets.append(_sensitivity_sheet(kept, best["six segments"][0], rows))
+        sheets.append(_sensitivity_sheet(cached, best["six segments"][0], rows))
     notes = [
         f"The angles of the two models differ by {difference:.1f} % on average; the report's "
         f"{DIFFERENCE:.2f} % is of its model against a gymnast whose vault is not published.",
         "Seconds are of one processor, of all starts together; starts run side by side.",
         "The report gives no velocity, no strength, no stiffness and no approach: only what is "
         "marked as its own can be compared.",
-        *kept.notes(),
+        *cached.notes(),
     ]
     return ResultTable("The vaulting model", rows, notes, sheets)
 
 
 def _found(
-    kept: KeptResults, model: str, vault: Vault, starts: int, evaluations: int
+    cached: CachedResults, model: str, vault: Vault, starts: int, evaluations: int
 ) -> list[SearchResult]:
-    """Return what all searches with a model found; those that are kept are not done again."""
+    """Return the results of all searches with a model, each searched once."""
     tasks = [(name, seed) for seed in range(starts) for name in OPTIMISERS]
     keys = {task: f"{model}, {task[0]} {task[1]}, {evaluations} vaults" for task in tasks}
-    missing = [task for task in tasks if keys[task] not in kept.results]
+    missing = [task for task in tasks if keys[task] not in cached.results]
     for done in run_jobs(Search(vault, evaluations), missing, jobs=-1):
         if done.result is None:
             raise SolverError(f"a search failed: {done.problem}")
         result = done.result
-        kept.get(keys[done.item], lambda r=result: vars(r), lambda r: f"{r['rise']:.3f} m/s")
+        cached.get(keys[done.item], lambda r=result: vars(r), lambda r: f"{r['rise']:.3f} m/s")
     every = []
     for task in tasks:
-        r = {k: v for k, v in kept.results[keys[task]].items() if k != "code"}
+        r = {k: v for k, v in cached.results[keys[task]].items() if k != "code"}
         r["rise"] = -np.inf if r["rise"] is None else r["rise"]
         nodes = np.array(r.pop("nodes"), dtype=float).reshape(N_NODES, -1)
         every.append(SearchResult(nodes=nodes, **r))
@@ -177,15 +177,15 @@ def _figures_sheet(rows: list[Row]) -> str:
     return sheet("The best vaults", ("", *models, "held against"), lines)
 
 
-def _sensitivity_sheet(kept: KeptResults, vault: Vault, rows: list[Row]) -> str:
+def _sensitivity_sheet(cached: CachedResults, vault: Vault, rows: list[Row]) -> str:
     """Return what of the approach matters, and add it to the rows."""
     prefix = "six segments, "
-    names = [k for k in kept.results if k.startswith(prefix) and f"{EVALUATIONS} vaults" in k]
-    best: dict[str, Any] = max((kept.results[k] for k in names), key=lambda r: r["rise"])
+    names = [k for k in cached.results if k.startswith(prefix) and f"{EVALUATIONS} vaults" in k]
+    best: dict[str, Any] = max((cached.results[k] for k in names), key=lambda r: r["rise"])
     nodes = np.array(best["nodes"], dtype=float).reshape(N_NODES, len(JOINT_NAMES))
     found = SearchResult(best["optimiser"], best["seed"], nodes, best["rise"], 0, 0, 0.0)
     key = f"sensitivity, {REFINEMENT_EVALUATIONS} vaults, {best['rise']:.6f}"
-    changed = kept.get(
+    changed = cached.get(
         key,
         lambda: {
             "changes": [

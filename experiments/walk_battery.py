@@ -13,14 +13,12 @@ from typing import Any
 import numpy as np
 
 from experiments import landing_laws, squares
+from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE
-from experiments.kept_results import KeptResults, Result
-from experiments.measured import Cases, Measured
-from experiments.page import Grid
-from experiments.table import Row, at_least, at_most, equal
+from experiments.specification import Part, Specification
+from experiments.table import Grid, Row, at_least, at_most, equal
 from experiments.walking import (
     CONTROLLERS,
-    brief,
     figures,
     own_walk,
     person,
@@ -28,6 +26,7 @@ from experiments.walking import (
     runs,
     walking,
 )
+from experiments.walking import summary as walking_summary
 from plantigrade.contact.ground import Ground, Step
 from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
@@ -40,8 +39,8 @@ from plantigrade.world.grounds import ground_named
 
 FLAT, LONG, HILL, UNEVEN, OTHER, LOOPED = 60.0, 600.0, 20.0, 14.0, 12.0, 30.0
 """How long walks last: level, long, on slopes, on tiles and steps, on other bodies, looped [s]."""
-SHORT = 6.0
-"""And in the short form [s]."""
+SHORT, QUICK_DURATIONS = 6.0, {"slopes": 9.0, "squares": 8.0}
+"""Duration of walks in the short form [s]; of parts that take another one."""
 FAR = 1e4
 """So far on is the point that walks on level ground are led to [m]."""
 LEVEL = 4.0
@@ -95,7 +94,7 @@ PAPER = {"slope -15": "walks", "slope +15": "walks", "legs x0.5": "walks", "legs
 NOTES = (
     "",
     "One setting of each controller for everything. The walk is that of CMU 16_15, brought over to "
-    "a person of 1.75 m and 81.4 kg (angles kept, lengths by the leg, times by its root); legs: "
+    "a person of 1.75 m and 81.4 kg (angles cached, lengths by the leg, times by its root); legs: "
     "thigh and shank of a person of 1.60 m and 65 kg, mass and feet as they are. Slopes and steps "
     "come after 4 m of level ground; speeds on a slope are horizontal, from 2 s after its foot on. "
     "Tiles are 40 cm wide, of random height up to the number given. The study's slopes began at "
@@ -154,12 +153,12 @@ def body(controller: str, data: Path | None, height: float, mass: float, seconds
     return figures(walk(walks_as(controller, record), duration=seconds), since=2.0)
 
 
-def recording(controller: str, path: Path, seconds: float) -> Result:
+def recording(controller: str, data: Path, name: str, seconds: float) -> Result:
     """Return a recorded walk: looped where it is closed, once where it is not.
 
     Standing trials, and walks that were not recorded on level ground, are said to be so.
     """
-    one = walks_as(controller, recorded(path))
+    one = walks_as(controller, recorded(data / name))
     if one.speed < STANDS:
         return {"left_out": "stands, no walk"}
     try:
@@ -173,106 +172,70 @@ def recording(controller: str, path: Path, seconds: float) -> Result:
     return {**figures(found, since=1.0), "cyclic": cyclic}
 
 
-def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Callable[[bool], Cases]]:
-    """Return the parts of the battery for some controllers."""
+Walks = dict[str, tuple[Callable[..., Result], float, dict[str, tuple[Any, ...]]]]
+"""Part → its measurement, duration in the long form [s], and label → further arguments."""
 
-    def every(
-        make: Callable[[bool], dict[str, tuple[Callable[..., Result], tuple[Any, ...]]]],
-    ) -> Callable[[bool], Cases]:
-        def cases(quick: bool) -> Cases:
-            return {
-                f"{controller}/{key}": partial(work, controller, *items)
-                for controller in controllers
-                for key, (work, items) in make(quick).items()
-            }
 
-        return cases
+def walks(data: Path | None, quick: bool) -> Walks:
+    """Return all walks of the battery."""
 
-    def seconds(long: float, quick: bool) -> float:
-        return SHORT if quick else long
+    def some(every: Sequence[Any], few: int | Sequence[Any] = 1) -> Sequence[Any]:
+        return every if not quick else every[:few] if isinstance(few, int) else few
 
-    def spelled(what: str, long: float, quick: bool) -> str:
-        return f"{what}/{seconds(long, quick):g} s"
-
-    def slopes(quick: bool) -> dict[str, Any]:
-        long = HILL if not quick else 9.0
+    def tiles(n: int) -> dict[str, tuple[Any, ...]]:
+        seeds = range(1, 2 if quick else n + 1)
         return {
-            f"slope {d:+d}/{long:g} s": (hill, (data, float(d), long))
-            for d in ((-10, 10) if quick else SLOPES)
+            f"tiles {cm} cm/{seed}": (float(cm), seed) for cm in some(TILES, (3,)) for seed in seeds
         }
 
-    def tiles(quick: bool, seeds: int = FEW) -> dict[str, Any]:
-        return {
-            spelled(f"tiles {cm} cm/{seed}", UNEVEN, quick): (
-                uneven,
-                (data, float(cm), seed, seconds(UNEVEN, quick)),
-            )
-            for cm in ((3,) if quick else TILES)
-            for seed in range(1, 2 if quick else seeds + 1)
-        }
-
-    def recordings(quick: bool) -> dict[str, Any]:
-        if data is None:
-            return {}
-        return {
-            spelled(f"recording {name}", LOOPED, quick): (
-                recording,
-                (data / name, seconds(LOOPED, quick)),
-            )
-            for name in (QUICK if quick else RECORDINGS)
-            if (data / name).exists()
-        }
-
+    there = [] if data is None else [n for n in some(RECORDINGS, QUICK) if (data / n).exists()]
+    led = [] if data is None else [n for n in some(RECORDINGS) if (data / n).exists()]
     return {
-        "flat": every(
-            lambda quick: {spelled("flat", FLAT, quick): (flat, (data, seconds(FLAT, quick)))}
+        "flat": (flat, FLAT, {"flat": ()}),
+        "long": (flat, LONG, {"long": ()}),
+        "slopes": (hill, HILL, {f"slope {d:+d}": (float(d),) for d in some(SLOPES, (-10, 10))}),
+        "tiles": (uneven, UNEVEN, tiles(FEW)),
+        "all tiles": (uneven, UNEVEN, tiles(SEEDS)),
+        "steps": (kerb, UNEVEN, {f"step {cm:+d} cm": (float(cm),) for cm in some((STEP, -STEP))}),
+        "legs": (legs, OTHER, {f"legs x{x:g}": (x,) for x in some(LEGS, (0.75,))}),
+        "bodies": (body, OTHER, {f"body {h:g} m {m:g} kg": (h, m) for h, m in some(BODIES)}),
+        "recordings": (recording, LOOPED, {f"recording {name}": (name,) for name in there}),
+        "squares": (
+            squares.square,
+            squares.DURATION,
+            {
+                f"{squares.PREFIX} {side} {name}": (name, side)
+                for name in led
+                for side in squares.SIDES
+            },
         ),
-        "long": every(
-            lambda quick: {spelled("long", LONG, quick): (flat, (data, seconds(LONG, quick)))}
-        ),
-        "slopes": every(slopes),
-        "tiles": every(tiles),
-        "all tiles": every(partial(tiles, seeds=SEEDS)),
-        "steps": every(
-            lambda quick: {
-                spelled(f"step {cm:+d} cm", UNEVEN, quick): (
-                    kerb,
-                    (data, float(cm), seconds(UNEVEN, quick)),
-                )
-                for cm in ((STEP,) if quick else (STEP, -STEP))
-            }
-        ),
-        "legs": every(
-            lambda quick: {
-                spelled(f"legs x{times:g}", OTHER, quick): (
-                    legs,
-                    (data, times, seconds(OTHER, quick)),
-                )
-                for times in ((0.75,) if quick else LEGS)
-            }
-        ),
-        "bodies": every(
-            lambda quick: {
-                spelled(f"body {h:g} m {m:g} kg", OTHER, quick): (
-                    body,
-                    (data, h, m, seconds(OTHER, quick)),
-                )
-                for h, m in (BODIES[:1] if quick else BODIES)
-            }
-        ),
-        "recordings": every(recordings),
-        "squares": every(lambda quick: squares.cases(quick, data, RECORDINGS)),
-        "laws": lambda quick: landing_laws.cases(quick, data),
     }
 
 
-def _cells(kept: KeptResults) -> dict[str, dict[str, list[Result]]]:
+def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Part]:
+    """Return the parts of the battery for some controllers."""
+
+    def cases(part: str, quick: bool) -> Cases:
+        work, duration, every = walks(data, quick)[part]
+        duration = QUICK_DURATIONS.get(part, SHORT) if quick else duration
+        return {
+            f"{controller}/{label}/{duration:g} s": partial(work, controller, data, *more, duration)
+            for controller in controllers
+            for label, more in every.items()
+        }
+
+    return {part: partial(cases, part) for part in walks(None, True)} | {
+        "laws": lambda quick: landing_laws.cases(quick, data)
+    }
+
+
+def _cells(cached: CachedResults) -> dict[str, dict[str, list[Result]]]:
     """Return results by what was walked and by controller: of seeds there are several.
 
     Where a walk was done for a short and for a long time, the long one counts.
     """
     long: dict[tuple[str, str], dict[str, Result]] = {}
-    for key, result in kept.results.items():
+    for key, result in cached.results.items():
         name, _, rest = key.partition("/")
         what, _, seconds = rest.rpartition("/")
         own = long.setdefault((what, name), {})
@@ -285,19 +248,19 @@ def _cells(kept: KeptResults) -> dict[str, dict[str, list[Result]]]:
     return found
 
 
-def told(result: Result) -> str:
+def summary(result: Result) -> str:
     """Return one result in a line."""
-    return str(result["left_out"]) if "left_out" in result else brief(result)
+    return str(result["left_out"]) if "left_out" in result else walking_summary(result)
 
 
-def _told(results: list[Result]) -> str:
-    """Return what became of one line of the table for one controller."""
+def _cell(results: list[Result]) -> str:
+    """Return the cell of a walk and a controller."""
     good = [r for r in results if "error" not in r]
     if not good:
         return str(results[0]["error"])[:60] if results else ""
     if len(results) > 1:
         return f"{sum(r['survived'] for r in good)} of {len(results)}"
-    return told(good[0])
+    return summary(good[0])
 
 
 def _walked(cells: dict[str, dict[str, list[Result]]]) -> dict[str, dict[str, list[Result]]]:
@@ -305,32 +268,22 @@ def _walked(cells: dict[str, dict[str, list[Result]]]) -> dict[str, dict[str, li
     return {k: row for k, row in cells.items() if not k.startswith(landing_laws.PREFIX)}
 
 
-def grids(kept: KeptResults) -> tuple[Grid, ...]:
-    """Return the tables."""
-    laws = landing_laws.grid(_cells(kept))
-    return (table(kept),) if laws is None else (table(kept), laws)
-
-
-def table(kept: KeptResults) -> Grid:
-    """Return everything walked, by controller, beside the study and the paper."""
-    cells = _walked(_cells(kept))
+def grids(cached: CachedResults) -> Iterator[Grid]:
+    """Return all walks by controller, with those of the study and the paper; the landing laws."""
+    cells = _walked(_cells(cached))
     names = sorted({name for row in cells.values() for name in row})
     lines = [
-        [
-            what,
-            *(_told(row.get(name, [])) for name in names),
-            STUDY.get(what, ""),
-            PAPER.get(what, ""),
-        ]
-        for what, row in cells.items()
+        [k, *(_cell(row.get(name, [])) for name in names), STUDY.get(k, ""), PAPER.get(k, "")]
+        for k, row in cells.items()
     ]
-    return Grid("What was walked", ("", *names, "study", "paper"), lines)
+    yield Grid("Walks", ("", *names, "study", "paper"), lines)
+    yield landing_laws.grid(_cells(cached))
 
 
-def rows(kept: KeptResults) -> Iterator[Row]:
+def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the figures with their goals."""
-    yield from landing_laws.rows(_cells(kept))
-    cells = _walked(_cells(kept))
+    yield from landing_laws.rows(_cells(cached))
+    cells = _walked(_cells(cached))
     names = sorted({name for row in cells.values() for name in row})
     for name in names:
         mine = {
@@ -360,10 +313,7 @@ def rows(kept: KeptResults) -> Iterator[Row]:
             elif what.startswith("tiles"):
                 share = 100.0 * sum(r["survived"] for r in found) / every
                 goal = {"tiles 3 cm": 100.0, "tiles 5 cm": 90.0}.get(what)
-                if goal is None:
-                    yield Row(name, f"{what} walked", share, "%")
-                else:
-                    yield at_least(name, f"{what} walked", share, goal, "%")
+                yield at_least(name, f"{what} walked", share, goal, "%")
             elif not what.startswith(("recording", squares.PREFIX)):
                 for r in found:
                     yield equal(name, f"{what}, falls", int(not r["survived"]), 0)
@@ -375,15 +325,14 @@ def rows(kept: KeptResults) -> Iterator[Row]:
                 yield at_least(name, f"{kind}s walked", 100.0 * walked / len(ways), SHARE, "%")
 
 
-def experiment(controllers: Sequence[str], data: Path | None) -> Measured:
+def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     """Return the experiment for some controllers."""
-    return Measured(
+    return Specification(
         name="walk-battery",
         title="Walking everywhere with one setting",
         parts=parts_for(controllers, data),
-        usual=("flat", "slopes", "tiles", "steps", "legs", "bodies", "recordings"),
-        shortly=("flat", "slopes", "tiles", "steps", "legs", "bodies", "recordings"),
-        brief=told,
+        default_parts=("flat", "slopes", "tiles", "steps", "legs", "bodies", "recordings"),
+        summary=summary,
         grids=grids,
         rows=rows,
         notes=NOTES,

@@ -1,12 +1,14 @@
-"""Whose walk the experiments on walking carry out, and what they have in common."""
+"""The walk of the experiments on walking, and their common functions."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from experiments.kept_results import Result
-from experiments.measured import Measured
+import numpy as np
+
+from experiments.cached_results import Result
+from experiments.specification import Specification
 from experiments.table import ResultTable
 from plantigrade.models import Human
 from plantigrade.record import Record
@@ -74,7 +76,7 @@ def figures(found: Walked, since: float = 0.0) -> Result:
         "seconds": found.seconds,
         "speed": found.mean_speed(since),
         "asked": found.speed,
-        "rms_deg": 57.29577951308232 * found.rms,
+        "rms_deg": float(np.rad2deg(found.rms)),
         "far": float(last[0] - first[0]),
         "aside": float(last[1] - first[1]),
         "steps": len(found.landings),
@@ -82,21 +84,16 @@ def figures(found: Walked, since: float = 0.0) -> Result:
     }
 
 
-def brief(result: Result) -> str:
+def summary(result: Result) -> str:
     """Return what became of a walk in a few words."""
     if not result["survived"]:
         return str(result["end"])
     share = 100.0 * result["speed"] / max(result["asked"], 1e-9)
-    told = "" if result["rms_deg"] is None else f", {result['rms_deg']:.1f}° off"
-    return f"{result['seconds']:.0f} s, {result['speed']:.2f} m/s ({share:.0f} %){told}"
+    error = "" if result["rms_deg"] is None else f", {result['rms_deg']:.1f}° off"
+    return f"{result['seconds']:.0f} s, {result['speed']:.2f} m/s ({share:.0f} %){error}"
 
 
-def chosen(controllers: Sequence[str]) -> tuple[str, ...]:
-    """Return the controllers that were named, or the usual ones."""
-    return tuple(controllers) or CONTROLLERS
-
-
-def runs(make: Callable[[Sequence[str], Path | None], Measured]) -> Callable[..., ResultTable]:
+def runs(make: Callable[[Sequence[str], Path | None], Specification]) -> Callable[..., ResultTable]:
     """Return the function ``run`` of a module whose experiment any controllers can be put to.
 
     Args:
@@ -112,14 +109,15 @@ def runs(make: Callable[[Sequence[str], Path | None], Measured]) -> Callable[...
             data: Folder of recordings; walks are synthesised without it.
             controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`);
                 the usual one if empty.
-            options: As :meth:`~experiments.measured.Measured.run` takes it.
+            options: As :meth:`~experiments.specification.Specification.run` takes it.
 
         Raises:
             ParameterError: If there is no such part or controller.
-            FileError: If what is kept cannot be shown, or a policy cannot be read.
+            FileError: If what is cached cannot be shown, or a policy cannot be read.
         """
-        for word in chosen(controllers):
+        chosen = tuple(controllers) or CONTROLLERS
+        for word in chosen:
             make_named(word)  # before hours are spent
-        return make(chosen(controllers), data).run(**options)
+        return make(chosen, data).run(**options)
 
     return run

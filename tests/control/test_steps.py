@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.standing import Standing, stands
+from experiments.standing import Standing, is_standing
 from plantigrade.control.balance.controller import slow_at_stops
 from plantigrade.control.balance.settings import JointStopSettings
 from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
@@ -129,7 +129,7 @@ def test_a_person_pushed_too_hard_to_stand_in_place_steps(towards, force):
         assert "recovery step" in sentence
         assert "to the left" in sentence or towards != 90.0
         calm = max(opposing) < 0.15 * state.body.mass * 9.81
-        withstood += world.fall is None and stands(world) and calm
+        withstood += world.fall is None and is_standing(world) and calm
     assert withstood >= 2
 
 

@@ -1,6 +1,5 @@
 """The command for experiments: one by name, all of them, and what differs between two results."""
 
-import importlib
 import inspect
 import json
 import re
@@ -9,11 +8,14 @@ import pytest
 
 from experiments import command as experiment
 from experiments.command import EXPERIMENTS, OPTIONS, Command
+from experiments.registry import Experiment
+from experiments.specification import Specification
 from experiments.table import ResultTable, Row, at_most
 from plantigrade.commands import main
 from plantigrade.errors import ParameterError, RunExists
 
 CALLS = []
+FUNCTIONS = {}
 
 
 def fake(name, value=1.0, error=None):
@@ -33,9 +35,8 @@ def fake(name, value=1.0, error=None):
 def fakes(monkeypatch, tmp_path):
     """Put fakes in place of every experiment and every command; return their calls."""
     CALLS.clear()
-    for name in EXPERIMENTS:
-        module = importlib.import_module(f"experiments.{name.replace('-', '_')}")
-        monkeypatch.setattr(module, "run", fake(name))
+    FUNCTIONS.update({name: fake(name) for name in EXPERIMENTS})
+    monkeypatch.setattr(Experiment, "function", lambda self: FUNCTIONS[self.name])
     monkeypatch.setattr(experiment, "COMMANDS", {})
     monkeypatch.setenv("PLANTIGRADE_DATA", str(tmp_path))
     return CALLS
@@ -43,10 +44,10 @@ def fakes(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_each_experiment_takes_what_the_list_says(name):
-    module = importlib.import_module(f"experiments.{name.replace('-', '_')}")
-    parameters = dict(inspect.signature(module.run).parameters)
-    if parameters.pop("options", None):  # handed on to what is measured
-        parameters |= inspect.signature(module.EXPERIMENT.run).parameters
+    parameters = dict(inspect.signature(EXPERIMENTS[name].function()).parameters)
+    if parameters.pop("options", None):  # passed on to the specification
+        parameters |= inspect.signature(Specification.run).parameters
+        del parameters["self"]
     assert {"quick", "say"} <= set(parameters)
     e = EXPERIMENTS[name]
     assert set(e.options) == set(parameters) & set(OPTIONS)
@@ -73,9 +74,7 @@ def test_one_experiment_gets_what_was_given(fakes, tmp_path):
 
 
 def test_all_are_run_and_one_that_fails_does_not_end_them(fakes, tmp_path, monkeypatch, capsys):
-    from experiments import gait_table
-
-    monkeypatch.setattr(gait_table, "run", fake("gait-table", error=RuntimeError("a knee")))
+    FUNCTIONS["gait-table"] = fake("gait-table", error=RuntimeError("a knee"))
     out = tmp_path / "before"
     assert main.main(["experiment", "--all", "--quick", "--out", str(out)]) == main.NO_RESULT
     said = capsys.readouterr()
@@ -123,11 +122,9 @@ def test_the_commands_that_stand_beside_exist():
 
 
 def test_two_results_are_compared(fakes, tmp_path, monkeypatch, capsys):
-    from experiments import gait_forces
-
     before, after = tmp_path / "before", tmp_path / "after"
     Command(all=True, out=before, quiet=True).run()
-    monkeypatch.setattr(gait_forces, "run", fake("gait-forces", 3.0))
+    FUNCTIONS["gait-forces"] = fake("gait-forces", 3.0)
     Command(all=True, out=after, quiet=True).run()
     files = [str(folder / "figures.json") for folder in (before, after)]
     assert main.main(["experiment", "--compare", *files]) == main.NO_RESULT

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from experiments import figures
+from experiments.cached_results import CachedResults
 from experiments.figures import compare, figures_of, is_time, measure, read_figures
-from experiments.kept_results import KeptResults
 from experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.errors import FileError
 
@@ -94,26 +94,30 @@ def test_differences_are_told_by_kind(tmp_path):
     two["figures"]["walk_read_fit_and_analyse_s"] = 3.0
     two["goals"]["walk_read_fit_and_analyse_s"] = False  # on a time: noise
     found = compare(before, after)
-    assert [c.name for c in found.changed] == [
+    assert [c.name for c in found.changes["figures_changed"]] == [
         "one run_fit", "two walk_marker_rms_mm", "one walk_knee_r"
     ]  # fmt: skip
-    assert [c.name for c in found.lost] == ["one walk_knee_r"] and not found.won
-    assert [c.name for c in found.gone] == ["one people"]
-    assert [c.name for c in found.new] == ["one walks"]
-    assert [c.name for c in found.times] == ["two walk_read_fit_and_analyse_s"]
+    assert [c.name for c in found.changes["goals_lost"]] == [
+        "one walk_knee_r"
+    ] and not found.changes["goals_won"]
+    assert [c.name for c in found.changes["figures_gone"]] == ["one people"]
+    assert [c.name for c in found.changes["figures_new"]] == ["one walks"]
+    assert [c.name for c in found.changes["times_changed"]] == ["two walk_read_fit_and_analyse_s"]
     assert found.status == "one walk_knee_r: goal lost"
     text = found.text()
     assert "+1e+02 %" in text and "-5 %" in text and "Computing times" in text
     assert "7 figures identical, 3 changed, 1 gone, 1 new; 1 goals lost, 0 won" in text
     back = compare(after, before)
-    assert [c.name for c in back.won] == ["one walk_knee_r"] and back.status == "ok"
+    assert [c.name for c in back.changes["goals_won"]] == [
+        "one walk_knee_r"
+    ] and back.status == "ok"
 
 
 def test_an_experiment_that_fails_now_is_told(tmp_path):
     before = kept(tmp_path / figures.FILE)
     found = compare(before, kept(tmp_path / figures.FILE, fails=True))
     assert found.status == "one: ZeroDivisionError: of all things"
-    assert len(found.gone) == 6 and "How experiments ended" in found.text()
+    assert len(found.changes["figures_gone"]) == 6 and "How experiments ended" in found.text()
     del before["experiments"]["two"]
     assert "left out" in compare(kept(tmp_path / figures.FILE), before).status
 
@@ -154,4 +158,4 @@ def test_results_that_are_none_are_refused(tmp_path, text):
     path = tmp_path / "results.json"
     path.write_text(text)
     with pytest.raises(FileError, match="holds no results.*delete it"):
-        KeptResults(path)
+        CachedResults(path)

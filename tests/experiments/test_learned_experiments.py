@@ -3,21 +3,16 @@
 import numpy as np
 import pytest
 
-from experiments import (
-    ankle_torque,
-    gain_curves,
-    learned,
-    learned_feet,
-    learned_walk,
-    pushed_walk,
-    rough_walk,
-)
-from experiments.kept_results import KeptResults
+from experiments import learned, learned_disturbed, learned_feet
+from experiments.cached_results import CachedResults
 from experiments.learned import Walk
+from experiments.learned_disturbed import PUSHED, ROUGH
+from experiments.learned_level import ANKLE, GAINS, WALK
 from plantigrade.errors import FileError
 from plantigrade.workflows.policies import shipped
 
 FOOT = "multi-segment"
+SPECIFICATIONS = (WALK, GAINS, ANKLE, ROUGH, PUSHED)
 
 
 @pytest.fixture(scope="module")
@@ -25,8 +20,8 @@ def measured():
     return learned.measure(Walk(foot=FOOT), 4.5)
 
 
-def kept(results: dict) -> KeptResults:
-    found = KeptResults()
+def cached(results: dict) -> CachedResults:
+    found = CachedResults()
     found.results = results
     return found
 
@@ -51,7 +46,7 @@ def test_a_walk_is_measured(measured):
 
 
 def test_tables_show_what_was_measured(measured):
-    found = kept({f"strides/{FOOT}": measured, f"curves/{FOOT}": measured,
+    found = cached({f"strides/{FOOT}": measured, f"curves/{FOOT}": measured,
                   f"ankle/{FOOT}": measured, f"starts/{FOOT}/0": {"stood": True, "time": 20.0},
                   f"long/{FOOT}": {"stood": False, "time": 31.0},
                   f"push/{FOOT}/left/0.0": {"force": 60.0},
@@ -61,22 +56,29 @@ def test_tables_show_what_was_measured(measured):
                   **{f"rough/{FOOT}/3/{i}": {"stood": i > 0, "time": 2.0} for i in range(10)},
                   "rough/rigid/3/0": {"error": "no"}})  # fmt: skip
     figures = {}
-    for module in (learned_walk, gain_curves, ankle_torque, rough_walk, pushed_walk):
-        assert all(grid.lines for grid in module.EXPERIMENT.grids(found))
-        figures |= {f"{row.subject} {row.quantity}": row for row in module.EXPERIMENT.rows(found)}
+    for specification in SPECIFICATIONS:
+        assert all(grid.lines for grid in specification.grids(found))
+        figures |= {f"{row.subject} {row.quantity}": row for row in specification.rows(found)}
+        assert FOOT in specification.tables(found)[0].text()
     assert figures[f"{FOOT} 3 cm walked of 10"].met and not figures[f"{FOOT} walks on"].met
     assert figures[f"{FOOT} side push, least"].value == 60.0
     assert figures[f"{FOOT} all around, mean"].value == 40.0
     assert figures[f"{FOOT} level held walked"].value == 0.0
     assert figures[f"{FOOT} joints off the reference"].met
-    assert learned_walk.EXPERIMENT.brief({"stood": False, "time": 2.0}) == "fell after 2.0 s"
+    assert WALK.summary({"stood": False, "time": 2.0}) == "fell after 2.0 s"
 
 
 def test_trainings_of_a_foot_are_held_against_those_of_another(measured):
     mean, _ = learned.ankle_norm(FOOT, measured["speed"])
-    own = {"stood": True, "off": 1.5, "peak": 2.0, "heel": None, **learned.likened(mean, mean)}
+    own = {
+        "stood": True,
+        "off": 1.5,
+        "peak": 2.0,
+        "heel": None,
+        **learned.moment_agreement(mean, mean),
+    }
     assert own["r"] == pytest.approx(1.0) and own["ratio"] == 1.0 and own["apart"] == 0.0
-    found = kept({f"level/{FOOT}/a/": own, f"level/{FOOT}/b/": {**own, "off": 2.5},
+    found = cached({f"level/{FOOT}/a/": own, f"level/{FOOT}/b/": {**own, "off": 2.5},
                   f"level/{FOOT}/c/": {"error": "no"},
                   f"rough/{FOOT}/a/0": {"stood": True, "time": 20.0},
                   f"rough/{FOOT}/a/1": {"stood": False, "time": 2.0},
@@ -107,12 +109,12 @@ def test_a_policy_of_your_own_is_named_by_its_file(tmp_path):
 def test_pushes_grow_until_a_fall(monkeypatch):
     forces = []
 
-    def last(walk, duration, acting):
-        forces.append(acting[0].force)
-        return {"stood": acting[0].force < 50.0}
+    def endure(walk, duration, disturbances):
+        forces.append(disturbances[0].force)
+        return {"stood": disturbances[0].force < 50.0}
 
-    monkeypatch.setattr(pushed_walk, "last", last)
-    assert pushed_walk.limit(Walk(foot=FOOT), 90) == {"force": 40.0}
+    monkeypatch.setattr(learned_disturbed, "endure", endure)
+    assert learned_disturbed.limit(Walk(foot=FOOT), 90) == {"force": 40.0}
     assert forces == [20.0, 40.0, 60.0]
 
 
@@ -122,12 +124,12 @@ def test_held_stiffness_is_held_and_ground_is_walked_on():
     world = walk.world(controller)
     command = controller(world.reset())
     np.testing.assert_allclose(command.signals["foot_stiffness"][[0, 1]], [400.0, 60.0])
-    assert world.ground.uneven and learned.last(walk, 0.5)["stood"]
+    assert world.ground.uneven and learned.endure(walk, 0.5)["stood"]
 
 
 def test_every_policy_of_the_package_is_measured():
-    feet = list(learned.there())
+    feet = list(learned.available_feet())
     assert FOOT in feet
-    for module in (learned_walk, gain_curves, ankle_torque, rough_walk, pushed_walk):
-        keys = [k for part in module.EXPERIMENT.parts.values() for k in part(True)]
+    for specification in SPECIFICATIONS:
+        keys = [k for part in specification.parts.values() for k in part(True)]
         assert {key.split("/")[1] for key in keys} == set(feet)

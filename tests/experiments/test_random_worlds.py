@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments import kept_results, random_worlds
+from experiments import cached_results, random_worlds
 from experiments.random_worlds import Outcome, outcome, random_world, run
 from plantigrade.record.jobs import Done
 
@@ -42,7 +42,7 @@ def test_the_experiment_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     assert done == [0, 1, 2, 2, 3, 4]
     assert "5 of 5 ran; seeds 3 broke" in table.text()
     done.clear()
-    monkeypatch.setattr(kept_results, "code_version", lambda: "of other code")
+    monkeypatch.setattr(cached_results, "code_version", lambda: "of other code")
     run(out=tmp_path)
     assert done == [0, 1, 2, 3, 4]
 

@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-from experiments import (
-    foot_motions,
-    moving_slope,
-    push_table,
-    sensitivity,
-    uneven_ground,
-)
-from experiments.kept_results import KeptResults
-from experiments.standing import Standing, stand, stood_in_words
+from experiments import foot_motions, push_table, sensitivity, standing_grounds
+from experiments.cached_results import CachedResults
+from experiments.standing import Standing, stand, summary
 from plantigrade.control.balance import MOTIONS
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import FEET
@@ -24,10 +18,10 @@ def refuse():
 
 
 def test_what_fails_is_a_result_and_what_is_there_is_not_made_again(tmp_path):
-    path = tmp_path / "kept.json"
-    found = KeptResults(path).get_all({"a": lambda: {"x": 1.0}, "b": refuse})
+    path = tmp_path / "cached.json"
+    found = CachedResults(path).get_all({"a": lambda: {"x": 1.0}, "b": refuse})
     assert found["a"]["x"] == 1.0 and "no" in found["b"]["error"]
-    again = KeptResults(path).get_all({"a": refuse, "c": lambda: {"x": 2.0}})
+    again = CachedResults(path).get_all({"a": refuse, "c": lambda: {"x": 2.0}})
     assert again["a"]["x"] == 1.0 and again["c"]["x"] == 2.0
 
 
@@ -50,7 +44,7 @@ def made_up(standing, towards):
 
 def test_the_table_of_pushes(monkeypatch, tmp_path):
     monkeypatch.setattr(push_table, "measure", made_up)
-    table = push_table.run(parts=("paper", "stances", "map"), quick=True, out=tmp_path)
+    table = push_table.EXPERIMENT.run(parts=("paper", "stances", "map"), quick=True, out=tmp_path)
     metrics, text = table.metrics(), table.text()
     assert (metrics["goals"], metrics["goals_met"]) == (8, 7)  # forward, steps only double it
     assert metrics["torque_multi_segment_sum_n"] == 240.0
@@ -58,7 +52,7 @@ def test_the_table_of_pushes(monkeypatch, tmp_path):
     page = (tmp_path / push_table.EXPERIMENT.page).read_text("utf-8")
     assert "Map of pushes" in page
     monkeypatch.setattr(push_table, "measure", refuse)  # all that is asked for is there
-    assert push_table.run(quick=True, out=tmp_path).metrics() == metrics
+    assert push_table.EXPERIMENT.run(quick=True, out=tmp_path).metrics() == metrics
 
 
 def stood(standing, disturbances, duration):
@@ -73,21 +67,23 @@ def stood(standing, disturbances, duration):
     }
 
 
-@pytest.mark.parametrize(("module", "goals"), [(uneven_ground, 4), (moving_slope, 1)])
-def test_the_tables_of_standing(module, goals, monkeypatch, tmp_path):
-    monkeypatch.setattr(module, "stand", stood)
-    table = module.run(quick=True, out=tmp_path)
+@pytest.mark.parametrize(
+    ("experiment", "goals"), [(standing_grounds.UNEVEN, 4), (standing_grounds.MOVING, 1)]
+)
+def test_the_tables_of_standing(experiment, goals, monkeypatch, tmp_path):
+    monkeypatch.setattr(standing_grounds, "stand", stood)
+    table = experiment.run(quick=True, out=tmp_path)
     metrics, text = table.metrics(), table.text()
     assert metrics["goals"] == metrics["goals_met"] == goals
-    assert "torque, rigid" in text and "1.5" in text
-    assert (tmp_path / module.EXPERIMENT.page).exists()
+    assert "torque rigid" in text and "1.5" in text
+    assert (tmp_path / experiment.page).exists()
 
 
 def test_what_becomes_of_who_stands():
     found = stand(Standing("rigid", "posture"), (), 0.2)
     assert found["stood"] and found["points"] > 8 and found["wobble"] < 1.0
     fell = stand(Standing("rigid", "posture"), (Push(force=2000.0, duration=0.1),), 2.0)
-    assert not fell["stood"] and fell["time"] < 2.0 and "fell at" in stood_in_words(fell)
+    assert not fell["stood"] and fell["time"] < 2.0 and "fell at" in summary(fell)
 
 
 def test_the_table_of_foot_motions(monkeypatch, tmp_path):
@@ -103,15 +99,17 @@ def test_the_table_of_foot_motions(monkeypatch, tmp_path):
     assert (tmp_path / foot_motions.EXPERIMENT.page).exists()
 
 
-def test_kept_results_of_another_form_are_refused_in_one_sentence(monkeypatch, tmp_path):
+def test_cached_results_of_another_form_are_refused_in_one_sentence(monkeypatch, tmp_path):
     monkeypatch.setattr(push_table, "measure", made_up)
     path = tmp_path / "push-table.json"
     before = '{"map/torque/in place/0": {"force": 60, "code": "of before"}}'
     path.write_text(before, "utf-8")
     with pytest.raises(FileError, match="other code.*--overwrite"):
-        push_table.run(parts=("sizes",), quick=True, out=tmp_path)
+        push_table.EXPERIMENT.run(parts=("sizes",), quick=True, out=tmp_path)
     assert path.read_text("utf-8") == before  # nothing was measured in vain
-    assert push_table.run(parts=("sizes",), quick=True, out=tmp_path, overwrite=True).rows
+    assert push_table.EXPERIMENT.run(
+        parts=("sizes",), quick=True, out=tmp_path, overwrite=True
+    ).rows
 
 
 @pytest.mark.parametrize(("ordered", "share"), [(True, 1.0), (False, 0.0)])

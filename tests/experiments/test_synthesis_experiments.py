@@ -9,10 +9,10 @@ import pytest
 from experiments import synthesis_bench as bench
 from experiments import synthesis_cases as cases
 from experiments import synthesis_fidelity as fidelity
-from experiments.kept_results import KeptResults, code_version
+from experiments.cached_results import CachedResults, code_version
 from experiments.random_requests import random_request
 from experiments.synthesis_planes import growth_row
-from experiments.synthesis_trial import crude, task_of, tried, why
+from experiments.synthesis_trial import crude, task_of, why
 from plantigrade.analyze import norms
 from plantigrade.analyze.gait_shape import agreement_with_norm
 from plantigrade.analyze.movement import movement_figures
@@ -49,43 +49,38 @@ def test_results_are_made_once_and_found_again(tmp_path):
         made.append(1)
         return {"x": np.float64(2.5), "bad": float("nan"), "curve": np.arange(3.0), "ok": np.True_}
 
-    first = KeptResults(path).get("a/b", make)
-    again = KeptResults(path).get("a/b", make)
+    first = CachedResults(path).get("a/b", make)
+    again = CachedResults(path).get("a/b", make)
     assert made == [1] and first == again
     assert again["x"] == 2.5 and again["bad"] is None and again["curve"] == [0.0, 1.0, 2.0]
     assert again["ok"] is True and again["code"] == code_version()
-    assert KeptResults(path).notes() == []
+    assert CachedResults(path).notes() == []
 
 
 def test_a_run_that_stops_keeps_what_is_done(tmp_path):
     path = tmp_path / "results.json"
-    kept = KeptResults(path)
+    kept = CachedResults(path)
     kept.get("one", lambda: {"x": 1})
     with pytest.raises(KeyboardInterrupt):
         kept.get("two", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-    assert list(KeptResults(path).results) == ["one"]
+    assert list(CachedResults(path).results) == ["one"]
 
 
 def test_results_of_other_code_are_named(tmp_path):
     path = tmp_path / "results.json"
     path.write_text(json.dumps({"a": {"x": 1, "code": "old"}, "b": {"code": code_version()}}))
-    assert "1 of 2 results" in KeptResults(path).notes()[0]
+    assert "1 of 2 results" in CachedResults(path).notes()[0]
 
 
 def test_a_broken_file_is_refused(tmp_path):
     path = tmp_path / "results.json"
     path.write_text("[1, 2")
     with pytest.raises(FileError, match="delete it to start again"):
-        KeptResults(path)
-    assert KeptResults(path, anew=True).results == {}
+        CachedResults(path)
+    assert CachedResults(path, overwrite=True).results == {}
 
 
 def test_what_cannot_be_asked_for_is_a_result():
-    def make():
-        raise ParameterError("no such step")
-
-    result = tried(make)
-    assert not result["good"] and why(result) == "no such step"
     assert "stalled; z of toe_r is off by 200 mm" in why(FAILED)
     assert why(GOOD | {"verdict": ["it slips"], "good": False}) == "it slips"
 
@@ -123,8 +118,8 @@ def test_random_requests_repeat_and_are_ones_that_every_task_takes():
     assert random_request(7) == asked[7] != asked[19]
     for r in asked[:12]:
         assert 45.0 <= r.mass <= 110.0 and 1.45 <= r.height <= 1.95
-        assert task_of(r.task, r.human, r.told).plan.duration > 0.3
-        assert r.task in r.words and f"{r.height:.2f} m" in r.words
+        assert task_of(r.task, r.human, r.options).plan.duration > 0.3
+        assert r.task in r.title and f"{r.height:.2f} m" in r.title
 
 
 def test_random_walks_are_in_range_and_repeat():
@@ -146,28 +141,28 @@ def test_goals_are_those_that_were_set():
 def test_one_failure_of_twenty_is_allowed(tmp_path):
     def table(good):
         results = {f"walk/noise 0.1/{k}": GOOD if k < good else FAILED for k in range(20)}
-        path = tmp_path / bench.FILE
+        path = tmp_path / bench.EXPERIMENT.file
         path.write_text(json.dumps(results))
-        kept = KeptResults(path)
-        return {r.quantity: r for r in bench.rows_of(cases.PARTS["walk"], kept.results)}
+        kept = CachedResults(path)
+        return {r.quantity: r for r in bench.part_rows(cases.PARTS["walk"], kept.results)}
 
     assert table(19)["made, share"].met and not table(18)["made, share"].met
     assert table(19)["time, median"].met and table(19)["time, median"].value == 2.0
 
 
-def test_the_summary_has_a_line_for_every_size_of_noise():
-    shown = {"walk": {f"walk/noise {s}/{k}": GOOD for s in (0.1, 0.2) for k in range(3)}}
-    shown["walk"]["walk/no noise"] = GOOD
-    lines = bench.summary(shown).lines
-    assert len(lines) == 3 and [line[1] for line in lines] == ["3 of 3", "3 of 3", "1 of 1"]
+def test_every_size_of_noise_has_its_figures():
+    cached = CachedResults()
+    cached.results = {f"walk/noise {s}/{k}": GOOD for s in (0.1, 0.2) for k in range(3)}
+    cached.results |= {"walk/no noise": GOOD, "walk/noise 0.1/3": {"error": "no such step"}}
+    rows = {row.subject: row for row in bench.rows(cached) if row.quantity == "made, share"}
+    assert {name: row.value for name, row in rows.items()} == {
+        "walk": 7 / 8, "walk, noise 0.1 rad": 3 / 4, "walk, noise 0.2 rad": 1.0
+    }  # fmt: skip
+    assert rows["walk"].met is False and rows["walk, noise 0.1 rad"].met is None
 
 
 def test_different_minima_are_counted():
-    shown = {"walk": {
-        f"walk/noise 0.1/{k}": GOOD | {"objective": cost}
-        for k, cost in enumerate((1.0, 1.0004, 1.02))
-    }}  # fmt: skip
-    assert bench.summary(shown).lines[0][-1] == "2"
+    assert bench.minima(np.array([1.0, 1.0004, 1.02])) == 2
     assert bench.minima(np.array([3.0])) == 1 and bench.minima(np.array([])) == 0
 
 
@@ -175,17 +170,17 @@ def test_different_minima_are_counted():
 def test_a_motion_is_timed_judged_kept_and_drawn(tmp_path):
     extent = cases.Extent(guesses=1, sizes=(), nodes_per_second=10.0)
     said = []
-    how = {"parts": ("sit-to-stand",), "extent": extent, "out": tmp_path}
-    table = bench.run(**how, say=said.append)
-    results = json.loads((tmp_path / bench.FILE).read_text())
+    how = {"parts": ("sit-to-stand",), "out": tmp_path}
+    table = bench.experiment(extent).run(**how, say=said.append)
+    results = json.loads((tmp_path / bench.EXPERIMENT.file).read_text())
     assert set(results) == {"loading/sit-to-stand", "sit-to-stand/no noise"}
     result = results["sit-to-stand/no noise"]
     assert result["success"] and 0 < result["cpu"] < 60 and result["iterations"] > 3
-    assert "sit to stand, no noise" in table.text() and "Loading derivatives" in table.text()
-    page = (tmp_path / bench.PAGE).read_text()
-    assert "Time and success" in page and "://" not in page.replace("http://www.w3.org", "")
+    assert "sit-to-stand/no noise" in table.text() and "loading, sit-to-stand" in table.text()
+    page = (tmp_path / bench.EXPERIMENT.page).read_text()
+    assert "time and success" in page and "://" not in page.replace("http://www.w3.org", "")
     before, said = len(said), []
-    bench.run(**how, say=said.append)
+    bench.experiment(extent).run(**how, say=said.append)
     assert before > len(said) == 1, "nothing is measured twice"
 
 
@@ -196,16 +191,16 @@ def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
     part = replace(cases.PARTS["walk"], cases=lambda extent: asked.append(extent) or ())
     monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
     monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
-    bench.run(quick=True)
+    bench.experiment().run(quick=True)
     assert asked == [bench.QUICK]
-    bench.run(quick=True, parts=("ipopt", "walk"))
+    bench.experiment().run(quick=True, parts=("ipopt", "walk"))
     assert len(asked) == 3, "what is named is done"
 
 
 def test_an_unknown_part_is_refused():
     for module in (bench, fidelity):
         with pytest.raises(ParameterError, match="no part 'hop'; there are"):
-            module.run(parts=("hop",))
+            module.EXPERIMENT.run(parts=("hop",))
 
 
 # Physics and likeness -----------------------------------------------------------------------------
@@ -244,14 +239,16 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
     rows = list(fidelity.gait_rows("walk", gait))
     assert len([r for r in rows if r.met is not None]) == 14
 
-    result = GOOD | found | {"check": run.figures, "told": {"speed": 1.3}}
-    kept = KeptResults()
-    kept.get(f"speeds/{fidelity.FREE:g} m/s periodic", lambda: result)
-    kept.get("tasks/jump", lambda: FAILED | {"check": run.figures, "told": {}})
-    text = fidelity.table(kept).text()
-    assert "raw/off/r" in text and "What failed, and why" in text and "z of toe_r" in text
+    result = GOOD | found | {"check": run.figures, "options": {"speed": 1.3}}
+    cached = CachedResults()
+    cached.results = {
+        f"speeds/{fidelity.FREE:g} m/s periodic": result,
+        "tasks/jump": FAILED | {"check": run.figures, "options": {}},
+    }
+    text = fidelity.EXPERIMENT.tables(cached)[0].text()
+    assert "push-off" in text and "tasks/jump: first try" in text and "z of toe_r" in text
     assert "94 to 156 min" in text
-    (section,) = fidelity.curve_sections(kept.results)
+    (section,) = fidelity.curve_sections(cached.results)
     assert len(section.figures) == 5 and all("<svg" in f.svg for f in section.figures)
 
 
@@ -261,7 +258,7 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
 def test_the_centre_of_mass_is_to_move_the_more_the_faster_the_walk(excursions, met):
     results = {
         f"speeds/{v:g} m/s periodic": {
-            "told": {"speed": v},
+            "options": {"speed": v},
             "planes": {"figures": {"com_up_down_mm": up}},
         }
         for v, up in zip((1.0, 1.3, 1.6), excursions, strict=True)
@@ -273,7 +270,7 @@ def test_the_centre_of_mass_is_to_move_the_more_the_faster_the_walk(excursions, 
 
 def test_other_tasks_are_measured_end_to_end(tmp_path):
     extent = fidelity.Extent(others=("reach",), nodes_per_second=10.0)
-    table = fidelity.run(parts=("tasks",), extent=extent, out=tmp_path)
-    result = json.loads((tmp_path / fidelity.FILE).read_text())["tasks/reach"]
+    table = fidelity.experiment(extent).run(parts=("tasks",), out=tmp_path)
+    result = json.loads((tmp_path / fidelity.EXPERIMENT.file).read_text())["tasks/reach"]
     assert result["success"] and result["check"]["check_slip_max_mm"] < 10
-    assert "tasks/reach" in table.text() and (tmp_path / fidelity.PAGE).exists()
+    assert "tasks/reach" in table.text() and (tmp_path / fidelity.EXPERIMENT.page).exists()

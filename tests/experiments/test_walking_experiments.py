@@ -40,8 +40,8 @@ def made(monkeypatch):
     done = []
 
     def does(module, name, result):
-        def work(*item):
-            done.append((name, *item))
+        def work(*item, **how):
+            done.append((name, *item, *how.values()))
             return result(*item) if callable(result) else result
 
         monkeypatch.setattr(module, name, work)
@@ -87,9 +87,9 @@ def test_the_battery_is_walked_once_and_its_short_form_gives_way(made, tmp_path)
 def test_who_stands_and_who_walked_on_uneven_ground_is_said_and_not_counted(
     made, tmp_path, monkeypatch
 ):
-    def recording(controller, path, seconds):
-        found = {"left_out": "stands, no walk"} if "A01" in path.name else WALKED
-        return {**found, "survived": "07" not in path.name} if found is WALKED else found
+    def recording(controller, data, name, seconds):
+        found = {"left_out": "stands, no walk"} if "A01" in name else WALKED
+        return {**found, "survived": "07" not in name} if found is WALKED else found
 
     monkeypatch.setattr(walk_battery, "recording", recording)
     for name in ("HC032A01.c3d", "07_01.amc", "16_15.amc"):
@@ -145,7 +145,7 @@ def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(
     assert len(made) == 8 + 30 + 6
     figures = table.metrics()  # of forces that the fixture makes
     assert figures["pendulum_force_worst_n"] == 200.0 and figures["pendulum_force_best_n"] == 280.0
-    assert table.sheets[0].splitlines()[2].split()[4] == "30", "none of the coarse map"
+    assert figures["pendulum_force_cases"] == 30, "none of the coarse map"
     assert any("fails at 60 N" in note for note in table.notes)
     page = (tmp_path / "push-map.html").read_text("utf-8")
     assert "Map of pushes: pendulum, force" in page and page.count("% of the cycle") >= 5
@@ -241,7 +241,7 @@ def test_any_controller_has_its_own_table(made, tmp_path, monkeypatch):
     words = ("pendulum", "mine.py:Mine")
     table = push_any_controller.run(out=tmp_path, parts=("tour",), controllers=words)
     assert sum(item[0] == "toured" for item in made) == 20
-    assert len(table.sheets) == 3  # two controllers and the torque limits
+    assert len(table.sheets) == 2  # figures of both controllers, and the torque limits
     figures = table.metrics()
     assert figures["mine_py_mine_waypoints_reached_pct"] == 25.0
     assert figures["pendulum_tours_completed_pct"] == 0.0

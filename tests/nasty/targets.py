@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from experiments.cached_results import CachedResults
 from experiments.figures import compare, read_figures
-from experiments.kept_results import KeptResults
 from plantigrade import __version__
 from plantigrade.analyze.norms_of_runs import read_norms
 from plantigrade.analyze.run_comparison import compare_runs
@@ -171,7 +171,7 @@ def norms_file(path: Path) -> None:
 
 def kept_results(path: Path) -> None:
     """Take up results of an experiment."""
-    KeptResults(path)
+    CachedResults(path)
 
 
 def policy_file(path: Path) -> None:

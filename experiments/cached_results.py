@@ -1,4 +1,4 @@
-"""Results of a long experiment, kept in a file so that it can be stopped and taken up again."""
+"""Cached results of a long experiment: a JSON file, so that an interrupted run can continue."""
 
 import hashlib
 import json
@@ -17,16 +17,26 @@ from plantigrade.errors import FileError
 from plantigrade.record.jobs import run_jobs
 
 Result = dict[str, Any]
-DRAWN = {"charts", "commands", "live", "pages"}
-"""Rooms of the package that show results and decide none."""
-READ = {".py", ".toml", ".json", ".npz"}
-"""Endings of files that decide results: code, and what it reads from the package (policies)."""
+Cases = Mapping[str, Callable[[], Mapping[str, Any]]]
+"""Key of a result → function that computes it."""
+DISPLAY = {"charts", "commands", "live", "pages"}
+"""Rooms of the package that display results and decide none."""
+CODE = {".py", ".toml", ".json", ".npz"}
+"""Suffixes of files that decide results: code, and the data of the package (policies)."""
 
 
-class KeptResults:
-    """Results by key: found in a file (JSON; none: not kept), or made and written there at once.
+class CachedResults:
+    """Results by key, read from a JSON file, or computed and written to it at once.
 
-    ``say`` is called with one line per result that is made; ``anew`` forgets what is in the file.
+    Keys are names joined by slashes. Without a path, results are kept in memory alone.
+
+    Args:
+        path: The file.
+        say: Called with one line for each computed result.
+        overwrite: Whether the results in the file are discarded.
+
+    Raises:
+        FileError: If the file does not hold results.
     """
 
     def __init__(
@@ -34,11 +44,11 @@ class KeptResults:
         path: Path | None = None,
         say: Callable[[str], None] = lambda _: None,
         *,
-        anew: bool = False,
+        overwrite: bool = False,
     ):
         self.path, self.say = path, say
         self.results: dict[str, Result] = {}
-        if path is not None and path.exists() and not anew:
+        if path is not None and path.exists() and not overwrite:
             try:
                 held = json.loads(path.read_text(encoding="utf-8"))
                 self.results = {str(k): dict(v) for k, v in held.items()}
@@ -50,47 +60,61 @@ class KeptResults:
     def get(
         self,
         key: str,
-        make: Callable[[], Mapping[str, Any]],
-        brief: Callable[[Result], str] = lambda _: "made",
+        compute: Callable[[], Mapping[str, Any]],
+        summary: Callable[[Result], str] = lambda _: "computed",
     ) -> Result:
-        """Return the result of a key, made if it is not there; ``brief`` says how that went.
+        """Return the result of a key, computed if it is not there.
 
-        What ``make`` returns must be plain: numbers, words, lists, dictionaries.
+        Args:
+            key: Its key.
+            compute: Returns it: numbers, strings, lists and dictionaries.
+            summary: Returns one line about it.
         """
         if key not in self.results:
-            self.results[key] = {**_plain(make()), "code": code_version()}
+            self.results[key] = {**_plain(compute()), "code": code_version()}
             self._write()
-            self.say(f"{key}: {brief(self.results[key])}")
+            self.say(f"{key}: {summary(self.results[key])}")
         return self.results[key]
 
     def get_all(
         self,
-        cases: Mapping[str, Callable[[], Mapping[str, Any]]],
-        brief: Callable[[Result], str] = lambda _: "made",
+        cases: Cases,
+        summary: Callable[[Result], str] = lambda _: "computed",
         *,
         jobs: int = 1,
     ) -> dict[str, Result]:
-        """Return the results of many keys; those not there are made, several at once.
+        """Return the results of many keys; missing ones are computed, ``jobs`` at once.
 
-        Each is kept as soon as it is there. What fails is a result, too: its ``error``.
+        Each is written as soon as it is there. A case that fails has its ``error`` as result.
         """
         missing = [key for key in cases if key not in self.results]
-        work = _Making({key: cases[key] for key in missing})
+        work = _Computation({key: cases[key] for key in missing})
         for done in run_jobs(work, missing, jobs=jobs):
             found = {"error": done.problem} if done.result is None else done.result
-            self.get(done.item, lambda found=found: found, brief)
+            self.get(done.item, lambda found=found: found, summary)
         return {key: self.results[key] for key in cases}
 
-    def beginning(self, prefix: str) -> dict[str, Result]:
-        """Return the results whose keys begin so, in the order they were made."""
-        return {k: v for k, v in self.results.items() if k.startswith(prefix)}
+    def select(self, *names: object, failed: bool = False) -> dict[str, Result]:
+        """Return the results whose keys begin with these names, in the order of computation.
+
+        Args:
+            names: First parts of the key.
+            failed: Whether results with an error are included.
+        """
+        prefix = "/".join(map(str, names))
+        return {
+            key: result
+            for key, result in self.results.items()
+            if (not names or key == prefix or key.startswith(f"{prefix}/"))
+            and (failed or "error" not in result)
+        }
 
     def notes(self) -> list[str]:
         """Return a sentence about results of earlier code, if there are any."""
         old = sum(r.get("code") != code_version() for r in self.results.values())
         which = f"{old} of {len(self.results)} results in {self.path}"
-        words = f"{which} were made by other code than today's; --overwrite measures all anew."
-        return [words] if old else []
+        note = f"{which} are of an earlier version of the code; --overwrite measures again."
+        return [note] if old else []
 
     def provenance(self) -> dict[str, Any]:
         """Return where the results come from, for a page."""
@@ -111,10 +135,10 @@ class KeptResults:
         part.replace(self.path)
 
 
-class _Making:
-    """Makes results by key, in any process."""
+class _Computation:
+    """Computes results by key, in any process."""
 
-    def __init__(self, cases: Mapping[str, Callable[[], Mapping[str, Any]]]):
+    def __init__(self, cases: Cases):
         self.cases = dict(cases)
 
     def __call__(self, key: str) -> Mapping[str, Any]:
@@ -123,23 +147,18 @@ class _Making:
 
 @cache
 def code_version() -> str:
-    """Return a word that changes with the code of the experiments and of the package.
-
-    What they read from the package, as scripts of motions, belongs to it.
-    """
-    experiments = Path(__file__).parent
+    """Return a hash of the code of the experiments and the package, and of the package's data."""
     package = Path(plantigrade.__file__).parent
-    files = [path for path in package.rglob("*")
-             if path.relative_to(package).parts[0] not in DRAWN]  # fmt: skip
+    files = [*Path(__file__).parent.rglob("*")]
+    files += [p for p in package.rglob("*") if p.relative_to(package).parts[0] not in DISPLAY]
     digest = hashlib.sha256()
-    for path in sorted([*experiments.rglob("*"), *files]):
-        if path.suffix in READ:
-            digest.update(path.read_bytes())
+    for path in sorted(p for p in files if p.suffix in CODE):
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON holds it; what is no number becomes None."""
+    """Return a value as JSON holds it; numbers that are not finite become None."""
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     if isinstance(value, np.ndarray | np.generic):
