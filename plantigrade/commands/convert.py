@@ -21,7 +21,8 @@ class Command(PrintOptions, Bounded):
     """Convert a motion file, or a run, to another format.
 
     Data that the target format cannot hold is left out with a warning; force plates are then
-    written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh.
+    written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh, .glb,
+    .c3d, .trc or .mot.
     """
 
     activity = "a recording"
@@ -40,7 +41,13 @@ class Command(PrintOptions, Bounded):
     estimated: Flag = False
     """Keep forces, moments and powers of a run that were estimated, not measured."""
     rig: OptionalWord = None
-    """Bone names of a run's .bvh: plantigrade, mixamo, cmu, rokoko, unity, unreal or rigify."""
+    """Bone names of a run's .bvh or .glb: plantigrade, mixamo, cmu, rokoko, unity, unreal or
+    rigify."""
+    marker_set: Annotated[str | None, optional("NAME|FILE.toml")] = None
+    """Markers of a run's .c3d or .trc: plug-in-gait, oxford-foot-model, gait2392, rajagopal, or
+    your own TOML file; by default those it was fitted to, else oxford-foot-model."""
+    forces: Flag = False
+    """Draw ground reactions in a run's .glb as arrows."""
     unit: Annotated[Literal["m", "cm", "mm"] | None, optional("{m,cm,mm}")] = None
     """Unit of length of a .bvh file, which does not state it: to read it, or to write a run's."""
     overwrite: Flag = False

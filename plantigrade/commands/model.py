@@ -91,19 +91,11 @@ def own_lengths(words: tuple[str, ...]) -> dict[str, float]:
 
 def _markers(human: "Human", name: str | None) -> "dict[str, Attachment]":
     """Return where the markers of a set sit, by marker name."""
-    from plantigrade.models.markers import MARKER_SETS, place_markers, read_marker_set
+    from plantigrade.models.markers import marker_set_of, place_markers
 
     if name is None:
         return {}
-    if name in MARKER_SETS:
-        chosen = MARKER_SETS[name]
-    elif name.lower().endswith(".toml"):
-        chosen = read_marker_set(name)
-    else:
-        raise ParameterError(
-            f"marker set {name!r} is not known; allowed are {', '.join(MARKER_SETS)} "
-            "or the path of a .toml file"
-        )
+    chosen = marker_set_of(name)
     placed = place_markers([*chosen.landmarks, *chosen.fixed], human, chosen)
     return {n: place for n, place in placed.items() if place is not None}
 

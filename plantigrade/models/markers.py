@@ -248,6 +248,23 @@ def landmarks_of(names: Iterable[str], marker_set: MarkerSet | None = None) -> d
     return found
 
 
+def marker_set_of(name: str) -> MarkerSet:
+    """Return a built-in marker set by its name, or a user's by the path of its TOML file.
+
+    Raises:
+        ParameterError: If it is neither.
+        FileError: If the file cannot be read.
+    """
+    if name in MARKER_SETS:
+        return MARKER_SETS[name]
+    if name.lower().endswith(".toml"):
+        return read_marker_set(name)
+    raise ParameterError(
+        f"marker set {name!r} is not known; allowed are {', '.join(MARKER_SETS)} "
+        "or the path of a .toml file"
+    )
+
+
 def read_marker_set(path: str | Path) -> MarkerSet:
     """Read a user's marker set (format: see the module).
 

@@ -11,27 +11,11 @@ from plantigrade.exchange.bones import RIGS, bones_of
 from plantigrade.io import read
 from plantigrade.models import Human
 from plantigrade.models.joint_sets import JOINT_SETS
-from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from tests.exchange import bvh_kinematics
+from tests.exchange.moving import moving
 
 AXES = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # file (x left, y up, z forward) to ours
-
-
-def moving(human: Human, n: int = 6) -> Run:
-    """Return a run in which everything moves, within its limits."""
-    rng = np.random.default_rng(1)
-    low, high = human.limits
-    pose = rng.uniform(0.4 * low, 0.4 * high, (2, len(low)))
-    share = np.linspace(0, 1, n)[:, None]
-    qpos = np.tile(human.standing(), (n, 1))
-    qpos[:, 7:] = (1 - share) * pose[0] + share * pose[1]
-    qpos[:, :3] += np.linspace([0, 0, 0], [0.4, 0.1, 0.05], n)
-    quat = np.array([1.0, 0.1, -0.2, 0.3]) + share * np.array([0.0, 0.2, 0.1, -0.5])
-    qpos[:, 3:7] = quat / np.linalg.norm(quat, axis=1, keepdims=True)
-    time = np.arange(n) / 50
-    motion = Motion(time, qpos, np.zeros((n, human.model.nv)), human.joint_names)
-    return Run(Record(human, motion), "fit")
 
 
 def angle(a: np.ndarray, b: np.ndarray) -> float:

@@ -1,0 +1,246 @@
+"""A run as an animated glTF scene: bones, the solids on them, ground, things, forces."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from plantigrade.arrays import Array, Float
+from plantigrade.charts import theme
+from plantigrade.constants import SIDES
+from plantigrade.errors import ParameterError
+from plantigrade.exchange.bones import Bone, bone_poses, bones_of
+from plantigrade.exchange.clock import RATES
+from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
+from plantigrade.io.text import not_written
+from plantigrade.models import Human
+from plantigrade.pages.pages import title_of_run
+from plantigrade.pages.scene import VIEW_RATE, Scene, build_scene
+from plantigrade.pages.shapes import Shape, mesh_of, rgb
+from plantigrade.record import Run
+from plantigrade.spatial.conventions import rotation_matrix
+
+AROUND = 16
+"""Corners of the circles of capsules: smooth to the eye at half the size of 24."""
+
+ARROW = 0.6
+"""Length of the arrow of one body weight [m]; that of ``viewer.html``."""
+
+GONE = 1e-4
+"""Scale of an arrow without force: zero would leave it no direction."""
+
+FLOOR_MARGIN = 1.5
+"""Distance the drawn ground reaches beyond the body's way [m]."""
+
+
+def write_glb(
+    run: Run,
+    path: Path,
+    rig: str = "plantigrade",
+    rate: float = VIEW_RATE,
+    forces: bool = False,
+) -> tuple[str, ...]:
+    """Write a run as glTF 2.0 in one binary file, y up.
+
+    The bones are those of :mod:`plantigrade.exchange.bones`; the solids of the body are a mesh that
+    they move. Ground and things are nodes of their own.
+
+    Args:
+        run: The run.
+        path: The file.
+        rig: Whose names the bones have, one of :data:`~plantigrade.exchange.bones.RIGS`.
+        rate: Frames per second [Hz]; the nearest whole fraction of the motion's rate.
+        forces: Whether the ground reactions are there as arrows, :data:`ARROW` long per body
+            weight.
+
+    Returns:
+        A note where forces are asked for that the run does not have.
+
+    Raises:
+        ParameterError: If rig or rate is not allowed, or the record cannot be drawn.
+        FileError: If the file cannot be written.
+    """
+    if not RATES[0] <= rate <= RATES[1]:
+        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
+    record = run.record
+    scene = build_scene(record, forces=run.with_forces, rate=rate)
+    bones = bones_of(record.human, rig)
+    document = Document()
+    document.clock = document.accessor(scene.time - scene.time[0], extent=True)
+    joints = _add_bones(document, record.human, bones, scene)
+    inside = [joints[0], *_add_surroundings(document, scene, record.human.model.nbody)]
+    arrows = _add_arrows(document, scene) if forces else []
+    root = document.node("z_up", rotation=Y_UP, children=[*inside, *arrows])
+    body = document.mesh("body", _body_surfaces(document, record.human, bones, scene))
+    bind = np.tile(np.eye(4), (len(bones), 1, 1))
+    bind[:, 3, :3] = [-bone.rest for bone in bones]  # columns first
+    matrices = document.accessor(bind)
+    document.skins.append(
+        {"name": "bones", "joints": joints, "inverseBindMatrices": matrices, "skeleton": root}
+    )
+    skinned = document.node("body", mesh=body, skin=0)
+    content = document.glb([root, skinned], title=title_of_run(run))
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise not_written(path, error) from error
+    return ("the run holds no ground reactions to draw",) if forces and not arrows else ()
+
+
+def _add_bones(document: Document, human: Human, bones: Sequence[Bone], scene: Scene) -> list[int]:
+    """Add a node for each bone, each below its parent, and return them."""
+    count = human.model.nbody
+    rotations = rotation_matrix(scene.quats[:, 1:count])
+    places, turned = bone_poses(tuple(bones), human, scene.positions[:, 1:count], rotations)
+    nodes = [document.node(bone.name) for bone in bones]
+    for k, bone in enumerate(bones):
+        if bone.parent < 0:
+            place, rotation = places[:, k], turned[:, k]
+        else:
+            back = np.swapaxes(turned[:, bone.parent], 1, 2)
+            place = np.einsum("nij,nj->ni", back, places[:, k] - places[:, bone.parent])
+            rotation = back @ turned[:, k]
+            place = np.broadcast_to(place.mean(axis=0), place.shape)  # bones are rigid
+            document.nodes[nodes[bone.parent]].setdefault("children", []).append(nodes[k])
+        document.animate(nodes[k], "translation", place)
+        document.animate(nodes[k], "rotation", _quaternions(rotation))
+    return nodes
+
+
+def _body_surfaces(
+    document: Document, human: Human, bones: Sequence[Bone], scene: Scene
+) -> list[tuple[Surface, int]]:
+    """Return the solids of the body in the zero pose, one surface per colour."""
+    first = {}
+    for k, bone in enumerate(bones):
+        first.setdefault(bone.body, k)
+    by_colour: dict[tuple[float, float, float], list[Surface]] = {}
+    for shape in scene.shapes:
+        if not 0 < shape.body < human.model.nbody:
+            continue
+        k = _nearest_bone(shape, human, bones, first)
+        solid = _surface_of(shape)
+        here = bones[k].rest - bones[k].position  # the body's origin, from the hips
+        count = len(solid.vertices)
+        moved = np.zeros((count, 4), dtype=int)
+        moved[:, 0] = k
+        weights = np.tile([255, 0, 0, 0], (count, 1))
+        placed = Surface(solid.vertices + here, solid.normals, solid.faces, moved, weights)
+        by_colour.setdefault(shape.paint, []).append(placed)
+    return [
+        (together(solids), document.material(f"body_{k}", colour))
+        for k, (colour, solids) in enumerate(by_colour.items())
+    ]
+
+
+def _nearest_bone(shape: Shape, human: Human, bones: Sequence[Bone], first: dict[str, int]) -> int:
+    """Return the bone that moves a shape: of the shape's body, or of the one above it in a rig."""
+    body = shape.body
+    name = human.body_names[body - 1]
+    while name not in first:
+        body = int(human.model.body_parentid[body])
+        name = human.body_names[body - 1]
+    return first[name]
+
+
+def _add_surroundings(document: Document, scene: Scene, bodies: int) -> list[int]:
+    """Add the ground and the things about the body, and return their nodes."""
+    nodes, still = [], [shape for shape in scene.shapes if shape.body == 0]
+    if not scene.plate:
+        still_surfaces = [(_surface_of(shape), shape.paint) for shape in still]
+        if not scene.ground.steps:
+            still_surfaces.append((_floor(scene), rgb(theme.FLOOR)))
+        parts = [(part, document.material("ground", paint)) for part, paint in still_surfaces]
+        if parts:
+            nodes.append(document.node("ground", mesh=document.mesh("ground", parts)))
+    for shape in scene.shapes:
+        if shape.body < bodies:
+            continue
+        name = shape.name or "thing"
+        mesh = document.mesh(name, [(_surface_of(shape), document.material(name, shape.paint))])
+        node = document.node(name, mesh=mesh)
+        document.animate(node, "translation", scene.positions[:, shape.body])
+        document.animate(
+            node, "rotation", _quaternions(rotation_matrix(scene.quats[:, shape.body]))
+        )
+        nodes.append(node)
+    return nodes
+
+
+def _floor(scene: Scene) -> Surface:
+    """Return a rectangle of ground under all of the way."""
+    along = scene.com @ scene.ground.to_world  # in the axes of the ground
+    low, high = along[:, :2].min(axis=0) - FLOOR_MARGIN, along[:, :2].max(axis=0) + FLOOR_MARGIN
+    corners = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
+    flat = np.column_stack([corners, np.full(4, scene.ground.height)])
+    normals = np.tile(scene.ground.normal, (4, 1))
+    return Surface(flat @ scene.ground.to_world.T, normals, np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def _add_arrows(document: Document, scene: Scene) -> list[int]:
+    """Add the ground reaction of each side as an arrow, and return the nodes."""
+    if scene.total_force is None or scene.cop is None:
+        return []
+    nodes = []
+    for row, side in enumerate((*SIDES, "")):
+        force, cop = scene.total_force[:, row], scene.cop[:, row]
+        seen = np.asarray(np.isfinite(cop).all(axis=1))
+        if not seen.any():
+            continue
+        length = np.where(seen, np.linalg.norm(force, axis=1) / scene.weight * ARROW, 0.0)
+        colour = rgb(theme.BY_SIDE[row])
+        name = f"ground_reaction_{side}" if side else "ground_reaction"
+        mesh = document.mesh(name, [(_arrow(), document.material(name, colour))])
+        node = document.node(name, mesh=mesh)
+        frames = np.arange(len(seen))
+        places = [np.interp(frames, frames[seen], column[seen]) for column in cop.T]
+        direction = [np.interp(frames, frames[seen], column[seen]) for column in force.T]
+        document.animate(node, "translation", np.stack(places, axis=1))
+        document.animate(node, "rotation", _pointing(np.stack(direction, axis=1)))
+        scale = np.maximum(length, GONE)[:, None]
+        document.animate(node, "scale", scale * [1.0, 1.0, 1.0])
+        nodes.append(node)
+    return nodes
+
+
+def _arrow() -> Surface:
+    """Return an arrow along z of length 1, from the origin."""
+    shaft, head, straight = 0.03, 0.07, np.array([1.0, 0.0, 0.0, 0.0])
+    size = np.array([shaft, 0.4, 0.0])
+    middle = np.array([0.0, 0.0, 0.4])
+    cylinder = _surface_of(Shape("cylinder", size, middle, straight, None, 0, ""))
+    turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    ring = np.column_stack([head * np.cos(turn), head * np.sin(turn), np.full(AROUND, 0.8)])
+    vertices = np.vstack([ring, [0.0, 0.0, 1.0], [0.0, 0.0, 0.8]])
+    k, after = np.arange(AROUND), (np.arange(AROUND) + 1) % AROUND
+    sides = np.stack([k, after, np.full(AROUND, AROUND)], axis=1)
+    base = np.stack([after, k, np.full(AROUND, AROUND + 1)], axis=1)
+    return together([cylinder, surface(vertices, np.concatenate([sides, base]), flat=True)])
+
+
+def _pointing(direction: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
+    """Return the rotations, ``xyzw``, that bring the z axis to directions."""
+    unit = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
+    half = unit + [0.0, 0.0, 1.0]  # a force on the body never points straight down
+    half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-12)
+    across = np.cross([0.0, 0.0, 1.0], half)
+    return _continuous(np.column_stack([across, half[:, 2]]))
+
+
+def _surface_of(shape: Shape) -> Surface:
+    """Return the surface of a shape in the frame of its body."""
+    vertices, faces = mesh_of(shape, around=AROUND)
+    vertices = vertices @ rotation_matrix(shape.quat).T + shape.position
+    return surface(vertices, faces, flat=shape.kind in ("box", "cylinder", "mesh"))
+
+
+def _quaternions(rotations: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
+    """Return quaternions ``xyzw`` that go the short way from frame to frame."""
+    return _continuous(Rotation.from_matrix(rotations).as_quat())
+
+
+def _continuous(quats: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
+    flips = np.where((quats[1:] * quats[:-1]).sum(axis=1) < 0, -1.0, 1.0)
+    quats = quats * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
+    return quats / np.linalg.norm(quats, axis=1, keepdims=True)
