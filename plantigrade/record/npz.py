@@ -11,9 +11,9 @@ nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``conta
 ``conditions`` of the task (JSON text); recorded markers as ``marker_names``, ``marker_time``,
 ``recorded_markers`` (n, m, 3) and ``fitted_markers`` (n, m, 3); ``notes`` to the user, and in
 ``notes_info`` a one for each that only informs (absent: all are warnings); every signal as
-``signal/NAME``; every reference as ``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first
-of them on the frames of the motion as ``reference_qpos`` (n, nq). The figures of a run are in
-``metrics.json`` beside it.
+``signal/NAME`` (one that this version does not know is read as ``user.NAME``); every reference as
+``reference/NAME/time``, ``…/qpos``, ``…/qvel``, and the first of them on the frames of the motion
+as ``reference_qpos`` (n, nq). The figures of a run are in ``metrics.json`` beside it.
 """
 
 import io
@@ -34,6 +34,10 @@ from plantigrade.motion.motion import Motion
 from plantigrade.notes import Info
 from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
+from plantigrade.record.signal_registry import USER, signal_of
+
+SIGNAL = "signal/"
+"""Beginning of the key of a signal."""
 
 _T = TypeVar("_T")
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
@@ -101,7 +105,7 @@ def _arrays(record: Record) -> dict[str, Any]:
         informs = np.array([isinstance(note, Info) for note in record.notes])
         arrays["notes_info"] = informs if informs.any() else None
     for name, value in record.signals.items():
-        arrays[f"signal/{name}"] = np.asarray(value)
+        arrays[f"{SIGNAL}{name}"] = np.asarray(value)
     for name, other in record.references.items():
         for what in ("time", "qpos", "qvel"):
             arrays[f"reference/{name}/{what}"] = getattr(other, what)
@@ -136,7 +140,7 @@ def read_npz(path: str | Path) -> Record:
     flags = {name: arrays.numbers(name, n, k) for name in _FLAGS}
     clock = arrays.numbers("clock")
     try:
-        names, keys = arrays.words("joint_names"), arrays.keys("signal/")
+        names, keys = arrays.words("joint_names"), arrays.keys(SIGNAL)
         return Record(
             human,
             Motion(time, qpos, qvel, names, arrays.numbers("qacc", n, nv), arrays.events()),
@@ -147,7 +151,7 @@ def read_npz(path: str | Path) -> Record:
             ground=ground,
             limits=_limits(arrays, nv - 6),
             conditions=_conditions(arrays),
-            signals={key.removeprefix("signal/"): _signal(arrays, key) for key in keys},
+            signals={_signal_name(key): _signal(arrays, key) for key in keys},
             references=_references(arrays, names, nq, nv),
             recorded_markers=markers,
             fitted_markers=arrays.numbers("fitted_markers", n, m, 3),
@@ -174,6 +178,16 @@ def _poses(arrays: Arrays, key: str, n: int, nq: int) -> np.ndarray:
     if not (np.abs(np.linalg.norm(qpos[:, 3:7], axis=1) - 1) < 0.1).all():
         arrays.refuse("has rotations of the root that are no unit quaternions", key)
     return qpos
+
+
+def _signal_name(key: str) -> str:
+    """Return the name of a signal; one that this version does not know becomes the user's own."""
+    name = key.removeprefix(SIGNAL)
+    try:
+        signal_of(name)
+    except ParameterError:
+        return f"{USER}{name}"
+    return name
 
 
 def _signal(arrays: Arrays, key: str) -> np.ndarray:

@@ -84,7 +84,8 @@ class Record:
         limits: What the motion had to keep to.
         conditions: Conditions of the task, on the clock of ``motion``.
         signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
-            history of a solver, the state of a controller. Names have dots: ``"solver.history"``.
+            history of a solver, the state of a controller. Their names, units and shapes are those
+            of :data:`~plantigrade.record.signal_registry.SIGNALS`; your own begin with ``user.``.
         references: Other motions of the same Human by name, on clocks of their own: the recorded
             motion beside a reproduced one.
         recorded_markers: The recorded markers, on the frames of ``motion``.
@@ -146,7 +147,7 @@ class Record:
         for name, other in self.references.items():
             if other.joint_names != self.motion.joint_names or not other.n_frames:
                 raise ParameterError(f"reference {name!r} is not a motion of this person")
-        check_signals(self.signals, n, nv)
+        check_signals(self.signals, n, nv, None if markers is None else len(markers.names))
 
     @property
     def weight(self) -> float:

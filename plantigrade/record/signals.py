@@ -1,9 +1,4 @@
-"""The signals of a Record that the package knows, and what shape each of them has.
-
-A signal of another name may be any array. Of a known one, the axes are named: ``"frames"`` are
-those of the motion, ``"nv"`` its generalised forces, and axes of one name are equally long within a
-family (what stands before the dot). So whatever reads a Record may rely on them.
-"""
+"""Checks of the signals of a Record: readers rely on their names, kinds and shapes."""
 
 from collections.abc import Mapping
 
@@ -12,64 +7,14 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.contact.thing import Thing
 from plantigrade.errors import ParameterError
+from plantigrade.record.signal_registry import Kind, Signal, signal_of
 
-NUMBERS, WORDS, FLAGS = "fiub", "US", "b"
-
-SIGNALS: dict[str, tuple[str, tuple[str | int, ...]]] = {
-    "check.quantity": (WORDS, ("measures",)),
-    "check.value": (NUMBERS, ("measures",)),
-    "check.limit": (NUMBERS, ("measures",)),
-    "check.time": (NUMBERS, ("measures",)),
-    "check.where": (WORDS, ("measures",)),
-    "check.side": (WORDS, ("measures",)),
-    "check.unit": (WORDS, ("measures",)),
-    "check.bad": (NUMBERS, ("measures",)),
-    "check.findings": (WORDS, ("findings",)),
-    "solver.stage_names": (WORDS, ("stages",)),
-    "solver.stage_solvers": (WORDS, ("stages",)),
-    "solver.stage_status": (WORDS, ("stages",)),
-    "solver.stage_nodes": (NUMBERS, ("stages",)),
-    "solver.history": (NUMBERS, ("iterations", 5)),
-    "solver.history_worst": (WORDS, ("iterations",)),
-    "solver.broken": (WORDS, ("constraints",)),
-    "tasks.names": (WORDS, ("tasks",)),
-    "tasks.level": (NUMBERS, ("tasks",)),
-    "tasks.meanings": (WORDS, ("tasks",)),
-    "tasks.active": (NUMBERS, ("frames", "tasks")),
-    "tasks.residual": (NUMBERS, ("frames", "tasks")),
-    "phase.span": (NUMBERS, ("phases", 2)),
-    "phase.kind": (WORDS, ("phases",)),
-    "phase.swing": (WORDS, ("phases",)),
-    "posture.end": (NUMBERS, ("postures",)),
-    "contact.span": (NUMBERS, ("contacts", 2)),
-    "contact.place": (WORDS, ("contacts",)),
-    "norms.people": (WORDS, (1,)),
-    "norms.names": (WORDS, ("curves",)),
-    "norms.mean": (NUMBERS, ("curves", "percent")),
-    "norms.sd": (NUMBERS, ("curves", "percent")),
-    "foot.names": (WORDS, ("angles",)),
-    "foot.percent": (NUMBERS, ("percent",)),
-    "forces.measured": (FLAGS, ("frames", 2)),
-    "forces.band": (NUMBERS, ("frames", 2, 3)),
-    "forces.point_band": (NUMBERS, ("frames", 2, 2)),
-    "forces.torque_band": (NUMBERS, ("frames", 2)),
-    "forces.moment_band": (NUMBERS, ("frames", "nv")),
-    "estimated.force": (NUMBERS, ("frames", 2, 3)),
-    "measured.force": (NUMBERS, ("frames", 2, 3)),
-    "measured.moment": (NUMBERS, ("frames", "moments")),
-    "measured.moment_names": (WORDS, ("moments",)),
-    "ground.place": (NUMBERS, ("frames", 4)),
-    "barrier.clearance": (NUMBERS, ("frames",)),
-    "things.name": (WORDS, ("things",)),
-    "things.kind": (WORDS, ("things",)),
-    "things.size": (NUMBERS, ("things", 3)),
-    "things.place": (NUMBERS, ("frames", "things", 7)),
-    "vault.joints": (WORDS, ("joints",)),
-    "vault.activation": (NUMBERS, ("frames", "joints")),
-    "vault.changed": (WORDS, ("changes",)),
-    "vault.change": (NUMBERS, ("changes", 3)),
+DTYPES: dict[Kind, tuple[str, str]] = {
+    "number": ("fiub", "numbers"),
+    "word": ("US", "words"),
+    "flag": ("b", "yes or no"),
 }
-"""Name of a signal → numbers or words, and its axes."""
+"""Kinds of NumPy dtypes that hold each kind of signal, and its name in a message."""
 
 FINITE = (
     "tasks.level",
@@ -84,7 +29,7 @@ FINITE = (
 )
 """Signals of numbers none of which is missing."""
 
-TOGETHER = (
+SETS = (
     ("phase.span", "phase.kind", "phase.swing"),
     ("contact.span", "contact.place"),
     ("norms.people", "norms.names", "norms.mean", "norms.sd"),
@@ -103,45 +48,62 @@ TOGETHER = (
 """Signals of which none is there without the others."""
 
 
-def check_signals(signals: Mapping[str, Array], n_frames: int, nv: int) -> None:
-    """Refuse known signals of another kind or shape.
+def check_signals(
+    signals: Mapping[str, Array], n_frames: int, nv: int, n_markers: int | None = None
+) -> None:
+    """Refuse unknown signals, and known ones of another kind or shape.
+
+    Args:
+        signals: The signals by name.
+        n_frames: Frames of the motion.
+        nv: Generalised forces of the person.
+        n_markers: Recorded markers; None without a recording.
 
     Raises:
-        ParameterError: If there is one, or a part of what belongs together is missing.
+        ParameterError: If there is one, or a part of a set is missing.
     """
     sizes: dict[tuple[str, str], int] = {}
-    own = {"frames": n_frames, "nv": nv}
+    lengths = {"frames": n_frames, "nv": nv, "hinges": nv - 6}
+    if n_markers is not None:
+        lengths["markers"] = n_markers
     for name, value in signals.items():
-        if name not in SIGNALS:
-            continue
-        kind, axes = SIGNALS[name]
-        empty = value.dtype.kind == "f" and not value.size  # what NumPy makes of an empty list
-        if value.dtype.kind not in kind and not empty:
-            what = {NUMBERS: "numbers", WORDS: "words", FLAGS: "yes or no"}[kind]
-            raise ParameterError(f"signal {name} holds {value.dtype}, not {what}")
-        if name in FINITE and not np.isfinite(value).all():
-            raise ParameterError(f"signal {name} holds numbers that are not finite")
-        expected = []
-        for axis, size in zip(axes, value.shape, strict=False):
-            if isinstance(axis, str):
-                axis = own[axis] if axis in own else sizes.setdefault(_of(name, axis), size)
-            expected.append(axis)
-        if value.ndim != len(axes) or list(value.shape) != expected:
-            wanted = ", ".join(map(str, expected if value.ndim == len(axes) else axes))
-            raise ParameterError(f"signal {name} has shape {value.shape}, not ({wanted})")
-    for family in TOGETHER:
-        missing = [name for name in family if name not in signals]
-        if missing and len(missing) < len(family):
+        signal = signal_of(name)
+        if not signal.has_any_shape:
+            _check_kind(name, signal, value)
+            _check_shape(name, signal, value.shape, lengths, sizes)
+    for names in SETS:
+        missing = [name for name in names if name not in signals]
+        if missing and len(missing) < len(names):
             raise ParameterError(f"signal {missing[0]} is missing, but others of its kind exist")
     things = (signals.get(f"things.{what}", ()) for what in ("name", "kind", "size"))
     for name, kind, (x, y, z) in zip(*things, strict=True):
         Thing(str(name), str(kind), (float(x), float(y), float(z)))
-    curves = (f"foot.{name}" for name in signals.get("foot.names", ()))
-    length = len(signals.get("foot.percent", ()))
-    for name in curves:
-        if name in signals and signals[name].shape[1:] != (length,):
-            raise ParameterError(f"signal {name} is no row of {length} numbers per cycle")
 
 
-def _of(name: str, axis: str) -> tuple[str, str]:
-    return name.partition(".")[0], axis
+def _check_kind(name: str, signal: Signal, value: Array) -> None:
+    dtypes, words = DTYPES[signal.kind]
+    empty = value.dtype.kind == "f" and not value.size  # what NumPy makes of an empty list
+    if value.dtype.kind not in dtypes and not empty:
+        raise ParameterError(f"signal {name} holds {value.dtype}, not {words}")
+    if name in FINITE and not np.isfinite(value).all():
+        raise ParameterError(f"signal {name} holds numbers that are not finite")
+
+
+def _check_shape(
+    name: str,
+    signal: Signal,
+    shape: tuple[int, ...],
+    lengths: Mapping[str, int],
+    sizes: dict[tuple[str, str], int],
+) -> None:
+    """Refuse another shape; ``sizes`` gathers the lengths of the axes of each family."""
+    axes, family, expected = signal.axes, name.partition(".")[0], []
+    for axis, size in zip(axes, shape, strict=False):
+        if axis == "*":
+            axis = size
+        elif isinstance(axis, str):
+            axis = lengths[axis] if axis in lengths else sizes.setdefault((family, axis), size)
+        expected.append(axis)
+    if len(shape) != len(axes) or list(shape) != expected:
+        allowed = ", ".join(map(str, expected if len(shape) == len(axes) else axes))
+        raise ParameterError(f"signal {name} has shape {shape}, not ({allowed})")

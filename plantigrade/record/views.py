@@ -14,6 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.extras import require
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary
+from plantigrade.record.signal_registry import signal_of
 
 AXES = {"forward": 0, "sideways": 1, "up": 2}
 _MOMENT, _FORCE = "_moment", "ground_force_"
@@ -32,7 +33,7 @@ def _curves(record: Any, name: str) -> dict[str, Array]:
     if value is not None:
         if value.shape != (record.motion.n_frames,) or value.dtype.kind not in "fiub":
             raise ParameterError(f"signal {name!r} is not one number a frame")
-        return {f"{name} []": value.astype(float)}
+        return {f"{name} [{signal_of(name).unit}]": value.astype(float)}
     if name.startswith(_FORCE):
         axis, _, side = name.removeprefix(_FORCE).partition("_")
         if axis not in AXES or side not in ("", *SIDES):
@@ -127,6 +128,8 @@ def to_xarray(record: Any) -> Any:
     for name, value in record.signals.items():
         if value.ndim and len(value) == n:
             more = [f"{name}.{k}" for k in range(1, value.ndim)]
-            arrays[name] = (("time", *more), value)
-    used = {d for dims, _ in arrays.values() for d in dims}
+            known = signal_of(name)
+            about = {"units": known.unit, "long_name": known.meaning}
+            arrays[name] = (("time", *more), value, about)
+    used = {d for dims, *_ in arrays.values() for d in dims}
     return xarray.Dataset(arrays, {k: v for k, v in coordinates.items() if k in used})

@@ -25,6 +25,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Record
+from plantigrade.record.signal_registry import CONTROLLER, signal_of
 from plantigrade.record.things import PLACES
 from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
@@ -191,7 +192,7 @@ class World:
         if self.diverged is not None:
             return
         done = self.actuators.command(command, self.data)
-        self._signals = {f"controller.{name}": value for name, value in done.signals.items()}
+        self._signals = {f"{CONTROLLER}{name}": value for name, value in done.signals.items()}
         self.repeat_command()
 
     def repeat_command(self) -> None:
@@ -348,7 +349,12 @@ class World:
         return np.array(acted).reshape(-1, 2, 3)
 
     def record_signal(self, name: str, value: float | Array) -> None:
-        """Record a number or array of a disturbance as a signal."""
+        """Record a number or array of a disturbance as a signal.
+
+        Raises:
+            ParameterError: If no signal has this name; your own begin with ``user.``.
+        """
+        signal_of(name)
         self._signals[name] = value
 
     def contact_force(self) -> Float[Array, "n_sites 3"]:

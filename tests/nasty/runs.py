@@ -14,9 +14,26 @@ from tests.pages.runs import from_tasks, solved
 from tests.pages.walker import walk, walker
 
 
+def spline(nv: int) -> dict[str, np.ndarray]:
+    """Return the signals of a synthesised motion from which another one may start."""
+    return {
+        "spline.basis": np.array("cubic"),
+        "spline.status": np.array("solved"),
+        "spline.nodes": np.linspace(0.0, 2.4, 4),
+        "spline.switches": np.zeros(0),
+        "spline.coordinates": np.array([f"q{i}" for i in range(nv)]),
+        "spline.unknowns": np.array(["force x of heel_r"]),
+        "spline.coefficients": np.zeros((6, nv)),
+        "spline.forces": np.zeros((3, 1)),
+        "spline.period": np.array([1.0, 0.6]),
+        "spline.multipliers.contact": np.zeros((3, 3, 2)),
+    }
+
+
 def signals(record: Record) -> dict[str, np.ndarray]:
-    """Return one of every signal the package knows."""
+    """Return one of every signal that the package knows, and of every family of signals."""
     n, nv = record.motion.qvel.shape
+    assert record.fitted_markers is not None
     tasks = dict(from_tasks(walk(walker(), duration=0.1)).record.signals)
     on = np.ones((n, 5), bool)
     return {
@@ -24,7 +41,16 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         **tasks,
         "tasks.active": on,
         "tasks.residual": np.outer(np.ones(n), [0.0, 1e-12, 1e-3, 1.0, 100.0]),
-        "solver.time": np.full(n, 1e-3),
+        "controller.com_error": np.full(n, 1e-3),
+        "live.speed": np.ones(n),
+        "user.table": np.zeros((3, 4)),
+        "exact": np.ones(n, bool),
+        "stopped": np.array("no acceleration was found"),
+        "assumed.joints": np.array(["mtp_angle_r"]),
+        "markers.residual": np.full(record.fitted_markers.shape[:2], 0.01),
+        "world.motor": np.zeros((n, nv - 6)),
+        "world.push": np.zeros((n, 3)),
+        **spline(nv),
         "foot.percent": np.linspace(0, 100, 101),
         "foot.names": np.array(["hindfoot_dorsiflexion_r"]),
         "foot.hindfoot_dorsiflexion_r": np.zeros((2, 101)),
@@ -61,7 +87,12 @@ def whole_run() -> Run:
     run = solved(record, bad=True)
     knee = Condition("knee", "coordinate", (0.0, 0.5), (0.0, 0.0), (0.2, 0.3), "knee_angle_r")
     everything = replace(
-        run.record, conditions=(knee,), signals=signals(record), references=record.references
+        run.record,
+        conditions=(knee,),
+        signals=signals(record),
+        references=record.references,
+        recorded_markers=record.recorded_markers,
+        fitted_markers=record.fitted_markers,
     )
     return replace(run, record=everything, others={"forces": record})
 

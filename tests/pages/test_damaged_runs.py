@@ -4,6 +4,7 @@ A folder is changed where it holds numbers and words: arrays, the JSON texts amo
 ``metrics.json``. What :meth:`Run.load` lets through must be drawn.
 """
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -11,7 +12,8 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.record.signals import SIGNALS, check_signals
+from plantigrade.record.signal_registry import SIGNALS, signal_of
+from plantigrade.record.signals import check_signals
 from tests.nasty import runs
 from tests.nasty.judge import findings
 from tests.nasty.targets import run_folder
@@ -20,8 +22,14 @@ from tests.pages.walker import walk, walker
 pytestmark = pytest.mark.wrong_types
 
 
+SHAPED = [name for name, signal in SIGNALS.items() if not signal.has_any_shape]
+
+
 def test_every_known_signal_is_in_the_run(tmp_path):
-    assert set(SIGNALS) <= set(run_folder(runs.run_file("metrics.json")(tmp_path)).record.signals)
+    """Of a family one member; those of controllers have no shape of their own."""
+    held = run_folder(runs.run_file("metrics.json")(tmp_path)).record.signals
+    expected = {name for name in SIGNALS if not name.startswith("controller.")}
+    assert expected <= {signal_of(name).name for name in held}
 
 
 @pytest.mark.parametrize(
@@ -38,31 +46,56 @@ def test_what_is_loaded_is_drawn(tmp_path, name):
     assert findings(name, tmp_path, 2) == []
 
 
-@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("name", SHAPED)
 def test_a_signal_of_another_shape_makes_no_record(name):
     """The shapes a reader relies on are refused as soon as a Record is made."""
     record = runs.whole_run().record
-    for value in (np.zeros((7, 7, 7, 7)), np.zeros(()), record.signals[name][:-1]):
-        broken = {**record.signals, name: value}
-        alone = len(record.signals[name]) == 1 or (name == "posture.end" and value.ndim == 1)
-        if value.ndim == record.signals[name].ndim and alone:
-            continue  # another number of things of which nothing else tells the number
-        if name in ("check.findings", "solver.broken") and value.ndim == 1:
-            continue
-        with pytest.raises(ParameterError, match=r"signal \w+\.\w+ "):
-            replace(record, signals=broken)
+    held = next(each for each in record.signals if signal_of(each).name == name)
+    value = np.zeros((7,) * (record.signals[held].ndim + 1), record.signals[held].dtype)
+    with pytest.raises(ParameterError, match=rf"signal {held} has shape"):
+        replace(record, signals={**record.signals, held: value})
 
 
-@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("name", [n for n in SHAPED if SIGNALS[n].shape.count(" ")])
+def test_axes_of_one_name_are_equally_long(name):
+    """One frame, task, measure or percent less than the other signals of the family have."""
+    record = runs.whole_run().record
+    held = next(each for each in record.signals if signal_of(each).name == name)
+    short = record.signals[held][..., :-1]
+    if name in ("spline.multipliers.*", "foot.names"):
+        short = record.signals[held][:-1]
+    with pytest.raises(ParameterError, match=r"signal [\w.]+ has shape"):
+        replace(record, signals={**record.signals, held: short})
+
+
+@pytest.mark.parametrize("name", SHAPED)
 def test_an_empty_signal_of_the_wrong_kind_makes_no_record(name):
-    kind, axes = SIGNALS[name]
-    value = np.zeros((0,) * len(axes), "U1" if "U" not in kind else int)
-    with pytest.raises(ParameterError, match=rf"signal {name} holds"):
-        check_signals({name: value}, 0, 0)
+    signal = SIGNALS[name]
+    value = np.zeros((0,) * len(signal.axes), "U1" if signal.kind != "word" else int)
+    with pytest.raises(ParameterError, match=rf"signal {re.escape(name)} holds"):
+        check_signals({name: value}, 0, 6)
+
+
+def test_an_unknown_signal_makes_no_record():
+    record = runs.whole_run().record
+    with pytest.raises(
+        ParameterError, match=r"'tasks.residuals'; there are tasks.residual, .*user"
+    ):
+        replace(record, signals={**record.signals, "tasks.residuals": np.zeros(2)})
 
 
 def test_signals_of_ones_own_may_be_anything():
-    check_signals({"mine.table": np.zeros((3, 4)), "check.mine": np.zeros(2)}, 9, 49)
+    own = {"user.table": np.zeros((3, 4)), "controller.mine": np.zeros(2), "live.wind": np.ones(9)}
+    check_signals(own, 9, 49)
+
+
+def test_signals_of_another_version_become_the_user_s_own(tmp_path):
+    """Old folders are read: no name that this version does not know is lost, or refused."""
+    path = runs.run_file("motion.npz")(tmp_path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    np.savez(path, **arrays, **{"signal/solver.time": np.arange(3.0)})
+    np.testing.assert_array_equal(run_folder(path).record.signals["user.solver.time"], [0, 1, 2])
 
 
 @pytest.mark.parametrize(

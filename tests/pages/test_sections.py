@@ -17,6 +17,8 @@ from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.contacts import centre_of_pressure, inside_support, site_points
 from plantigrade.pages.sections.verdict import QUANTITIES
 from plantigrade.pages.text import sided_title
+from plantigrade.record.signal_registry import SIGNALS
+from tests.nasty.runs import whole_run
 from tests.pages.runs import CHECKED, estimated, fitted, from_tasks, solved
 
 
@@ -356,3 +358,10 @@ def test_arrows_of_estimated_forces_are_thin(record):
     assert build_scene(record).estimated is None
     words = "Thin arrow: estimated"
     assert words in run_viewer(estimated(record)) and words not in run_viewer(fitted(record))
+
+
+def test_sections_of_the_registry_of_signals_are_drawn(record):
+    """Each title under which a signal is said to be drawn is that of a section."""
+    runs = (whole_run(), fitted(record), estimated(record))
+    titles = {title for run in runs for title in sections(run)}
+    assert {signal.section for signal in SIGNALS.values()} - {"", "viewer"} <= titles

@@ -16,7 +16,9 @@ from tests.pages.walker import walk, walker
 def record():
     """A walk with forces, torques and one signal."""
     made = walk(walker(), duration=1.2)
-    return replace(made, signals={"solver.time": np.arange(made.motion.n_frames) * 1e-6})
+    return replace(
+        made, signals={"controller.landing_time": np.arange(made.motion.n_frames) * 1e-6}
+    )
 
 
 def test_a_motion_draws_both_sides_of_a_stem(record):
@@ -32,8 +34,16 @@ def test_a_motion_draws_both_sides_of_a_stem(record):
 
 
 def test_a_record_draws_forces_moments_and_signals(record):
-    svg = record.plot("ground_force_up", "knee_angle_moment", "solver.time", "hip_flexion").svg
-    for words in ("Ground force, vertical", "Knee flexion moment", "Solver.time", "Hip flexion"):
+    svg = record.plot(
+        "ground_force_up", "knee_angle_moment", "controller.landing_time", "hip_flexion"
+    ).svg
+    for words in (
+        "Ground force, vertical",
+        "Knee flexion moment",
+        "Controller.landing time",
+        "[s]",
+        "Hip flexion",
+    ):
         assert words in svg
     bare = replace(record, contact_force=None, qfrc_actuator=None)
     with pytest.raises(ParameterError, match="no ground forces"):
@@ -51,7 +61,9 @@ def test_the_drawn_force_is_the_record_s(record):
     np.testing.assert_array_equal(columns["ground_force_up_l"], record.foot("l").force[:, 2])
     np.testing.assert_array_equal(columns["knee_angle_r"], record.motion["knee_angle_r"])
     np.testing.assert_array_equal(columns["knee_angle_r_moment"], record.torque("knee_angle_r"))
-    np.testing.assert_array_equal(columns["solver.time"], record.signals["solver.time"])
+    np.testing.assert_array_equal(
+        columns["controller.landing_time"], record.signals["controller.landing_time"]
+    )
 
 
 def test_short_tables_for_a_notebook(record):
@@ -93,4 +105,4 @@ def test_a_dataset_has_named_dimensions(record):
     np.testing.assert_array_equal(knee, record.torque("knee_angle_l"))
     up = data["contact_force"].sel(site="plate_r", axis="up").values
     np.testing.assert_array_equal(up, record.contact_force[:, 0, 2])
-    assert "solver.time" in data and data.sizes["time"] == record.motion.n_frames
+    assert "controller.landing_time" in data and data.sizes["time"] == record.motion.n_frames

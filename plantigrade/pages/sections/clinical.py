@@ -11,8 +11,9 @@ from plantigrade.constants import SIDES
 from plantigrade.pages.section import Section, Subject
 from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_words
 from plantigrade.pages.text import rounded_text, signed_text
+from plantigrade.record.signal_registry import SIGNALS
 
-TITLE = "Joint angles over the gait cycle"
+TITLE = SIGNALS["norms.mean"].section
 PLANES = ("sagittal plane", "frontal plane", "transverse plane")
 HINGE = "The knee of this model is a hinge."
 LEVELS = (

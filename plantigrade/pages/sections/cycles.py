@@ -13,6 +13,7 @@ from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, tit
 from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.record.signal_registry import SIGNALS
 
 OTHERS = (
     *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),
@@ -170,7 +171,9 @@ def foot_segment_section(subject: Subject) -> list[Section]:
     rms = subject.number("foot_segments_marker_rms_mm")
     if rms is not None:
         caption += f" Markers of a segment move {rms:.1f} mm (RMS) against each other."
-    found = cycle_section("Foot segments", curves, subject, caption=caption, published=False)
+    found = cycle_section(
+        SIGNALS["foot.*"].section, curves, subject, caption=caption, published=False
+    )
     return [replace(found, folded=True)]
 
 

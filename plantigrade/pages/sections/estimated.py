@@ -16,9 +16,10 @@ from plantigrade.motion.cycles import PERCENT, normalise_cycles
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import sided_title
 from plantigrade.record import Record
+from plantigrade.record.signal_registry import SIGNALS
 
 AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
-FORCES, MOMENTS = "Estimated ground reactions", "Estimated joint moments"
+FORCES, MOMENTS = (SIGNALS[f"forces.{name}"].section for name in ("band", "moment_band"))
 POWERS = "Estimated joint powers"
 MOST = 400  # points of a curve over time, as wide as it is drawn
 

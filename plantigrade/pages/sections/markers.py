@@ -7,8 +7,9 @@ from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_RIGHT
 from plantigrade.pages.section import Section, Subject
 from plantigrade.record import Record
+from plantigrade.record.signal_registry import SIGNALS
 
-TITLE = "Marker errors"
+TITLE = SIGNALS["markers.residual"].section
 
 
 def marker_section(subject: Subject) -> list[Section]:

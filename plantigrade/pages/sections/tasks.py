@@ -12,6 +12,7 @@ from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import place_text, task_text
+from plantigrade.record.signal_registry import SIGNALS
 
 TINY = 1e-8  # residuals below this are drawn here: they are zero but for rounding
 LONGEST = 60  # phases beyond which only the beginning of the timeline is drawn
@@ -53,7 +54,7 @@ def task_section(subject: Subject) -> Section:
         "changes what they reach."
     )
     return Section(
-        "Tasks and when they are active",
+        SIGNALS["tasks.active"].section,
         [Figure(drawing, caption, wide=True)],
         text=text.strip(),
         headers=("level", "task", "what it does"),
@@ -68,6 +69,7 @@ def residual_section(subject: Subject) -> Section:
     signals, time = subject.record.signals, subject.record.motion.time
     active, level = signals["tasks.active"].astype(bool), signals["tasks.level"]
     residual = np.where(active, signals["tasks.residual"], 0.0)
+    residual_of = SIGNALS["tasks.residual"]
     series = []
     for k in sorted({int(v) for v in level}):
         mine = level == k
@@ -78,7 +80,7 @@ def residual_section(subject: Subject) -> Section:
         series.append(Series(time, missed, f"{k} {', '.join(words)}", _tint(k), 1.3, 0.9))
     drawing = line_plot(
         series,
-        y_label="residual acceleration [1/s²]",
+        y_label=f"residual acceleration [{residual_of.unit}]",
         width=1060,
         height=320,
         log=TINY,
@@ -92,7 +94,7 @@ def residual_section(subject: Subject) -> Section:
         "in m/s² (posture: rad/s²)."
     )
     figures = [Figure(drawing, caption, wide=True)]
-    return Section("Residual of each level", figures, text=text, folded=True)
+    return Section(residual_of.section, figures, text=text, folded=True)
 
 
 def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.opacity) -> list[Bar]:

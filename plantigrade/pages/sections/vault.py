@@ -6,6 +6,7 @@ from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import PALETTE
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import rounded_text
+from plantigrade.record.signal_registry import SIGNALS
 
 
 @needs("vault.joints", "vault.activation")
@@ -23,7 +24,8 @@ def activation_section(subject: Subject) -> Section:
         "Activation from −1 (full strength in flexion) to 1 (full strength in extension); the "
         "shoulder extends as the angle between arm and trunk opens."
     )
-    return Section("Activation of the joints", [Figure(drawing, caption, wide=True)])
+    title = SIGNALS["vault.activation"].section
+    return Section(title, [Figure(drawing, caption, wide=True)])
 
 
 @needs("vault.changed", "vault.change")
@@ -46,7 +48,7 @@ def sensitivity_section(subject: Subject) -> Section:
         for i in order
     ]
     return Section(
-        "Sensitivity to the approach",
+        SIGNALS["vault.change"].section,
         text=(
             "Each part of the approach was changed by 5 % of its value. Upward velocity at "
             "take-off [m/s] with the same activations, and with activations searched anew from "

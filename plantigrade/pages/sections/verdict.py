@@ -14,6 +14,7 @@ from plantigrade.pages.text import (
     rounded_text,
     sided_title,
 )
+from plantigrade.record.signal_registry import SIGNALS
 
 TINY = 1e-9  # smaller violations are drawn here
 MOST = 16  # joints in the table of strength
@@ -62,7 +63,7 @@ def check_section(subject: Subject) -> Section:
         "explains must be (nearly) zero, and standing contacts must not slip. Negative values lie "
         "that far on the safe side."
     )
-    return Section("Check", text=text, headers=HEADERS, rows=rows)
+    return Section(SIGNALS["check.value"].section, text=text, headers=HEADERS, rows=rows)
 
 
 @needs("check.quantity", "check.value", "check.limit", "check.bad")
@@ -136,7 +137,10 @@ def findings_section(subject: Subject) -> list[Section]:
     """Return what the checker found wrong, worst first."""
     findings = subject.words("check.findings")
     return _numbered(
-        "Findings of the check", "finding", findings, "Worst first, relative to the limit."
+        SIGNALS["check.findings"].section,
+        "finding",
+        findings,
+        "Worst first, relative to the limit.",
     )
 
 
@@ -144,7 +148,7 @@ def findings_section(subject: Subject) -> list[Section]:
 def broken_section(subject: Subject) -> list[Section]:
     """Return the constraints the solver did not satisfy."""
     return _numbered(
-        "Constraints the solver did not satisfy",
+        SIGNALS["solver.broken"].section,
         "constraint",
         subject.words("solver.broken"),
         "The most violated constraint of each kind, at the nodes of the solver's last iterate, "
@@ -192,7 +196,8 @@ def strength_section(subject: Subject) -> Section:
 @needs("solver.history", "solver.stage_names")
 def convergence_section(subject: Subject) -> Section:
     """Return objective, violation and optimality over the iterations of all stages."""
-    title, history = "Convergence", subject.record.signals["solver.history"]
+    title = SIGNALS["solver.history"].section
+    history = subject.record.signals["solver.history"]
     if not len(history):
         return Section(title, missing="the solver reported no iterations.")
     count = np.arange(float(len(history)))
