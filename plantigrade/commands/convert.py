@@ -48,6 +48,8 @@ class Command(PrintOptions, Bounded):
     your own TOML file; by default those it was fitted to, else oxford-foot-model."""
     forces: Flag = False
     """Draw ground reactions in a run's .glb as arrows."""
+    solids: Flag = False
+    """Draw the solids that physics sees in a run's .glb, in place of the skin."""
     unit: Annotated[Literal["m", "cm", "mm"] | None, optional("{m,cm,mm}")] = None
     """Unit of length of a .bvh file, which does not state it: to read it, or to write a run's."""
     overwrite: Flag = False

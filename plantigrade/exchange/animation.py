@@ -1,4 +1,4 @@
-"""A run as an animated glTF scene: bones, the solids on them, ground, things, forces."""
+"""A run as an animated glTF scene: a person on bones, ground, things, forces."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +12,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.exchange.bones import Bone, bone_poses, bones_of
 from plantigrade.exchange.clock import RATES
+from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
 from plantigrade.io.text import not_written
 from plantigrade.models import Human
@@ -19,6 +20,7 @@ from plantigrade.pages.pages import title_of_run
 from plantigrade.pages.scene import VIEW_RATE, Scene, build_scene
 from plantigrade.pages.shapes import Shape, mesh_of, rgb
 from plantigrade.record import Run
+from plantigrade.skin import Skin
 from plantigrade.spatial.conventions import rotation_matrix
 
 AROUND = 16
@@ -26,6 +28,9 @@ AROUND = 16
 
 ARROW = 0.6
 """Length of the arrow of one body weight [m]; that of ``viewer.html``."""
+
+RIGID = 1e-5
+"""Change of a pose within a motion [m, 1] below which two bones keep their places."""
 
 GONE = 1e-4
 """Scale of an arrow without force: zero would leave it no direction."""
@@ -40,11 +45,13 @@ def write_glb(
     rig: str = "plantigrade",
     rate: float = VIEW_RATE,
     forces: bool = False,
+    solids: bool = False,
 ) -> tuple[str, ...]:
     """Write a run as glTF 2.0 in one binary file, y up.
 
-    The bones are those of :mod:`plantigrade.exchange.bones`; the solids of the body are a mesh that
-    they move. Ground and things are nodes of their own.
+    The bones are those of :mod:`plantigrade.exchange.bones`; they move the skin of the person, with
+    further bones where its surface turns half-way between two. Ground and things are nodes of their
+    own.
 
     Args:
         run: The run.
@@ -53,6 +60,7 @@ def write_glb(
         rate: Frames per second [Hz]; the nearest whole fraction of the motion's rate.
         forces: Whether the ground reactions are there as arrows, :data:`ARROW` long per body
             weight.
+        solids: Whether the solids that physics sees take the place of the skin.
 
     Returns:
         A note where forces are asked for that the run does not have.
@@ -72,10 +80,14 @@ def write_glb(
     inside = [joints[0], *_add_surroundings(document, scene, record.human.model.nbody)]
     arrows = _add_arrows(document, scene) if forces else []
     root = document.node("z_up", rotation=Y_UP, children=[*inside, *arrows])
-    body = document.mesh("body", _body_surfaces(document, record.human, bones, scene))
-    bind = np.tile(np.eye(4), (len(bones), 1, 1))
-    bind[:, 3, :3] = [-bone.rest for bone in bones]  # columns first
-    matrices = document.accessor(bind)
+    if solids:
+        surfaces = _body_surfaces(document, record.human, bones, scene)
+        bind = np.tile(np.eye(4), (len(bones), 1, 1))
+        bind[:, :3, 3] = [-bone.rest for bone in bones]
+    else:
+        surfaces, joints, bind = _dress(document, record.human, bones, joints, scene)
+    body = document.mesh("body", surfaces)
+    matrices = document.accessor(np.swapaxes(bind, 1, 2))  # columns first
     document.skins.append(
         {"name": "bones", "joints": joints, "inverseBindMatrices": matrices, "skeleton": root}
     )
@@ -90,9 +102,7 @@ def write_glb(
 
 def _add_bones(document: Document, human: Human, bones: Sequence[Bone], scene: Scene) -> list[int]:
     """Add a node for each bone, each below its parent, and return them."""
-    count = human.model.nbody
-    rotations = rotation_matrix(scene.quats[:, 1:count])
-    places, turned = bone_poses(tuple(bones), human, scene.positions[:, 1:count], rotations)
+    places, turned = _poses(human, bones, scene)
     nodes = [document.node(bone.name) for bone in bones]
     for k, bone in enumerate(bones):
         if bone.parent < 0:
@@ -101,11 +111,71 @@ def _add_bones(document: Document, human: Human, bones: Sequence[Bone], scene: S
             back = np.swapaxes(turned[:, bone.parent], 1, 2)
             place = np.einsum("nij,nj->ni", back, places[:, k] - places[:, bone.parent])
             rotation = back @ turned[:, k]
-            place = np.broadcast_to(place.mean(axis=0), place.shape)  # bones are rigid
             document.nodes[nodes[bone.parent]].setdefault("children", []).append(nodes[k])
         document.animate(nodes[k], "translation", place)
         document.animate(nodes[k], "rotation", _quaternions(rotation))
     return nodes
+
+
+def _poses(
+    human: Human, bones: Sequence[Bone], scene: Scene
+) -> tuple[Float[Array, "n_frames n_bones 3"], Float[Array, "n_frames n_bones 3 3"]]:
+    """Return joints and rotations of bones in every frame."""
+    count = human.model.nbody
+    rotations = rotation_matrix(scene.quats[:, 1:count])
+    return bone_poses(tuple(bones), human, scene.positions[:, 1:count], rotations)
+
+
+def _dress(
+    document: Document, human: Human, bones: Sequence[Bone], nodes: Sequence[int], scene: Scene
+) -> tuple[list[tuple[Surface, int]], list[int], Float[Array, "n_joints 4 4"]]:
+    """Return the skin's surfaces, the joints that move it, and their inverse resting poses.
+
+    A bone of the skin that keeps its place on a bone of the skeleton is moved by that one; the
+    others, which turn half-way between two, become nodes below it.
+    """
+    skin = Skin.of(human)
+    count = human.model.nbody
+    names = skin.surface.bone_names
+    places, turned = skin.bones.poses(scene.positions[:, :count], scene.quats[:, :count])
+    carriers, carried = _poses(human, bones, scene)
+    joints, bind = [], np.tile(np.eye(4), (len(names), 1, 1))
+    for k, name in enumerate(names):
+        above = _carrier(human, int(skin.bones.body[k]), name, bones)
+        back = np.swapaxes(carried[:, above], 1, 2)
+        place = np.einsum("nij,nj->ni", back, places[:, k] - carriers[:, above])
+        rotation = back @ turned[:, k]
+        rest = np.eye(4)
+        rest[:3, :3] = skin.resting.rotation[k].T
+        rest[:3, 3] = -skin.resting.rotation[k].T @ skin.resting.position[k]
+        node, still = nodes[above], np.eye(4)
+        rigid = max(np.ptp(place, axis=0).max(), np.ptp(rotation, axis=0).max()) < RIGID
+        if rigid and node not in joints:
+            still[:3, :3], still[:3, 3] = rotation[0], place[0]
+        else:
+            node = document.node(f"skin_{name}")
+            document.nodes[nodes[above]].setdefault("children", []).append(node)
+            document.animate(node, "translation", place)
+            document.animate(node, "rotation", _quaternions(rotation))
+        joints.append(node)
+        bind[k] = still @ rest
+    surfaces = [
+        (part, document.material(material, COLOURS[material]))
+        for material, part in dressed_surfaces(skin).items()
+    ]
+    return surfaces, joints, bind
+
+
+def _carrier(human: Human, body: int, name: str, bones: Sequence[Bone]) -> int:
+    """Return the bone of the skeleton that carries a bone of the skin: its own part's, if any."""
+    own = [k for k, bone in enumerate(bones) if bone.part == name]
+    if own:
+        return own[0]
+    while True:
+        on = [k for k, bone in enumerate(bones) if human.body(bone.body) == body]
+        if on:
+            return on[0]
+        body = int(human.model.body_parentid[body])
 
 
 def _body_surfaces(

@@ -7,11 +7,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from plantigrade.errors import ParameterError
 from plantigrade.exchange.bones import bones_of
+from plantigrade.exchange.dressed import COLOURS
 from plantigrade.models import Human
+from plantigrade.skin import Skin
 from tests.exchange.moving import moving
 
 AXES = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # file (x left, y up, z forward) to ours
@@ -138,7 +141,7 @@ def check_rules(file: Glb) -> None:
 def test_bones_and_solids_move_as_in_mujoco(joints, feet, tmp_path):
     human = Human.create(joints=joints, feet=feet)
     run, path = moving(human), tmp_path / "run.glb"
-    assert run.export(path, forces=False) == ()
+    assert run.export(path, solids=True) == ()
     file, data = Glb(path), mujoco.MjData(human.model)
     check_rules(file)
     drawn = human.model.geom_group == 1
@@ -163,6 +166,45 @@ def test_bones_and_solids_move_as_in_mujoco(joints, feet, tmp_path):
         )
         away = np.abs(np.linalg.norm(vertices[:, None] - ends, axis=2) - radius)
         assert (away < 1e-4).sum() > 50  # of its round ends
+
+
+@pytest.mark.parametrize(
+    ("joints", "feet", "rig"),
+    [("42", "two-segment", "plantigrade"), ("58", "multi-segment", "mixamo")],
+)
+def test_the_skin_moves_as_the_skin_of_the_package(joints, feet, rig, tmp_path):
+    human = Human.create(joints=joints, feet=feet)
+    run, path = moving(human, n=3), tmp_path / "run.glb"
+    assert run.export(path, rig=rig) == ()
+    file, data, skin = Glb(path), mujoco.MjData(human.model), Skin.of(human)
+    check_rules(file)
+    names = [file.json["materials"][p["material"]]["name"] for p in file.primitives("body")]
+    assert set(names) == set(COLOURS)
+    for frame, qpos in enumerate(run.record.motion.qpos):
+        data.qpos = qpos
+        mujoco.mj_kinematics(human.model, data)
+        vertices = cKDTree(file.skinned(frame) @ AXES.T)
+        away, _ = vertices.query(skin.posed(data.xpos, data.xquat))
+        assert away.max() < 1e-3 and away.mean() < 1e-4
+
+
+def test_garments_end_where_the_skin_says(tmp_path):
+    """A hem is a line: no triangle lies on both of its sides."""
+    human = Human.create()
+    run, path = moving(human, n=2), tmp_path / "run.glb"
+    run.export(path)
+    file, skin = Glb(path), Skin.of(human)
+    tree = cKDTree(skin.resting.vertices)
+    shown = {}
+    for primitive in file.primitives("body"):
+        places = file.array(primitive["attributes"]["POSITION"])
+        away, nearest = tree.query(places)
+        own = nearest[away < 1e-6]  # the others are new, on a hem
+        name = file.json["materials"][primitive["material"]]["name"]
+        shown[name] = skin.surface.garments[own]
+    assert (shown["shorts_r"][:, 1] >= 0).all() and (shown["shorts_l"][:, 1] >= 0).all()
+    assert (shown["skin"] <= 0).all()
+    assert (shown["sleeve_l"][:, 0] >= 0).all()
 
 
 def test_ground_reactions_point_as_they_push(walk, tmp_path):
