@@ -9,7 +9,7 @@ from experiments.cached_results import CachedResults, Result
 from experiments.replay import MOTIONS, outcome, summary, synthesised
 from experiments.specification import Cases, Specification
 from experiments.table import Row, at_least
-from plantigrade.contact.ground import Ground, Step
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.replays import replay_once
 from plantigrade.world.grounds import ground_named
@@ -29,7 +29,7 @@ def _bumps(seed: int) -> Otherwise:
 
 def _ahead(rise: float) -> Callable[[int], Otherwise]:
     """Return ground that is higher by ``rise`` from :data:`AHEAD` on [m]."""
-    return lambda seed: Otherwise(ground=Ground(steps=(Step(AHEAD, rise),)))
+    return lambda seed: Otherwise(ground=Ground(steps=(GroundStep(AHEAD, rise),)))
 
 
 DISTURBED: dict[str, dict[str, Callable[[int], Otherwise]]] = {

@@ -15,7 +15,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.site import GEOM
+from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.control import Posture
 from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, posture_reference
 from plantigrade.control.balance.reference import PLATFORM
@@ -151,7 +151,7 @@ def stand(
     world, controller = standing(disturbances)
     state = world.reset()
     trunk = world.human.trunk
-    geoms = [world.model.geom(GEOM + site.name).id for site in world.sites]
+    geoms = [world.model.geom(GEOM_PREFIX + site.name).id for site in world.sites]
     plate = [i for i in range(world.model.nbody) if world.model.body(i).name == PLATFORM]
     first_up, first_com = state.body.rotation(trunk)[:, 2], state.body.com
     settled: np.ndarray | None = None

@@ -27,7 +27,7 @@ from experiments.walking import (
     walking,
 )
 from experiments.walking import summary as walking_summary
-from plantigrade.contact.ground import Ground, Step
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
@@ -137,7 +137,7 @@ def uneven(controller: str, data: Path | None, cm: float, seed: int, seconds: fl
 
 def kerb(controller: str, data: Path | None, cm: float, seconds: float) -> Result:
     """Return a walk over a step."""
-    ground = Ground(steps=(Step(LEVEL, 0.01 * cm),))
+    ground = Ground(steps=(GroundStep(LEVEL, 0.01 * cm),))
     return figures(walk(walking(controller, data), ground=ground, duration=seconds), since=2.0)
 
 

@@ -37,7 +37,7 @@ from plantigrade.analyze.sweep import Sweep, cross, sweep
 from plantigrade.analyze.tolerances import OF_RECORDING, Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.site import PUSH
+from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
 
@@ -183,7 +183,7 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
 def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     """Friction, adhesion, force in the air, and too much force."""
     names, sides = _places(record)
-    ground = np.array([site.part != PUSH for site in record.sites], bool)
+    ground = np.array([site.part != PUSH_PART for site in record.sites], bool)
     pushed = np.einsum("nki,nki->nk", s.force, s.normal)  # normal force [N]
     pushed = np.where(ground, pushed, np.nan)
     along = np.linalg.norm(s.force - pushed[..., None] * s.normal, axis=2)

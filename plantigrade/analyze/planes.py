@@ -23,8 +23,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import FREE
-from plantigrade.models.upper_body import ARM_SWING, MOST_VIGOUR
+from plantigrade.models.textbook_gait import FREE_SPEED
+from plantigrade.models.upper_body import ARM_SWING, MAX_SWING_SCALE
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.record import Record
 
@@ -108,7 +108,7 @@ def published(human: Human, speed: float) -> dict[str, tuple[float, float]]:
     """Return what is usual of adults at a speed [m/s]: lower and upper end by name of figure."""
     d = human.dimensions
     relative = speed / float(np.sqrt(GRAVITY * (d.thigh + d.shank + d.ankle_height)))
-    arm = 2.0 * ARM_SWING * min(relative / FREE, MOST_VIGOUR)
+    arm = 2.0 * ARM_SWING * min(relative / FREE_SPEED, MAX_SWING_SCALE)
     usual = {
         "trunk_lean_deg": TRUNK_LEAN,
         "head_lean_deg": (0.0, 2.0),

@@ -1,1 +1,1 @@
-"""Where a body may be touched, when, and on what."""
+"""Contact sites, contact plans, ground and scene objects."""

@@ -1,25 +1,25 @@
 """Gait events of a contact plan."""
 
-from plantigrade.contact.plan import SAME, ContactPlan
+from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
 from plantigrade.motion.recording import GaitEvent
 
 
 def alternates(plan: ContactPlan) -> bool:
-    """Return whether the feet step alternately, so that there are strides to measure."""
+    """Return whether the feet step alternately, as strides require."""
     if plan.periodic:
         return True
-    struck = sorted((s.heel_strike, s.footprint.side) for s in plan.stances if s.heel_strike > 0)
-    sides = [side for _, side in struck]
+    strikes = sorted((s.heel_strike, s.footprint.side) for s in plan.stances if s.heel_strike > 0)
+    sides = [side for _, side in strikes]
     return len(sides) > 1 and all(a != b for a, b in zip(sides[:-1], sides[1:], strict=True))
 
 
 def gait_events(plan: ContactPlan, end: float) -> tuple[GaitEvent, ...]:
-    """Return heel strikes and toe offs from the start of a plan to ``end`` [s], by time.
+    """Return heel strikes and toe-offs from the start of a plan to ``end`` [s], by time.
 
-    A foot that stands from the start of a plan that does not repeat did not strike.
+    In a plan without repetition, a foot that stands from the start has no heel strike.
     """
     periods = 0 if not plan.periodic else round(end / plan.duration) + 2
-    edge = 10 * SAME if plan.periodic else -10 * SAME
+    edge = 10 * TIME_TOLERANCE if plan.periodic else -10 * TIME_TOLERANCE
     events = [
         GaitEvent(min(max(time, 0.0), end), s.footprint.side, kind)
         for s in plan.unrolled(after=periods)

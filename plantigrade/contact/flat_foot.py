@@ -1,8 +1,8 @@
-"""Where the contact sites of a flat foot are, for soles that are not flat at zero angles.
+"""Positions of the contact sites of a flat foot, for soles that are not flat at zero angles.
 
-The standard feet stand flat with all angles zero. A recorded person has soles of their own
-(:mod:`plantigrade.kinematics.soles`): markers fix the axes of the bones, and a resting foot may be
-pitched and tilted in them by some degrees.
+The standard feet are flat with all angles zero. The soles of a recorded person are fitted
+(:mod:`plantigrade.kinematics.soles`): markers define the bone axes, in which a flat foot may be
+pitched and tilted by some degrees.
 """
 
 import numpy as np
@@ -11,18 +11,18 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
 
-EVEN = 1e-6  # heights closer than this are level: no tilt is needed [m]
-LAZY = 1e-4  # weight of an angle beside a height [m/rad]
+LEVEL_TOLERANCE = 1e-6  # [m] height range of a flat foot that needs no tilt
+ANGLE_WEIGHT = 1e-4  # [m/rad] weight of angles against heights; small, to make the solution unique
 
 
 def flat_sites(
     human: Human, sites: tuple[ContactSite, ...], side: str
 ) -> dict[str, Float[Array, " 3"]]:
-    """Return where the sites of a flat foot are, the ground below its ankle being the origin.
+    """Return the site positions of a flat foot relative to the ground below its ankle.
 
     Args:
         human: The person.
-        sites: Sites that can carry force; those of the other foot are left out.
+        sites: Sites that can carry force; those of the other foot are ignored.
         side: The foot.
 
     Returns:
@@ -36,13 +36,13 @@ def flat_sites(
     foot = _Foot(human, own, side)
     x = np.zeros(2 + len(foot.hinges))
     height = foot.places(x)[:, 2]
-    if len(own) > 2 and np.ptp(height) > EVEN:
+    if len(own) > 2 and np.ptp(height) > LEVEL_TOLERANCE:
 
-        def uneven(x):
+        def height_error(x):
             height = foot.places(x)[:, 2]
-            return np.concatenate([height - height.mean(), LAZY * x])
+            return np.concatenate([height - height.mean(), ANGLE_WEIGHT * x])
 
-        x = least_squares(uneven, x, xtol=1e-12, ftol=1e-12, gtol=1e-14).x
+        x = least_squares(height_error, x, xtol=1e-12, ftol=1e-12, gtol=1e-14).x
         height = foot.places(x)[:, 2]
     places = foot.places(x)
     places[:, 2] -= height.mean()
@@ -50,7 +50,7 @@ def flat_sites(
 
 
 class _Foot:
-    """One foot in the air, by its tilt and the angles within it."""
+    """A foot parametrised by its tilt and its internal angles."""
 
     def __init__(self, human: Human, sites: list[ContactSite], side: str):
         import mujoco
@@ -69,7 +69,7 @@ class _Foot:
         ]
 
     def places(self, x: Float[Array, " n"]) -> Float[Array, "n_sites 3"]:
-        """Return sites for roll, pitch and inner angles; heights are from the ankle."""
+        """Return site positions for roll, pitch and internal angles, relative to the ankle [m]."""
         import mujoco
 
         self.data.qpos[:] = self.human.standing()
@@ -90,7 +90,7 @@ class _Foot:
 
 
 def _turned(roll: float, pitch: float) -> Float[Array, "3 3"]:
-    """Return the rotation by a roll about x after a pitch about y, toes up where negative."""
+    """Return the rotation by a pitch about y (negative: toes up), then a roll about x."""
     c, s = np.cos(pitch), np.sin(pitch)
     about_y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     c, s = np.cos(roll), np.sin(roll)

@@ -1,7 +1,7 @@
-r"""The ground and seats under a body, shared by optimiser, check, exported model and world.
+r"""Ground and seats, shared by optimiser, check, exported model and world.
 
-Ground is all :math:`x` with :math:`n^T x = h(x)`: a plane that may rise along x, with steps across
-it, relief upon it, and seats above it. Its axes are x uphill, y to the left and z off the ground.
+The ground is the surface :math:`n^T x = h(x)`: a plane that may slope along x, with steps, relief
+and seats. Its axes are x uphill, y to the left and z along the normal.
 """
 
 from collections.abc import Mapping
@@ -16,29 +16,32 @@ from plantigrade.constants import FRICTION
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 
-FARTHEST = 1e6
-"""Largest coordinate of anything on the ground [m]."""
-HEEL, TOE = 0.13, 0.27
-"""From the ankle of a footprint back and forth to an edge below it [m]: a foot and 5 cm."""
+MAX_COORDINATE = 1e6
+"""Maximum coordinate of anything on the ground [m]."""
+FOOT_BEHIND_ANKLE = 0.13
+"""Distance from the ankle of a footprint back to the edge of its tread [m]; heel plus 5 cm."""
+FOOT_AHEAD_OF_ANKLE = 0.27
+"""Distance from the ankle of a footprint forward to the edge of its tread [m]; toes plus 5 cm."""
 
-STEEP = 1e-6
-"""Height of a sphere over its widest circle, by its radius, below which it is a wall."""
+MIN_CAP_HEIGHT = 1e-6
+"""Minimum height of a bump's surface above its centre, relative to its radius [1]; avoids an
+infinite slope at the rim."""
 
 
 def _fixed(numbers: list) -> Array:
-    """Return an array that nobody can change."""
+    """Return a read-only array."""
     array = np.array(numbers, dtype=float)
     array.flags.writeable = False
     return array
 
 
 @dataclass(frozen=True)
-class Step:
-    """An edge across x beyond which the ground has another height.
+class GroundStep:
+    """A change of ground height at an edge across x.
 
     Attributes:
-        x: Where the edge is [m].
-        height: Height of the ground beyond it, along the normal [m].
+        x: Position of the edge [m].
+        height: Height of the ground beyond the edge, along the normal [m].
     """
 
     x: float
@@ -50,8 +53,8 @@ class Seat:
     """A level surface that supports a part of the body other than a foot.
 
     Attributes:
-        site: Name of the contact site that rests on it.
-        position: Where that site touches it, world [m].
+        site: Name of the supported contact site.
+        position: Position of the contact, world [m].
     """
 
     site: str
@@ -60,11 +63,11 @@ class Seat:
 
 @dataclass(frozen=True)
 class Bump:
-    """A sphere in the ground with a cap above it.
+    """A spherical cap on the ground.
 
     Attributes:
-        centre: Its centre, axes of the ground [m].
-        radius: Its radius [m].
+        centre: Centre of the sphere, axes of the ground [m].
+        radius: Radius of the sphere [m].
     """
 
     centre: tuple[float, float, float]
@@ -73,13 +76,13 @@ class Bump:
 
 @dataclass(frozen=True)
 class HeightField:
-    """Relief on a rectangle of the ground, bilinear between the points of a grid.
+    """Relief on a rectangle of the ground, bilinear between grid points.
 
     Attributes:
-        corner: Where the first point is: smallest x and y, axes of the ground [m].
-        spacing: Distance of the points along x and along y [m].
-        heights: Height of the points above :attr:`Ground.height`, not negative; one row for every
-            y, each along x [m].
+        corner: Position of the first point (smallest x and y), axes of the ground [m].
+        spacing: Grid spacing along x and y [m].
+        heights: Height of the points above :attr:`Ground.height`, not negative; one row per y,
+            each along x [m].
     """
 
     corner: tuple[float, float]
@@ -87,7 +90,7 @@ class HeightField:
     heights: tuple[tuple[float, ...], ...]
 
     def __post_init__(self):
-        """Refuse what is no height field."""
+        """Raise for an invalid height field."""
         z = np.array(self.heights, dtype=float) if len(set(map(len, self.heights))) == 1 else None
         if z is None or min(z.shape) < 2 or not (np.isfinite(z).all() and (z >= 0).all()):
             raise ParameterError(
@@ -107,13 +110,13 @@ class HeightField:
         return nx * self.spacing[0], ny * self.spacing[1]
 
     def at(self, x: Float[Array, "*n"], y: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        """Return the height at places; zero beside the rectangle [m]."""
+        """Return the height at positions; zero outside the rectangle [m]."""
         return self.rise(x, y)[0]
 
     def rise(
         self, x: Float[Array, "*n"], y: Float[Array, "*n"]
     ) -> tuple[Float[Array, "*n"], Float[Array, "*n 2"]]:
-        """Return the height at places [m], and how it rises along x and y; zero beside it."""
+        """Return height [m] and slope along x and y at positions; zero outside the rectangle."""
         z = self._grid
         u = (x - self.corner[0]) / self.spacing[0]
         v = (y - self.corner[1]) / self.spacing[1]
@@ -134,33 +137,33 @@ class Ground:
 
     Attributes:
         height: Height along the normal, before the first step [m].
-        slope: How far the ground rises along x [rad].
+        slope: Inclination along x, positive uphill [rad].
         steps: Edges, in order of x.
-        seats: What else carries the body.
+        seats: Other supports of the body.
         friction: Coefficient of friction.
-        bumps: Spheres that stand out of it.
-        field: Relief upon it.
+        bumps: Spherical caps.
+        field: Relief.
 
     Raises:
-        ParameterError: If the friction is negative, the slope no slope, the steps out of order, or
-            a place is not finite.
+        ParameterError: If the friction is negative, the slope is 90° or more, the steps are out of
+            order, or a position is not finite.
     """
 
     height: float = 0.0
     slope: float = 0.0
-    steps: tuple[Step, ...] = ()
+    steps: tuple[GroundStep, ...] = ()
     seats: tuple[Seat, ...] = ()
     friction: float = FRICTION
     bumps: tuple[Bump, ...] = ()
     field: HeightField | None = None
 
     def __post_init__(self):
-        """Refuse what is no ground."""
+        """Raise for an invalid ground."""
         places = [*((s.x, s.height) for s in self.steps), *(s.position for s in self.seats)]
         places += [(*b.centre, b.radius) for b in self.bumps]
         places += [(*self.field.corner, *self.field.spacing)] if self.field else []
-        if not all(abs(x) <= FARTHEST for place in ((self.height,), *places) for x in place):
-            raise ParameterError(f"every place of the ground must be within {FARTHEST:g} m")
+        if not all(abs(x) <= MAX_COORDINATE for place in ((self.height,), *places) for x in place):
+            raise ParameterError(f"every place of the ground must be within {MAX_COORDINATE:g} m")
         if not 0.0 <= self.friction < np.inf:
             raise ParameterError(f"friction={self.friction} must be zero or more")
         if not abs(self.slope) < np.pi / 2:
@@ -170,36 +173,38 @@ class Ground:
 
     @classmethod
     def of_plan(cls, plan: ContactPlan, friction: float = FRICTION) -> "Ground":
-        """Return the ground of a plan along x: steps where footprints differ in height, its seats.
+        """Return the ground of a plan along x, with steps between footprints of different height.
 
-        Edges are close to the higher of two footprints.
+        Edges are close to the higher footprint.
         """
         prints = sorted((s.footprint.position[0], s.footprint.position[2]) for s in plan.stances)
         steps = []
         for (x0, z0), (x1, z1) in zip(prints[:-1], prints[1:], strict=True):
             if abs(z1 - z0) > 1e-9:
-                steps.append(Step(x1 - HEEL if z1 > z0 else x0 + TOE, z1))
+                steps.append(
+                    GroundStep(x1 - FOOT_BEHIND_ANKLE if z1 > z0 else x0 + FOOT_AHEAD_OF_ANKLE, z1)
+                )
         seats = tuple({s.site.name: Seat(s.site.name, s.position) for s in plan.supports}.values())
         height = prints[0][1] if prints else 0.0
         return cls(height, plan.slope, tuple(steps), seats, friction)
 
     @cached_property
     def normal(self) -> Float[Array, " 3"]:
-        """Direction in which the ground pushes, world; read only."""
+        """Unit normal of the plane, world; read-only."""
         return _fixed([-np.sin(self.slope), 0.0, np.cos(self.slope)])
 
     @cached_property
     def to_world(self) -> Float[Array, "3 3"]:
-        """Rotation from the axes of the ground (x uphill, z off the ground) to world; read only."""
+        """Rotation from the axes of the ground (x uphill, z along the normal) to world."""
         c, s = np.cos(self.slope), np.sin(self.slope)
         return _fixed([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
     def along(
         self, x: Float[Array, "..."], margin: Float[Array, "..."] | float = 0.0
     ) -> Float[Array, "..."]:
-        """Return the highest point within a margin of places along x, axes of the ground [m].
+        """Return the maximum height within a margin of positions along x, axes of the ground [m].
 
-        Treads are no narrower than a foot.
+        Treads must be at least as wide as the margin.
         """
         if not self.steps:
             return np.full(np.shape(x - margin), float(self.height))
@@ -209,12 +214,12 @@ class Ground:
         return np.asarray(np.maximum(*(heights[np.searchsorted(edges, each)] for each in near)))
 
     def passed(self, path: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
-        """Return how high places on a path are above the ground until the next one [m].
+        """Return the minimum clearance of a path between each of its points and the next [m].
 
-        A path that crosses an edge between two places is above the higher side there.
+        At an edge the clearance is that above the higher side.
 
         Args:
-            path: Places at one time after the other, the first axis, in axes of the ground [m].
+            path: Positions, the first axis in order of time, axes of the ground [m].
         """
         x, z = path[..., 0], path[..., 2]
         level = self.along(x)
@@ -229,7 +234,7 @@ class Ground:
         return height
 
     def under(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
-        """Return the height of the ground along its normal, under world points [m]."""
+        """Return the height of the ground along its normal at world points [m]."""
         if not (self.steps or self.uneven):
             return np.full(points.shape[:-1], float(self.height))
         x = points @ self.to_world
@@ -237,13 +242,13 @@ class Ground:
         return np.asarray(np.maximum(level, self._relief(x))) if self.uneven else level
 
     def above(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
-        """Return world points in axes of the ground, z their height above it [m]."""
+        """Return world points in axes of the ground, with z the height above it [m]."""
         x = points @ self.to_world
         x[..., 2] -= self.under(points)
         return x
 
     def normal_at(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
-        """Return in which direction the ground under world points pushes, world."""
+        """Return the unit normals of the ground at world points, world."""
         normal = np.empty(points.shape)
         normal[:] = self.normal
         if not self.uneven:
@@ -260,17 +265,17 @@ class Ground:
 
     @property
     def uneven(self) -> bool:
-        """Whether there is relief, so that it pushes in another direction everywhere."""
+        """Whether the ground has relief, which changes its normal."""
         return bool(self.bumps) or self.field is not None
 
     def _relief(self, x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
-        """Return the height of bumps and field, no steps among them, axes of the ground [m]."""
+        """Return the height of bumps and field without steps, axes of the ground [m]."""
         return self._relief_and_slope(x)[0]
 
     def _relief_and_slope(
         self, x: Float[Array, "*n 3"]
     ) -> tuple[Float[Array, "*n"], Float[Array, "*n 2"]]:
-        """Return the same, and how it rises along x and y."""
+        """Return height [m] and slope along x and y of bumps and field."""
         z, slope = np.full(x.shape[:-1], float(self.height)), np.zeros((*x.shape[:-1], 2))
         if self.field is not None:
             rise, slope = self.field.rise(x[..., 0], x[..., 1])
@@ -278,14 +283,14 @@ class Ground:
         for bump in self.bumps:
             off = x[..., :2] - np.array(bump.centre[:2])
             inside = bump.radius**2 - (off * off).sum(axis=-1)
-            tall = np.sqrt(np.maximum(inside, (STEEP * bump.radius) ** 2))
+            tall = np.sqrt(np.maximum(inside, (MIN_CAP_HEIGHT * bump.radius) ** 2))
             above = (inside > 0.0) & (bump.centre[2] + tall > z)
             z = np.where(above, bump.centre[2] + tall, z)
             slope = np.where(above[..., None], off / -tall[..., None], slope)
         return z, slope
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the ground as JSON can hold it; see :meth:`from_dict`."""
+        """Return a JSON-serialisable description; see :meth:`from_dict`."""
         return asdict(self)
 
     @classmethod
@@ -293,11 +298,13 @@ class Ground:
         """Return the ground of a description.
 
         Raises:
-            ParameterError: If something is missing or of another kind.
+            ParameterError: If an entry is missing or has the wrong type.
         """
         try:
             d = dict(description)
-            d["steps"] = tuple(Step(float(s["x"]), float(s["height"])) for s in d.get("steps", ()))
+            d["steps"] = tuple(
+                GroundStep(float(s["x"]), float(s["height"])) for s in d.get("steps", ())
+            )
             d["seats"] = tuple(
                 Seat(str(s["site"]), _numbers(s["position"], 3)) for s in d.get("seats", ())
             )
@@ -321,7 +328,7 @@ LEVEL_GROUND = Ground()
 
 
 def _numbers(values: Any, n: int | None = None) -> Any:
-    """Return numbers as a tuple of floats; refuse another number of them than ``n``."""
+    """Return values as a tuple of ``n`` floats, any number if ``n`` is absent."""
     out = tuple(float(x) for x in values)
     if n is not None and len(out) != n:
         raise ValueError(f"{len(out)} numbers where {n} are needed")

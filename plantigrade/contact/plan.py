@@ -1,9 +1,9 @@
-"""Contact plans: which part of which foot is in contact, where and when.
+"""Contact plans: where and when each part of each foot is in contact.
 
-A :class:`~plantigrade.contact.site.ContactSite` is a place that can carry force; a
-:class:`Stance` is one foot standing on one :class:`Footprint`, rolling from the heel over the flat
-foot to the toes; a :class:`ContactPlan` is all stances of a motion. Times at which contact changes
-are nodes and knots of the spline: between two of them nothing switches.
+A :class:`~plantigrade.contact.site.ContactSite` is a point that can carry force; a
+:class:`Stance` is one foot on one :class:`Footprint`, rolling from the heel over the flat foot to
+the toes; a :class:`ContactPlan` holds all stances of a motion. Contact changes only at nodes and
+knots of the spline.
 """
 
 from dataclasses import dataclass, replace
@@ -16,8 +16,8 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 
-SAME = 1e-7
-"""Times closer than this are one [s]."""
+TIME_TOLERANCE = 1e-7
+"""Times closer than this are equal [s]."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Footprint:
     Attributes:
         side: ``"r"`` or ``"l"``.
         position: The ground below the ankle joint of the flat foot, world [m].
-        heading: Where the foot points, from x towards y [rad].
+        heading: Direction of the foot, from x towards y [rad].
     """
 
     side: str
@@ -40,16 +40,15 @@ class Stance:
     """One foot on one footprint.
 
     Attributes:
-        footprint: Where.
-        heel_strike: When the heel touches [s]; at or before the start, the foot stands from the
-            start.
-        foot_flat: When the whole foot is down [s]; at ``heel_strike`` for a foot put down flat.
-        heel_off: When the heel leaves [s].
-        forefoot_off: When all but the toes leave [s].
-        toe_off: When the toes leave [s]; at or after the end of the motion, the foot stands to the
+        footprint: Position and heading of the foot.
+        heel_strike: Time of heel strike [s]; zero or less for a foot that stands from the start.
+        foot_flat: Time of foot flat [s]; equal to ``heel_strike`` for a flat landing.
+        heel_off: Time of heel off [s].
+        forefoot_off: Time at which all but the toes leave [s].
+        toe_off: Time of toe-off [s]; the end of the motion or later for a foot that stands to the
             end.
-        toes_first: Whether ball and toes touch at ``heel_strike`` and the heel follows when the
-            foot is flat, as after a jump.
+        toes_first: Whether ball and toes touch at ``heel_strike`` and the heel at ``foot_flat``, as
+            after a jump.
     """
 
     footprint: Footprint
@@ -61,7 +60,7 @@ class Stance:
     toes_first: bool = False
 
     def __post_init__(self):
-        """Refuse times out of order."""
+        """Raise for times out of order."""
         if not all(a <= b for a, b in pairwise(self.times)) or self.toe_off <= self.heel_strike:
             raise ParameterError(
                 "a stance goes from heel strike, foot flat, heel off and forefoot off to toe off; "
@@ -74,9 +73,9 @@ class Stance:
         return self.heel_strike, self.foot_flat, self.heel_off, self.forefoot_off, self.toe_off
 
     def later(self, seconds: float, forward: float = 0.0, *, mirrored: bool = False) -> "Stance":
-        """Return the same stance later [s] and further along x [m], of the other foot if mirrored.
+        """Return the stance shifted in time [s] and along x [m], of the other foot if mirrored.
 
-        The mirror is the vertical plane along x.
+        The mirror plane is x-z.
         """
         f, sign = self.footprint, -1.0 if mirrored else 1.0
         x, y, z = f.position
@@ -85,7 +84,7 @@ class Stance:
         return Stance(moved, *(t + seconds for t in self.times), toes_first=self.toes_first)
 
     def interval(self, part: str) -> tuple[float, float]:
-        """Return from when to when a part of the foot stands [s]."""
+        """Return start and end of the contact of a part of the foot [s]."""
         heel, toes = self.heel_strike, self.foot_flat
         if self.toes_first:
             heel, toes = toes, heel
@@ -99,13 +98,13 @@ class Stance:
 
 @dataclass(frozen=True)
 class PointSupport:
-    """A point of the body supported by something other than the ground: a chair, a wall, a rail.
+    """A support of the body other than the ground, such as a chair, a wall or a rail.
 
     Attributes:
-        site: The place; its ``side`` is empty.
-        position: Where it rests, world [m].
-        start: From when [s].
-        stop: To when [s].
+        site: The supported site; its ``side`` is empty.
+        position: Position of the contact, world [m].
+        start: Start of the contact [s].
+        stop: End of the contact [s].
     """
 
     site: ContactSite
@@ -119,16 +118,16 @@ class ContactPlan:
     """All stances and supports of a motion.
 
     Attributes:
-        duration: How long the motion lasts [s]; one period where it is periodic.
-        stances: In order of time; a foot has one at a time. Of a periodic plan, all that touch the
-            period.
+        duration: Duration of the motion [s]; one period of a periodic motion.
+        stances: Stances in order of time, one at a time per foot; for a periodic plan all that
+            overlap the period.
         periodic: Whether the motion repeats.
-        mirrored: Whether a periodic motion repeats as its mirror image, so that its period is half
-            a stride; otherwise it is a whole one.
-        advance: How far a periodic motion goes along x in a period [m].
-        supports: What else carries the body.
-        slope: How far the ground rises along x [rad]; places are given along the ground and across
-            it, so that level ground at height 0 serves every slope.
+        mirrored: Whether a periodic motion repeats as its mirror image, with half a stride as its
+            period; otherwise the period is a whole stride.
+        advance: Displacement along x per period [m].
+        supports: Supports other than the ground.
+        slope: Inclination of the ground along x, positive uphill [rad]; positions are in axes of
+            the ground.
     """
 
     duration: float
@@ -141,13 +140,13 @@ class ContactPlan:
 
     @property
     def to_world(self) -> Float[Array, "3 3"]:
-        """Rotation from the axes of the ground (x uphill, z off the ground) to world axes."""
+        """Rotation from the axes of the ground (x uphill, z along the normal) to world axes."""
         c, s = np.cos(self.slope), np.sin(self.slope)
         return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
     @cached_property
     def switches(self) -> Float[Array, " n_switches"]:
-        """Times at which contact changes, start and end among them [s]."""
+        """Times at which contact changes, including start and end [s]."""
         times = [t for s in self.stances for t in s.times]
         times += [t for s in self.supports for t in (s.start, s.stop)]
         inside = {0.0, self.duration} | {float(t) for t in times if 0.0 < t < self.duration}
@@ -155,10 +154,14 @@ class ContactPlan:
         return ordered[np.concatenate([[True], np.diff(ordered) > 1e-6 * self.duration])]
 
     def unrolled(self, *, before: int = 2, after: int = 2) -> tuple[Stance, ...]:
-        """Return all stances, of a periodic plan also those of periods before and after, once."""
+        """Return all stances, for a periodic plan including periods before and after, once each."""
         if not self.periodic:
             return self.stances
-        own = [s for s in self.stances if -SAME <= s.heel_strike < self.duration - SAME]
+        own = [
+            s
+            for s in self.stances
+            if -TIME_TOLERANCE <= s.heel_strike < self.duration - TIME_TOLERANCE
+        ]
         return tuple(
             s.later(k * self.duration, k * self.advance, mirrored=self.mirrored and k % 2 == 1)
             for k in range(-before - 1, after + 1)
@@ -166,17 +169,19 @@ class ContactPlan:
         )
 
     def full_stride(self) -> "ContactPlan":
-        """Return the same periodic plan with a whole stride as its period."""
+        """Return a periodic plan with a whole stride as its period."""
         if not (self.periodic and self.mirrored):
             return self
         stride, advance = 2 * self.duration, 2 * self.advance
         touching = tuple(
-            s for s in self.unrolled() if s.heel_strike < stride - SAME and s.toe_off > SAME
+            s
+            for s in self.unrolled()
+            if s.heel_strike < stride - TIME_TOLERANCE and s.toe_off > TIME_TOLERANCE
         )
         return replace(self, duration=stride, stances=touching, mirrored=False, advance=advance)
 
     def intervals(self, site: ContactSite) -> list[tuple[float, float]]:
-        """Return from when to when a site stands, each time it does [s]."""
+        """Return start and end of every contact of a site [s]."""
         if site.side:
             found = [s.interval(site.part) for s in self.stances if s.footprint.side == site.side]
         else:
@@ -186,30 +191,33 @@ class ContactPlan:
     def standing(
         self, site: ContactSite, times: Float[Array, " n_times"]
     ) -> Bool[Array, " n_times"]:
-        """Return whether a site stands at times, first and last instant included."""
+        """Return whether a site is in contact at times, first and last instant included."""
         stands = np.zeros(len(times), dtype=bool)
         for start, stop in self.intervals(site):
-            stands |= (times >= start - SAME) & (times <= stop + SAME)
+            stands |= (times >= start - TIME_TOLERANCE) & (times <= stop + TIME_TOLERANCE)
         return stands
 
     def carrying(
         self, site: ContactSite, times: Float[Array, " n_times"]
     ) -> Bool[Array, " n_times"]:
-        """Return whether a site stands both before and after each time, so that it may carry force.
+        """Return whether a site is in contact just before and after each time and may carry force.
 
-        The wrench of a spline is continuous; a force that starts and ends at zero is, too.
+        Forces therefore start and end at zero, which keeps the wrench of the spline continuous.
         """
         carries = np.zeros(len(times), dtype=bool)
         for start, stop in self.intervals(site):
             if not self.periodic:
                 start = -np.inf if start <= 0 else start
                 stop = np.inf if stop >= self.duration else stop
-            carries |= (times > start + SAME) & (times < stop - SAME)
+            carries |= (times > start + TIME_TOLERANCE) & (times < stop - TIME_TOLERANCE)
         return carries
 
     def footprint(self, side: str, time: float) -> Footprint | None:
-        """Return where a foot stands at a time; None while it swings."""
+        """Return the footprint of a foot at a time; None in swing."""
         for s in self.stances:
-            if s.footprint.side == side and s.heel_strike - SAME <= time <= s.toe_off + SAME:
+            if (
+                s.footprint.side == side
+                and s.heel_strike - TIME_TOLERANCE <= time <= s.toe_off + TIME_TOLERANCE
+            ):
                 return s.footprint
         return None

@@ -1,15 +1,14 @@
 """The scene of a motion as MJCF that loads and simulates in plain MuJoCo.
 
-To the person of :attr:`Human.xml` it adds what a simulation needs: the ground of the motion with
-its steps, relief and seats, friction, a motor for every hinge with the Human's torque limits, some
-armature and damping, and contact between limbs and trunk. Masses and joints keep every digit.
+The scene extends :attr:`Human.xml` for simulation: the ground of the motion with its steps, relief
+and seats, friction, a motor for every hinge with the Human's torque limits, armature and damping,
+and contact between limbs and trunk. Masses and joints keep every digit.
 
-Feet and seats touch the ground with their spheres (``contype`` 1). Limbs and trunk touch each other
-with *cores* (``contype`` 2, group 4): the drawn shapes made thinner, for soft tissue yields. A core
-does not touch the bodies its body hangs on, up to the second, nor others of its foot.
+Feet and seats contact the ground with spheres (``contype`` 1). Limbs and trunk contact each other
+with *cores* (``contype`` 2, group 4), which are thinner than the drawn shapes because soft tissue
+yields. A core has no contact with the two nearest ancestors of its body or with its own foot.
 
-Armature and damping keep a simulation stable; they are no part of the person, and inverse dynamics
-of a recorded motion is done without them.
+Armature and damping stabilise a simulation; inverse dynamics of a recorded motion excludes them.
 """
 
 from collections.abc import Sequence
@@ -21,25 +20,25 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.site import GEOM, ContactSite, contact_sites
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.site import GEOM_PREFIX, ContactSite, contact_sites
 from plantigrade.models import Human
 from plantigrade.models.mjcf import numbers
 
-ARMATURE = 1e-4
-"""Armature of a hinge for each newton metre of its greatest torque [kg m² / (N m)]."""
+ARMATURE_PER_TORQUE = 1e-4
+"""Armature of a hinge per maximum torque [kg m² / (N m)]. Chosen for stability."""
 
-DAMPING = 5e-3
-"""Damping of a hinge for each newton metre of its greatest torque [s]."""
+DAMPING_PER_TORQUE = 5e-3
+"""Damping of a hinge per maximum torque [s]. Chosen for stability."""
 
-CORE = 0.75
-"""Size of a core, as a part of the drawn shape: in quiet standing no two of them touch."""
+CORE_SCALE = 0.75
+"""Size of a core relative to the drawn shape [1]; no two touch in quiet standing."""
 
-REACH = 20.0
-"""How far the ground extends from the origin [m]."""
+GROUND_HALF_SIZE = 20.0
+"""Extent of the ground from the origin [m]."""
 
-SEAT = (0.2, 0.2, 0.02)
-"""Half sizes of a seat beyond the places that rest on it, and its half thickness [m]."""
+SEAT_HALF_SIZES = (0.2, 0.2, 0.02)
+"""Margin of a seat around its contacts along x and y, and its half thickness [m]."""
 
 _STIFF = {"solref": "0.005 1", "condim": "3"}
 _CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.005 0.0001"}
@@ -50,21 +49,21 @@ def scene_xml(
     human: Human,
     ground: Ground,
     sites: Sequence[ContactSite] = (),
-    things: Sequence[tuple[Thing, Float[Array, " 7"]]] = (),
+    things: Sequence[tuple[SceneObject, Float[Array, " 7"]]] = (),
 ) -> str:
     """Return the MJCF text of a person on a ground.
 
     Args:
         human: The person.
-        ground: What the motion happened on.
-        sites: Where the person was touched; those on no foot become spheres that seats can carry.
-        things: What stood about, and where: middle [m] and rotation ``wxyz``. It stops limbs and
-            trunk.
+        ground: The ground of the motion.
+        sites: Contact sites; those not on a foot become spheres that contact seats.
+        things: Scene objects with their poses, centre [m] and rotation ``wxyz``; they contact
+            limbs and trunk.
     """
     root = ET.fromstring(human.xml)
     bodies = {body.get("name"): body for body in root.iter("body")}
     next(root.iter("option")).attrib.update(cone="elliptic", impratio="10")
-    feet = {GEOM + site.name for site in contact_sites(human)}
+    feet = {GEOM_PREFIX + site.name for site in contact_sites(human)}
     for geom in root.iter("geom"):
         if geom.get("name") in feet:
             geom.attrib.update(_surface(ground))
@@ -72,7 +71,7 @@ def scene_xml(
     for site in sites:
         if not site.side and not site.measured:
             pos, size = numbers(site.position), numbers([site.radius or 0.005])
-            sphere = {"name": GEOM + site.name, "type": "sphere", "pos": pos, "size": size}
+            sphere = {"name": GEOM_PREFIX + site.name, "type": "sphere", "pos": pos, "size": size}
             ET.SubElement(bodies[site.body], "geom", {**sphere, **carried})
     _replace_floor(root, ground)
     _add_cores(root, human, bodies)
@@ -91,12 +90,12 @@ def scene_xml(
 
 
 def _surface(ground: Ground) -> dict[str, str]:
-    """Return the attributes of what touches."""
+    """Return the attributes of contact surfaces."""
     return {**_STIFF, "friction": numbers([ground.friction, 0.005, 0.0001])}
 
 
 def _replace_floor(root: ET.Element, ground: Ground) -> None:
-    """Put the ground where the floor of the person's own model was."""
+    """Replace the floor of the person's model by the ground."""
     world = next(root.iter("worldbody"))
     floor = next(g for g in world.findall("geom") if g.get("name") == "floor")
     place = list(world).index(floor)
@@ -107,26 +106,29 @@ def _replace_floor(root: ET.Element, ground: Ground) -> None:
 
 
 def _treads(ground: Ground) -> list[dict[str, str]]:
-    """Return a plane; where there are steps, a box for each tread, for a plane has no end."""
+    """Return a plane, or a box per tread of a ground with steps."""
     along = {"xyaxes": numbers(ground.to_world[:, :2].T.ravel()), "rgba": _FLOOR}
     if not ground.steps:
-        pos, size = numbers(ground.normal * ground.height), numbers((REACH, REACH, 0.1))
+        pos, size = (
+            numbers(ground.normal * ground.height),
+            numbers((GROUND_HALF_SIZE, GROUND_HALF_SIZE, 0.1)),
+        )
         return [{"name": "floor", "type": "plane", "pos": pos, "size": size, **along}]
     heights = [ground.height, *(step.height for step in ground.steps)]
-    edges = [-REACH, *(step.x for step in ground.steps), REACH]
+    edges = [-GROUND_HALF_SIZE, *(step.x for step in ground.steps), GROUND_HALF_SIZE]
     bottom = min(heights) - 1.0
     boxes = []
     for i, top in enumerate(heights):
         low, high = edges[i], max(edges[i + 1], edges[i] + 1e-3)
         pos = numbers(ground.to_world @ [(low + high) / 2, 0.0, (top + bottom) / 2])
-        size = numbers([(high - low) / 2, REACH, (top - bottom) / 2])
+        size = numbers([(high - low) / 2, GROUND_HALF_SIZE, (top - bottom) / 2])
         name = f"floor_{i}" if i else "floor"
         boxes.append({"name": name, "type": "box", "pos": pos, "size": size, **along})
     return boxes
 
 
 def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
-    """Return bumps and height field; the field's heights become an asset."""
+    """Return bumps and height field; the heights become an asset."""
     shapes = []
     for i, bump in enumerate(ground.bumps):
         pos, size = numbers(ground.to_world @ bump.centre), numbers([bump.radius])
@@ -152,23 +154,23 @@ def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
 
 
 def _seats(ground: Ground) -> list[dict[str, str]]:
-    """Return one level board for all places at a height."""
+    """Return one level board per height of the seats."""
     boards = []
     for i, height in enumerate(sorted({seat.position[2] for seat in ground.seats})):
         places = np.array([s.position[:2] for s in ground.seats if s.position[2] == height])
         low, high = places.min(axis=0), places.max(axis=0)
-        half = [*((high - low) / 2 + SEAT[:2]), SEAT[2]]
-        centre = [*((high + low) / 2), height - SEAT[2]]
+        half = [*((high - low) / 2 + SEAT_HALF_SIZES[:2]), SEAT_HALF_SIZES[2]]
+        centre = [*((high + low) / 2), height - SEAT_HALF_SIZES[2]]
         board = {"name": f"seat_{i}", "type": "box", "pos": numbers(centre), "size": numbers(half)}
         boards.append({**board, "rgba": _WOOD})
     return boards
 
 
 def _add_cores(root: ET.Element, human: Human, bodies: dict[str | None, ET.Element]) -> None:
-    """Add a thinner copy of every drawn shape, and say which of them never touch."""
+    """Add a thinner copy of every drawn shape, and exclude contact between neighbours."""
     for name, body in bodies.items():
         for i, drawn in enumerate([g for g in body.findall("geom") if g.get("group") == "1"]):
-            size = numbers(CORE * float(x) for x in drawn.get("size", "").split())
+            size = numbers(CORE_SCALE * float(x) for x in drawn.get("size", "").split())
             core = {**drawn.attrib, "name": f"core_{name}_{i}", "size": size, **_CORES}
             ET.SubElement(body, "geom", core)
     parents = {b.name: b.parent for b in human.skeleton.bodies}
@@ -179,7 +181,7 @@ def _add_cores(root: ET.Element, human: Human, bodies: dict[str | None, ET.Eleme
 
 
 def _above(body: str, parents: dict[str, str]) -> list[str]:
-    """Return the bodies a body hangs on, nearest first."""
+    """Return the ancestors of a body, nearest first."""
     above = []
     while body := parents[body]:
         above.append(body)
@@ -187,7 +189,7 @@ def _above(body: str, parents: dict[str, str]) -> list[str]:
 
 
 def _one_foot(a: str, b: str, parents: dict[str, str]) -> bool:
-    """Return whether two bodies are parts of one foot: all that hangs on one shank."""
+    """Return whether two bodies belong to one foot, the descendants of one shank."""
     shanks = [
         {x for x in _above(body, parents) if x.startswith(("tibia", "shank"))} for body in (a, b)
     ]
@@ -199,19 +201,19 @@ def _add_motors(root: ET.Element, human: Human) -> None:
     actuators = ET.SubElement(root, "actuator")
     for joint in root.iter("joint"):
         low, high = (float(x) for x in joint.get("actuatorfrcrange", "").split())
-        most, name = max(-low, high), joint.get("name", "")
-        joint.set("armature", numbers([ARMATURE * most]))
-        joint.set("damping", numbers([DAMPING * most]))
+        max_torque, name = max(-low, high), joint.get("name", "")
+        joint.set("armature", numbers([ARMATURE_PER_TORQUE * max_torque]))
+        joint.set("damping", numbers([DAMPING_PER_TORQUE * max_torque]))
         ET.SubElement(actuators, "motor", name=name, joint=name, ctrlrange=numbers([low, high]))
 
 
 def _lift(human: Human, ground: Ground, qpos: np.ndarray) -> float:
-    """Return how far up the standing person must go so that no sphere is in the ground [m]."""
+    """Return the upward shift that puts every sphere of the standing person above ground [m]."""
     data = mujoco.MjData(human.model)
     data.qpos[:] = qpos
     mujoco.mj_kinematics(human.model, data)
     sites = contact_sites(human)
-    centre = np.array([data.geom(GEOM + site.name).xpos for site in sites])
+    centre = np.array([data.geom(GEOM_PREFIX + site.name).xpos for site in sites])
     low = centre - np.array([[site.radius] for site in sites]) * ground.normal
     gap = low @ ground.normal - ground.under(low)
     return float(-gap.min() / ground.normal[2])

@@ -1,4 +1,4 @@
-"""Contact sites: spheres under the feet, or other points of the body that may be touched."""
+"""Contact sites: spheres under the feet, or other points of the body with contact."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,16 +11,16 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
 PARTS = ("heel", "sole", "ball", "toe")
-"""Parts of a foot that stand at a time of their own. Heel and sole lift together, then the ball,
-last the toes."""
+"""Parts of a foot with their own contact times. Heel and sole lift together, then the ball, then
+the toes."""
 
-PUSH = "push"
-"""Part of a site at which something else than the ground pushes."""
-TOUCH = "touch"
-"""Part of a site at which a body that is no foot touches the ground."""
+PUSH_PART = "push"
+"""Part name of a site with a force that is not the ground's."""
+TOUCH_PART = "touch"
+"""Part name of a ground contact of a body other than a foot."""
 
-GEOM = "contact_"
-"""What the names of the geoms begin with that touch the ground."""
+GEOM_PREFIX = "contact_"
+"""Prefix of the names of geoms that contact the ground."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,8 @@ class Point:
     Attributes:
         body: Name of the body.
         position: Point, or centre of the sphere, in the body's frame [m].
-        radius: Radius of the sphere [m]; zero for a point of the body. The lowest point is that
-            of level ground, ``radius`` below the centre in world axes; its velocity and
-            acceleration are those of the material that is there.
+        radius: Radius of the sphere [m]; zero for a point. The lowest point is ``radius`` below the
+            centre in world axes, with velocity and acceleration of the material point there.
 
     Raises:
         ParameterError: If the position is not three finite numbers, or the radius is negative.
@@ -43,7 +42,7 @@ class Point:
     radius: float = 0.0
 
     def __post_init__(self):
-        """Take the position as any three numbers."""
+        """Convert and check position and radius."""
         object.__setattr__(self, "position", tuple(float(x) for x in self.position))
         object.__setattr__(self, "radius", float(self.radius))
         if len(self.position) != 3 or not np.isfinite(self.position).all():
@@ -57,17 +56,17 @@ class ContactSite(Point):
     """A point of a body that can carry contact force.
 
     Attributes:
-        body: Name of the body that is touched and that stands still with the site: a sphere on the
-            hinge of the toes belongs to the toes, so that the foot rolls over it without slipping.
-        name: Its name: ``"heel_back_medial_r"``.
-        side: ``"r"`` or ``"l"``; empty for a place on no foot (a seat).
-        part: One of :data:`PARTS`, or another word for a place on no foot: ``"chair"``, or
-            :data:`PUSH` where the force is not the ground's, so that friction does not limit it.
-        measured: Whether the force is a measured one: it acts where the plate says, which moves
-            about, and ``position`` means nothing.
+        body: Name of the body that is at rest in contact; a sphere on the toe hinge belongs to the
+            toes, so that the foot rolls over it without slipping.
+        name: Name, such as ``"heel_back_medial_r"``.
+        side: ``"r"`` or ``"l"``; empty for a site not on a foot.
+        part: One of :data:`PARTS`; for a site not on a foot another name, such as ``"chair"``, or
+            :data:`PUSH_PART` for a force that friction does not limit.
+        measured: Whether the force is measured and acts at the measured centre of pressure instead
+            of ``position``.
 
     Raises:
-        ParameterError: As :class:`Point`, or if the side is none.
+        ParameterError: As :class:`Point`, or if the side is invalid.
     """
 
     name: str
@@ -76,14 +75,14 @@ class ContactSite(Point):
     measured: bool = False
 
     def __post_init__(self):
-        """Refuse what is no side."""
+        """Raise for an invalid side."""
         super().__post_init__()
         if self.side not in (*SIDES, ""):
             raise ParameterError(f"{self.name}: side={self.side!r} must be 'r', 'l' or empty")
 
 
-_STANDING_WITH: dict[str, tuple[tuple[str, str, str], ...]] = {
-    # name of the sphere, body it stands still with, part
+_SPHERE_BODIES: dict[str, tuple[tuple[str, str, str], ...]] = {
+    # name of the sphere, body at rest in contact, part
     "rigid": (
         ("heel_back_medial", "foot", "heel"),
         ("heel_back_lateral", "foot", "heel"),
@@ -95,9 +94,9 @@ _STANDING_WITH: dict[str, tuple[tuple[str, str, str], ...]] = {
     "two-segment": (
         ("heel_back_medial", "foot", "heel"),
         ("heel_back_lateral", "foot", "heel"),
-        ("metatarsal_5", "foot", "sole"),  # behind the toe hinge: it lifts with the heel
-        ("metatarsal_1", "toes", "ball"),  # on the toe hinge: it stands still with the toes
-        ("toe_5", "toes", "ball"),  # shorter than the others: the foot rolls over it
+        ("metatarsal_5", "foot", "sole"),  # behind the toe hinge, lifts with the heel
+        ("metatarsal_1", "toes", "ball"),  # on the toe hinge, at rest with the toes
+        ("toe_5", "toes", "ball"),  # shorter than the others, the foot rolls over it
         ("toe_1", "toes", "toe"),
         ("toe_3", "toes", "toe"),
     ),
@@ -119,13 +118,13 @@ _STANDING_WITH: dict[str, tuple[tuple[str, str, str], ...]] = {
 def contact_sites(human: Human) -> tuple[ContactSite, ...]:
     """Return every contact sphere of a person, in the order of :attr:`Human.contact_points`.
 
-    Each is a site of the body whose frame the sphere is given in.
+    Each site belongs to the body in whose frame the sphere is given.
     """
     sites = []
     for name, side, _ in human.contact_points:
         geom = human.model.geom(name)
         body = human.body_names[int(geom.bodyid[0]) - 1]
-        radius, plain = float(geom.size[0]), name.removeprefix(GEOM)
+        radius, plain = float(geom.size[0]), name.removeprefix(GEOM_PREFIX)
         sites.append(
             ContactSite(body=body, position=geom.pos, radius=radius, name=plain, side=side)
         )
@@ -135,13 +134,13 @@ def contact_sites(human: Human) -> tuple[ContactSite, ...]:
 def foot_sites(human: Human) -> tuple[ContactSite, ...]:
     """Return the sites of both feet that can carry force in a plan, right foot first.
 
-    A sphere on the hinge of the toes belongs to the hindfoot as much as to the toes; it is taken to
-    stand still with the toes, so that the foot rolls over it without slipping.
+    A sphere on the toe hinge is assigned to the toes, so that the foot rolls over it without
+    slipping.
     """
     spheres = contact_sites(human)
     sites = []
     for side in SIDES:
-        for name, body, part in _STANDING_WITH[human.feet]:
+        for name, body, part in _SPHERE_BODIES[human.feet]:
             sphere = next(s for s in spheres if s.name.endswith(f"_{name}_{side}"))
             own = f"{body}_{side}"
             position = sphere.position
@@ -153,8 +152,8 @@ def foot_sites(human: Human) -> tuple[ContactSite, ...]:
 
 
 def _in_child(human: Human, point: Point, body: str) -> Float[Array, " 3"]:
-    """Return the place of a point in the axes of a child of its body, all hinges at zero [m]."""
+    """Return the position of a point in the frame of a child body, all hinges at zero [m]."""
     child = human.model.body(human.body(body))
     if human.model.body_parentid[child.id] != human.body(point.body):
-        raise ParameterError(f"{body} does not hang on {point.body}")
+        raise ParameterError(f"{body} is not a child of {point.body}")
     return np.array(point.position) - child.pos

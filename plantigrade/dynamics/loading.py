@@ -21,7 +21,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval, grouped
-from plantigrade.contact.seat import ISCHIA, SEATED_TILT, seat_sites
+from plantigrade.contact.seat import ISCHIAL_DISTANCE, SEATED_PELVIS_TILT, seat_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.load_intervals import (
     EARLY,
@@ -114,9 +114,9 @@ def seat_support(human: Human) -> Support:
     """Return the seat: between the ischia, with the reach of buttocks and thighs around it."""
     right, left = seat_sites(human)
     middle = 0.5 * (np.array(right.position) + np.array(left.position))
-    middle -= right.radius * np.array([np.sin(SEATED_TILT), 0.0, np.cos(SEATED_TILT)])
+    middle -= right.radius * np.array([np.sin(SEATED_PELVIS_TILT), 0.0, np.cos(SEATED_PELVIS_TILT)])
     x, y, z = (float(each) for each in middle)
-    reach = REACH * human.height, ISCHIA * human.height
+    reach = REACH * human.height, ISCHIAL_DISTANCE * human.height
     return Support(SEAT, "pelvis", (x, y, z), reach)
 
 

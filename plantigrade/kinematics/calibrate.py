@@ -46,7 +46,7 @@ from plantigrade.kinematics.unknown_markers import segment_of
 from plantigrade.kinematics.unmeasured import bodies_of
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
-from plantigrade.models.landmarks import BONE, CENTRE, Attachment, attachments
+from plantigrade.models.landmarks import BONE_SPREAD, JOINT_CENTRE_SPREAD, Attachment, attachments
 from plantigrade.models.markers import side_of
 from plantigrade.printable import listed
 
@@ -118,7 +118,7 @@ def softness(place: Attachment | None) -> float:
     """Return how much more a marker here moves on its segment than a marker on bone."""
     if place is None:
         return 1.0
-    return FIRM.get(place.body, SOFT.get(place.body, 1.0) if place.spread > BONE else 1.0)
+    return FIRM.get(place.body, SOFT.get(place.body, 1.0) if place.spread > BONE_SPREAD else 1.0)
 
 
 class Calibrator:
@@ -163,7 +163,8 @@ class Calibrator:
         known = [
             f"knee_angle{(name or '')[-2:]}"
             for name, mark, place in zip(self.landmark_names, marks, self.places, strict=True)
-            if mark in _EPICONDYLES or (mark == "knee_joint" and place and place.spread <= CENTRE)
+            if mark in _EPICONDYLES
+            or (mark == "knee_joint" and place and place.spread <= JOINT_CENTRE_SPREAD)
         ]
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
         spread = [KNOWN_SPREAD if c in known else STRAIGHT_SPREAD for c in human.coordinates]

@@ -34,7 +34,7 @@ from plantigrade.kinematics.sides import mirrored
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
-from plantigrade.models.landmarks import BONE, Attachment
+from plantigrade.models.landmarks import BONE_SPREAD, Attachment
 from plantigrade.models.parts import MIRROR
 from plantigrade.motion import Markers
 from plantigrade.motion.distances import distances
@@ -317,7 +317,7 @@ def _scale(known: Landmarks, frames: Float[Array, "n_frames n 3"]) -> float:
     parent = known.human.model.body_parentid[body]
     near = (body[:, None] == body) | (parent[:, None] == body) | (parent == body[:, None])
     use = near & (rest > 0.15) & np.isfinite(seen)
-    bone = np.array([p.spread <= BONE for p in known.places])
+    bone = np.array([p.spread <= BONE_SPREAD for p in known.places])
     use = on_bone if (on_bone := use & bone & bone[:, None]).any() else use
     return float(np.clip(np.median(seen[use] / rest[use]), 0.4, 1.6)) if use.any() else 1.0
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.ground import Ground, Step
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
@@ -148,7 +148,7 @@ def below_feet(
     low = float(feet.height.min())
     level = np.round((feet.height - low) / rise)
     base = float(np.median(feet.height - rise * level))
-    found: list[Step] = []
+    found: list[GroundStep] = []
     for i, j in pairwise(range(len(level))):
         if level[i] == level[j]:
             continue
@@ -158,7 +158,7 @@ def below_feet(
             if level[j] > level[i]
             else min(rear + SPHERE_TO_EDGE, front)
         )
-        found.append(Step(float(edge), base + rise * float(level[j])))
+        found.append(GroundStep(float(edge), base + rise * float(level[j])))
     if any(b.x < a.x for a, b in pairwise(found)):
         raise FitError(
             f"the feet do not stand on steps of {100 * rise:.0f} cm across the way: at one place "

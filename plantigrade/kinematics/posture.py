@@ -15,7 +15,7 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
-from plantigrade.models.landmarks import BONE, SKIN, Attachment, attachments
+from plantigrade.models.landmarks import BONE_SPREAD, SKIN_SPREAD, Attachment, attachments
 from plantigrade.printable import listed
 from plantigrade.spatial.conventions import PELVIS
 
@@ -106,7 +106,9 @@ def pelvis_notes(
     known = [
         p
         for p in places
-        if p.body == "pelvis" and p.spread <= SKIN and max(abs(abs(p.position) - joint)) > SKIN
+        if p.body == "pelvis"
+        and p.spread <= SKIN_SPREAD
+        and max(abs(abs(p.position) - joint)) > SKIN_SPREAD
     ]
     if not known:
         moved = [name for name, body in attached.items() if body == "pelvis"]
@@ -117,7 +119,7 @@ def pelvis_notes(
             "in a set of your own (--marker-set FILE)."
         ]
     if any(p.position[0] < -0.6 * human.dimensions.pelvis_depth for p in known):
-        return [] if any(p.spread <= BONE for p in known) else [_BELT]
+        return [] if any(p.spread <= BONE_SPREAD for p in known) else [_BELT]
     return [
         "no marker shows the back of the pelvis: its tilt, and hip flexion with it, follow from "
         "the legs and may be off by ten degrees; the shape of the curves is unaffected."

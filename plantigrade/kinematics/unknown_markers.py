@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.models.landmarks import LOOSE, Attachment
+from plantigrade.models.landmarks import LOOSE_SPREAD, Attachment
 
 SKIN_MOVES = 0.005  # a marker against others of its segment, standard deviation [m]
 ALONE = 0.05  # a marker that keeps its distances to no segment better than this is on none [m]
@@ -58,7 +58,7 @@ def segment_of(
         spread = np.sqrt((kept + wander**2) / 2)
         if spread > ALONE or far > FARTHEST:
             continue
-        cost = (spread / SKIN_MOVES) ** 2 + (far / LOOSE) ** 2
+        cost = (spread / SKIN_MOVES) ** 2 + (far / LOOSE_SPREAD) ** 2
         if cost < least:
             best, least = Attachment(body, middle, np.inf), cost
     return best

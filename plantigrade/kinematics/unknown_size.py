@@ -8,7 +8,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
 from plantigrade.models.stature import stature_from_legs
-from plantigrade.models.usual_mass import ADULT_STATURES, usual_mass
+from plantigrade.models.usual_mass import CHILD_TO_ADULT_STATURES, usual_mass
 from plantigrade.notes import Info
 
 LEG_LENGTHS = ("thigh", "shank", "ankle_height", "foot_length", "foot_width", "pelvis_height",
@@ -130,7 +130,7 @@ def stature_notes(
             "it with --height)."
         )
     ]
-    if age is None and stature - 2 * (error or BODY_STANDARD_ERROR) < ADULT_STATURES[0]:
+    if age is None and stature - 2 * (error or BODY_STANDARD_ERROR) < CHILD_TO_ADULT_STATURES[0]:
         notes.append(
             f"somebody of {stature:.2f} m may be a child, but an estimated stature chooses no "
             "norms: those shown are of adults. Give --height, and --age of a child."

@@ -24,7 +24,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
-from plantigrade.models.upper_body import LEAN, upper_body, vigour
+from plantigrade.models.upper_body import TRUNK_TILT, swing_scale, upper_body
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
@@ -94,7 +94,7 @@ def follow_the_legs(
     if not any(_plain(name) in every for name in hidden for every in PARTS.values()):
         return qpos
     legs = leg_swing(human, time, qpos, seen)
-    usual, share = upper_body(legs.phase, legs.speed, runs=legs.runs), vigour(legs.speed)
+    usual, share = upper_body(legs.phase, legs.speed, runs=legs.runs), swing_scale(legs.speed)
     share = np.minimum(share, 1.0)
     tilt, side_lean, turned = _angles(qpos[:, 3:7]).T
     ahead = _smooth(time, turned, 0.5 / legs.strides)
@@ -115,7 +115,7 @@ def follow_the_legs(
         if name not in hidden:
             continue
         if name.startswith("arm_flex"):
-            angle = angle - np.clip(above[:, 0] - LEAN, -HANGS, HANGS)
+            angle = angle - np.clip(above[:, 0] - TRUNK_TILT, -HANGS, HANGS)
         k = human.hinge(name)
         qpos[:, 7 + k] = np.clip(angle, low[k], high[k])
     return qpos

@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.world import Drawing, World
 
 SPAN = 5.0
@@ -45,7 +45,7 @@ class Frame:
     point: Float[Array, "n_sites 3"]
     rope: Float[Array, "2 3"] | None
     pushes: Float[Array, "n 2 3"]
-    pack: Thing | None
+    pack: SceneObject | None
     worn: Float[Array, " 7"]
     drawings: tuple[Drawing, ...]
     past: "Past"

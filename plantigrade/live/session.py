@@ -14,7 +14,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.site import GEOM
+from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.live.clock import Clock, Pace
 from plantigrade.live.frame import Frame, History
@@ -256,7 +256,7 @@ class Session:
         model = self.world.model
         for i in range(model.ngeom):
             name = model.geom(i).name
-            if name.startswith((GEOM, *GROUND_PREFIXES)):
+            if name.startswith((GEOM_PREFIX, *GROUND_PREFIXES)):
                 model.geom_friction[i, 0] = friction
             elif name.startswith("core_"):
                 model.geom_friction[i, 0] = min(CORE, friction)

@@ -2,7 +2,7 @@
 
 A joint set chooses which parts move (:mod:`plantigrade.models.joint_sets`); the others are
 welded to their parents. In the zero pose all frames are parallel to the world axes, each origin is
-the joint that carries the part, and palms face forward, as in Rajagopal's model.
+the proximal joint of the part, and palms face forward, as in Rajagopal's model.
 """
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ from plantigrade.models.anthropometry import (
 )
 from plantigrade.models.parts import Inertia, Part, Solid, block, combine, mirrored, rod
 
-# Where the trunk is divided, heights above the lumbar joint as fractions of the trunk.
+# Divisions of the trunk, heights above the lumbar joint as fractions of the trunk.
 LOW_THORAX = {"male": 0.518, "female": 0.589}
 MID_UPPER_TRUNK = 0.742
 # 0.020 of stature below the acromion (de Leva's 10 % of the length from acromion to radiale), which
@@ -29,7 +29,7 @@ SHOULDER_HEIGHT = 0.804
 SUPRASTERNALE_FORWARD = 0.158
 # Vertex in front of C7/T1 over the height of the head.
 VERTEX_FORWARD = 0.17
-# Where the neck is divided, heights above the joint under C7 as fractions of the head's length.
+# Divisions of the neck, heights above the joint under C7 as fractions of the head's length.
 MID_NECK, UPPER_NECK = 0.22, 0.42
 # Share of one shoulder girdle in the mass of de Leva's upper trunk: clavicle and scapula with the
 # muscles that move with them, an estimate by volume.
@@ -73,18 +73,18 @@ def hip(d: Dimensions) -> np.ndarray:
 def lumbar(d: Dimensions) -> np.ndarray:
     """Return the lumbar joint in the pelvis frame [m].
 
-    One joint stands for all of the lumbar spine. It is as high as in [Rajagopal2016]_, about the
-    third lumbar vertebra, two above the sacrum.
+    One joint represents the lumbar spine. Its height is that of [Rajagopal2016]_, about the third
+    lumbar vertebra.
     """
     return np.array([-d.lumbar_depth, 0.0, hip(d)[2] + d.pelvis_height])
 
 
 def usual_lumbar_depth(d: Dimensions) -> float:
-    """Return how far behind the anterior iliac spines the lumbar joint usually lies [m].
+    """Return the mean distance of the lumbar joint behind the anterior iliac spines [m].
 
-    [DumasWojtusch2018]_ give L5/S1 and hip joint centres from the iliac spines; the mean of men
-    and women of its distance behind the hips is taken. The lumbar spine goes up from there at
-    right angles to the plane of the spines, which leans forward by :data:`SPINE_PLANE`.
+    [DumasWojtusch2018]_ give L5/S1 and hip joint centres relative to the iliac spines; the result
+    is the mean of men and women. The lumbar spine is perpendicular to the plane of the iliac
+    spines, which leans forward by :data:`SPINE_PLANE`.
     """
     behind = LUMBAR_BEHIND_HIPS * d.pelvis_width
     cos, sin = np.array([1.0, SPINE_RISE]) / np.hypot(1.0, SPINE_RISE)
@@ -102,7 +102,7 @@ def neck(d: Dimensions) -> np.ndarray:
 
 
 def _part(name, parent, position, inertia, kind, a, b, radius=0.0) -> Part:
-    """Return a part that is drawn as one solid."""
+    """Return a part drawn as one solid."""
     solid = Solid(kind, np.array(a, dtype=float), np.array(b, dtype=float), radius)
     return Part(name, parent, position, inertia, (solid,))
 
@@ -110,7 +110,7 @@ def _part(name, parent, position, inertia, kind, a, b, radius=0.0) -> Part:
 def _principal(mass, com, gyration, length, axes="xyz") -> Inertia:
     """Return an Inertia from radii of gyration about (sagittal, transverse, longitudinal).
 
-    ``axes`` names the frame's axes they belong to, in that order.
+    ``axes`` gives the corresponding axes of the frame, in that order.
     """
     k2 = {axis: (g * length) ** 2 for axis, g in zip(axes, gyration, strict=True)}
     return Inertia(mass, np.asarray(com, float), mass * np.diag([k2["x"], k2["y"], k2["z"]]))
@@ -146,8 +146,8 @@ def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
 def torso(d: Dimensions, sex: str, mass: float) -> tuple[Inertia, Inertia]:
     """Return the middle and the upper trunk, shoulder girdles included, from the lumbar joint.
 
-    Heights, masses and shape are [deLeva1996]_'s. Both lie as far behind the suprasternale, across
-    the line from the lumbar joint to the joint under C7, as [Dumas2007]_ have the two together.
+    Heights, masses and shape are those of [deLeva1996]_. The distance of both behind the
+    suprasternale is that of the whole torso in [Dumas2007]_.
     """
     rise = d.pelvis_height + d.trunk
     marks = {name: share * rise - d.pelvis_height for name, share in TRUNK_LANDMARKS[sex].items()}
@@ -225,7 +225,7 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
         rise = b[2] - a[2]
         across = m * (3 * radius**2 + rise**2) / 12
         pieces.append(Inertia(m, (a + b) / 2, np.diag([across, across, m * radius**2 / 2])))
-    # The skull is what the neck leaves of the whole, so that both together are de Leva's segment.
+    # The skull is the difference between de Leva's segment and the neck.
     both = combine(pieces)
     m = whole.mass - both.mass
     com = (whole.mass * whole.com - both.mass * both.com) / m
@@ -245,7 +245,7 @@ def _head(d: Dimensions, sex: str, mass: float) -> list[Part]:
 
 
 def _limb(mass, p, end: np.ndarray, forward: float = 0.0) -> Inertia:
-    """Return a limb from the origin to its far joint at ``end``; ``forward`` of that line."""
+    """Return a limb from the origin to its distal joint at ``end``, with an anterior offset."""
     length = -end[2]
     com = p.com * end + forward * length * np.array([1.0, 0.0, 0.0])
     return _principal(mass * p.mass, com, p.gyration, length)
@@ -266,7 +266,7 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
     tip = np.array([0, 0, -(d.hand - palm_length)])
     palm_half = np.array([0.11 * palm_length, 0.42 * palm_length, 0.5 * palm_length])
     finger_half = np.array([0.09 * palm_length, 0.40 * palm_length, -0.5 * tip[2]])
-    # Palm and fingers are blocks that share de Leva's mass so that his centre of mass is kept.
+    # Palm and fingers are blocks that share de Leva's mass and preserve the centre of mass.
     hand = table["hand"]
     middle = knuckles[2] + tip[2] / 2
     share = (-hand.com * palm_length - knuckles[2] / 2) / (middle - knuckles[2] / 2)
@@ -275,7 +275,7 @@ def _arm(d: Dimensions, sex: str, mass: float) -> list[Part]:
     origin, half, wrist = np.zeros(3), [0, 0, -0.5 * d.forearm], [0, 0, -0.97 * d.forearm]
     thick = 0.06 * d.shoulder_width
     collar = rod(girdle, origin, s - sternum, thick)
-    # The shoulder blade lies as far behind as the collar bone lies in front.
+    # the scapula lies as far behind as the clavicle lies in front
     level = torso(d, sex, mass)[1].com[0] - sternum[0]
     collar = replace(collar, com=np.array([level, *collar.com[1:]]))
     return [
@@ -307,7 +307,7 @@ def _leg(d: Dimensions, sex: str, mass: float) -> list[Part]:
     ankle, origin = foot_position(d), np.zeros(3)
     thigh = _limb(mass, table["thigh"], knee)
     shank = _limb(mass, table["shank"], ankle, COM_FORWARD[sex]["shank"])
-    calf = min(0.105 * d.shank, 0.75 * d.ankle_height)  # a long one stays above the ground
+    calf = min(0.105 * d.shank, 0.75 * d.ankle_height)  # limited to stay above the ground
     return [
         _part("femur", "pelvis", hip(d), thigh, "capsule", origin, knee, 0.155 * d.thigh),
         _part("tibia", "femur", knee, shank, "capsule", origin, ankle, calf),

@@ -5,8 +5,8 @@ Contini as tabulated in [Winter2009]_, the upper arm from [deLeva1996]_, forearm
 the foot and heights of the shoulder from the US Army's ANSUR II (4082 men, 1986 women)
 [Gordon2014]_, the pelvis from Rajagopal's model [Rajagopal2016]_ and the hip joint centre by the
 regression of [Harrington2007]_. Masses, centres of mass along a segment and radii of gyration are
-those of [deLeva1996]_ by sex, of the segment's own length; where the centre of mass lies across
-the segment is from [Dumas2007]_ and [DumasWojtusch2018]_.
+those of [deLeva1996]_ by sex, relative to the segment's length; transverse positions of the centres
+of mass are those of [Dumas2007]_ and [DumasWojtusch2018]_.
 """
 
 from collections.abc import Mapping
@@ -37,7 +37,7 @@ _FRACTIONS = {
     "foot_width": 0.0575,
 }
 _VERTICAL = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
-_ABSORBING = ("pelvis_height", "trunk", "head")  # give way so that stature stays exact
+_ABSORBING = ("pelvis_height", "trunk", "head")  # scaled to keep stature exact
 
 
 @dataclass(frozen=True)
@@ -200,11 +200,11 @@ DE_LEVA: dict[str, dict[str, SegmentParameters]] = {
 }
 
 # Heights of de Leva's trunk landmarks above the hip joint centres, as fractions of the distance
-# from there up to the joint under C7, and his own length of the lower trunk. The suprasternale is
-# as high as in people ([Gordon2014]_: 0.819 and 0.816 of stature); below it hang his mean lengths
-# to xiphoid and omphalion (table 4, male stature 1.741 m, female 1.735 m). The omphalion comes out
-# where it is in men (0.598 of stature against 0.601) and 0.014 higher in women; his length from
-# there to the hips is oblique, for the navel lies in front of them.
+# from there up to the joint under C7, and his length of the lower trunk. The height of the
+# suprasternale is that of [Gordon2014]_ (0.819 and 0.816 of stature); xiphoid and omphalion lie
+# below it by his mean lengths (table 4, male stature 1.741 m, female 1.735 m). The height of the
+# omphalion then agrees with that of men (0.598 of stature against 0.601) and is 0.014 too high for
+# women; his length from there to the hips is oblique because the navel lies in front of them.
 TRUNK_LANDMARKS = {
     "male": {
         "suprasternale": 0.9236,
@@ -220,11 +220,11 @@ TRUNK_LANDMARKS = {
     },
 }
 
-# Where the centre of mass lies across the line between the end joints of a segment, which de Leva
-# leaves open: in front of it, as a fraction of the line's length. Head, from the joint under C7 to
-# the vertex, and shank: [DumasWojtusch2018]_, tables 1 and 9. Their thigh is not used: the 4 % of
-# men and 8 % of women behind the line hang on hip joint centres 20 to 29 mm in front of those of
-# [Harrington2007]_, which explain most of it.
+# Anterior offset of the centre of mass from the line between the end joints of a segment, as a
+# fraction of the line's length, which de Leva does not give. Head, from the joint under C7 to the
+# vertex, and shank: [DumasWojtusch2018]_, tables 1 and 9. Their thigh is not used: its offsets (4 %
+# behind the line in men, 8 % in women) follow mostly from hip joint centres 20 to 29 mm in front of
+# those of [Harrington2007]_.
 COM_FORWARD = {
     "male": {"head": 0.020, "shank": -0.048},
     "female": {"head": 0.008, "shank": -0.049},

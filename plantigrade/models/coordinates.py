@@ -6,17 +6,16 @@ subtalar axes are the oblique ones of [Inman1976]_ as in that model, and here al
 through the ankle joint centre. The left axis is the mirror image, so a positive value means the
 same movement on both sides.
 
-Ranges are what a joint can do, not what it usually does: markers on soft skin and joint centres a
-centimetre off must not drive a fit into a limit. Each row says what its range was widened from.
+Ranges are the possible range of a joint rather than its usual one, so that skin motion and errors
+of joint centres do not drive a fit into a limit. Each row states the range it was widened from.
 
-Strengths belong to a body mass of 73 kg and a stature of 1.74 m and scale with mass times stature,
-as [Anderson2007]_ normalises them. They are those of strong people: where a study gives a mean
-and a standard deviation (SD) it is the mean plus two of them. So a moment beyond the limit says
-that nobody of that size could do it, not that the average person finds it hard. Besides
-[Anderson2007]_ they are taken from [Fice2014]_ (neck), [Goldmann2012]_ (toes), and [Jackson2010]_
-and [Kentel2011]_ (arms) as tabled in the muscle addon of RBDL [Felis2017]_; ranges from
-[Rajagopal2016]_ and [AAOS1965]_. What is called an *estimate* rests on the reasoning it gives and
-on no measurement.
+Strengths refer to a body mass of 73 kg and a stature of 1.74 m and scale with mass times stature,
+as [Anderson2007]_ normalises them. They are those of strong people: the mean plus two standard
+deviations (SD) where a study gives both. A moment beyond the limit is therefore impossible for a
+person of that size. Sources other than [Anderson2007]_ are [Fice2014]_ (neck), [Goldmann2012]_
+(toes), and [Jackson2010]_ and [Kentel2011]_ (arms) as tabulated in the muscle addon of RBDL
+[Felis2017]_; ranges are from [Rajagopal2016]_ and [AAOS1965]_. An *estimate* rests on the stated
+reasoning, without measurement.
 """
 
 from dataclasses import dataclass
@@ -26,16 +25,16 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One rotation of a joint.
+    """A rotational coordinate of a joint.
 
     Attributes:
         axis: Axis of the right side in the zero pose, unit length.
         low: Lower limit [rad].
         high: Upper limit [rad].
-        range_source: Where the limits come from.
+        range_source: Source of the limits.
         weakest: Largest moment in the negative sense, a negative number [N m].
         strongest: Largest moment in the positive sense [N m].
-        strength_source: Where the moments come from.
+        strength_source: Source of the moments.
     """
 
     axis: tuple[float, float, float]
@@ -59,29 +58,29 @@ def _c(axis, limits_deg, range_source, moments, strength_source) -> Coordinate:
     return Coordinate(axis, low, high, range_source, weakest, strongest, strength_source)
 
 
-# Where the ranges come from.
+# Sources of the ranges.
 _MODEL = "Rajagopal 2016 (its .osim), widened by 5 to 15 deg"
 _CLINIC = "AAOS 1965, widened by 5 to 30 deg"
 _ARM = (
     "AAOS 1965, widened by up to 15 deg: elbow 150 and 10 beyond straight, forearm 80 each way "
     "from the thumb in front (90 from palms forward), wrist 80, 70, 30 and 20"
 )
-_CHAIN = "estimate: three turns in a row must reach every posture, so each goes further than alone"
+_CHAIN = "estimate: three rotations in series must reach every posture, which needs wider ranges"
 _LAXITY = "estimate: passive play of the joint and the error of a one-axis knee, ankle or elbow"
 _GIRDLE_PLAY = "estimate: textbook 45 deg up, 5 deg down, 15 to 30 deg to and fro, widened"
 _SHARE = "estimate: a share of AAOS 1965's range for the whole trunk or neck"
 _FOOT_PLAY = "estimate: no measurement exists for these lumped joints; wide enough for bare ground"
 
-# Where the strengths come from.
+# Sources of the strengths.
 _ANDERSON = "Anderson 2007, table 3, men of 18 to 25 years, isometric, mean + 2 SD"
 _LENGTHENING = (
     "Anderson 2007, table 3, men of 18 to 25 years, mean + 2 SD; plantarflexion a quarter more "
     "(estimate), since in running its largest moment is that of a lengthening muscle"
 )
-_HIP_SIDE = "estimate: twice the 1 N m/kg that one-legged stance and walking ask of the abductors"
+_HIP_SIDE = "estimate: twice the 1 N m/kg of the abductors in one-legged stance and walking"
 _HIP_TURN = "estimate: 1.1 to 1.2 N m/kg, below half the sagittal strength"
-_SUBTALAR = "estimate: nearly twice what body weight on the edge of the foot asks for"
-_LIGAMENTS = "estimate: borne by ligaments and bone, wide enough not to bind in walking and landing"
+_SUBTALAR = "estimate: nearly twice the moment of body weight on the edge of the foot"
+_LIGAMENTS = "estimate: carried by ligaments and bone, high enough for walking and landing"
 _TOES = (
     "Goldmann 2012, toe flexors of men, mean + 2 SD is 26 N m; the rest (estimate) is passive "
     "tissue of bent toes"
@@ -93,7 +92,7 @@ _TRUNK = (
 )
 _NECK = "Fice 2014, isometric, men, mean + 2 SD"
 _SHOULDER = "Jackson 2010 and Kentel 2011, athletes, as tabled in RBDL's torque muscles"
-_GIRDLE = "estimate: carries what the shoulder does"
+_GIRDLE = "estimate: transmits the moments of the shoulder"
 _GRIP = "estimate: a 150 N pull at 0.1 m; opening half of that"
 
 Y, Z, X = (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
@@ -154,4 +153,5 @@ COORDINATES: dict[str, Coordinate] = {
     "fingers_flex": _c(Y, (-50, 100), _CLINIC, (-8, 15), _GRIP),
 }
 
-REFERENCE_MASS, REFERENCE_HEIGHT = 73.0, 1.74  # of the strengths [kg, m]
+REFERENCE_MASS = 73.0  # [kg] body mass of the tabulated strengths
+REFERENCE_HEIGHT = 1.74  # [m] stature of the tabulated strengths

@@ -1,11 +1,11 @@
-"""Feet as interchangeable parts: one box, two boxes with a toe hinge, or sixteen bones.
+"""Interchangeable foot models: one box, two boxes with a toe hinge, or sixteen bones.
 
-All three have the length, width and mass of one foot and touch the ground at points of the
-multi-segment foot of [Park2020]_ (the paper gives no coordinates; these are anatomically plausible
-ones that hold all four joints at the height of the contact spheres when the foot rests, which is
-what the paper's Eqs. 1-2 assume). The frame of a foot has its origin in the ankle joint centre; x
-points forward, y left; points are tabled for a left foot of 0.240 m length and 0.0585 m ankle
-height and scaled to the person.
+All three have the length, width and mass of one foot and contact the ground at points of the
+multi-segment foot of [Park2020]_. The paper gives no coordinates; these are anatomically plausible
+and put all four joints of a flat foot at the height of the contact spheres, as the paper's Eqs. 1-2
+assume. The frame of a foot has its origin in the ankle joint centre; x points forward, y left;
+points are tabulated for a left foot of 0.240 m length and 0.0585 m ankle height and scaled to the
+person.
 """
 
 from dataclasses import dataclass
@@ -18,8 +18,10 @@ from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, block, co
 
 FEET = ("rigid", "two-segment", "multi-segment")
 
-_LENGTH, _WIDTH, _ANKLE = 0.240, 0.094, 0.0585  # of the table below [m]
-_RADIUS = 0.010  # of a contact sphere on a foot of that length [m]
+_LENGTH = 0.240  # [m] foot length of the table below
+_WIDTH = 0.094  # [m] foot width of the table below
+_ANKLE = 0.0585  # [m] ankle height of the table below
+_RADIUS = 0.010  # [m] radius of a contact sphere on a foot of that length
 
 # x forward, y lateral (left foot), z above the ground [m]; None: resting on the ground.
 _POINTS: dict[str, tuple[float, float, float | None]] = {
@@ -49,7 +51,7 @@ _POINTS: dict[str, tuple[float, float, float | None]] = {
 
 @dataclass(frozen=True)
 class _Segment:
-    """A segment of the multi-segment foot: joint, bones, and the ends that touch the ground."""
+    """A segment of the multi-segment foot: joint, bones, and bone ends in ground contact."""
 
     name: str
     parent: str
@@ -103,8 +105,8 @@ _SEGMENTS = (
         ("heel_back_medial", "heel_back_lateral", "heel_front_medial", "heel_front_lateral"),
     ),
 )
-# A segment's share of contacts above follows the paper: three or more for each segment that meets
-# the ground; the lateral metatarsal's third is the fourth metatarsal head it shares with the toes.
+# As in the paper, each segment in ground contact has three or more contacts; the third one of the
+# lateral metatarsal is the fourth metatarsal head, which it shares with the toes.
 
 
 def sphere_radius(d: Dimensions) -> float:
@@ -129,19 +131,19 @@ def point(name: str, d: Dimensions) -> np.ndarray:
 def foot_parts(
     kind: str, d: Dimensions, sex: str, mass: float, full_sole: bool = False
 ) -> list[Part]:
-    """Return the parts of both feet, parents first; the first of each side hangs on the tibia.
+    """Return the parts of both feet, parents first; the tibia is the parent of the first.
 
-    The mass of the foot is de Leva's, distributed by volume. The rigid foot and that of two
-    segments touch the ground at seven of the sixteen points of the multi-segment foot, enough for
-    gait; their base of support is smaller by what lies beyond: 5 mm at the lateral border. With a
-    ``full_sole`` all feet touch it at the same sixteen points, and only their joints differ.
+    The mass of the foot is de Leva's, distributed by volume. The rigid and the two-segment foot
+    have seven of the sixteen contacts of the multi-segment foot, enough for gait; their base of
+    support is 5 mm smaller at the lateral border. With a ``full_sole`` all feet have the same
+    sixteen contacts and differ only in their joints.
 
     Args:
         kind: One of :data:`FEET`.
         d: The person's lengths.
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg].
-        full_sole: Whether it touches the ground at all points.
+        full_sole: Whether the foot has all sixteen contacts.
 
     Raises:
         ParameterError: If ``kind`` is unknown.
@@ -251,7 +253,7 @@ def _multi_segment(d: Dimensions, sex: str, mass: float) -> list[Part]:
     r = sphere_radius(d)
     lengths = [
         np.linalg.norm(point(b, d) - point(a, d)) for s in _SEGMENTS for a, b in s.bones
-    ]  # one radius: volume goes with length
+    ]  # equal radii, so volume is proportional to length
     per_metre = float(mass / sum(lengths))
     part_name = {s.name: f"{s.name}_l" for s in _SEGMENTS} | {"medial_metatarsal": "foot_l"}
     origin = {s.name: point(s.joint, d) for s in _SEGMENTS} | {"medial_metatarsal": np.zeros(3)}

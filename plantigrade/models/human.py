@@ -25,19 +25,19 @@ from plantigrade.spatial.conventions import (
 if TYPE_CHECKING:
     import mujoco
 
-MAX_SOLE = 0.1
+MAX_SOLE_OFFSET = 0.1
 """Largest displacement of a contact sphere from its default position [m]."""
 
-MAX_TRUNK = 0.15
+MAX_TRUNK_SHIFT = 0.15
 """Largest displacement of the trunk's centre of mass from its default position [m]."""
 
-_STANDING = {"pro_sup": 1.4, "arm_add": -0.14}
-"""Arms that hang: palms to the thighs, clear of the hips [rad]."""
+_STANDING_ARMS = {"pro_sup": 1.4, "arm_add": -0.14}
+"""Angles of hanging arms [rad]: palms towards the thighs, clear of the hips."""
 
 
 @dataclass(frozen=True)
 class Human:
-    """A person: lengths, masses, joints, feet, and the MuJoCo model made of them.
+    """A person: lengths, masses, joints, feet, and the MuJoCo model built from them.
 
     Build one with :meth:`create`.
 
@@ -52,7 +52,7 @@ class Human:
         xml: The model as MJCF text, which loads in plain MuJoCo.
         soles: Upward displacement of contact spheres (:meth:`with_soles`), by name [m].
         trunk_mass: Displacement of the trunk's centre of mass (:meth:`with_trunk_mass`) [m].
-        full_sole: Whether the feet touch the ground at all sixteen points of the multi-segment
+        full_sole: Whether the feet contact the ground at all sixteen points of the multi-segment
             foot (:func:`plantigrade.models.feet.foot_parts`).
     """
 
@@ -89,8 +89,8 @@ class Human:
             feet: ``"rigid"``, ``"two-segment"`` or ``"multi-segment"``; by default that of the
                 joint set.
             lengths: Individual segment lengths [m], named as in :class:`Dimensions`.
-            full_sole: Whether any foot touches the ground at the same sixteen points, as is needed
-                to compare feet; the multi-segment foot always does.
+            full_sole: Whether every foot has the same sixteen ground contacts, for comparisons of
+                feet; the multi-segment foot always has them.
 
         Raises:
             ParameterError: If a value is not allowed.
@@ -107,7 +107,7 @@ class Human:
         skeleton = build(d, sex, float(mass), joints, feet, full_sole)
         moving = moving_parts(joints, feet)
         names = {c for m in moving.values() for c in m.coordinates}
-        standing = {f"{c}_{s}": v for c, v in _STANDING.items() if c in names for s in SIDES}
+        standing = {f"{c}_{s}": v for c, v in _STANDING_ARMS.items() if c in names for s in SIDES}
         ankle = skeleton.origins["foot_r"][2]
         xml = to_mjcf(
             f"human-{joints}-{feet}",
@@ -142,7 +142,7 @@ class Human:
 
     @property
     def trunk(self) -> str:
-        """Name of the body that is the trunk, or of the greatest part of it."""
+        """Name of the body that represents the trunk or its largest part."""
         return "torso" if "torso" in self.body_names else "thorax"
 
     def body(self, name: str) -> int:
@@ -229,7 +229,7 @@ class Human:
         return qpos
 
     def with_soles(self, offsets: Mapping[str, float]) -> "Human":
-        """Return the same person with other soles: shoes, or flatter feet than the default.
+        """Return the person with different soles, such as shoes or flatter feet.
 
         Only the contact spheres move; joints, masses and the drawn foot are unchanged.
 
@@ -238,17 +238,18 @@ class Human:
                 of its centre in the frame of its segment [m]; negative for a thicker sole.
 
         Raises:
-            ParameterError: If there is no such sphere, or one moves by more than :data:`MAX_SOLE`
-                in all.
+            ParameterError: If there is no such sphere, or the total displacement of one exceeds
+                :data:`MAX_SOLE_OFFSET`.
         """
         names = [name for name, _, _ in self.contact_points]
         for name, offset in offsets.items():
             if name not in names:
                 raise ParameterError(f"no contact sphere {name!r}; there are {', '.join(names)}")
             total = self.soles.get(name, 0.0) + offset
-            if not abs(total) <= MAX_SOLE:
+            if not abs(total) <= MAX_SOLE_OFFSET:
                 raise ParameterError(
-                    f"the sole at {name} would be moved by {total:.3g} m; allowed are ±{MAX_SOLE} m"
+                    f"the sole at {name} would be moved by {total:.3g} m; "
+                    f"allowed are ±{MAX_SOLE_OFFSET} m"
                 )
 
         def moved(contact, side: str):
@@ -265,25 +266,25 @@ class Human:
         return replace(self, skeleton=skeleton, xml=xml, soles=total)
 
     def with_trunk_mass(self, offset: Sequence[float] | Float[Array, " 3"]) -> "Human":
-        """Return the same person with the trunk's centre of mass elsewhere.
+        """Return the person with a displaced centre of mass of the trunk.
 
-        Only that point moves: masses, inertia about it, joints and lengths are unchanged.
+        Masses, inertia about the centre of mass, joints and lengths are unchanged.
 
         Args:
             offset: Displacement in the frame of the trunk, x forward, y left, z up [m].
 
         Raises:
-            ParameterError: If it is not three numbers, or lies further than :data:`MAX_TRUNK` in
-                all from where it is by default.
+            ParameterError: If the offset is not three numbers, or the total displacement exceeds
+                :data:`MAX_TRUNK_SHIFT`.
         """
         offset = np.asarray(offset, dtype=float)
         if offset.shape != (3,):
             raise ParameterError(f"a displacement is three numbers, not {offset.tolist()}")
         total = np.array(self.trunk_mass) + offset
-        if not np.linalg.norm(total) <= MAX_TRUNK:
+        if not np.linalg.norm(total) <= MAX_TRUNK_SHIFT:
             raise ParameterError(
                 f"the trunk's centre of mass would be moved by {np.linalg.norm(total):.3g} m; "
-                f"allowed are {MAX_TRUNK} m"
+                f"allowed are {MAX_TRUNK_SHIFT} m"
             )
         bodies = tuple(
             replace(b, inertia=b.inertia.shifted(offset)) if b.name == self.trunk else b
@@ -298,7 +299,7 @@ class Human:
         )
 
     def with_mass(self, mass: float) -> "Human":
-        """Return the same person with another body mass [kg]; all lengths are kept.
+        """Return the person with another body mass [kg] and the same lengths.
 
         Raises:
             ParameterError: If the mass is not allowed.
@@ -306,7 +307,7 @@ class Human:
         return Human.from_dict({**self.to_dict(), "mass": mass})
 
     def to_dict(self) -> dict:
-        """Return a description of this person that JSON can store; see :meth:`from_dict`."""
+        """Return a JSON-serialisable description of the person; see :meth:`from_dict`."""
         d = self.dimensions
         moved = {"trunk_mass": list(self.trunk_mass)} if any(self.trunk_mass) else {}
         touching = {"full_sole": True} if self.full_sole else {}
@@ -324,7 +325,7 @@ class Human:
 
     @classmethod
     def from_dict(cls, description: Mapping) -> "Human":
-        """Return the person of a description by :meth:`to_dict`.
+        """Return the person described by :meth:`to_dict`.
 
         Raises:
             ParameterError: If an entry is missing, of the wrong type or not allowed.

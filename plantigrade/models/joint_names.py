@@ -2,10 +2,10 @@
 
 Names are cut into words (``mixamorig:LeftUpLeg``, ``Bip01 L Thigh``, ``thigh_l``, ``lfemur``),
 the side is removed and the rest is looked up in :data:`SPELLINGS`. A joint is named after the bone
-it carries in some skeletons (``LeftLeg`` is the knee) and after itself in others (``LeftKnee``);
-where one word can mean either (``shoulder``, ``hip``, ``foot``), the other joints of the skeleton
-decide. Pelvis and thorax are the joints that carry both hips and both shoulders, whatever they are
-called. Where names tell nothing, the four longest limbs of the tree do.
+distal to it in some skeletons (``LeftLeg`` is the knee) and after itself in others (``LeftKnee``);
+for ambiguous words (``shoulder``, ``hip``, ``foot``) the other joints of the skeleton decide.
+Pelvis and thorax are the common ancestors of both hips and both shoulders. Without usable names,
+the four longest limbs of the tree decide.
 """
 
 import re
@@ -18,7 +18,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 
-# Words for each joint without side and separators, the surest first.
+# Words for each joint without side and separators, least ambiguous first.
 SPELLINGS: dict[str, tuple[str, ...]] = {
     "hip": tuple(
         "femur thighbend thigh upleg upperleg uleg legupper hip hipjoint uppeleg leg".split()
@@ -48,10 +48,12 @@ MIDLINE: dict[str, tuple[str, ...]] = {
     "neck": ("lowerneck", "neck", "necklower", "cervical"),
     "head": ("head", "skull"),
 }
-REQUIRED = ("hip", "knee", "ankle")
-FOREARM_TO_UPPER_ARM = 0.95  # usual ratio; tells a wrist from the joints around it
+REQUIRED_JOINTS = ("hip", "knee", "ankle")
+FOREARM_RATIO = (
+    0.95  # [1] usual forearm to upper arm ratio; distinguishes the wrist from its neighbours
+)
 
-_NOISE = frozenset(
+_IGNORED_WORDS = frozenset(
     "bip biped valve valvebiped mixamorig mixamo rig b j jnt jt joint bone def org character char "
     "cc base bnd bind sk skel skeleton sim actor subject jx ref hi m f jnts jts".split()
 )
@@ -65,7 +67,7 @@ class JointMap:
 
     Attributes:
         joints: Our name (``"knee_l"``, ``"pelvis"``, ``"head"``) → index of the joint.
-        by: ``"names"`` or ``"shape"``: how the joints were identified.
+        by: Method of identification, ``"names"`` or ``"shape"``.
         swapped: Whether left and right were exchanged because the feet pointed backwards.
     """
 
@@ -96,7 +98,7 @@ def split_name(name: str) -> tuple[str, str]:
     plain = re.split(r"[:|]", name)[-1]
     plain = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", plain)
     tokens = [t.lower() for t in re.findall(r"[A-Za-z]+", plain)]
-    kept = [t for t in tokens if t not in _NOISE] or tokens
+    kept = [t for t in tokens if t not in _IGNORED_WORDS] or tokens
     sides = [t for t in kept if t in _SIDE]
     words = [t for t in kept if t not in _SIDE]
     word = "".join(words)
@@ -122,7 +124,7 @@ def identify(
         names: Joint names, parents before children.
         parents: Index of each joint's parent, -1 for the root.
         rest: Joint positions in the rest pose, x forward, y left, z up [m].
-        given: Names given by the user: ours → the file's (``{"hip_l": "Bone7"}``).
+        given: User's assignment, our name → the file's (``{"hip_l": "Bone7"}``).
 
     Raises:
         FitError: If hips, knees or ankles cannot be identified, or a given name does not exist.
@@ -131,10 +133,10 @@ def identify(
     named = _given(names, given or {})
     found = _by_name(tree, named)
     by, swapped = "names", False
-    if not all(f"{j}_{s}" in found for j in REQUIRED for s in SIDES):
+    if not all(f"{j}_{s}" in found for j in REQUIRED_JOINTS for s in SIDES):
         shaped, swapped = _by_shape(tree)
         by, found = "shape", {**shaped, **named}
-    missing = [f"{j}_{s}" for j in REQUIRED for s in SIDES if f"{j}_{s}" not in found]
+    missing = [f"{j}_{s}" for j in REQUIRED_JOINTS for s in SIDES if f"{j}_{s}" not in found]
     if missing:
         raise FitError(
             f"the joints {', '.join(missing)} cannot be identified by name or shape; "
@@ -210,7 +212,8 @@ def _by_name(tree: _Tree, named: dict[str, int]) -> dict[str, int]:
                         found[key] = i
                         return
 
-        # The knee first where "leg" is said: it is the shank beside an upper leg, else the thigh.
+        # The chain starts at the hip: "leg" means the shank after an upper leg, otherwise the
+        # thigh.
         for chain in (("hip", "knee", "ankle", "ball", "toe_end"), ("shoulder", "elbow")):
             for above, joint in zip((None, *chain), chain, strict=False):
                 pick(joint, above)
@@ -232,7 +235,7 @@ def _by_name(tree: _Tree, named: dict[str, int]) -> dict[str, int]:
 
 
 def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
-    """Choose the one of wrist and hand that gives a forearm of usual length.
+    """Select wrist or hand by the forearm length.
 
     ASF's bone ``wrist`` is half the forearm, SMPL's ``hand`` lies in the knuckles.
     """
@@ -252,12 +255,12 @@ def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
     if candidates and upper > 0:
         found[f"wrist_{side}"] = min(
             candidates,
-            key=lambda i: abs(np.log(tree.distance(i, elbow) / upper / FOREARM_TO_UPPER_ARM)),
+            key=lambda i: abs(np.log(tree.distance(i, elbow) / upper / FOREARM_RATIO)),
         )
 
 
 def _by_shape(tree: _Tree) -> tuple[dict[str, int], bool]:
-    """Identify the limbs by the tree alone: legs end lowest, arms outermost, the head highest."""
+    """Identify limbs by the tree alone: legs end lowest, arms outermost, the head highest."""
     leaves, rest = tree.leaves, tree.rest
     found: dict[str, int] = {}
 
@@ -266,7 +269,7 @@ def _by_shape(tree: _Tree) -> tuple[dict[str, int], bool]:
         path = [i for i in tree.path(leaf) if tree.length[i] > 1e-3 and sign * rest[i, 1] > 1e-2]
         if len(path) < 3:
             return
-        pairs = [  # the longest two bones in a row; the outer ones where two pairs tie
+        pairs = [  # the longest two consecutive bones; the distal pair in a tie
             (round(min(tree.length[path[k + 1]], tree.length[path[k + 2]]), 2), k)
             for k in range(len(path) - 2)
         ]

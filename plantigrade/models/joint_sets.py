@@ -1,7 +1,7 @@
-"""Joint sets: the four bodies of the papers as presets over one anatomy.
+"""Joint sets: the bodies of four papers as presets over one anatomy.
 
 =======  =========  ==================================================================
-preset   moving     what it is
+preset   moving     description
          segments
 =======  =========  ==================================================================
 ``42``   19         hierarchical gait paper: 8 per arm, 7 per leg, 6 pelvis, 3 lower
@@ -16,8 +16,8 @@ preset   moving     what it is
                     of freedom in each foot; native foot ``multi-segment``
 =======  =========  ==================================================================
 
-Each preset takes every foot; then the count of coordinates changes by the foot's: 0 for
-``rigid``, 1 for ``two-segment``, 12 for ``multi-segment`` on each side.
+Each preset can be combined with each foot, which adds coordinates on each side: 0 for ``rigid``, 1
+for ``two-segment``, 12 for ``multi-segment``.
 """
 
 from dataclasses import dataclass
@@ -29,12 +29,12 @@ JOINT_SETS = ("42", "43", "58", "66")
 
 @dataclass(frozen=True)
 class MovingPart:
-    """A moving part: the name of its body and its coordinates, outermost first.
+    """A moving part with its body and coordinates.
 
     Attributes:
         part: Name in the anatomy, without side.
         body: Name of the body, without side.
-        coordinates: Its coordinates, without side, in order of rotation.
+        coordinates: Coordinates without side, in order of rotation.
     """
 
     part: str

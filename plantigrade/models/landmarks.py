@@ -1,10 +1,10 @@
 """Landmarks of the body for markers, from its lengths.
 
 A landmark is given in the frame of a reference part in the zero pose and attached to the first
-of its parts that moves on this body (a toe marker belongs to the toes where the foot has toes).
-Positions are of the marker's centre on the skin of an average adult: bony landmarks from
-[Rajagopal2016]_'s marker set and the foot table of this package; they are a start, which fitting
-refines for every person within the stated trust.
+of its parts that moves on this body (a toe marker belongs to the toes of a foot with toes).
+Positions are those of the marker's centre on the skin of an average adult, from [Rajagopal2016]_'s
+marker set and the foot table of this package. They are initial values, refined for every person by
+the fit within the stated spread.
 """
 
 from dataclasses import dataclass, replace
@@ -18,14 +18,17 @@ from plantigrade.models.human import Human
 from plantigrade.models.parts import MIRROR
 from plantigrade.models.skeleton import build
 
-# How far a marker may sit from its landmark, one standard deviation [m].
-BONE, SKIN, LEVEL, LOOSE = 0.012, 0.025, 0.04, 0.06
-# Of a joint centre that a laboratory computed about that of the body: functional methods and
-# regressions find those of hip, knee and ankle to some millimetres [Harrington2007]_.
-CENTRE = 0.005
-# The centre of a marker stands off the bone by its radius, its base and the skin [m]. It matters
-# where the body is built from the bone: the hip joint centres are a regression on the bony pelvis.
-STAND_OFF = 0.012
+# Standard deviation of a marker position about its landmark.
+BONE_SPREAD = 0.012  # [m] on bone
+SKIN_SPREAD = 0.025  # [m] on skin near bone
+VERTEBRA_SPREAD = 0.04  # [m] on a vertebra, whose level is uncertain
+LOOSE_SPREAD = 0.06  # [m] on soft tissue, placed by eye
+# [m] a computed joint centre; functional methods and regressions find those of hip, knee and ankle
+# to some millimetres [Harrington2007]_
+JOINT_CENTRE_SPREAD = 0.005
+# [m] distance of a marker's centre from the bone: radius, base and skin. It matters at the pelvis,
+# where the hip joint centres are a regression on bony landmarks.
+MARKER_OFFSET = 0.012
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class Landmark:
     Attributes:
         reference: Part in whose frame ``position`` is given, without side.
         position: Position for the right side, zero pose [m].
-        parts: Parts it moves with, most distal first, without side.
+        parts: Parts it may move with, most distal first, without side.
         spread: Standard deviation of the marker position about it [m].
     """
 
@@ -75,31 +78,31 @@ _LATERAL_FOOT = ("lateral_metatarsal", "foot")
 
 
 def _midline(d: Dimensions) -> dict[str, Landmark]:
-    def pelvis(x, z, spread=BONE):
-        place = np.array([x * d.pelvis_depth - STAND_OFF, 0, z * d.pelvis_depth])
+    def pelvis(x, z, spread=BONE_SPREAD):
+        place = np.array([x * d.pelvis_depth - MARKER_OFFSET, 0, z * d.pelvis_depth])
         return Landmark("pelvis", place, _PELVIS, spread)
 
-    def trunk(x, z, parts, spread=SKIN):
+    def trunk(x, z, parts, spread=SKIN_SPREAD):
         return Landmark("abdomen", np.array([x * d.trunk, 0, z * d.trunk]), parts, spread)
 
     return {
         "sacrum": pelvis(-1.0, SPINE_RISE),  # the middle of the posterior spines
-        "pubis": pelvis(-0.02, -0.45, SKIN),
-        "l5": trunk(-0.24, -0.17, _BACK, LEVEL),
-        "l3": trunk(-0.24, 0.02, _BACK, LEVEL),
-        "t12": trunk(-0.26, 0.27, _BACK, LEVEL),
-        "t10": trunk(-0.31, 0.42, _LOW_THORAX, LEVEL),
-        "t8": trunk(-0.315, 0.57, _LOW_THORAX, LEVEL),
-        "t6": trunk(-0.30, 0.73, _LOW_THORAX, LEVEL),
-        "t4": trunk(-0.27, 0.87, _THORAX, LEVEL),
-        "t2": trunk(-0.22, 0.99, _THORAX, LEVEL),
-        "c7": trunk(-0.14, 1.08, _THORAX, BONE),
-        "suprasternale": trunk(0.19, 0.885, _THORAX, BONE),
+        "pubis": pelvis(-0.02, -0.45, SKIN_SPREAD),
+        "l5": trunk(-0.24, -0.17, _BACK, VERTEBRA_SPREAD),
+        "l3": trunk(-0.24, 0.02, _BACK, VERTEBRA_SPREAD),
+        "t12": trunk(-0.26, 0.27, _BACK, VERTEBRA_SPREAD),
+        "t10": trunk(-0.31, 0.42, _LOW_THORAX, VERTEBRA_SPREAD),
+        "t8": trunk(-0.315, 0.57, _LOW_THORAX, VERTEBRA_SPREAD),
+        "t6": trunk(-0.30, 0.73, _LOW_THORAX, VERTEBRA_SPREAD),
+        "t4": trunk(-0.27, 0.87, _THORAX, VERTEBRA_SPREAD),
+        "t2": trunk(-0.22, 0.99, _THORAX, VERTEBRA_SPREAD),
+        "c7": trunk(-0.14, 1.08, _THORAX, BONE_SPREAD),
+        "suprasternale": trunk(0.19, 0.885, _THORAX, BONE_SPREAD),
         "sternum": trunk(0.26, 0.66, _THORAX),
-        "xiphoid": trunk(0.30, 0.45, _LOW_THORAX, LEVEL),
-        "vertex": Landmark("lower_neck", np.array([0.17, 0, 1.02]) * d.head, _HEAD, SKIN),
-        "forehead": Landmark("lower_neck", np.array([0.53, 0, 0.78]) * d.head, _HEAD, SKIN),
-        "occiput": Landmark("lower_neck", np.array([-0.16, 0, 0.72]) * d.head, _HEAD, SKIN),
+        "xiphoid": trunk(0.30, 0.45, _LOW_THORAX, VERTEBRA_SPREAD),
+        "vertex": Landmark("lower_neck", np.array([0.17, 0, 1.02]) * d.head, _HEAD, SKIN_SPREAD),
+        "forehead": Landmark("lower_neck", np.array([0.53, 0, 0.78]) * d.head, _HEAD, SKIN_SPREAD),
+        "occiput": Landmark("lower_neck", np.array([-0.16, 0, 0.72]) * d.head, _HEAD, SKIN_SPREAD),
     }
 
 
@@ -108,30 +111,36 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     knee_half = 0.125 * d.thigh
     ankle_half = 0.082 * d.shank
 
-    def pelvis(x, y, z, spread=BONE):
-        off = STAND_OFF if x >= 0 else -STAND_OFF
+    def pelvis(x, y, z, spread=BONE_SPREAD):
+        off = MARKER_OFFSET if x >= 0 else -MARKER_OFFSET
         place = np.array([x * depth + off, -y * half, z * depth])
         return Landmark("pelvis", place, _PELVIS, spread)
 
     def limb(reference, parts, length, usual):
-        """Return what places landmarks on a limb: forward, outwards, down, in its lengths."""
+        """Return a factory of limb landmarks: forward, lateral, down, in limb lengths."""
 
         def place(x, y, z, spread=usual, parts=parts):
             return Landmark(reference, np.array([x, -y, -z]) * length, parts, spread)
 
         return place
 
-    thigh, shank = limb("femur", _THIGH, d.thigh, LOOSE), limb("tibia", _SHANK, d.shank, LOOSE)
-    upper_arm = limb("humerus", _UPPER_ARM, d.upper_arm, LOOSE)
-    forearm, hand = limb("ulna", _FOREARM, d.forearm, SKIN), limb("hand", _HAND, d.hand, SKIN)
+    thigh, shank = (
+        limb("femur", _THIGH, d.thigh, LOOSE_SPREAD),
+        limb("tibia", _SHANK, d.shank, LOOSE_SPREAD),
+    )
+    upper_arm = limb("humerus", _UPPER_ARM, d.upper_arm, LOOSE_SPREAD)
+    forearm, hand = (
+        limb("ulna", _FOREARM, d.forearm, SKIN_SPREAD),
+        limb("hand", _HAND, d.hand, SKIN_SPREAD),
+    )
 
-    def head(x, y, z, spread=SKIN):
+    def head(x, y, z, spread=SKIN_SPREAD):
         return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, spread)
 
     lift = 0.35 * d.ankle_height
 
-    def foot(name, parts, *, dx=0.0, dy=0.0, up=lift, spread=BONE):
-        """A point of the foot table, raised by ``up`` above the sole, moved by dx, dy (lateral)."""
+    def foot(name, parts, *, dx=0.0, dy=0.0, up=lift, spread=BONE_SPREAD):
+        """Return a foot-table point at height ``up``, shifted by dx and dy (lateral)."""
         p = point(name, d) * MIRROR + np.array([dx * d.foot_length, -dy * d.foot_width, 0])
         p[2] = up - d.ankle_height
         return Landmark("foot", p, parts, spread)
@@ -140,38 +149,48 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
     return {
         "asis": pelvis(0.0, 1.0, 0.0),
         "psis": pelvis(-1.0, 0.38, SPINE_RISE),
-        # On a belt at the height of the spines, farther out by its thickness; placed by eye.
-        "waist_front": pelvis(0.03, 1.0, 0.0, SKIN),
-        "waist_back": pelvis(-1.03, 0.42, SPINE_RISE, SKIN),
-        "iliac_crest": pelvis(-0.30, 1.24, 0.35, SKIN),
-        "hip_joint": Landmark("pelvis", hip(d), _PELVIS, CENTRE),
+        # on a belt at the height of the spines, further out by its thickness; placed by eye
+        "waist_front": pelvis(0.03, 1.0, 0.0, SKIN_SPREAD),
+        "waist_back": pelvis(-1.03, 0.42, SPINE_RISE, SKIN_SPREAD),
+        "iliac_crest": pelvis(-0.30, 1.24, 0.35, SKIN_SPREAD),
+        "hip_joint": Landmark("pelvis", hip(d), _PELVIS, JOINT_CENTRE_SPREAD),
         "trochanter": Landmark(
-            "femur", np.array([-0.02 * d.thigh, -0.20 * d.thigh, 0]), _THIGH, SKIN
+            "femur", np.array([-0.02 * d.thigh, -0.20 * d.thigh, 0]), _THIGH, SKIN_SPREAD
         ),
         "thigh_upper": thigh(0.10, 0.20, 0.35),
         "thigh_front": thigh(0.22, 0.04, 0.55),
         "thigh_rear": thigh(-0.06, 0.22, 0.60),
         "thigh": thigh(0.03, 0.22, 0.62),
-        "knee_lateral": thigh(-0.01, knee_half / d.thigh, 0.985, BONE),
-        "knee_medial": thigh(-0.01, -knee_half / d.thigh, 0.985, BONE),
-        "patella": thigh(0.13, 0.0, 0.97, SKIN),
-        "knee_joint": thigh(-0.011, -0.0043, 1.0, CENTRE),
-        # where the biceps femoris ends on it in Rajagopal's model
-        "fibula_head": shank(-0.05, 0.125, 0.105, SKIN),
-        "tibial_tuberosity": shank(0.10, 0.01, 0.13, SKIN),
+        "knee_lateral": thigh(-0.01, knee_half / d.thigh, 0.985, BONE_SPREAD),
+        "knee_medial": thigh(-0.01, -knee_half / d.thigh, 0.985, BONE_SPREAD),
+        "patella": thigh(0.13, 0.0, 0.97, SKIN_SPREAD),
+        "knee_joint": thigh(-0.011, -0.0043, 1.0, JOINT_CENTRE_SPREAD),
+        # insertion of the biceps femoris in Rajagopal's model
+        "fibula_head": shank(-0.05, 0.125, 0.105, SKIN_SPREAD),
+        "tibial_tuberosity": shank(0.10, 0.01, 0.13, SKIN_SPREAD),
         "shank_upper": shank(0.02, 0.13, 0.25),
-        "shank_front": shank(0.07, 0.03, 0.50, SKIN),
+        "shank_front": shank(0.07, 0.03, 0.50, SKIN_SPREAD),
         "shank_rear": shank(-0.15, 0.10, 0.35),
         "shank": shank(-0.01, 0.12, 0.50),
-        "ankle_lateral": shank(-0.035, ankle_half / d.shank, 0.975, BONE),
-        "ankle_medial": shank(-0.005, -ankle_half / d.shank, 0.955, BONE),
-        "ankle_joint": shank(-0.025, 0.0, 1.0, CENTRE),
+        "ankle_lateral": shank(-0.035, ankle_half / d.shank, 0.975, BONE_SPREAD),
+        "ankle_medial": shank(-0.005, -ankle_half / d.shank, 0.955, BONE_SPREAD),
+        "ankle_joint": shank(-0.025, 0.0, 1.0, JOINT_CENTRE_SPREAD),
         "heel": foot("heel_back_lateral", _HEEL, dx=-0.055, dy=-0.16, up=0.55 * d.ankle_height),
         "heel_upper": foot(
-            "heel_back_lateral", _HEEL, dx=-0.055, dy=-0.16, up=0.75 * d.ankle_height, spread=SKIN
+            "heel_back_lateral",
+            _HEEL,
+            dx=-0.055,
+            dy=-0.16,
+            up=0.75 * d.ankle_height,
+            spread=SKIN_SPREAD,
         ),
         "heel_wand": foot(
-            "heel_back_lateral", _HEEL, dx=-0.12, dy=-0.16, up=0.6 * d.ankle_height, spread=LOOSE
+            "heel_back_lateral",
+            _HEEL,
+            dx=-0.12,
+            dy=-0.16,
+            up=0.6 * d.ankle_height,
+            spread=LOOSE_SPREAD,
         ),
         "heel_lateral": foot("heel_front_lateral", _HEEL, dx=-0.02, dy=0.12),
         "heel_medial": foot("heel_front_medial", _HEEL, dx=-0.02, dy=-0.12),
@@ -179,11 +198,13 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
             "heel_front_medial", _HEEL, dx=0.02, dy=-0.12, up=0.6 * d.ankle_height
         ),
         "navicular": foot(
-            "base_1", _HIND, dx=-0.05, dy=-0.15, up=0.7 * d.ankle_height, spread=SKIN
+            "base_1", _HIND, dx=-0.05, dy=-0.15, up=0.7 * d.ankle_height, spread=SKIN_SPREAD
         ),
-        "midfoot": foot("base_3", _HIND, up=1.15 * d.ankle_height, spread=SKIN),
-        "midfoot_lateral": foot("base_5", _LATERAL_FOOT, dy=0.1, spread=SKIN),
-        "metatarsal_1_base": foot("base_1", _HIND, dy=-0.05, up=0.95 * d.ankle_height, spread=SKIN),
+        "midfoot": foot("base_3", _HIND, up=1.15 * d.ankle_height, spread=SKIN_SPREAD),
+        "midfoot_lateral": foot("base_5", _LATERAL_FOOT, dy=0.1, spread=SKIN_SPREAD),
+        "metatarsal_1_base": foot(
+            "base_1", _HIND, dy=-0.05, up=0.95 * d.ankle_height, spread=SKIN_SPREAD
+        ),
         "metatarsal_1_head": foot(
             "metatarsal_1", _HIND, dx=-0.02, dy=-0.10, up=0.5 * d.ankle_height
         ),
@@ -192,32 +213,36 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "metatarsal_5_head": foot("metatarsal_5", _LATERAL_FOOT, dx=-0.02, dy=0.10),
         "hallux": foot("toe_1", _MEDIAL_TOES, dx=-0.02, up=0.5 * d.ankle_height),
         "toe_tip": foot("toe_2", _MEDIAL_TOES, dx=0.03, up=0.4 * d.ankle_height),
-        "toe_medial": foot("metatarsal_1", _MEDIAL_TOES, dx=0.03, dy=-0.06, spread=SKIN),
-        "toe_lateral": foot("metatarsal_5", _LATERAL_TOES, dx=0.03, dy=0.06, spread=SKIN),
-        "toe_5": foot("toe_5", _LATERAL_TOES, dx=-0.02, spread=SKIN),
+        "toe_medial": foot("metatarsal_1", _MEDIAL_TOES, dx=0.03, dy=-0.06, spread=SKIN_SPREAD),
+        "toe_lateral": foot("metatarsal_5", _LATERAL_TOES, dx=0.03, dy=0.06, spread=SKIN_SPREAD),
+        "toe_5": foot("toe_5", _LATERAL_TOES, dx=-0.02, spread=SKIN_SPREAD),
         "acromion": Landmark(
-            "abdomen", s + np.array([-0.03, 0.03, 0.155]) * d.trunk, _SHOULDER, SKIN
+            "abdomen", s + np.array([-0.03, 0.03, 0.155]) * d.trunk, _SHOULDER, SKIN_SPREAD
         ),
-        "clavicle": Landmark("abdomen", np.array([0.18, -0.075, 0.90]) * d.trunk, _THORAX, SKIN),
-        "scapula": Landmark("abdomen", np.array([-0.31, -0.24, 0.80]) * d.trunk, _THORAX, LOOSE),
-        "shoulder_joint": Landmark("abdomen", s, _SHOULDER, BONE),
+        "clavicle": Landmark(
+            "abdomen", np.array([0.18, -0.075, 0.90]) * d.trunk, _THORAX, SKIN_SPREAD
+        ),
+        "scapula": Landmark(
+            "abdomen", np.array([-0.31, -0.24, 0.80]) * d.trunk, _THORAX, LOOSE_SPREAD
+        ),
+        "shoulder_joint": Landmark("abdomen", s, _SHOULDER, BONE_SPREAD),
         "upper_arm": upper_arm(0.05, 0.15, 0.60),
-        "elbow_lateral": upper_arm(0.0, 0.12, 0.98, BONE),
-        "elbow_medial": upper_arm(0.0, -0.16, 0.98, BONE),
-        "elbow_joint": upper_arm(0.0, -0.03, 1.0, BONE),
-        "elbow_rear": upper_arm(-0.16, 0.0, 1.0, SKIN),
-        "forearm": forearm(0.0, 0.15, 0.50, LOOSE),
-        "wrist_radial": forearm(0.0, 0.13, 0.98, BONE),
-        "wrist_ulnar": forearm(0.0, -0.13, 0.98, BONE),
+        "elbow_lateral": upper_arm(0.0, 0.12, 0.98, BONE_SPREAD),
+        "elbow_medial": upper_arm(0.0, -0.16, 0.98, BONE_SPREAD),
+        "elbow_joint": upper_arm(0.0, -0.03, 1.0, BONE_SPREAD),
+        "elbow_rear": upper_arm(-0.16, 0.0, 1.0, SKIN_SPREAD),
+        "forearm": forearm(0.0, 0.15, 0.50, LOOSE_SPREAD),
+        "wrist_radial": forearm(0.0, 0.13, 0.98, BONE_SPREAD),
+        "wrist_ulnar": forearm(0.0, -0.13, 0.98, BONE_SPREAD),
         "wrist": forearm(-0.11, 0.0, 0.98),
-        "wrist_joint": forearm(0.0, 0.0, 1.0, BONE),
+        "wrist_joint": forearm(0.0, 0.0, 1.0, BONE_SPREAD),
         "hand": hand(-0.10, 0.0, 0.44),
         "hand_radial": hand(-0.06, 0.18, 0.44),
         "hand_ulnar": hand(-0.06, -0.18, 0.42),
         "finger_tip": hand(0.0, 0.0, 1.0, parts=("fingers", *_HAND)),
         "head_front": head(0.44, 0.24, 0.64),
         "head_back": head(-0.10, 0.22, 0.64),
-        "temple": head(0.32, 0.29, 0.62, LOOSE),
+        "temple": head(0.32, 0.29, 0.62, LOOSE_SPREAD),
         "ear": head(0.17, 0.30, 0.52),
     }
 
@@ -242,7 +267,7 @@ def attachments(human: Human, d: Dimensions | None = None) -> dict[str, Attachme
 
     Args:
         human: The person; its joint set and feet decide which body carries a landmark.
-        d: Other lengths to compute the positions from; by default the person's own.
+        d: Lengths for the positions; by default the person's.
     """
     skeleton = human.skeleton
     if d is not None:

@@ -1,6 +1,6 @@
 """Marker sets: the landmark of each marker name.
 
-Five sets are built in; names in none of them are compared with common spellings of the landmarks
+Five sets are built in; other names are compared with common spellings of the landmarks
 (``R.ASIS``, ``RASI``, ``R_ASIS``, ``asis_r``, ``RIAS`` are one point; see
 :mod:`plantigrade.models.spellings`). A user's own set is a small TOML file::
 
@@ -19,7 +19,7 @@ import numpy as np
 from plantigrade.bounds import shown
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models.human import Human
-from plantigrade.models.landmarks import BONE, LOOSE, Attachment, attachments
+from plantigrade.models.landmarks import BONE_SPREAD, LOOSE_SPREAD, Attachment, attachments
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.models.spellings import landmark_of
 from plantigrade.toml import parse_toml, read_toml
@@ -41,7 +41,7 @@ class MarkerSet:
 
 
 def other_side(name: str, names: Iterable[str]) -> str | None:
-    """Return the name among these that is spelled as this one, for the other side; or None.
+    """Return the name among these with the same spelling for the other side, or None.
 
     Example:
         >>> other_side("r_thigh1", ["L_thigh1", "L_thigh2"]), other_side("Ann:LKNE", ["Ann:RKNE"])
@@ -52,7 +52,7 @@ def other_side(name: str, names: Iterable[str]) -> str | None:
 
 
 def side_of(name: str, names: Iterable[str]) -> str | None:
-    """Return ``"r"`` or ``"l"`` of a name that some of these has a twin for; else None.
+    """Return ``"r"`` or ``"l"`` for a name with a twin among these, otherwise None.
 
     Example:
         >>> side_of("RTH1", ["LTH1", "LTH2"]), side_of("Rod", ["LTH1"])
@@ -68,10 +68,9 @@ def side_of(name: str, names: Iterable[str]) -> str | None:
 def names_of_other_sides(
     names: Sequence[str], marker_set: MarkerSet | None = None
 ) -> tuple[str, ...]:
-    """Return the names with left and right exchanged; those that tell no side stay.
+    """Return the names with left and right exchanged; names without side are unchanged.
 
-    A name changes to the one of these that the other side has, or else to the spelling of the
-    landmark of the other side.
+    The new name is its twin among these or else the spelling of the other side's landmark.
     """
     chosen = marker_set or best_set(names)
     marks = {n: chosen.landmarks.get(n) or landmark_of(_bare(n)) or "" for n in names}
@@ -89,7 +88,7 @@ def names_of_other_sides(
 
 
 def _toggled(name: str) -> list[str]:
-    """Return how the name may be spelled for the other side, in lower case."""
+    """Return possible spellings of the name for the other side, in lower case."""
     owner, colon, bare = name.lower().rpartition(":")
     found = []
     for a, b in (("right", "left"), ("left", "right"), ("r", "l"), ("l", "r")):
@@ -104,10 +103,10 @@ def _landmarks(
     """Return the landmark of each marker of a set.
 
     Args:
-        sided: Names that get R and L in front.
-        midline: Whole names of the others.
-        own: Landmarks of names that elsewhere are spelled otherwise or stand for another point.
-        dot: What stands between the side and a name.
+        sided: Names that are prefixed with R and L.
+        midline: Complete names of the others.
+        own: Landmarks of names whose common spelling means something else.
+        dot: Separator between side and name.
     """
     own = own or {}
     found = {name: own.get(name) or landmark_of(name) for name in midline.split()}
@@ -135,7 +134,7 @@ _GAIT2392_OWN = {
     "Midfoot.Lat": "midfoot_lateral",
     "Toe.Lat": "toe_lateral",
     "Toe.Med": "toe_medial",
-    # The arms hang with the thumbs in front: there the outer side of the wrist is the ulna's.
+    # in anatomical hanging with the thumbs forward the lateral side of the wrist is ulnar
     "Wrist.Lat": "wrist_ulnar",
     "Wrist.Med": "wrist_radial",
 }
@@ -218,7 +217,7 @@ def place_markers(
         if name in chosen.fixed:
             body, position = chosen.fixed[name]
             human.body(body)
-            result[name] = Attachment(body, np.array(position), LOOSE / 3)
+            result[name] = Attachment(body, np.array(position), LOOSE_SPREAD / 3)
             continue
         if mark is not None and mark not in places:
             raise ParameterError(
@@ -226,14 +225,16 @@ def place_markers(
                 f"there are {', '.join(sorted(places))}"
             )
         place = places[mark] if mark else None
-        if place is not None and place.spread < BONE and _bare(name) in _KEYPOINT_NAMES:
-            place = replace(place, spread=BONE)  # seen in pictures, not computed from markers
+        if place is not None and place.spread < BONE_SPREAD and _bare(name) in _KEYPOINT_NAMES:
+            place = replace(
+                place, spread=BONE_SPREAD
+            )  # detected in images, not computed from markers
         result[name] = place
     return result
 
 
 def landmarks_of(names: Iterable[str], marker_set: MarkerSet | None = None) -> dict[str, str]:
-    """Return landmark → marker of the markers whose landmark is known, the first of each.
+    """Return landmark → marker for markers with a known landmark, the first of each.
 
     Args:
         names: Marker names as in the recording.
@@ -266,7 +267,7 @@ def marker_set_of(name: str) -> MarkerSet:
 
 
 def read_marker_set(path: str | Path) -> MarkerSet:
-    """Read a user's marker set (format: see the module).
+    """Read a user's marker set; the module describes the format.
 
     Raises:
         FileError: If the file cannot be read or its content is not allowed.
@@ -283,7 +284,9 @@ def read_marker_set(path: str | Path) -> MarkerSet:
             case str():
                 named[name] = value
             case {"body": str(body), "position": [x, y, z]} if all(
-                isinstance(v, int | float) and not isinstance(v, bool) and abs(v) <= FARTHEST
+                isinstance(v, int | float)
+                and not isinstance(v, bool)
+                and abs(v) <= MAX_MARKER_OFFSET
                 for v in (x, y, z)
             ):
                 fixed[name] = (body, (float(x), float(y), float(z)))
@@ -293,8 +296,8 @@ def read_marker_set(path: str | Path) -> MarkerSet:
     return MarkerSet(str(content.get("name", path.stem)), named, fixed)
 
 
-FARTHEST = 1.0
-"""How far a marker may be from the origin of its body, along each axis [m]."""
+MAX_MARKER_OFFSET = 1.0
+"""Maximum coordinate of a marker in the frame of its body [m]."""
 
 _EXAMPLE = (
     'write lines like RKNE = "knee_lateral_r" or '

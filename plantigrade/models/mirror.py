@@ -1,11 +1,19 @@
-"""Left and right: names and coordinates of the mirror image of a person."""
+"""Names and coordinates of the mirror image of a person."""
 
-TRUNK = ("pelvis_", "lumbar_", "thorax_", "lower_thorax_", "neck_", "lower_neck_", "upper_neck_")
-LATERAL = ("_list", "_rotation", "_bending", "_tz")
+MIDLINE_PREFIXES = (
+    "pelvis_",
+    "lumbar_",
+    "thorax_",
+    "lower_thorax_",
+    "neck_",
+    "lower_neck_",
+    "upper_neck_",
+)
+LATERAL_SUFFIXES = ("_list", "_rotation", "_bending", "_tz")
 
 
 def mirrored_name(name: str) -> str:
-    """Return the name on the other side; a name without side is its own.
+    """Return the name for the other side; a name without side is unchanged.
 
     Example:
         >>> mirrored_name("knee_angle_r"), mirrored_name("pelvis_tx")
@@ -19,5 +27,9 @@ def mirrored_name(name: str) -> str:
 
 
 def mirror_sign(coordinate: str) -> float:
-    """Return -1 for a coordinate of pelvis, trunk or head that changes sign in the mirror."""
-    return -1.0 if coordinate.startswith(TRUNK) and coordinate.endswith(LATERAL) else 1.0
+    """Return -1 for a coordinate of pelvis, trunk or head that changes sign under mirroring."""
+    return (
+        -1.0
+        if coordinate.startswith(MIDLINE_PREFIXES) and coordinate.endswith(LATERAL_SUFFIXES)
+        else 1.0
+    )

@@ -1,4 +1,4 @@
-"""Write a skeleton as MJCF: explicit inertials, so every reader sees the same masses."""
+"""Write a skeleton as MJCF with explicit inertials, which every reader interprets alike."""
 
 from collections.abc import Mapping
 from xml.etree import ElementTree as ET
@@ -18,15 +18,15 @@ def to_mjcf(
 ) -> str:
     """Return the MJCF text of a person standing on a plane.
 
-    Contact is by the small spheres of the feet alone (group 3); the solids (group 1) are for the
-    eye and carry no mass. The free joint is called ``root``; each hinge has the name of its
-    coordinate and an actuator-force range from its strength.
+    Only the small spheres of the feet have contact (group 3); the solids (group 1) are visual and
+    massless. The free joint is called ``root``; each hinge has the name of its coordinate and an
+    actuator-force range from its strength.
 
     Args:
         name: Model name.
         skeleton: The bodies.
         pelvis_height: Height of the pelvis frame when standing [m].
-        standing: Coordinates of the key frame ``standing`` that are not zero [rad].
+        standing: Non-zero coordinates of the key frame ``standing`` [rad].
     """
     root = ET.Element("mujoco", model=name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true", inertiagrouprange="5 5")
@@ -51,7 +51,7 @@ def to_mjcf(
 
 
 def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
-    """Return the MJCF text with points fixed to bodies as sites (group 4), for the eye.
+    """Return the MJCF text with points fixed to bodies as visual sites (group 4).
 
     Args:
         xml: Model as MJCF text.
@@ -73,7 +73,7 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
 
     Args:
         xml: Model as MJCF text.
-        offsets: Geom name → how far up its centre moves [m]; negative for a thicker sole.
+        offsets: Geom name → upward displacement of its centre [m]; negative for a thicker sole.
     """
     root = ET.fromstring(xml)
     for geom in root.iter("geom"):
@@ -86,7 +86,7 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
 
 
 def with_mass_at(xml: str, body: str, com: np.ndarray) -> str:
-    """Return the MJCF text with the centre of mass of a body elsewhere in its frame [m]."""
+    """Return the MJCF text with a new centre of mass of a body, in its frame [m]."""
     root = ET.fromstring(xml)
     for inertial in root.iterfind(f".//body[@name='{body}']/inertial"):
         inertial.set("pos", numbers(com))
@@ -132,5 +132,5 @@ def _shape(solid: Solid) -> dict[str, str]:
 
 
 def numbers(values) -> str:
-    """Return numbers as MJCF writes them, with every digit."""
+    """Return numbers in MJCF format with full precision."""
     return " ".join(f"{float(v) + 0.0:.17g}" for v in values)

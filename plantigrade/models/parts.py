@@ -12,7 +12,7 @@ Vector = Float[Array, "3"]
 
 @dataclass(frozen=True)
 class Solid:
-    """A shape to draw, in the frame of its part.
+    """A visual shape in the frame of its part.
 
     Attributes:
         kind: ``"capsule"`` (from ``a`` to ``b``), ``"box"`` or ``"ellipsoid"`` (centre ``a``,
@@ -30,13 +30,13 @@ class Solid:
 
 @dataclass(frozen=True)
 class SoleSphere:
-    """A sphere under the foot that touches the ground.
+    """A contact sphere of the sole.
 
     Attributes:
         name: Name without the side.
-        position: Its centre in the frame of its part [m].
-        radius: Its radius [m].
-        segment: Foot segment it belongs to.
+        position: Centre in the frame of its part [m].
+        radius: Radius [m].
+        segment: Foot segment.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Inertia:
     tensor: Float[Array, "3 3"]
 
     def shifted(self, offset: Vector) -> "Inertia":
-        """Return the same inertia in a frame with its origin at ``-offset``."""
+        """Return the inertia in a frame with its origin at ``-offset``."""
         return Inertia(self.mass, self.com + offset, self.tensor)
 
     def scaled(self, factor: float) -> "Inertia":
@@ -112,8 +112,8 @@ class Part:
         position: Origin in the parent's frame in the zero pose [m]; all frames are parallel in this
             pose.
         inertia: Mass properties in its own frame.
-        solids: What to draw.
-        contacts: Where it touches the ground.
+        solids: Visual shapes.
+        contacts: Contact spheres.
     """
 
     name: str

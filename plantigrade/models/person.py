@@ -1,4 +1,4 @@
-"""What is known of a person, from which a Human is made."""
+"""Known properties of a person, from which a Human is built."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Person(Bounded):
-    """What is known of a person; what is left open comes from the recording or the average adult.
+    """Known properties of a person; others come from the recording or the average adult.
 
-    Every settings class that is about a person inherits these fields.
+    Every settings class about a person inherits these fields.
 
     Raises:
-        ParameterError: If a value is of another type than its field, or out of range.
+        ParameterError: If a value has the wrong type or is out of range.
     """
 
     activity = "a person"
@@ -36,12 +36,12 @@ class Person(Bounded):
 
     @property
     def known(self) -> dict[str, Any]:
-        """What is not left open, by name, as :meth:`Human.create` takes it."""
+        """Known properties by name, as arguments of :meth:`Human.create`."""
         fields = ("height", "mass", "sex", "joints", "feet")
         return {name: getattr(self, name) for name in fields if getattr(self, name) is not None}
 
     def human(self) -> "Human":
-        """Return this person; what is left open takes the defaults of :meth:`Human.create`.
+        """Return the person, with the defaults of :meth:`Human.create` for unknown properties.
 
         Raises:
             ParameterError: If a value is not allowed.

@@ -1,4 +1,4 @@
-"""Skeleton: bodies made from anatomical parts by a joint set."""
+"""Skeleton: bodies assembled from anatomical parts according to a joint set."""
 
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,7 @@ from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, combine
 
 @dataclass(frozen=True)
 class Hinge:
-    """One coordinate of a body: its name with side and its unit axis."""
+    """One coordinate of a body: name with side, unit axis, limits [rad] and torque range [N m]."""
 
     name: str
     axis: np.ndarray
@@ -31,9 +31,9 @@ class Body:
         name: Name with side.
         parent: Name of the parent body; empty for the pelvis.
         position: Origin in the parent body's frame, zero pose [m].
-        hinges: Its coordinates, outermost first.
+        hinges: Coordinates, proximal first.
         inertia: Mass properties.
-        solids: What to draw.
+        solids: Visual shapes.
         contacts: Contact points.
     """
 
@@ -80,7 +80,7 @@ def all_parts(
 def build(
     d: Dimensions, sex: str, mass: float, joints: str, feet: str, full_sole: bool = False
 ) -> Skeleton:
-    """Return the skeleton of a person: parts that do not move are welded to their parents.
+    """Return the skeleton of a person, with fixed parts welded to their parents.
 
     Args:
         d: Lengths.
@@ -88,7 +88,7 @@ def build(
         mass: Body mass [kg]; the bodies' masses add up to it exactly.
         joints: Joint set.
         feet: Kind of foot.
-        full_sole: Whether it touches the ground at every point of the sole
+        full_sole: Whether the foot has contacts at every point of the sole
             (:func:`~plantigrade.models.feet.foot_parts`).
     """
     moving = moving_parts(joints, feet)

@@ -1,4 +1,4 @@
-"""Which landmark a marker name spells, in the marker sets that laboratories use.
+"""Landmarks of marker names in the marker sets of laboratories.
 
 The names are those of Plug-in Gait and CGM2 (``LASI``, ``LKNM``, ``LFMH``; pyCGM2), Helen Hayes
 and Cleveland (``V.Sacral``, ``R.Knee.Medial``, ``R.Offset``), CAST (``RME``, ``RSM``), the
@@ -14,7 +14,7 @@ import re
 SPELLINGS: dict[str, str] = {
     "asis": "ASI ASIS IAS",
     "psis": "PSI PSIS IPS",
-    # On a belt, at the iliac spines; its markers are placed by eye.
+    # on a belt at the iliac spines, placed by eye
     "waist_front": "FWT FWAIST FRONTWAIST",
     "waist_back": "BWT BWAIST BACKWAIST",
     "iliac_crest": "CSI IC ICR ILC ILCR CREST ILIAC ILIACCREST ICT",
@@ -111,7 +111,7 @@ MIDLINE: dict[str, str] = {
     "forehead": "FOREHEAD HEADFRONT FHEAD FRONTHEAD GLAB SGL",
     "occiput": "OCCIPUT HEADREAR BACKHEAD BHEAD REARHEAD BACKOFHEAD",
 }
-# How names of joint centres end: in how they were computed, or in longer words.
+# Endings of names of joint centres: the method of computation, or longer words.
 _REGRESSED = r"REG|REGRESSION|HARRINGTON|BELL|DAVIS|EST"
 _ESTIMATE = re.compile(
     rf"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))({_REGRESSED}|FUN|FUNC|FUNCTIONAL|SCORE|SARA)?$"
@@ -119,12 +119,12 @@ _ESTIMATE = re.compile(
 _BY_SPELLING = {s: mark for mark, words in SPELLINGS.items() for s in words.split()}
 _BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in SPELLINGS}
 _BY_MIDLINE = {s: mark for mark, words in MIDLINE.items() for s in words.split()}
-# Whole names with the side in the middle: OptiTrack puts the front of the waist on the spines.
+# Names with the side in the middle; OptiTrack's front of the waist lies on the iliac spines.
 _WHOLE = {f"WAIST{side}FRONT": f"asis_{side.lower()}" for side in "RL"}
 
 
 def landmark_of(name: str) -> str | None:
-    """Return the landmark whose spellings include this marker name, or None.
+    """Return the landmark with this marker name among its spellings, or None.
 
     Example:
         >>> landmark_of("R.ASIS"), landmark_of("LKNE"), landmark_of("sacrum"), landmark_of("RTH2")
@@ -151,7 +151,7 @@ def landmark_of(name: str) -> str | None:
 
 
 def is_regressed(name: str) -> bool:
-    """Return whether a marker name says that it is a joint centre computed by a regression.
+    """Return whether a marker name denotes a joint centre computed by a regression.
 
     Example:
         >>> is_regressed("R_HJC_reg"), is_regressed("R_HJC")
@@ -162,5 +162,5 @@ def is_regressed(name: str) -> bool:
 
 
 def _plain(name: str) -> str:
-    """Return a name in capitals, without signs and without the ending that OpenCap adds."""
+    """Return a name in capitals, without punctuation and OpenCap's ending."""
     return re.sub(r"[^A-Z0-9]", "", name.upper()).removesuffix("STUDY")

@@ -1,4 +1,4 @@
-r"""A whole-body walk at a chosen speed and size, from published mean curves.
+r"""A whole-body walk for a given speed and leg length, from published mean curves.
 
 Joint angles of pelvis, hip, knee, ankle and trunk are Fourier series of six harmonics through the
 mean curves of [Schwartz2008]_ at five speeds (83 typically developing children; curves of adults
@@ -7,20 +7,20 @@ at the same dimensionless speed have the same shape), interpolated over the dime
 curves of the Oxford Foot Model (method: [Stebbins2006]_). The coefficients, in degrees, are in
 ``textbook_gait.json``: mean, then cosine and sine of each harmonic.
 
-Three conventions are turned. Signs and names are those of OpenSim's Rajagopal model. Plug-in
-Gait's pelvic plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` where that
-model's pelvis tilt is zero: this is taken out of pelvis tilt and hip flexion. Foot angles are
-taken from their value in mid-stance. Pelvis and trunk are made symmetric: tilt keeps the even
-harmonics, list, rotation and bending the odd ones.
+Three conventions are converted. Signs and names are those of OpenSim's Rajagopal model. Plug-in
+Gait's pelvic plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` at zero pelvis
+tilt of that model; pelvis tilt and hip flexion are corrected for it. Foot angles are relative to
+mid-stance. Pelvis and trunk are symmetrised: tilt keeps the even harmonics, list, rotation and
+bending the odd ones.
 
 The mean walk of adults has the means of 42 adults at their comfortable speed [Fukuchi2018]_ in
 pelvis, hip, knee and ankle (``textbook_adults.json``, twelve harmonics); at other speeds the
-difference that speed makes in children is added.
+children's dependence on speed is added.
 
-Step length follows [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`, what people prefer. The pelvis moves on
-at the mean speed with two small waves in a stride and sways once, with the amplitudes of
-[Zijlstra1997]_. Arm swing follows [Murray1967]_: about 32 degrees in the shoulder at free speed,
-arm against leg, growing with speed.
+Step length follows the preferred relation of [Kuo2001]_, :math:`s/l = (v^*)^{0.42}`. The pelvis
+moves at the mean speed with two small oscillations per stride and one lateral sway, with the
+amplitudes of [Zijlstra1997]_. Arm swing follows [Murray1967]_, about 32 degrees in the shoulder at
+free speed, opposite to the leg and increasing with speed.
 
 References:
     [Schwartz2008]_, [Fukuchi2018]_, [Stebbins2006]_, [Kuo2001]_, [Zijlstra1997]_, [Murray1967]_.
@@ -45,14 +45,14 @@ CLASS_SPEEDS = {
     "fast": 0.568,
     "very_fast": 0.704,
 }
-"""Dimensionless speed at the centre of each class; the outer two by equal spacing."""
+"""Dimensionless speed at the centre of each class [1]; the outer two by equal spacing."""
 
 FOOT_OFF = {"very_slow": 68.0, "slow": 62.0, "free": 59.0, "fast": 58.0, "very_fast": 56.0}
 """Foot off [% of cycle], Cycle Events of [Schwartz2008]_."""
 
-FREE = CLASS_SPEEDS["free"]
+FREE_SPEED = CLASS_SPEEDS["free"]
 ADULT_SPEED = 0.42
-"""Dimensionless speed of the adults: 1.24 m/s on legs of 0.89 m [Fukuchi2018]_."""
+"""Dimensionless speed of the adults [1]; 1.24 m/s with a leg length of 0.89 m [Fukuchi2018]_."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class TextbookGait:
         time: Time of each frame [s].
         coordinates: Joint coordinates over time [rad] under their names; and ``pelvis_tx``
             (forward) and ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is
-            missing: the height of the pelvis follows from the feet on the ground.
+            missing because the height of the pelvis follows from the feet on the ground.
         heel_strikes: Heel strikes within the time, by side [s].
         toe_offs: Toe offs within the time, by side [s].
         speed: Walking speed [m/s].
@@ -110,7 +110,7 @@ def textbook_gait(
         leg_length: Leg length, hip to ground [m].
         rate: Frames per second [Hz].
         cycles: Strides of the right foot.
-        adult: Whether pelvis and legs move like those of adults, not of children.
+        adult: Whether the curves of pelvis and legs are those of adults instead of children.
 
     Returns:
         The walk, including both ends of the last cycle if they fall on a frame.
@@ -138,11 +138,11 @@ def textbook_gait(
     degrees = _angles(relative, whole, adult)
     coordinates = {name: np.deg2rad(values) for name, values in degrees.items()}
 
-    # Fastest in double support, slowest in single support; half a centimetre to either side at
-    # free speed. Sway to the standing leg, two centimetres to either side, less when fast.
+    # Forward wave: fastest in double support, slowest in single support, amplitude 5 mm at free
+    # speed. Sway towards the stance leg: amplitude 2 cm, smaller at higher speed.
     phase = 2 * np.pi * whole
-    wave = 0.0055 * leg_length * relative / FREE
-    sway = 0.022 * leg_length * np.clip(FREE / relative, 0.6, 2.0)
+    wave = 0.0055 * leg_length * relative / FREE_SPEED
+    sway = 0.022 * leg_length * np.clip(FREE_SPEED / relative, 0.6, 2.0)
     coordinates["pelvis_tx"] = speed * time + wave * np.sin(2 * (phase - 2 * np.pi * 0.05))
     coordinates["pelvis_tz"] = sway * np.cos(phase - 2 * np.pi * 0.30)
 
@@ -164,9 +164,9 @@ def _angles(relative, whole, adult):
     angles = {"pelvis_tilt": _series("pelvis_tilt", relative, right, "even", adult) + SPINE_PLANE}
     for name in ("pelvis_list", "pelvis_rotation", "lumbar_bending", "lumbar_rotation"):
         angles[name] = _series(name, relative, right, "odd", adult)
-    # The trunk stays upright, leaning 2 degrees forward.
+    # trunk with a constant forward lean of 2 degrees
     angles["lumbar_extension"] = -angles["pelvis_tilt"] - 2.0
-    swing = float(np.clip(relative / FREE, 0.2, 1.6))
+    swing = float(np.clip(relative / FREE_SPEED, 0.2, 1.6))
     for side, phase in (("r", right), ("l", left)):
         for name in ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle"):
             offset = SPINE_PLANE if name == "hip_flexion" else 0.0
@@ -174,7 +174,7 @@ def _angles(relative, whole, adult):
         for name in ("subtalar_angle", "mtp_angle"):
             middle = _series(name, relative, np.array([0.3]))[0]
             angles[f"{name}_{side}"] = _series(name, relative, phase) - middle
-        forward = -np.cos(2 * np.pi * phase)  # arm back at heel strike of its own side
+        forward = -np.cos(2 * np.pi * phase)  # arm extended at ipsilateral heel strike
         angles[f"arm_flex_{side}"] = -5.0 + 16.0 * swing * forward
         angles[f"arm_add_{side}"] = np.full_like(phase, -8.0)
         angles[f"arm_rot_{side}"] = np.zeros_like(phase)

@@ -1,4 +1,4 @@
-"""The expected body mass of a person of known stature.
+"""Expected body mass from stature.
 
 Children: median body mass index of the growth charts of the United States [Kuczmarski2002]_ at the
 age at which the median child has that stature, mean of girls and boys. Adults: 22 kg/m², between
@@ -12,12 +12,12 @@ ADULT_AGE = 18.0
 ADULT_BMI = 22.0
 """Body mass index of adults [kg/m²]."""
 ADULT_BMI_SPREAD = 0.15
-"""Its standard deviation, as a share: 0.14 to 0.15 in 6,068 soldiers [Gordon2014]_, 0.16 at 18
-years in the chart."""
-ADULT_STATURES = (1.45, 1.60)
-"""Statures between which the index of a person of unknown age changes from that of children to that
-of adults [m]: 1 % of women are shorter than the first, a third are shorter than the second."""
-# Stature [m], median body mass index of children [kg/m²] and its standard deviation as a share.
+"""Relative standard deviation of the body mass index of adults [1]; 0.14 to 0.15 in 6,068 soldiers
+[Gordon2014]_, 0.16 at 18 years in the chart."""
+CHILD_TO_ADULT_STATURES = (1.45, 1.60)
+"""Statures between which the index for unknown age changes from children to adults [m]; 1 % of
+women are shorter than the first, a third are shorter than the second."""
+# Stature [m], median body mass index of children [kg/m²], relative standard deviation [1].
 _CHILDREN = np.array(
     [
         (0.85, 16.5, 0.08),
@@ -43,7 +43,7 @@ def usual_mass(height: float, age: float | None = None) -> tuple[float, float]:
 
     Args:
         height: Stature [m].
-        age: Age [years]; None where it is not known.
+        age: Age [years]; None if unknown.
 
     Example:
         >>> ["{:.0f} ± {:.0f} kg".format(*usual_mass(height)) for height in (1.04, 1.44, 1.81)]
@@ -57,7 +57,9 @@ def usual_mass(height: float, age: float | None = None) -> tuple[float, float]:
     stature, index, spread = _CHILDREN.T
     child = np.array([np.interp(height, stature, index), np.interp(height, stature, spread)])
     grown = (
-        np.interp(height, ADULT_STATURES, (0.0, 1.0)) if age is None else float(age >= ADULT_AGE)
+        np.interp(height, CHILD_TO_ADULT_STATURES, (0.0, 1.0))
+        if age is None
+        else float(age >= ADULT_AGE)
     )
     index, spread = child + grown * (np.array([ADULT_BMI, ADULT_BMI_SPREAD]) - child)
     mass = float(index) * height**2

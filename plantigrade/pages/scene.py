@@ -15,7 +15,7 @@ from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
-from plantigrade.contact.site import PUSH
+from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.kinematics.unmeasured import bodies_of
@@ -157,7 +157,7 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         force=_take(source.contact_force, here),
         point=_take(source.contact_point, here),
         site_sides=tuple(site.side for site in source.sites),
-        pushes=tuple(k for k, site in enumerate(source.sites) if site.part == PUSH),
+        pushes=tuple(k for k, site in enumerate(source.sites) if site.part == PUSH_PART),
         total_force=_take(total, here),
         cop=_take(cop, here),
         estimated=None if estimated is None else estimated[here],
@@ -279,7 +279,9 @@ def side_forces(
     cop = np.full((len(force), 3, 3), np.nan)
     known = np.ones(force.shape[:2], bool) if record.contact_known is None else record.contact_known
     for row, side in enumerate((*SIDES, "")):
-        own = np.array([s.side == side and (pushes or s.part != PUSH) for s in record.sites], bool)
+        own = np.array(
+            [s.side == side and (pushes or s.part != PUSH_PART) for s in record.sites], bool
+        )
         part = np.where((own & known if side else own | ~known)[..., None], force, 0.0)
         total[:, row] = part.sum(axis=1)
         if record.contact_point is None:

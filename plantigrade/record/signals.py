@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.record.signal_registry import Kind, Signal, signal_of
 
@@ -77,7 +77,7 @@ def check_signals(
             raise ParameterError(f"signal {missing[0]} is missing, but others of its kind exist")
     things = (signals.get(f"things.{what}", ()) for what in ("name", "kind", "size"))
     for name, kind, (x, y, z) in zip(*things, strict=True):
-        Thing(str(name), str(kind), (float(x), float(y), float(z)))
+        SceneObject(str(name), str(kind), (float(x), float(y), float(z)))
 
 
 def _check_kind(name: str, signal: Signal, value: Array) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.record.record import Record
 
 PLACES = "things.place"
@@ -23,7 +23,7 @@ class Placed:
             there.
     """
 
-    thing: Thing
+    thing: SceneObject
     pose: Float[Array, "n 7"]
 
     @property
@@ -40,12 +40,12 @@ def things_of(record: Record) -> tuple[Placed, ...]:
     places = np.asarray(told["place"], dtype=float)
     shapes = zip(told["name"], told["kind"], np.asarray(told["size"], dtype=float), strict=True)
     return tuple(
-        Placed(Thing(str(name), str(kind), (float(x), float(y), float(z))), places[:, i])
+        Placed(SceneObject(str(name), str(kind), (float(x), float(y), float(z))), places[:, i])
         for i, (name, kind, (x, y, z)) in enumerate(shapes)
     )
 
 
-def described(things: Sequence[Thing]) -> dict[str, Array]:
+def described(things: Sequence[SceneObject]) -> dict[str, Array]:
     """Return the signals that say what things are; :data:`PLACES` says where."""
     return {
         "things.name": np.array([thing.name for thing in things], dtype=str),

@@ -1,4 +1,4 @@
-"""Conventions for axes, quaternions and velocities; converted here and nowhere else.
+"""Conventions for axes, quaternions and velocities, and all conversions between them.
 
 * World and bodies: x forward, y left, z up. OpenSim: x forward, y up, z right.
 * Quaternions: MuJoCo ``wxyz``; SciPy ``xyzw``.
@@ -14,7 +14,7 @@ from plantigrade.errors import ParameterError
 OPENSIM_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
-"""Coordinates of the pelvis, as OpenSim orders them: angles, then translations in its axes."""
+"""Pelvis coordinates in OpenSim's order: angles, then translations in its axes."""
 
 
 def wxyz_to_xyzw(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
@@ -115,7 +115,7 @@ def free_joint_to_pelvis_rates(
         alpha: Its derivative [rad/s²].
 
     Raises:
-        ParameterError: If a list is within a millionth of ±90°, where the rates are not unique.
+        ParameterError: If the pelvis list is within 1e-6 rad of ±90°, where rates are not unique.
     """
     singular = np.abs(np.cos(angles[:, 1])) < 1e-6
     if singular.any():
@@ -133,7 +133,7 @@ def free_joint_to_pelvis_rates(
 def _pelvis_rate_matrix(
     angles: Float[Array, "n 3"], rates: Float[Array, "n 3"]
 ) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3 3"]]:
-    """Return the axes of tilt, list and rotation in the pelvis' axes as columns, and their rate."""
+    """Return the axes of tilt, list and rotation as columns in the pelvis frame, and their rate."""
     _, lean, turn = angles.T
     _, lean_rate, turn_rate = rates.T
     c, s, cl, sl = np.cos(turn), np.sin(turn), np.cos(lean), np.sin(lean)

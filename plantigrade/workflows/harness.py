@@ -22,7 +22,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.site import GEOM
+from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.replays import DEEP, Legs
 from plantigrade.workflows.walked import Landing, Walked
@@ -330,7 +330,7 @@ class _Feet:
         self._weight = human.mass * GRAVITY
         self._mine = [np.array([s.side == side for s in world.sites]) for side in SIDES]
         self._body = [f"foot_{side}" for side in SIDES]
-        self._geom = np.array([world.model.geom(GEOM + s.name).id for s in world.sites])
+        self._geom = np.array([world.model.geom(GEOM_PREFIX + s.name).id for s in world.sites])
         self._off: list[float | None] = [None, None]
         self.landings: list[Landing] = []
 

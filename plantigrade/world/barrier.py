@@ -8,7 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.models import Human
 from plantigrade.world.disturbance import Disturbance, parse_numbers
 from plantigrade.world.world_model import LIMB_BIT
@@ -93,9 +93,9 @@ class Barrier(Disturbance):
             world.record_signal("barrier.clearance", clearance(world, *world.memory[self]))
 
     @property
-    def scene_object(self) -> Thing:
+    def scene_object(self) -> SceneObject:
         """The bar."""
-        return Thing(NAME, "capsule", (BAR_RADIUS, BAR_HALF_LENGTH, 0.0))
+        return SceneObject(NAME, "capsule", (BAR_RADIUS, BAR_HALF_LENGTH, 0.0))
 
     def pose(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
         """Return the pose of the bar, which lies across the path."""

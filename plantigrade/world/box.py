@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world.disturbance import (
@@ -112,10 +112,10 @@ class Box(Disturbance):
             world.memory[self][2] = True
 
     @property
-    def scene_object(self) -> Thing:
+    def scene_object(self) -> SceneObject:
         """The box."""
         x, y, z = (0.5 * edge for edge in self.size)
-        return Thing("box", "box", (x, y, z))
+        return SceneObject("box", "box", (x, y, z))
 
     def pose(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
         """Return the pose of the box after its release."""

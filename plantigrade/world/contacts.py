@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.contact.site import GEOM, ContactSite
+from plantigrade.contact.site import GEOM_PREFIX, ContactSite
 from plantigrade.models import Human
 
 Wrench = tuple[int, Float[Array, " 3"], Float[Array, " 3"]]
@@ -61,7 +61,7 @@ class Contacts:
         self.model, self.n_sites = model, len(sites)
         self.site_of = np.full(model.ngeom, -1)
         for i, site in enumerate(sites):
-            self.site_of[model.geom(GEOM + site.name).id] = i
+            self.site_of[model.geom(GEOM_PREFIX + site.name).id] = i
         body = np.array(model.geom_bodyid)
         self.is_object = np.array([model.body(b).name.startswith("box_") for b in body], bool)
         self.body_of = np.where(body <= len(human.body_names), body, 0)

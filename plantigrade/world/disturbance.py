@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
@@ -78,7 +78,7 @@ class Disturbance:
         """Act until the next call, after :attr:`interval`: call :meth:`World.push`."""
 
     @property
-    def scene_object(self) -> Thing | None:
+    def scene_object(self) -> SceneObject | None:
         """Visible object of the disturbance; None if there is none."""
         return None
 

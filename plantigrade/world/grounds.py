@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.ground import Bump, Ground, HeightField, Step
+from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField
 from plantigrade.errors import ParameterError
 from plantigrade.world.platform import Tilting
 
@@ -132,7 +132,7 @@ def _dome(centimetres: float, _: int, foot: float = 0.15, half_step_width: float
 
 def _steps(centimetres: float, _: int) -> Ground:
     rise = 0.01 * centimetres
-    return Ground(steps=tuple(Step(0.5 + TREAD_DEPTH * i, rise * (i + 1)) for i in range(18)))
+    return Ground(steps=tuple(GroundStep(0.5 + TREAD_DEPTH * i, rise * (i + 1)) for i in range(18)))
 
 
 def _bumps(centimetres: float, seed: int) -> Ground:

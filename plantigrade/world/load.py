@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.world.disturbance import Disturbance, body_index
 from plantigrade.world.world import World
 
@@ -75,7 +75,7 @@ class Load(Disturbance):
         mujoco.mj_setConst(model, mujoco.MjData(model))
 
     @property
-    def scene_object(self) -> Thing | None:
+    def scene_object(self) -> SceneObject | None:
         """The pack at the start."""
         return pack_of(self.mass)
 
@@ -91,9 +91,9 @@ class Load(Disturbance):
         return np.concatenate([middle, data.xquat[body]])
 
 
-def pack_of(mass: float) -> Thing | None:
+def pack_of(mass: float) -> SceneObject | None:
     """Return the pack of a load [kg]; None for no load."""
     if mass == 0.0:
         return None
     x, y, z = 0.5 * PACK_PROPORTIONS * np.cbrt(mass / PACK_DENSITY)
-    return Thing("pack", "box", (float(x), float(y), float(z)))
+    return SceneObject("pack", "box", (float(x), float(y), float(z)))

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from plantigrade.constants import GRAVITY
-from plantigrade.contact.site import GEOM
+from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.errors import ParameterError
 from plantigrade.record.jobs import Done, run_jobs
 from plantigrade.threads import on_one_thread
@@ -190,7 +190,7 @@ def predicted_limit(world: World, direction: float, duration: float, body: str =
         body: Body that is pushed; the upper trunk if empty.
     """
     state = world.reset()
-    lowest = np.array([world.data.geom(GEOM + site.name).xpos for site in world.sites])
+    lowest = np.array([world.data.geom(GEOM_PREFIX + site.name).xpos for site in world.sites])
     lowest -= np.array([[site.radius] for site in world.sites]) * world.ground.normal
     standing = lowest[lowest @ world.ground.normal - world.ground.under(lowest) < CONTACT_HEIGHT]
     com, mass = state.body.com, world.human.mass

@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.site import PUSH, TOUCH, ContactSite
+from plantigrade.contact.site import PUSH_PART, TOUCH_PART, ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -110,7 +110,7 @@ class Recorder:
         sites = list(self.sites)
         forces, points = [external.force], [external.point]
         torques = [np.zeros_like(forces[0])]
-        for part, frames in ((TOUCH, external.others), (PUSH, self.pushes(external))):
+        for part, frames in ((TOUCH_PART, external.others), (PUSH_PART, self.pushes(external))):
             for body in sorted({w[0] for frame in frames for w in frame}):
                 f, p, m = (np.zeros((n, 1, 3)) for _ in range(3))
                 for i, frame in enumerate(frames):

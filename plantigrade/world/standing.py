@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.site import GEOM, contact_sites
+from plantigrade.contact.site import GEOM_PREFIX, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
@@ -59,7 +59,7 @@ def standing_on(
     for _ in range(5):
         qpos = _leaning(human, upright, tilt, slope)
         data = _kinematics(human, qpos)
-        x = np.array([data.geom(GEOM + s.name).xpos[0] for s in sites])
+        x = np.array([data.geom(GEOM_PREFIX + s.name).xpos[0] for s in sites])
         desired = x.min() + com_along_sole * np.ptp(x)
         ankle = float(np.mean([data.body(f"foot_{s}").xpos[2] for s in SIDES]))
         tilt += float(desired - data.subtree_com[1, 0]) / float(data.subtree_com[1, 2] - ankle)
@@ -176,7 +176,7 @@ def on_ground(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
         raise ParameterError(f"a configuration of this person has {human.model.nq} finite numbers")
     data = _kinematics(human, qpos)
     sites = contact_sites(human)
-    centre = np.array([data.geom(GEOM + s.name).xpos for s in sites])
+    centre = np.array([data.geom(GEOM_PREFIX + s.name).xpos for s in sites])
     radius = np.array([[s.radius] for s in sites])
     normal = ground.normal_at(centre)
     sole = centre - radius * normal

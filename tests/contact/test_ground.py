@@ -1,4 +1,4 @@
-"""One ground: level, sloped, with steps, bumps, relief and seats."""
+"""Ground: level, sloped, with steps, bumps, relief and seats."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 
 from plantigrade import ContactPlan, Ground
 from plantigrade.constants import FRICTION
-from plantigrade.contact.ground import Bump, HeightField, Seat, Step
+from plantigrade.contact.ground import Bump, GroundStep, HeightField, Seat
 from plantigrade.contact.plan import Footprint, PointSupport, Stance
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
@@ -47,13 +47,13 @@ def test_every_footprint_lies_on_the_ground(heights):
 
 
 def test_steps_on_a_slope_are_measured_along_and_across_it():
-    ground = Ground(height=0.2, slope=0.3, steps=(Step(1.0, 0.5),))
+    ground = Ground(height=0.2, slope=0.3, steps=(GroundStep(1.0, 0.5),))
     on = np.array([[0.5, 3.0, 0.2], [1.5, -2.0, 0.5]]) @ ground.to_world.T
     assert on[1, 2] - on[0, 2] > 0.3  # it rises along x
     np.testing.assert_allclose(ground.under(on), on @ ground.normal)
 
 
-def test_a_margin_sees_the_higher_tread_early():
+def test_a_margin_includes_the_higher_tread():
     ground = Ground.of_plan(plan([0.0, 0.15, 0.15]))
     (edge,) = ground.steps
     just_before = np.array([edge.x - 0.03])
@@ -62,8 +62,8 @@ def test_a_margin_sees_the_higher_tread_early():
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_path_that_crosses_an_edge_is_above_its_higher_side_there(way):
-    ground = Ground(steps=(Step(1.0, 0.15),))
+def test_clearance_at_an_edge_is_above_its_higher_side(way):
+    ground = Ground(steps=(GroundStep(1.0, 0.15),))
     x = np.array([0.7, 0.9, 1.1, 1.3])[:: int(way)]
     z = np.array([0.17, 0.14, 0.18, 0.17])[:: int(way)]
     path = np.stack([x, np.zeros(4), z], axis=1)[:, None]
@@ -106,10 +106,12 @@ def test_relief_is_bilinear_and_ends_at_its_edge():
     np.testing.assert_allclose(normal[:2] / normal[2], [-0.02, -0.015], rtol=1e-4)
 
 
-def test_a_ground_is_the_same_after_json():
+def test_a_ground_round_trips_through_json():
     seat = Seat("seat_r", (0.1, 0.0, 0.45))
     field = HeightField((0.0, 0.0), (0.1, 0.1), ((0.0, 0.01), (0.0, 0.02)))
-    ground = Ground(0.1, 0.05, (Step(0.4, 0.2),), (seat,), 0.6, (Bump((0, 0, 0), 0.02),), field)
+    ground = Ground(
+        0.1, 0.05, (GroundStep(0.4, 0.2),), (seat,), 0.6, (Bump((0, 0, 0), 0.02),), field
+    )
     again = Ground.from_dict(json.loads(json.dumps(ground.to_dict())))
     assert again == ground and Ground.from_dict({}) == Ground()
     site = ContactSite(body="pelvis", name="seat_r", part="chair")
@@ -134,6 +136,6 @@ def test_a_ground_is_the_same_after_json():
         ({"bumps": [{"centre": [0, 0, 0]}]}, "radius"),
     ],
 )
-def test_what_is_no_ground_is_refused(broken, match):
+def test_an_invalid_ground_raises(broken, match):
     with pytest.raises(ParameterError, match=match):
         Ground.from_dict(broken)

@@ -1,11 +1,11 @@
-"""The exported scene, in plain MuJoCo: the ground of the run, the person unchanged, both alive."""
+"""The exported scene in plain MuJoCo: ground of the run, unchanged person, stable simulation."""
 
 import mujoco
 import numpy as np
 import pytest
 
 from plantigrade import Ground
-from plantigrade.contact.ground import Bump, HeightField, Seat, Step
+from plantigrade.contact.ground import Bump, GroundStep, HeightField, Seat
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
@@ -21,9 +21,9 @@ GROUNDS = {
     "high": Ground(height=0.3),
     "uphill": Ground(slope=0.12),
     "downhill": Ground(slope=-0.12, friction=0.6),
-    "step up": Ground(steps=(Step(-0.5, 0.15), Step(0.6, 0.3))),
-    "step down": Ground(height=0.2, steps=(Step(-0.5, 0.05),)),
-    "stairs on a slope": Ground(slope=0.1, steps=(Step(-0.5, 0.1), Step(0.6, 0.2))),
+    "step up": Ground(steps=(GroundStep(-0.5, 0.15), GroundStep(0.6, 0.3))),
+    "step down": Ground(height=0.2, steps=(GroundStep(-0.5, 0.05),)),
+    "stairs on a slope": Ground(slope=0.1, steps=(GroundStep(-0.5, 0.1), GroundStep(0.6, 0.2))),
     "relief": Ground(height=0.1, field=HeightField((-1.0, -1.0), (2.0, 2.0), ((0.1, 0.1),) * 2)),
     "bumps": Ground(bumps=(Bump((0.05, -0.08, -0.48), 0.5), Bump((0.05, 0.08, -0.48), 0.5))),
 }
@@ -39,7 +39,7 @@ def scene(human: Human, ground: Ground, *sites: ContactSite):
 
 
 def held(model, data, seconds: float) -> float:
-    """Simulate with springs that hold the posture; return the deepest contact of feet [m]."""
+    """Simulate with springs that hold the posture; return the maximum foot penetration [m]."""
     posture = data.qpos[7:].copy()
     stiff = 4.0 * np.abs(model.jnt_actfrcrange[1:]).max(axis=1)
     deepest = 0.0
@@ -83,7 +83,7 @@ def test_every_hinge_has_a_motor_with_the_persons_limits(who):
 
 
 @pytest.mark.parametrize("who", PERSONS)
-def test_who_stands_touches_the_ground_alone(who):
+def test_a_standing_person_touches_only_the_ground(who):
     model, data = scene(PERSONS[who], Ground(height=-1e-4))
     data.qpos[2] -= 5e-4
     mujoco.mj_forward(model, data)
@@ -104,7 +104,7 @@ def test_limbs_do_not_pass_through_each_other(who):
 
 
 @pytest.mark.parametrize("who", PERSONS)
-def test_a_person_without_torques_collapses_but_does_not_explode(who):
+def test_a_passive_person_collapses_stably(who):
     model, data = scene(PERSONS[who], Ground())
     for _ in range(1000):
         mujoco.mj_step(model, data)
@@ -112,8 +112,8 @@ def test_a_person_without_torques_collapses_but_does_not_explode(who):
     assert not any(w.number for w in data.warning)
 
 
-def test_who_holds_the_posture_stands_for_a_while():
-    """Springs alone do not balance: after a second, people sway back over their heels."""
+def test_a_person_with_posture_springs_stands_for_a_while():
+    """Springs do not balance the body; it falls back over the heels after a second."""
     human = PERSONS["42"]
     model, data = scene(human, Ground())
     assert held(model, data, 0.75) < 0.005
@@ -142,7 +142,7 @@ def test_a_ray_meets_the_ground_at_its_height(where):
     check_rays(ground)
 
 
-def test_relief_lies_the_right_way_round():
+def test_relief_has_the_right_orientation():
     heights = ((0.0, 0.1, 0.2), (0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.0, 0.0, 0.3))
     check_rays(Ground(height=0.1, slope=0.1, field=HeightField((-0.5, 0.2), (0.7, 0.4), heights)))
 
@@ -168,7 +168,7 @@ def check_rays(ground: Ground) -> None:
         assert 5.0 - far == pytest.approx(height, abs=1e-4), (place, model.geom(int(hit[0])).name)
 
 
-def test_a_seat_carries_who_sits_on_it():
+def test_a_seat_carries_a_sitting_person():
     human = PERSONS["42"]
     site = ContactSite(
         body="pelvis", position=(-0.06, 0.0, -0.15), radius=0.05, name="seat_r", part="chair"

@@ -1,4 +1,4 @@
-"""Contact sites: every sphere of the model, and the ones of a plan with the body they rest on."""
+"""Contact sites: spheres of the model, and sites of a plan with their bodies."""
 
 import mujoco
 import numpy as np
@@ -25,7 +25,7 @@ def test_every_sphere_of_the_model_is_a_site(feet):
 
 @pytest.mark.parametrize("feet", FEET)
 def test_sites_of_a_plan_are_where_the_spheres_are(feet):
-    """Also a sphere on the toe hinge that is given in the frame of the toes."""
+    """A sphere on the toe hinge is given in the frame of the toes."""
     human = Human.create(feet=feet)
     data = mujoco.MjData(human.model)
     data.qpos = human.standing()
@@ -49,13 +49,13 @@ def test_sites_of_a_plan_are_where_the_spheres_are(feet):
     [{"position": (0.0, 1.0)}, {"position": (0, 0, float("nan"))}, {"radius": -0.1},
      {"radius": float("nan")}],
 )  # fmt: skip
-def test_what_is_not_a_point_is_refused(wrong):
+def test_an_invalid_point_raises(wrong):
     with pytest.raises(ParameterError):
         Point("foot_r", **wrong)
     with pytest.raises(ParameterError):
         ContactSite(body="foot_r", name="heel", **wrong)
 
 
-def test_a_site_has_a_known_side():
+def test_an_unknown_side_raises():
     with pytest.raises(ParameterError, match="side"):
         ContactSite(body="foot_r", name="heel", side="right")

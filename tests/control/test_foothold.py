@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Ground, HeightField, Step
+from plantigrade.contact.ground import Ground, GroundStep, HeightField
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.pendulum.ground import GroundSettings, Sole
 
@@ -39,7 +39,7 @@ def test_a_foot_that_would_land_half_on_an_edge_is_put_beside_it(y):
 
 def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
     place, other = np.array([0.3, 0.1]), np.array([0.0, -0.1])
-    level = Sole(LEG, 1.0).shift(Ground(steps=(Step(5.0, 0.1),)), place, other, 0.3)
+    level = Sole(LEG, 1.0).shift(Ground(steps=(GroundStep(5.0, 0.1),)), place, other, 0.3)
     np.testing.assert_array_equal(level, [0.0, 0.0])
     ground = edge(0.1)
     near = np.array(
@@ -50,7 +50,7 @@ def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
 
 def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
     sole = Sole(LEG, 1.0)
-    over = sole.under(Ground(steps=(Step(0.05, 0.05),)), np.zeros(2), X)
+    over = sole.under(Ground(steps=(GroundStep(0.05, 0.05),)), np.zeros(2), X)
     rise = np.arctan(0.05 / (LEG * (SETTINGS.sole_points[2] - SETTINGS.sole_points[0])))
     np.testing.assert_allclose(np.arctan2(-over[0], over[2]), rise, atol=1e-9)
     assert over[1] == 0.0
@@ -62,7 +62,7 @@ def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
 
 
 def test_a_foot_on_its_way_turns_from_how_it_stood_to_how_it_lands():
-    sole, ground = Sole(LEG, 1.0), Ground(steps=(Step(0.5, 0.1),))
+    sole, ground = Sole(LEG, 1.0), Ground(steps=(GroundStep(0.5, 0.1),))
     foot, at = Foot("l", 1, True), np.zeros(3)
     stood = sole.normal(ground, foot, 0.0, at, X, None)
     foot.in_stance, foot.lift_off, foot.touchdown = False, 1.0, 1.5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.ground import Step as GroundStep
+from plantigrade.contact.ground import GroundStep as GroundStep
 from plantigrade.control.gait.edges import lifts, on_one_side
 from plantigrade.control.gait.offsets import offset_weights
 from plantigrade.control.gait.planner import FootstepLimits, FootstepSettings, next_step

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from plantigrade.contact.ground import Bump, Ground, HeightField, Step
+from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.foot_pose import (
@@ -131,7 +131,7 @@ def test_steps_and_relief_are_ground_too():
     relief = HeightField((-0.3, -0.3), (0.6, 0.3), ((0.0, 0.06), (0.0, 0.06), (0.0, 0.06)))
     found = pose("r", 0.11, SEGMENTS, ground=Ground(field=relief))
     assert np.abs(found.clearance).max() < TOUCHES  # a ramp is a plane
-    stair = Ground(steps=(Step(-1.0, 0.15),))
+    stair = Ground(steps=(GroundStep(-1.0, 0.15),))
     found = pose("r", 0.15 + POSERS["r"].standing, SEGMENTS, ground=stair)
     assert np.abs(found.clearance).max() < TOUCHES and abs(found.shift[0]) < 1e-9
 

@@ -1,4 +1,4 @@
-"""Every body the package can build, random states on them, and their mirror images."""
+"""Every body of the package, random states and mirror images."""
 
 from functools import cache
 
@@ -18,7 +18,7 @@ def person(joints: str, feet: str, sex: str = "male") -> Human:
 
 
 def random_state(human: Human, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A configuration anywhere within the joint ranges, turned any way, and a velocity."""
+    """A random configuration within the joint ranges, with random orientation and velocity."""
     low, high = human.limits
     q = np.empty(human.model.nq)
     q[:3] = rng.normal(size=3)
@@ -29,13 +29,13 @@ def random_state(human: Human, rng: np.random.Generator) -> tuple[np.ndarray, np
 
 
 def other_side(name: str) -> str:
-    """The name of the same thing on the other side of the body."""
+    """The name for the other side of the body."""
     plain, side = split_side(name)
     return plain + {"r": "_l", "l": "_r", "": ""}[side]
 
 
 def velocity_mirror(human: Human) -> np.ndarray:
-    """The matrix that turns a velocity into that of the mirror image in the x-z plane."""
+    """The matrix that maps a velocity to that of the mirror image in the x-z plane."""
     names = human.coordinates
     matrix = np.zeros((6 + len(names), 6 + len(names)))
     matrix[:6, :6] = np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])

@@ -7,7 +7,7 @@ from plantigrade.models import FEET, Dimensions, Human
 from plantigrade.models.anatomy import SPINE_RISE, body_parts, hip, torso
 from plantigrade.models.anthropometry import DE_LEVA, TRUNK_LANDMARKS, dimensions
 from plantigrade.models.feet import foot_parts
-from plantigrade.models.landmarks import STAND_OFF, landmarks
+from plantigrade.models.landmarks import MARKER_OFFSET, landmarks
 from plantigrade.models.parts import combine
 from tests.models.presets import SEXES
 
@@ -78,7 +78,7 @@ def test_the_centre_of_mass_of_the_torso_is_dumas_and_wojtuschs(sex):
     lean = np.deg2rad(4)
     forward = np.array([np.cos(lean), -np.sin(lean)])
     up = np.array([np.sin(lean), np.cos(lean)])
-    top = landmarks(d)["suprasternale"].position[[0, 2]] - [STAND_OFF, 0.0]
+    top = landmarks(d)["suprasternale"].position[[0, 2]] - [MARKER_OFFSET, 0.0]
     expected = 1000 * top - behind * forward - below * up
     off = 1000 * whole.com[[0, 2]] - expected
     assert abs(off[0]) < 5 and abs(off[1]) < 25

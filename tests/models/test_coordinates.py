@@ -12,7 +12,7 @@ FORWARD, LEFT, UP = np.eye(3)
 OUT, IN = "out", "in"  # away from and towards the midline
 BACK, DOWN = -FORWARD, -UP
 
-# coordinate, joint set, foot, landmark (without side on a limb), where it goes.
+# coordinate, joint set, foot, landmark (without side on a limb), direction of its motion
 MEANINGS = [
     ("hip_flexion", "42", "rigid", "knee_lateral", FORWARD),
     ("hip_adduction", "42", "rigid", "ankle_lateral", IN),
@@ -70,7 +70,7 @@ MEANINGS = [
 
 
 def path_of(human, landmark, coordinate, angle):
-    """Where a landmark moves, in the pelvis frame, when one coordinate leaves the zero pose."""
+    """Displacement of a landmark, in the pelvis frame, for one coordinate off the zero pose."""
     place = attachments(human)[landmark]
     data = mujoco.MjData(human.model)
     points = []

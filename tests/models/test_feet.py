@@ -1,4 +1,4 @@
-"""The three feet: one outline, and the multi-segment foot as its paper describes it."""
+"""The three feet: common outline, and the multi-segment foot of its paper."""
 
 import mujoco
 import numpy as np
@@ -175,6 +175,6 @@ def test_the_table_is_of_the_length_it_says():
     assert tip - back + 2 * sphere_radius(d) == pytest.approx(0.24, rel=1e-9)
 
 
-def test_an_unknown_foot_is_refused(d):
+def test_an_unknown_foot_raises(d):
     with pytest.raises(ParameterError, match="allowed are rigid, two-segment, multi-segment"):
         foot_parts("hoof", d, "male", 70.0)

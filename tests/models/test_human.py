@@ -62,7 +62,7 @@ def test_another_foot_changes_the_count_by_its_own(joints, feet):
     assert model.nbody == rigid.nbody + 2 * segments
 
 
-def test_how_the_42_coordinates_are_shared_out():
+def test_distribution_of_the_42_coordinates():
     """8 per arm, 7 per leg, 3 lower back, 3 neck, 6 pelvis; 19 segments."""
     names = Human.create(joints="42").coordinates
     arm = ("arm_", "elbow_", "pro_", "wrist_", "fingers_")
@@ -110,7 +110,7 @@ def test_the_centre_of_mass_is_at_the_published_height(sexed):
     assert 0.55 < standing(sexed).subtree_com[1, 2] / sexed.height < 0.57
 
 
-def test_inertias_can_exist(sexed):
+def test_inertias_are_physical(sexed):
     """No principal moment exceeds the sum of the two others; all are positive."""
     moments = np.sort(sexed.model.body_inertia[1:], axis=1)
     assert (moments > 0).all()
@@ -157,8 +157,8 @@ def test_left_and_right_are_mirror_images(human):
     np.testing.assert_allclose(other.qfrc_bias, P @ one.qfrc_bias, atol=1e-9)
 
 
-def test_it_stands_for_a_second_and_the_ground_carries_its_weight(human):
-    """Stiff springs hold the posture; nothing else does.
+def test_the_person_stands_for_a_second_and_the_ground_carries_the_weight(human):
+    """Stiff joint springs hold the posture.
 
     The trunk is bent forward a little so that the weight is over the middle of the foot, where
     people carry it, and not over the joint of the multi-segment heel.
@@ -219,7 +219,7 @@ def test_names_lead_to_indices(human):
         assert human.model.body(name).id == human.body(name)
 
 
-def test_names_that_do_not_exist_are_refused_with_those_that_do():
+def test_unknown_names_raise_with_the_known_ones():
     human = person("42", "rigid")
     with pytest.raises(CoordinateNotFound, match="'mtp_angle_r'.*ankle_angle_r"):
         human.hinge("mtp_angle_r")
@@ -244,13 +244,13 @@ def test_names_that_do_not_exist_are_refused_with_those_that_do():
         ({"lengths": {"thigh": 0.9, "shank": 0.9}}, "check them and their unit"),
     ],
 )
-def test_bad_parameters_are_refused_with_what_is_allowed(given, message):
+def test_invalid_parameters_raise_with_the_allowed_range(given, message):
     with pytest.raises(ParameterError) as caught:
         Human.create(**given)
     assert message in str(caught.value)
 
 
-def test_own_lengths_that_do_not_add_up_to_the_height_are_refused():
+def test_given_lengths_that_do_not_add_up_to_the_height_raise():
     average = Human.create().dimensions
     own = {n: getattr(average, n) for n in Dimensions.names()} | {"thigh": 0.5}
     with pytest.raises(ParameterError, match="add up to"):
@@ -291,7 +291,7 @@ def test_own_lengths_are_kept_and_so_is_the_stature(sex):
     preset=st.sampled_from(PRESETS),
 )
 @settings(max_examples=25, deadline=None)
-def test_every_person_can_exist(height, mass, sex, preset):
+def test_every_person_can_be_built(height, mass, sex, preset):
     human = Human.create(height, mass, sex, *preset)
     assert human.model.body_mass.sum() == pytest.approx(mass, rel=1e-12)
     assert human.dimensions.height == pytest.approx(height, abs=1e-12)
@@ -301,7 +301,7 @@ def test_every_person_can_exist(height, mass, sex, preset):
 
 def test_geometry_scales_with_stature():
     small, large = Human.create(0.87, 71.0), Human.create(1.74, 71.0)
-    # Harrington's hip regression has constant terms [m], so only near scaling can be asked.
+    # Harrington's hip regression has constant terms [m], so scaling is approximate.
     np.testing.assert_allclose(2 * standing(small).xpos[1:], standing(large).xpos[1:], atol=0.03)
 
 
@@ -334,7 +334,7 @@ def test_the_foot_papers_subject():
     assert human.dimensions.height == pytest.approx(1.50, abs=1e-12)
 
 
-def test_opensim_coordinates_come_back(human):
+def test_opensim_coordinates_round_trip(human):
     rng = np.random.default_rng(0)
     q = np.stack([random_state(human, rng)[0] for _ in range(20)])
     names, values = human.to_coordinates(q)
@@ -360,7 +360,7 @@ def test_a_turning_walk_keeps_its_heading():
     np.testing.assert_allclose(got[:, columns], values, atol=1e-9)
 
 
-def test_coordinates_of_others_are_left_out_and_missing_ones_stand():
+def test_unknown_coordinates_are_ignored_and_missing_ones_keep_standing_values():
     human = person("42", "rigid")
     names, values = ("knee_angle_r", "knee_angle_r_beta"), np.array([[0.5, 9.0]])
     q = human.from_coordinates(names, values)
@@ -371,7 +371,7 @@ def test_coordinates_of_others_are_left_out_and_missing_ones_stand():
         human.from_coordinates(("a", "b"), np.zeros((1, 2)))
 
 
-def test_opensim_translation_is_turned_to_our_axes():
+def test_opensim_translation_is_converted_to_world_axes():
     human = person("42", "rigid")
     q = human.from_coordinates(PELVIS[3:], np.array([[1.0, 0.9, 0.3]]))  # forward, up, right
     np.testing.assert_allclose(q[0, :3], [1.0, -0.3, 0.9])

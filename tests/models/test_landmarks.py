@@ -1,4 +1,4 @@
-"""Where markers are put: plausible places, on every body the package can build."""
+"""Landmarks: plausible positions on every body of the package."""
 
 import mujoco
 import numpy as np
@@ -141,8 +141,8 @@ def test_pairs_lie_on_both_sides_of_their_joint():
         assert 0.05 < np.linalg.norm(lateral - medial) < 0.14
 
 
-def test_landmarks_lie_on_the_body_not_beside_it():
-    """Nothing is more than a hand's width outside what is drawn, nothing below the floor."""
+def test_landmarks_lie_on_the_body():
+    """Landmarks are within a hand's width of the drawn shapes and above the floor."""
     human = person("42", "two-segment")
     data = mujoco.MjData(human.model)
     data.qpos = human.standing()

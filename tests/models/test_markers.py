@@ -1,4 +1,4 @@
-"""Marker names: spellings, built-in sets, and a user's own set with all that can be wrong in it."""
+"""Marker names: spellings, built-in sets, and valid and invalid user sets."""
 
 import numpy as np
 import pytest
@@ -148,14 +148,14 @@ def test_no_spelling_is_of_two_landmarks():
 @pytest.mark.parametrize(
     "name", ["RTH2", "marker12", "*110", "", "R", "L", "XYZ", "force1", "RTIA1", "C_7_x_9", "🦶"]
 )
-def test_names_nobody_knows(name):
+def test_unknown_names(name):
     assert landmark_of(name) is None
 
 
 @pytest.mark.parametrize(
     "name", ["RKneeAngles", "LHipMoment", "RGroundReactionForce", "CentreOfMass", "LAnklePower"]
 )
-def test_computed_outputs_are_no_markers(name):
+def test_computed_outputs_are_not_markers(name):
     assert landmark_of(name) is None
 
 
@@ -188,7 +188,7 @@ def test_a_set_recognises_itself_and_places_all_its_markers(marker_set):
             assert place is not None and place.body in human.body_names, name
 
 
-def test_the_spelling_helps_where_the_set_does_not_know():
+def test_spellings_resolve_names_outside_the_set():
     human = person("42", "rigid")
     placed = place_markers(["LASI", "RASI", "R_FIBULA", "nobody"], human)
     np.testing.assert_allclose(
@@ -238,7 +238,7 @@ def test_a_users_own_set(tmp_path):
         ),
     ],
 )
-def test_what_can_be_wrong_in_a_users_set(tmp_path, text, message):
+def test_an_invalid_user_set_raises(tmp_path, text, message):
     path = tmp_path / "lab.toml"
     path.write_text(text)
     with pytest.raises(FileError, match=message) as caught:
@@ -255,7 +255,7 @@ def test_files_that_cannot_be_read(tmp_path):
         read_marker_set(binary)
 
 
-def test_a_set_that_names_what_does_not_exist_is_refused():
+def test_a_set_with_unknown_landmarks_or_bodies_raises():
     human = person("42", "rigid")
     with pytest.raises(ParameterError, match="puts A on 'kneecap'.*ankle_lateral_r"):
         place_markers(["A"], human, MarkerSet("s", {"A": "kneecap"}, {}))

@@ -1,4 +1,4 @@
-"""The mirror image of a person: sides change places, lateral turns of the trunk change sign."""
+"""Mirror image of a person: sides are exchanged, lateral trunk rotations change sign."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from plantigrade.models.mirror import mirror_sign, mirrored_name
 
 
 @pytest.mark.parametrize("joints", sorted(JOINT_SETS))
-def test_every_body_lies_where_the_mirror_shows_it(joints):
+def test_forward_kinematics_commutes_with_mirroring(joints):
     """Forward kinematics of a mirrored posture is the mirror image of the posture's."""
     import mujoco
 

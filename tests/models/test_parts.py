@@ -1,4 +1,4 @@
-"""Solids with mass: closed forms against sums over many small pieces."""
+"""Inertia of solids: closed forms against sums over many point masses."""
 
 import numpy as np
 import pytest
@@ -45,5 +45,5 @@ def test_halves_of_a_block_make_the_block():
     np.testing.assert_allclose(both.tensor, whole.tensor, atol=1e-15)
 
 
-def test_nothing_weighs_nothing():
+def test_an_empty_combination_has_zero_mass():
     assert combine([]).mass == 0.0

@@ -1,4 +1,4 @@
-"""A person becomes a Human, and a Human comes back from its description."""
+"""Persons, Humans and their descriptions."""
 
 import json
 
@@ -10,7 +10,7 @@ from tests.models.presets import PRESETS
 
 
 @pytest.mark.parametrize(("joints", "feet"), PRESETS)
-def test_a_human_comes_back_from_its_description(joints, feet):
+def test_a_human_round_trips_through_its_description(joints, feet):
     human = Human.create(1.63, 58.5, "female", joints, feet, lengths={"thigh": 0.41})
     spheres = [name for name, _, _ in human.contact_points]
     on_soles = human.with_soles({spheres[0]: -0.012, spheres[-1]: 0.004})
@@ -21,7 +21,7 @@ def test_a_human_comes_back_from_its_description(joints, feet):
         assert back.to_dict() == one.to_dict()
 
 
-def test_another_mass_keeps_lengths_and_soles():
+def test_a_new_mass_keeps_lengths_and_soles():
     human = Human.create(1.63, 58.5, "female", lengths={"thigh": 0.41})
     human = human.with_soles({human.contact_points[0][0]: -0.01})
     heavier = human.with_mass(70.0)
@@ -29,7 +29,7 @@ def test_another_mass_keeps_lengths_and_soles():
     assert heavier.model.body_mass.sum() == pytest.approx(70.0, rel=1e-12)
 
 
-def test_what_can_be_saved_can_be_loaded():
+def test_limits_of_total_displacements():
     human = Human.create()
     name = human.contact_points[0][0]
     with pytest.raises(ParameterError, match=r"0\.12 m.*±0\.1 m"):  # the sum counts
@@ -50,12 +50,12 @@ def test_what_can_be_saved_can_be_loaded():
         {"colour": "red"},
     ],
 )
-def test_what_does_not_describe_a_person_is_refused(wrong):
+def test_an_invalid_description_raises(wrong):
     with pytest.raises(ParameterError):
         Human.from_dict({**Human.create().to_dict(), **wrong})
 
 
-def test_a_person_leaves_open_what_is_not_known():
+def test_unknown_properties_keep_their_defaults():
     assert Person().human().to_dict() == Human.create().to_dict()
     person = Person(height=1.5, sex="female", feet="multi-segment")
     assert person.known == {"height": 1.5, "sex": "female", "feet": "multi-segment"}
@@ -65,6 +65,6 @@ def test_a_person_leaves_open_what_is_not_known():
 
 
 @pytest.mark.parametrize("wrong", [{"height": 0.0}, {"mass": 1000.0}, {"height": float("nan")}])
-def test_a_person_is_not_silently_another(wrong):
+def test_values_of_the_wrong_type_raise(wrong):
     with pytest.raises(ParameterError):
         Person(**wrong).human()

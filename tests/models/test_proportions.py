@@ -1,4 +1,4 @@
-"""The average person beside the men and women of ANSUR II, measured as its measurers did."""
+"""Proportions of the average person compared with the men and women of ANSUR II."""
 
 import csv
 
@@ -51,7 +51,7 @@ def measured(sex: str) -> dict[str, float]:
 
 @pytest.fixture(scope="module", params=SEXES)
 def survey(request, data):
-    """Every person of one sex: measure over stature."""
+    """Measures over stature of every person of one sex."""
     path = data / f"anthropometry/ansur2/ANSUR_II_{request.param.upper()}_Public.csv"
     if not path.is_file():
         pytest.skip(f"no {path.name}")
@@ -71,6 +71,6 @@ def test_the_average_person_is_within_the_middle_half_of_people(survey, name):
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_the_middle_of_the_arm_hangs_between_shoulder_and_hip(sex):
-    """Arms that reach mid-thigh: the finger tips are 0.36 to 0.40 of stature above the ground."""
+    """Finger tips reach mid-thigh, 0.36 to 0.40 of stature above the ground."""
     found = measured(sex)
     assert 0.35 < found["wristheight"] - found["handlength"] < 0.40

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from plantigrade.charts import theme
-from plantigrade.contact.ground import Ground, Seat, Step
+from plantigrade.contact.ground import Ground, GroundStep, Seat
 from plantigrade.pages.live import LiveViewer
 from plantigrade.pages.live_parts import ARROW, HEAD, in_bytes, turned_to
 from plantigrade.pages.scene import build_scene, side_forces
@@ -81,7 +81,10 @@ def test_chair_and_stairs_stand_where_they_are(record):
     seats = (Seat("a", (-0.3, -0.1, 0.45)), Seat("b", (-0.3, 0.1, 0.45)))
     for ground, names in (
         (Ground(seats=seats), {"seat_0"}),
-        (Ground(steps=(Step(1.0, 0.15), Step(1.3, 0.3))), {"floor", "floor_1", "floor_2"}),
+        (
+            Ground(steps=(GroundStep(1.0, 0.15), GroundStep(1.3, 0.3))),
+            {"floor", "floor_1", "floor_2"},
+        ),
     ):
         moved = replace(record, ground=ground)
         viewer = LiveViewer(moved, port=8440)

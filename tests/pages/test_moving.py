@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plantigrade import Ground
-from plantigrade.contact.ground import Seat, Step
+from plantigrade.contact.ground import GroundStep, Seat
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -181,7 +181,7 @@ def test_slopes_steps_and_seats_are_drawn(walking):
 
     flat = moving_picture(walking, foot="none").svg
     sloped = moving_picture(replace(walking, ground=Ground(slope=0.1)), foot="none").svg
-    stairs = Ground(steps=(Step(0.5, 0.15), Step(1.0, 0.3)))
+    stairs = Ground(steps=(GroundStep(0.5, 0.15), GroundStep(1.0, 0.3)))
     stepped = moving_picture(replace(walking, ground=stairs), foot="none").svg
     assert len(ground(stepped)[TOP]) > len(ground(flat)[TOP])
     assert ground(sloped)[TOP] != ground(flat)[TOP]

@@ -16,7 +16,7 @@ from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.foot_progression import foot_progression
 from plantigrade.analyze.gait_study import study
 from plantigrade.analyze.run_comparison import compare_runs
-from plantigrade.contact.ground import Bump, Ground, Seat, Step
+from plantigrade.contact.ground import Bump, Ground, GroundStep, Seat
 from plantigrade.models import Human
 from plantigrade.pages.compare import compare_html
 from plantigrade.pages.pages import report_html
@@ -378,7 +378,7 @@ def test_the_strip_draws_what_carries_the_body(record):
     assert "#8a6d4a" not in far
     for ground, rise in (
         (Ground(slope=np.deg2rad(10.0)), 0.1),
-        (Ground(steps=(Step(0.1, 0.15),)), 0.15),
+        (Ground(steps=(GroundStep(0.1, 0.15),)), 0.15),
         (Ground(bumps=(Bump((0.1, 0.0, 0.0), 0.08),)), 0.08),
     ):
         found = re.findall(r'<path d="M([^"Z]*)" fill="none"', strip(record, ground))

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Ground, Step
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.pages.scene import (
@@ -96,7 +96,7 @@ def test_a_reference_on_its_own_clock_is_drawn_where_it_was(record):
 
 def test_the_ground_below_is_found_along_the_vertical():
     """On a slope of 45° that goes through the origin, with a step of 0.2 m along its normal."""
-    ground = Ground(slope=np.pi / 4, steps=(Step(1.0, 0.2),))
+    ground = Ground(slope=np.pi / 4, steps=(GroundStep(1.0, 0.2),))
     points = np.array([[0.0, 0, 1.0], [0.5, 0.3, 2.0], [2.0, 0.0, 5.0]])
     below = [0.0, 0.5, 2.0 + 0.2 * np.sqrt(2)]
     np.testing.assert_allclose(height_below(ground, points), below, atol=1e-12)

@@ -8,7 +8,7 @@ import pytest
 
 from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS, compare
-from plantigrade.contact.site import PUSH, ContactSite
+from plantigrade.contact.site import PUSH_PART, ContactSite
 from plantigrade.motion.resample import resampled
 from plantigrade.pages.pages import facts_of, run_viewer
 from plantigrade.pages.scene import build_scene
@@ -222,7 +222,7 @@ def test_of_a_body_that_fell_the_forces_end_with_the_fall(record):
 
 def test_a_push_is_named_beside_the_feet(record):
     made = solved(record).record
-    pushed = ContactSite(body="torso", name="push_torso", part=PUSH, measured=True)
+    pushed = ContactSite(body="torso", name="push_torso", part=PUSH_PART, measured=True)
     force = np.tile([60.0, 0.0, 0.0], (len(made.motion.time), 1, 1))
     all_forces = np.concatenate([made.contact_force, force], axis=1)
     point = None

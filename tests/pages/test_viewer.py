@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Bump, Ground, HeightField, Seat, Step
+from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField, Seat
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.viewer import viewer_html
 from tests.conftest import open_browser
@@ -272,8 +272,8 @@ def test_who_wants_no_motion_gets_none(path):
 
 UNEVEN = {
     "slope": Ground(slope=0.1),
-    "stairs": Ground(steps=(Step(1.0, 0.15), Step(1.3, 0.3))),
-    "down": Ground(height=0.3, steps=(Step(1.0, 0.15), Step(1.3, 0.0))),
+    "stairs": Ground(steps=(GroundStep(1.0, 0.15), GroundStep(1.3, 0.3))),
+    "down": Ground(height=0.3, steps=(GroundStep(1.0, 0.15), GroundStep(1.3, 0.0))),
     "chair": Ground(seats=(Seat("a", (-0.3, -0.1, 0.45)), Seat("b", (-0.3, 0.1, 0.45)))),
     "bumps": Ground(bumps=(Bump((1.0, 0.0, -0.05), 0.1),)),
     "field": Ground(field=HeightField((0.0, -1.0), (0.5, 0.5), ((0.0, 0.1, 0.2),) * 5)),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from plantigrade import Ground
-from plantigrade.contact.ground import Seat, Step
+from plantigrade.contact.ground import GroundStep, Seat
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.errors import FileError
 from plantigrade.models import Human
@@ -60,7 +60,11 @@ def a_record(n=5):
         contact_known=rng.random((n, k)) > 0.5,
         contact_planned=rng.random((n, k)) > 0.5,
         ground=Ground(
-            0.02, 0.1, (Step(0.5, 0.1), Step(1.0, 0.2)), (Seat("seat", (0.0, 0.0, 0.45)),), 0.6
+            0.02,
+            0.1,
+            (GroundStep(0.5, 0.1), GroundStep(1.0, 0.2)),
+            (Seat("seat", (0.0, 0.0, 0.45)),),
+            0.6,
         ),
         limits=Limits(
             coordinate=np.stack([-np.ones(hinges), np.ones(hinges)]),

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.contact.thing import Thing
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -108,7 +108,7 @@ def test_things_without_a_shape_are_refused():
         ("box", (0.0, 1.0, 1.0)),
     ):
         with pytest.raises(ParameterError):
-            Thing("it", kind, size)
+            SceneObject("it", kind, size)
 
 
 def test_a_record_with_a_thing_that_cannot_be_is_refused(record):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.site import GEOM, contact_sites
+from plantigrade.contact.site import GEOM_PREFIX, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
@@ -92,11 +92,11 @@ def test_a_person_starts_on_the_ground_over_the_feet(word):
     world = World(HUMAN, ground, rate=300.0, qpos=qpos, recording=False)
     state = world.reset()
     sites = contact_sites(HUMAN)
-    x = [world.data.geom(GEOM + s.name).xpos[0] for s in sites]
+    x = [world.data.geom(GEOM_PREFIX + s.name).xpos[0] for s in sites]
     assert min(x) + 0.05 < state.body.com[0] < max(x) - 0.05
     low = [
-        world.data.geom(GEOM + s.name).xpos
-        - s.radius * ground.normal_at(world.data.geom(GEOM + s.name).xpos)
+        world.data.geom(GEOM_PREFIX + s.name).xpos
+        - s.radius * ground.normal_at(world.data.geom(GEOM_PREFIX + s.name).xpos)
         for s in sites
     ]
     gap = np.array(low) @ ground.normal - ground.under(np.array(low))

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
-from plantigrade.contact.site import GEOM
+from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.wbc.whole_body import Touching
 from plantigrade.world import State, World
 
@@ -60,7 +60,7 @@ class GroundContact:
     def __init__(self, world: World, settings: ContactSettings):
         self.world, self.model = world, world.model
         self.friction = settings.friction_share * world.ground.friction
-        names = [GEOM + site.name for site in world.sites if site.side]
+        names = [GEOM_PREFIX + site.name for site in world.sites if site.side]
         self.geoms = np.array([self.model.geom(name).id for name in names], dtype=int)
         self.body = np.array(self.model.geom_bodyid)[self.geoms]
         self._site = np.full(self.model.ngeom, -1)

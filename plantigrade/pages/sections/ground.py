@@ -9,7 +9,7 @@ from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDES
-from plantigrade.contact.site import PUSH, TOUCH, ContactSite
+from plantigrade.contact.site import PUSH_PART, TOUCH_PART, ContactSite
 from plantigrade.motion.filters import runs
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject
@@ -82,9 +82,9 @@ def _over_time(record: Record, total: Array, axis: int) -> str:
 
 def _said(site: ContactSite) -> str:
     """Return what a chart calls a site that is no foot's."""
-    if site.part == PUSH:
+    if site.part == PUSH_PART:
         return f"push on the {site.body}"
-    return f"{site.body} on the ground" if site.part == TOUCH else site.name
+    return f"{site.body} on the ground" if site.part == TOUCH_PART else site.name
 
 
 def _above(cop: Array, outlines: list[Outline]) -> Figure:

@@ -16,7 +16,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import FREE, textbook_gait
+from plantigrade.models.textbook_gait import FREE_SPEED, textbook_gait
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     PELVIS,
@@ -297,7 +297,7 @@ class _PelvisPath:
             places = np.vstack([places, places[-1] + step[-1]])
         self._span = times[0], times[-1]
         self._place = PchipInterpolator(times, places)
-        size = float(SWAY * p.leg_length * np.clip(FREE / p.relative_speed, 0.6, 2.0))
+        size = float(SWAY * p.leg_length * np.clip(FREE_SPEED / p.relative_speed, 0.6, 2.0))
         sways = [(t, 0.0) for t in times]
         for side, sway in (("r", size), ("l", -size)):
             own = foot_stances(stances, side)

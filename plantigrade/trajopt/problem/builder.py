@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.plan import SAME, ContactPlan
+from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.trajopt.problem.contact import headings, site_places
@@ -144,7 +144,7 @@ class ProblemBuilder:
             ParameterError: If there is none.
         """
         k = int(np.argmin(np.abs(self.nodes - time)))
-        if not abs(self.nodes[k] - time) <= 10 * SAME:
+        if not abs(self.nodes[k] - time) <= 10 * TIME_TOLERANCE:
             raise ParameterError(
                 f"no node at {time:g} s: nodes go from {self.nodes[0]:g} to {self.nodes[-1]:g} s, "
                 f"the nearest is at {self.nodes[k]:g} s"
@@ -153,7 +153,7 @@ class ProblemBuilder:
 
     def during(self, start: float, stop: float) -> list[int]:
         """Return the nodes from ``start`` to ``stop`` [s], both included."""
-        inside = (self.nodes >= start - SAME) & (self.nodes <= stop + SAME)
+        inside = (self.nodes >= start - TIME_TOLERANCE) & (self.nodes <= stop + TIME_TOLERANCE)
         return np.flatnonzero(inside).tolist()
 
     def penalise(

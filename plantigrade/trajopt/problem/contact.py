@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.flat_foot import flat_sites
-from plantigrade.contact.plan import SAME, ContactPlan, Footprint
+from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan, Footprint
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.spatial.conventions import about_vertical
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
@@ -117,7 +117,9 @@ def hold_contacts(
         if site.side:
             place.lower[:, 3 * k + 2] = lowest - depth[k]
     for stance in plan.stances:
-        during = (nodes >= stance.heel_strike - SAME) & (nodes <= stance.toe_off + SAME)
+        during = (nodes >= stance.heel_strike - TIME_TOLERANCE) & (
+            nodes <= stance.toe_off + TIME_TOLERANCE
+        )
         for k, site in enumerate(body.sites):  # a heel that has risen does not sink into its tread
             if site.side == stance.footprint.side:
                 place.lower[during, 3 * k + 2] = stance.footprint.position[2] - depth[k]
@@ -155,7 +157,9 @@ def keep_soles_up(
     lowest = min((s.footprint.position[2] for s in plan.stances), default=0.0)
     soles.lower[:] = lowest + deep
     for stance in plan.stances:
-        during = (nodes >= stance.heel_strike - SAME) & (nodes <= stance.toe_off + SAME)
+        during = (nodes >= stance.heel_strike - TIME_TOLERANCE) & (
+            nodes <= stance.toe_off + TIME_TOLERANCE
+        )
         for k, sphere in enumerate(spheres):
             if sphere.side == stance.footprint.side:
                 soles.lower[during, k] = stance.footprint.position[2] + deep[k]
@@ -199,7 +203,10 @@ def _lasting(
     if plan.periodic:
         return spans
     return {
-        k: (-np.inf if a <= SAME else a, np.inf if b >= plan.duration - SAME else b)
+        k: (
+            -np.inf if a <= TIME_TOLERANCE else a,
+            np.inf if b >= plan.duration - TIME_TOLERANCE else b,
+        )
         for k, (a, b) in spans.items()
     }
 
@@ -217,8 +224,14 @@ def _hold(
     jacobian = _rows_at_rest(body, heading)
     spans = {k: (start, stop) for k, (start, stop) in spans.items() if stop > start}
     for i, t in enumerate(nodes):
-        down = [k for k, (start, stop) in spans.items() if start - SAME <= t <= stop + SAME]
-        through = [k for k in down if spans[k][0] < t - SAME and t + SAME < spans[k][1]]
+        down = [
+            k
+            for k, (start, stop) in spans.items()
+            if start - TIME_TOLERANCE <= t <= stop + TIME_TOLERANCE
+        ]
+        through = [
+            k for k in down if spans[k][0] < t - TIME_TOLERANCE and t + TIME_TOLERANCE < spans[k][1]
+        ]
         first, every = body.cache.get(
             ("independent rows", tuple(through), tuple(down), round(heading, 3)),
             partial(_independent_rows, jacobian, through, down),
@@ -291,5 +304,5 @@ def headings(
     for k, site in enumerate(body.sites):
         for stance in plan.stances:
             if stance.footprint.side == site.side:
-                out[nodes >= stance.heel_strike - SAME, k] = stance.footprint.heading
+                out[nodes >= stance.heel_strike - TIME_TOLERANCE, k] = stance.footprint.heading
     return out

@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
-from plantigrade.contact.seat import H_POINT, SEATED_TILT, seat_sites
+from plantigrade.contact.seat import HIP_ABOVE_SEAT, SEATED_PELVIS_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -58,14 +58,14 @@ def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
     d = human.dimensions
     feet = _feet(human)
     ankle = feet["r"].position[0]
-    hip = chair_height + H_POINT * human.height
+    hip = chair_height + HIP_ABOVE_SEAT * human.height
     knee = d.ankle_height + d.shank * np.cos(SHANK_LEAN)
     rise = (hip - knee) / d.thigh
-    low, high = (knee + k * d.thigh - H_POINT * human.height for k in (-0.5, 0.75))
+    low, high = (knee + k * d.thigh - HIP_ABOVE_SEAT * human.height for k in (-0.5, 0.75))
     number("chair_height", chair_height, low, high, "m", f"a person of {human.height:.2f} m")
     x = ankle + d.shank * np.sin(SHANK_LEAN) - d.thigh * np.sqrt(1 - rise**2)
-    joints = bent(human, -SEATED_TILT)
-    return posture(human, feet, hip=(float(x), hip), tilt=SEATED_TILT, joints=joints)
+    joints = bent(human, -SEATED_PELVIS_TILT)
+    return posture(human, feet, hip=(float(x), hip), tilt=SEATED_PELVIS_TILT, joints=joints)
 
 
 def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.plan import SAME, ContactPlan
+from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
@@ -89,14 +89,14 @@ class MotionTask:
         instants = sorted({float(t) for term in self.terms for t in term.instants})
         fixed = [*self.plan.switches, *instants]
         for t in instants:
-            if not -SAME <= t <= self.plan.duration + SAME:
+            if not -TIME_TOLERANCE <= t <= self.plan.duration + TIME_TOLERANCE:
                 raise ParameterError(
                     f"{t:g} s is outside the motion, which lasts {self.plan.duration:g} s"
                 )
             k = int(np.argmin(np.abs(nodes - t)))
-            if abs(nodes[k] - t) <= SAME:
+            if abs(nodes[k] - t) <= TIME_TOLERANCE:
                 continue
-            if np.min(np.abs(np.subtract(fixed, nodes[k]))) > SAME:
+            if np.min(np.abs(np.subtract(fixed, nodes[k]))) > TIME_TOLERANCE:
                 nodes[k] = t
             else:
                 nodes = np.sort(np.append(nodes, t))

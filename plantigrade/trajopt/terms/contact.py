@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.plan import SAME, ContactPlan, Footprint, Stance
+from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
@@ -103,7 +103,7 @@ class Above(Term):
                 site.body, "z", site.position, site.radius,
             )
             for a, b in zip(begins, ends, strict=True)
-            if b - a > SAME
+            if b - a > TIME_TOLERANCE
         )  # fmt: skip
 
     def _index(self, body: ContactBody) -> int:
