@@ -117,7 +117,7 @@ def test_a_record_with_a_thing_that_cannot_be_is_refused(record):
         ("things.size", -record.signals["things.size"]),
         ("things.size", record.signals["things.size"][:2]),
     ):
-        with pytest.raises(ParameterError, match=r"thing"):
+        with pytest.raises(ParameterError, match=r"scene object|thing"):
             replace(record, signals={**record.signals, name: bad})
 
 
