@@ -22,7 +22,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import PlantigradeError
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.ordered_tasks.gait import TASKS, gait_order
+from plantigrade.ordered_tasks import TASKS, gait_order
 from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import MotionSettings, move

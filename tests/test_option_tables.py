@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("docutils")
 
 from plantigrade.commands.main import COMMANDS, parse  # noqa: E402
-from plantigrade.control.choices import CONTROLLERS  # noqa: E402
+from plantigrade.control import CONTROLLERS  # noqa: E402
 from tests.test_pages_of_docs import extension  # noqa: E402
 
 TABLES = extension("option_tables")

@@ -10,6 +10,8 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
+__all__ = ["ContactSite", "Point", "contact_sites", "foot_sites"]
+
 PARTS = ("heel", "sole", "ball", "toe")
 """Parts of a foot with their own contact times. Heel and sole lift together, then the ball, then
 the toes."""

@@ -12,6 +12,8 @@ from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 
+__all__ = ["SitePoints", "SolePaths", "lowest", "sole_paths"]
+
 _REGIONS = {"heel": "heel", "metatarsal": "ball", "toe": "toes", "base": "middle"}
 
 

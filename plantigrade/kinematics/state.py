@@ -27,6 +27,8 @@ from plantigrade.kinematics.rigid_points import CROSS, RigidPoints
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
+__all__ = ["PointSet", "State", "integrate", "sweep"]
+
 # Of up to this many points the engine tells all there is to know, a microsecond each for position,
 # Jacobian and its rate; for more, products of matrices are faster.
 FEW = 4

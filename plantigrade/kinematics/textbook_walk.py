@@ -15,6 +15,8 @@ from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.motion import GaitEvent
 from plantigrade.motion.filters import lowpass
 
+__all__ = ["TextbookWalk", "textbook_walk"]
+
 ADULT_SPREAD = {"hip_flexion": 7.0, "hip_adduction": 2.2, "hip_rotation": 5.0, "knee_angle": 3.0,
                 "ankle_angle": 1.5, "subtalar_angle": 8.0, "mtp_angle": 10.0}  # fmt: skip
 """Standard deviation of the change of each joint angle that keeps the feet on the ground [deg]:

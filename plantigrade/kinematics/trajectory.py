@@ -9,6 +9,8 @@ from scipy.interpolate import make_interp_spline
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
+__all__ = ["Trajectory"]
+
 
 class Trajectory:
     """A quintic spline through samples (of lower degree through few); one sample stays where it is.

@@ -13,25 +13,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from plantigrade.ordered_tasks.gait import GaitTasks, gait_tasks
+    from plantigrade.ordered_tasks.gait import TASKS, GaitTasks, gait_order, gait_tasks
     from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
     from plantigrade.ordered_tasks.reproduced_gait import ReproducedGait, ReproduceSettings, rebuild
 
 _HOMES = {
+    "TASKS": "gait",
     "GaitTasks": "gait",
     "GaitReference": "gait_reference",
     "ReproduceSettings": "reproduced_gait",
     "ReproducedGait": "reproduced_gait",
+    "gait_order": "gait",
     "gait_tasks": "gait",
     "rebuild": "reproduced_gait",
     "reference_of": "gait_reference",
 }
 
 __all__ = [
+    "TASKS",
     "GaitTasks",
     "GaitReference",
     "ReproduceSettings",
     "ReproducedGait",
+    "gait_order",
     "gait_tasks",
     "rebuild",
     "reference_of",

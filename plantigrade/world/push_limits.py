@@ -27,6 +27,8 @@ from plantigrade.world.controller import AnyController
 from plantigrade.world.disturbance import Disturbance, Push, body_index
 from plantigrade.world.world import World
 
+__all__ = ["PushTest", "directions", "push_map"]
+
 Situation = Callable[[Sequence[Disturbance]], tuple[World, AnyController]]
 """Function that returns a new world with the given disturbances, and a new controller."""
 CONTACT_HEIGHT = 0.005  # [m] above the ground below which a contact sphere supports the person

@@ -26,7 +26,7 @@ from experiments.gait_walks import (
 from plantigrade.analyze.gait_study import PAPER_TABLE, study
 from plantigrade.errors import FitError, ParameterError, ReproduceError
 from plantigrade.motion import Motion
-from plantigrade.ordered_tasks.gait import TASKS
+from plantigrade.ordered_tasks import TASKS
 from plantigrade.record import Record
 from tests.analyze.test_gait_study import NAMES, comparison
 from tests.models.presets import person

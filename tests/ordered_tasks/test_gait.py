@@ -9,8 +9,7 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
-from plantigrade.ordered_tasks import GaitTasks, gait_tasks
-from plantigrade.ordered_tasks.gait import TASKS, gait_order
+from plantigrade.ordered_tasks import TASKS, GaitTasks, gait_order, gait_tasks
 from plantigrade.wbc import JointLimits, solve_hierarchy
 from plantigrade.wbc.order import stacked
 from plantigrade.wbc.stepping import MotionSettings

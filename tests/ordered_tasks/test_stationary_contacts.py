@@ -7,7 +7,8 @@ import pytest
 
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.state import State
-from plantigrade.ordered_tasks.gait import TASKS, gait_order, rates_through
+from plantigrade.ordered_tasks import TASKS, gait_order
+from plantigrade.ordered_tasks.gait import rates_through
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.ordered_tasks.stationary_contacts import stationary_contacts
 from plantigrade.wbc.stepping import first_state

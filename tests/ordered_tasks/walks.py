@@ -5,8 +5,7 @@ from functools import cache
 import numpy as np
 
 from plantigrade.kinematics.state import sweep
-from plantigrade.ordered_tasks import GaitReference, rebuild, reference_of
-from plantigrade.ordered_tasks.gait import TASKS
+from plantigrade.ordered_tasks import TASKS, GaitReference, rebuild, reference_of
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc import OrderedMotion
 from plantigrade.workflows.textbook import textbook_walk

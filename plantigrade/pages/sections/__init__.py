@@ -55,5 +55,3 @@ SECTIONS = (
     cycles.foot_segment_section,
     figures.figure_section,
 )
-
-__all__ = ["SECTIONS"]
