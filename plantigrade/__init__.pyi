@@ -65,6 +65,8 @@ def export(
     rig: str = "plantigrade",
     unit: str = "cm",
     rate: float | None = None,
+    forces: bool = False,
+    marker_set: str | None = None,
 ) -> tuple[str, ...]: ...
 def fit(
     path: str | Path,

@@ -27,7 +27,6 @@ from plantigrade.workflows.settings import (
     VaultSettings,
 )
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from tests.stub import stub
 
 
 def python(program: str, **options) -> str:
@@ -245,11 +244,6 @@ def test_a_reader_takes_the_options_of_every_format():
         module, _, name = each.reader.partition(":")
         reader = getattr(importlib.import_module(f"plantigrade.io.{module}"), name)
         assert set(inspect.signature(reader).parameters) <= shown
-
-
-def test_what_editors_read_is_what_the_functions_take():
-    text = Path(pg.__file__).with_suffix(".pyi").read_text("utf-8")
-    assert text == stub(), "make it anew: python -m tests.stub"
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import plantigrade
+from tests.stub import PLACE, stub
 
 PACKAGE = Path(plantigrade.__file__).parent
 ROOT = PACKAGE.parent
@@ -80,3 +81,7 @@ def test_the_api_has_a_page_for_everything_public():
     index = (ROOT / "docs" / "api" / "index.md").read_text("utf-8")
     listed = set(re.findall(r"^   (plantigrade[\w.]*)$", index, re.MULTILINE))
     assert PUBLIC - listed == {"plantigrade"}  # has a page of its own
+
+
+def test_what_editors_read_is_what_the_functions_take():
+    assert PLACE.read_text("utf-8") == stub(), "make it anew: python -m tests.stub"

@@ -9,8 +9,7 @@ import pytest
 from plantigrade.errors import ParameterError
 from plantigrade.exchange.bones import RIGS, bones_of
 from plantigrade.io import read
-from plantigrade.models import Human
-from plantigrade.models.joint_sets import JOINT_SETS
+from plantigrade.models import JOINT_SETS, Human
 from plantigrade.record import Record, Run
 from tests.exchange import bvh_kinematics
 from tests.exchange.moving import moving
