@@ -27,7 +27,7 @@ class Stand:
             body,
             self.feet.touching(body, friction=0.6),
             [self.feet.rows(body, time), self.com.rows(body, time)],
-            wanted=self.posture.acceleration(body, time),
+            desired=self.posture.acceleration(body, time),
             weight=self.posture.weight,
             passive=actuators.passive(state.angles, state.rates),
         )

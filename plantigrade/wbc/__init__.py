@@ -5,7 +5,7 @@ controller of your own is a few tasks and one call of it per tick::
 
     program = WholeBody(human)
     rows = [task.rows(body) for task in (feet, centre_of_mass)]
-    answer = program.solve(body, touching, rows, wanted=posture.acceleration(body, time))
+    answer = program.solve(body, touching, rows, desired=posture.acceleration(body, time))
 
 The tasks are in :mod:`plantigrade.wbc.tasks`. A strict order of them moves a body, with or without
 forces: :func:`move`.

@@ -195,7 +195,7 @@ class ForceUnknowns:
         self.dynamics: ReducedDynamics
 
     def program(
-        self, state: State, time: float, rows: list[list[Rows]], wanted, bounds
+        self, state: State, time: float, rows: list[list[Rows]], desired, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         height = self.contact.points.height(state)
@@ -211,7 +211,7 @@ class ForceUnknowns:
         asked = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
         asked[self.shared] += self._wrenches(state, time)
         before = self.before[self.on].ravel()
-        preferred, metric = _preference(self.dynamics, wanted, before, s)
+        preferred, metric = _preference(self.dynamics, desired, before, s)
         low, high = bounds
         return {
             "levels": [strength, *(stacked(level) for level in asked)],
@@ -245,13 +245,13 @@ class ForceUnknowns:
         place[:, 2] -= self.contact.points.radius[self.on]
         mass, found, s = self.weight / GRAVITY, [], self.settings
         scale = s.wrench_weight / mass * np.array([1.0, 1.0, 1.0, *[1.0 / s.wrench_lever] * 3])
-        for side, wanted in zip(SIDES, self.wrench(time), strict=True):
+        for side, desired in zip(SIDES, self.wrench(time), strict=True):
             mine = np.flatnonzero(self.sides[self.on] == side)
             if not len(mine):
                 continue
-            force, moment = wanted[:3], wanted[3:]
+            force, moment = desired[:3], desired[3:]
             about = place[mine].mean(axis=0)
-            if force[2] > s.min_foot_load * self.weight:  # about the wanted centre of pressure
+            if force[2] > s.min_foot_load * self.weight:  # about the desired centre of pressure
                 about = np.array([-moment[1], moment[0], 0.0]) / force[2]
             rows = np.zeros((6, self.dynamics.matrix.shape[1]))
             columns = self.dynamics.n_joints + EDGES * mine[:, None] + np.arange(EDGES)
@@ -265,11 +265,11 @@ class ForceUnknowns:
 
 
 def _preference(
-    dynamics: ReducedDynamics, wanted, before, settings: ForceSettings
+    dynamics: ReducedDynamics, desired, before, settings: ForceSettings
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what the last level prefers, and its metric."""
     metric = dynamics.matrix.T @ dynamics.matrix
-    right = dynamics.matrix.T @ (wanted - dynamics.offset)
+    right = dynamics.matrix.T @ (desired - dynamics.offset)
     forces = np.arange(dynamics.n_joints, len(metric))
     metric[forces, forces] += settings.force_cost + settings.steadiness_cost
     right[forces] += settings.steadiness_cost * before

@@ -61,14 +61,14 @@ class Dynamics:
 
 @dataclass(frozen=True, eq=False)
 class TorqueCost:
-    """The cost of torques off those that are wanted.
+    """The cost of torques off the desired ones.
 
     Attributes:
-        wanted: Torques [N m].
+        desired: Torques [N m].
         weight: Cost of a squared newton metre off them.
     """
 
-    wanted: Float[Array, " n"]
+    desired: Float[Array, " n"]
     weight: Float[Array, " n"]
 
 
@@ -106,7 +106,7 @@ class Reduced:
         cost = _acceleration_cost(H, g, root)
         if torques is not None:
             rows = _torque_rows(dynamics, root)
-            rows[:, -1] -= torques.wanted
+            rows[:, -1] -= torques.desired
             cost += rows.T @ (torques.weight[:, None] * rows)
         self._factor, info = potrf(cost[:n, :n].T, lower=True)
         if info:

@@ -14,7 +14,7 @@ from plantigrade.wbc.hierarchy import Level
 
 
 @runtime_checkable
-class Asked(Protocol):
+class Objective(Protocol):
     r"""Something that is asked, at a cost :math:`\dot v^T A^T W A \dot v - 2 \dot v^T A^T W b`."""
 
     @property
@@ -29,7 +29,7 @@ class Asked(Protocol):
 
     @property
     def pull(self) -> Array:
-        """What is wanted, with weights, :math:`W b`."""
+        """Desired value, with weights, :math:`W b`."""
         ...
 
 
@@ -85,7 +85,7 @@ class Rows:
 
     @property
     def pull(self) -> Float[Array, " n_rows"]:
-        """What is wanted, times its weight."""
+        """Desired value, times its weight."""
         return self.weight * self.right
 
 
@@ -157,26 +157,26 @@ class PointRows:
 
     @property
     def pull(self) -> Float[Array, " d"]:
-        """What is wanted of the points, as wanted of the bodies."""
+        """Desired accelerations of the points, as those of the bodies."""
         each = np.matmul(self.right[:, None], self.points.lever)[:, 0]
         return (self._counted @ each).ravel()
 
 
 def cost(
-    tasks: Sequence[Asked], wanted: Float[Array, " nv"], weight: float | Float[Array, " nv"]
+    tasks: Sequence[Objective], desired: Float[Array, " nv"], weight: float | Float[Array, " nv"]
 ) -> tuple[Float[Array, "nv nv"], Float[Array, " nv"]]:
     """Return the cost of a generalised acceleration: its Hessian, and the right side.
 
     Args:
         tasks: What is asked.
-        wanted: What every coordinate is to have.
+        desired: What every coordinate is to have.
         weight: Cost of a squared unit off that.
     """
-    nv = len(wanted)
+    nv = len(desired)
     own = weight if isinstance(weight, np.ndarray) else np.full(nv, float(weight))
     if not tasks:
-        return np.diag(own), own * wanted
+        return np.diag(own), own * desired
     A = np.concatenate([task.matrix for task in tasks])
     H = A.T @ np.concatenate([task.weighted for task in tasks])
     H.flat[:: nv + 1] += own
-    return H, np.concatenate([task.pull for task in tasks]) @ A + own * wanted
+    return H, np.concatenate([task.pull for task in tasks]) @ A + own * desired

@@ -79,19 +79,19 @@ class ShareProgram:
         return cls(K, S, _one(len(S)), np.zeros(len(S)), diagonal, q)
 
     def and_rows(
-        self, rows: Float[Array, "k m"], give: Float[Array, "k k"], wanted: Float[Array, " k"]
+        self, rows: Float[Array, "k m"], give: Float[Array, "k k"], desired: Float[Array, " k"]
     ) -> "ShareProgram":
         """Return the program that also has a cost of some rows of shares.
 
         Args:
             rows: The rows.
             give: Inverse of its Hessian.
-            wanted: Where it is zero.
+            desired: Where it is zero.
         """
         c, k = len(self.K), len(rows)
         S, E = _one(c + k).copy(), np.zeros((c + k, c + k))
         S[:c, :c], E[:c, :c], E[c:, c:] = self.S, self.E, give
-        K, u = np.concatenate([self.K, rows]), np.concatenate([self.u, wanted])
+        K, u = np.concatenate([self.K, rows]), np.concatenate([self.u, desired])
         return ShareProgram(K, S, E, u, self.diagonal, self.q)
 
     @property

@@ -145,15 +145,15 @@ class AccelerationUnknowns:
         self.ready = order.readiness(state.human) if order.spared else None
 
     def program(
-        self, state: State, time: float, rows: list[list[Rows]], wanted, bounds
+        self, state: State, time: float, rows: list[list[Rows]], desired, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         (low, high), ready = bounds, self.ready
         levels = [stacked([row.level for row in level]) for level in rows]
         if ready is not None:
             levels = [scaled(level, ready) for level in levels]
-            low, high, wanted = low / ready, high / ready, wanted / ready
-        return {"levels": levels, "lower": low, "upper": high, "preferred": wanted}
+            low, high, desired = low / ready, high / ready, desired / ready
+        return {"levels": levels, "lower": low, "upper": high, "preferred": desired}
 
     def answer(self, state: State, x: Float[Array, " n"]) -> dict[str, Array]:
         """Return the acceleration of an answer."""
@@ -220,8 +220,8 @@ def move(
         if any(begins) and (unknowns.impacts or not k):
             state = state.moved_to(state.qpos, velocity_after_impact(state, order, now, settings))
         rows = order.rows(state, now)
-        wanted = order.preferred(state, now)
-        program = unknowns.program(state, now, rows, wanted, limits.bounds(state))
+        desired = order.preferred(state, now)
+        program = unknowns.program(state, now, rows, desired, limits.bounds(state))
         built = clock.perf_counter()
         try:
             solution = solve_hierarchy(**program, singular=settings.min_gain)
@@ -232,7 +232,7 @@ def move(
             break
         solved = clock.perf_counter()
         answer = unknowns.answer(state, solution.x)
-        active, residual = _missed(order, rows, wanted, answer["qacc"])
+        active, residual = _missed(order, rows, desired, answer["qacc"])
         ticks.append(
             {
                 "qpos": state.qpos,
@@ -305,12 +305,12 @@ def velocity_after_impact(
     ).x
 
 
-def _missed(order: TaskOrder, rows: list[list[Rows]], wanted, qacc) -> tuple[Array, Array]:
+def _missed(order: TaskOrder, rows: list[list[Rows]], desired, qacc) -> tuple[Array, Array]:
     """Return which tasks had rows, and by how much an acceleration misses them."""
     flat = [row for level in rows for row in level]
     active = [len(row.right) > 0 for row in flat]
     missed = [row.missed(qacc) for row in flat]
     if order.posture is not None:
         active.append(True)
-        missed.append(qacc - wanted)
+        missed.append(qacc - desired)
     return np.array(active, dtype=bool), np.array([sqrt(m @ m) for m in missed])

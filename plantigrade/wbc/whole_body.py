@@ -30,7 +30,7 @@ from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.reduced import Dynamics, Reduced, TorqueCost
-from plantigrade.wbc.rows import Asked, PointRows, Rows, cost
+from plantigrade.wbc.rows import Objective, PointRows, Rows, cost
 from plantigrade.wbc.shares import ShareProgram
 from plantigrade.wbc.torque_limits import TorqueLimits
 from plantigrade.wbc.touching import EDGES, UNIT, Touching, wrenches
@@ -77,7 +77,7 @@ class WholeBody:
         >>> human = Human.create()
         >>> program = WholeBody(human)
         >>> state = State(human, human.standing())
-        >>> flight = program.solve(state, Touching(), wanted=np.zeros(human.model.nv))
+        >>> flight = program.solve(state, Touching(), desired=np.zeros(human.model.nv))
         >>> bool(np.allclose(flight.qacc[:3], [0.0, 0.0, -9.80665], atol=0.02))
         True
     """
@@ -100,9 +100,9 @@ class WholeBody:
         self,
         state: State,
         touching: Touching,
-        tasks: Sequence[Asked] = (),
+        tasks: Sequence[Objective] = (),
         *,
-        wanted: Float[Array, " nv"],
+        desired: Float[Array, " nv"],
         weight: float | Float[Array, " nv"] = 1.0,
         force: Float[Array, "k 3"] | None = None,
         force_weight: float | Float[Array, " k"] = 1e-3,
@@ -117,12 +117,12 @@ class WholeBody:
             state: The state of the body.
             touching: Where it touches.
             tasks: What is asked of the generalised acceleration.
-            wanted: The generalised acceleration that is wanted, coordinate by coordinate.
+            desired: Desired generalised acceleration, coordinate by coordinate.
             weight: Cost of a squared unit missed of it, positive for joints; also keeps the program
                 well posed.
-            force: Force wanted at each point [N]; none if absent.
-            force_weight: Cost of a share [0.1 body weights], squared, off what is wanted; positive.
-            torque: Torque wanted of the motors [N m]; zero if absent.
+            force: Desired force at each point [N]; none if absent.
+            force_weight: Cost of a share [0.1 body weights], squared, off the desired; positive.
+            torque: Desired torque of the motors [N m]; zero if absent.
             torque_weight: Cost of a squared newton metre off it.
             passive: What the joints give by themselves [N m].
             points: The points that touch, where the caller has them.
@@ -143,7 +143,7 @@ class WholeBody:
             torques = TorqueCost(_each(torque, n), _each(torque_weight, n))
         try:
             reduced = Reduced(
-                dynamics, *cost(tasks, wanted, weight), wrenches(points, edges), torques
+                dynamics, *cost(tasks, desired, weight), wrenches(points, edges), torques
             )
         except np.linalg.LinAlgError:
             return self._none(k, "tasks leave accelerations open: weights must be positive")

@@ -5,6 +5,7 @@ import pytest
 
 from plantigrade.contact.ground import Ground, GroundStep, HeightField
 from plantigrade.control.gait.phase import Foot
+from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.ground import GroundSettings, Sole
 
 LEG, SETTINGS = 0.9, GroundSettings()
@@ -43,7 +44,7 @@ def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
     np.testing.assert_array_equal(level, [0.0, 0.0])
     ground = edge(0.1)
     near = np.array(
-        [0.0, 0.1 - SETTINGS.min_lateral_distance * LEG - 0.01]
+        [0.0, 0.1 - SwingOffsetSettings.min_foot_distance * LEG - 0.01]
     )  # a shift inward would be on this foot
     assert Sole(LEG, 1.0).shift(ground, place, near, 0.3)[1] > 0.0
 

@@ -137,6 +137,7 @@ def reach(touchdown) -> Reach:
         max_descent=SETTINGS.tasks.max_descent,
         stance_foot_size=SETTINGS.swing.stance_foot_size,
         foot_velocity=np.zeros(2),
+        max_foot_acceleration=SETTINGS.gait.swing.max_acceleration,
         hip=np.zeros(2),
         hip_height=0.8,
         hip_rise=0.0,

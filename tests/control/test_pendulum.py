@@ -7,11 +7,11 @@ import pytest
 
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
+from plantigrade.control.gait.disturbance import DisturbanceEstimator, DisturbanceSettings
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.reference import STEP, reference_of
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
-from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.reference import with_feasible_com
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
@@ -191,23 +191,23 @@ def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
 def test_a_push_is_estimated_besides_the_ground(walk, world_of):
     controller = Pendulum(walk)
     world = world_of(controller)
-    state, felt = world.reset(), []
+    state, estimated = world.reset(), []
     push, trunk = np.array([30.0, 120.0, 0.0]), walk.human.body("torso")
     while world.time < 0.7:  # double and single support, a foot that lands
         if world.time > 0.3:
             world.push(trunk, push)
         state = world.step(controller(state))
-        felt.append(controller.disturbance.acceleration)
+        estimated.append(controller.disturbance.acceleration)
     own, deadband = push[:2] / state.body.mass, controller.settings.disturbance.deadband
-    assert np.abs(felt[10:59]).max() < 0.3
-    late = np.array(felt[70:])
+    assert np.abs(estimated[10:59]).max() < 0.3
+    late = np.array(estimated[70:])
     assert np.abs(np.median(late, axis=0) - own).max() < deadband
     wrong = np.abs(late - own).max(axis=1) > 2.0 * deadband
     assert wrong.mean() < 0.05  # for a moment, where a foot strikes hard
 
 
-def test_what_is_felt_is_no_turn_of_the_axes_and_no_single_shock(walk):
-    estimator, angle, step = DisturbanceEstimator(), 0.01, 0.005
+def test_an_estimated_disturbance_is_no_turn_of_the_axes_and_no_single_shock(walk):
+    estimator, angle, step = DisturbanceEstimator(DisturbanceSettings()), 0.01, 0.005
     still, nothing = BodyState(walk.human, walk.human.standing()), np.zeros((1, 3))
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     velocity = np.array([1.3, 0.0])

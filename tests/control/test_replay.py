@@ -10,7 +10,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.clearance import clearance_of
 from plantigrade.control.gait.phase import Gait, GaitSettings, Touchdown
 from plantigrade.control.gait.reference import STEP, before, period_of, reference_of
-from plantigrade.control.gait.tasks import leg_joints, wanted_accelerations
+from plantigrade.control.gait.tasks import desired_accelerations, leg_joints
 from plantigrade.control.replay import Replay, ReplaySettings
 from plantigrade.control.replay.summary import (
     describe_steps,
@@ -238,8 +238,8 @@ def test_legs_that_steps_have_bent_otherwise_are_slowed_and_not_led_to_the_motio
     qpos = ref.q + 0.0
     qpos[7:] += 0.3
     body, settings = State(replay.human, qpos, ref.v), replay.tasks.settings
-    led = wanted_accelerations(ref, 1.0, body, settings)
-    slack = wanted_accelerations(ref, 1.0, body, settings, legs)
+    led = desired_accelerations(ref, 1.0, body, settings)
+    slack = desired_accelerations(ref, 1.0, body, settings, legs)
     np.testing.assert_allclose(led[6:], ref.a[6:] - 30.0)
     np.testing.assert_allclose(slack[6:][legs], ref.a[6:][legs])
     np.testing.assert_array_equal(slack[6:][~legs], led[6:][~legs])

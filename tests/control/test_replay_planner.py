@@ -46,7 +46,8 @@ def pendulum(xi, foot, seconds):
 
 
 def wide(**settings):
-    return FootstepLimits(np.eye(2), np.array([0.5, 0.1]), 1.0, 5.0, -5.0, np.zeros(2), **settings)
+    zero = np.zeros(2)
+    return FootstepLimits(np.eye(2), np.array([0.5, 0.1]), 1.0, 5.0, -5.0, zero, **settings)
 
 
 def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
@@ -94,7 +95,9 @@ def test_what_is_undisturbed_steps_as_planned_in_its_own_time():
 def test_a_push_outward_is_answered_by_a_sooner_step_within_the_limits():
     xi, foot, zero = np.array([0.05, 0.02]), np.zeros(2), np.zeros(2)
     then = pendulum(xi, foot, 0.4)
-    box = FootstepLimits(np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07, np.array([-0.5, 0.0]))
+    box = FootstepLimits(
+        np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07, np.array([-0.5, 0.0]), max_foot_speed=4.0
+    )
     pushed = xi - [0.0, 0.12]  # to the side of the foot that stands: the other cannot follow
     step = next_step(pushed, xi, then, OMEGA, 0.4, zero, zero, 0.0, 1.0, box)
     assert step.rate > 1.0
@@ -111,7 +114,9 @@ def test_a_swinging_foot_reaches_its_offset_in_time_at_rest():
 
 
 def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_own_side():
-    box = FootstepLimits(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
+    box = FootstepLimits(
+        np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2), max_foot_speed=4.0
+    )
     missed = np.array([[0.0, -0.2], [0.0, 0.2]])  # the left foot lands; the right one comes next
     outward, inward = box.next_step_cost(missed)
     assert outward < 0.1 * inward
@@ -119,14 +124,18 @@ def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_
 
 
 def test_a_foot_crosses_over_only_in_front_of_the_other():
-    box = FootstepLimits(np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2))
+    box = FootstepLimits(
+        np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2), max_foot_speed=4.0
+    )
     ((beside, ahead),) = box.constrained(np.array([[0.1, -0.4], [0.5, -0.4]]))
     assert 0.1 + beside[1] == pytest.approx(0.07)
     assert box.crossover_width < 0.0 and 0.1 + ahead[1] == pytest.approx(box.crossover_width)
 
 
 def test_a_foot_that_would_have_to_be_too_fast_costs_more():
-    box = FootstepLimits(np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.array([-0.6, 0.0]))
+    box = FootstepLimits(
+        np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.array([-0.6, 0.0]), max_foot_speed=4.0
+    )
     slow, fast = box.swing_cost(np.zeros((2, 2)), np.array([0.4, 0.1]))
     assert slow == 0.0 < fast
 

@@ -33,14 +33,14 @@ def test_a_point_that_hangs_over_the_ground_bears_nothing():
     J, _, bias = state.touched(points.body, low)
     nv = HUMAN.model.nv
     rows = [Rows(J.reshape(-1, nv), -bias.ravel(), 900.0)]
-    wanted, weight = np.zeros(nv), np.repeat([0.0, 0.4], [3, nv - 3])
-    wanted[6 + HUMAN.hinge("lumbar_extension")] = -3.0
+    desired, weight = np.zeros(nv), np.repeat([0.0, 0.4], [3, nv - 3])
+    desired[6 + HUMAN.hinge("lumbar_extension")] = -3.0
 
     def force(gap, limits=None):
         program = WholeBody(HUMAN, armature=0.02, limits=limits)
         cost = TASKS.force_cost(np.ones(len(gap), dtype=bool), gap)
         answer = program.solve(
-            state, contacts, rows, wanted=wanted, weight=weight, force_weight=cost,
+            state, contacts, rows, desired=desired, weight=weight, force_weight=cost,
             torque_weight=TASKS.torque_cost,
         )  # fmt: skip
         assert answer.ok

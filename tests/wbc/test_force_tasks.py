@@ -100,8 +100,8 @@ def test_a_posture_on_its_curve_is_asked_for_the_bend_of_the_curve():
     curve[3:7] *= 1.01
     target = curve, state.qvel - slow, np.array(bend)
     task = PostureTask(target, stiffness=200.0, damping=30.0)
-    wanted = np.array(bend) - 200.0 * np.array(away) - 30.0 * np.array(slow)
-    np.testing.assert_allclose(task.acceleration(state, 0.0), wanted, atol=1e-8)
+    desired = np.array(bend) - 200.0 * np.array(away) - 30.0 * np.array(slow)
+    np.testing.assert_allclose(task.acceleration(state, 0.0), desired, atol=1e-8)
 
 
 def test_a_heel_is_placed_further_where_the_body_is_off_its_path():

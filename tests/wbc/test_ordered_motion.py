@@ -284,9 +284,9 @@ def test_tasks_of_one_level_share_it_by_their_weights(human):
     levels, wide = [task.rows(state).level for task in tasks], np.full(human.model.nv, 1e6)
     both = stacked(levels)
     assert both.name == "ahead and behind" and both.matrix.shape == (2, human.model.nv)
-    for asked, wanted in (([both], 0.5), (levels, 1.0), (levels[::-1], -1.0)):
+    for asked, desired in (([both], 0.5), (levels, 1.0), (levels[::-1], -1.0)):
         x = solve_hierarchy(asked, lower=-wide, upper=wide).x
-        np.testing.assert_allclose(state.com_jacobian[0] @ x, 4.0 * wanted, atol=1e-6)
+        np.testing.assert_allclose(state.com_jacobian[0] @ x, 4.0 * desired, atol=1e-6)
 
 
 def test_a_motion_that_cannot_go_on_ends_where_it_is_and_says_why(monkeypatch):

@@ -147,9 +147,9 @@ def test_rows_ask_for_the_second_order_equation(preset):
             errors.append(task.error(State(human, there), NOW + d))
         rate = (errors[2] - errors[0]) / (2 * h)
         acceleration = (errors[2] - 2 * errors[1] + errors[0]) / h**2
-        wanted = -task.stiffness * errors[1] - task.damping * rate
-        scale = max(1.0, np.abs(wanted).max())
-        np.testing.assert_allclose(acceleration, wanted, atol=2e-3 * scale, err_msg=task.name)
+        desired = -task.stiffness * errors[1] - task.damping * rate
+        scale = max(1.0, np.abs(desired).max())
+        np.testing.assert_allclose(acceleration, desired, atol=2e-3 * scale, err_msg=task.name)
 
 
 def test_damping_is_critical_where_none_is_given():
@@ -188,10 +188,10 @@ def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset)
     assert len(row.right) >= np.linalg.matrix_rank(full, tol=1e-6)
     wide = np.full(human.model.nv, 1e9)
     a = solve_hierarchy([row.level], lower=-wide, upper=wide).x
-    wanted = -task.stiffness * task.error(state, 0.0) - task.damping * full @ state.qvel
-    missed = full @ a + task.bias_acceleration(state, 0.0) - wanted
-    best = np.linalg.lstsq(full, wanted - task.bias_acceleration(state, 0.0), rcond=1e-10)[0]
-    expected = full @ best + task.bias_acceleration(state, 0.0) - wanted
+    desired = -task.stiffness * task.error(state, 0.0) - task.damping * full @ state.qvel
+    missed = full @ a + task.bias_acceleration(state, 0.0) - desired
+    best = np.linalg.lstsq(full, desired - task.bias_acceleration(state, 0.0), rcond=1e-10)[0]
+    expected = full @ best + task.bias_acceleration(state, 0.0) - desired
     np.testing.assert_allclose(np.linalg.norm(missed), np.linalg.norm(expected), rtol=1e-6)
 
 

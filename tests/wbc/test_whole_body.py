@@ -34,8 +34,8 @@ def touching(state, sites=None, normal=(0.0, 0.0, 1.0)):
     return Touching(points.body, state.position(points), normals)
 
 
-def centre_of_mass(state, wanted, weight=1000.0):
-    return Rows(state.com_jacobian, np.asarray(wanted) - state.com_bias_acceleration, weight)
+def centre_of_mass(state, desired, weight=1000.0):
+    return Rows(state.com_jacobian, np.asarray(desired) - state.com_bias_acceleration, weight)
 
 
 def test_touched_places_move_as_the_engine_says(state):
@@ -66,9 +66,9 @@ def test_torques_and_forces_give_the_accelerations(state):
     human, where = state.human, touching(state)
     program = WholeBody(human, armature=0.01)
     passive = np.full(len(human.coordinates), 0.5)
-    wanted = np.random.default_rng(2).uniform(-2, 2, human.model.nv)
+    desired = np.random.default_rng(2).uniform(-2, 2, human.model.nv)
     answer = program.solve(
-        state, where, [centre_of_mass(state, [0.3, 0.2, 0.1])], wanted=wanted, passive=passive
+        state, where, [centre_of_mass(state, [0.3, 0.2, 0.1])], desired=desired, passive=passive
     )
     assert answer.ok
     needed = state.inverse_dynamics(answer.qacc)
@@ -87,7 +87,7 @@ def test_forces_stay_in_their_cones(state, sideways):
     where = touching(state, normal=(0.2, -0.1, 1.0))
     tasks = [centre_of_mass(state, [sideways, 0.0, 0.0])]
     answer = WholeBody(state.human).solve(
-        state, where, tasks, wanted=np.zeros(state.human.model.nv)
+        state, where, tasks, desired=np.zeros(state.human.model.nv)
     )
     along = np.einsum("kc,kc->k", answer.force, where.normal)
     across = np.linalg.norm(answer.force - along[:, None] * where.normal, axis=1)
@@ -103,9 +103,9 @@ def test_shares_are_the_best_of_all_that_are_not_negative(state):
     human, where = state.human, touching(state)
     nv = human.model.nv
     tasks = [centre_of_mass(state, [8.0, 0.0, -3.0], 10.0)]
-    wanted = np.random.default_rng(3).uniform(-2, 2, nv)
+    desired = np.random.default_rng(3).uniform(-2, 2, nv)
     program = WholeBody(human, limits=np.array([[-1e6], [1e6]]) * np.ones(nv - 6))
-    answer = program.solve(state, where, tasks, wanted=wanted, force_weight=1e-2)
+    answer = program.solve(state, where, tasks, desired=desired, force_weight=1e-2)
     J, _, _ = state.touched(where.body, where.place)
     push = np.einsum("kcv,kce->vke", J, program.unit * where.edges()).reshape(nv, -1)
     M, h = state.mass_matrix, state.bias
@@ -116,7 +116,7 @@ def test_shares_are_the_best_of_all_that_are_not_negative(state):
     fixed = np.concatenate([np.linalg.solve(M[:6, :6], -h[:6]), np.zeros(nv - 6)])
     A, b = tasks[0].matrix, tasks[0].right
     rows = np.vstack([np.sqrt(10) * A @ change, change, np.eye(nv - 6 + m)[nv - 6 :] * 0.1])
-    right = np.concatenate([np.sqrt(10) * (b - A @ fixed), wanted - fixed, np.zeros(m)])
+    right = np.concatenate([np.sqrt(10) * (b - A @ fixed), desired - fixed, np.zeros(m)])
     joints, shares = rows[:, : nv - 6], rows[:, nv - 6 :]
     q, _ = np.linalg.qr(joints)
     best, _ = nnls(shares - q @ (q.T @ shares), right - q @ (q.T @ right))
@@ -127,11 +127,11 @@ def test_shares_are_the_best_of_all_that_are_not_negative(state):
 def test_torques_stop_at_their_limits(state):
     human, where = state.human, touching(state)
     n = len(human.coordinates)
-    wanted = np.zeros(human.model.nv)
-    free = WholeBody(human).solve(state, where, wanted=wanted)
+    desired = np.zeros(human.model.nv)
+    free = WholeBody(human).solve(state, where, desired=desired)
     most = 0.6 * np.abs(free.torque).max()
     program = WholeBody(human, limits=np.array([[-most], [most]]) * np.ones(n))
-    answer = program.solve(state, where, wanted=wanted)
+    answer = program.solve(state, where, desired=desired)
     assert answer.ok
     assert answer.limited > 0
     assert np.abs(answer.torque).max() == pytest.approx(most, rel=1e-5)
@@ -149,13 +149,13 @@ def test_exchanges_find_what_the_solver_of_quadratic_programs_finds(
 ):
     where = Touching() if flies else touching(state)
     rng = np.random.default_rng(4)
-    wanted = rng.uniform(-60, 60, state.human.model.nv)
+    desired = rng.uniform(-60, 60, state.human.model.nv)
     limits, answers = 0.2 * np.array(state.human.model.jnt_actfrcrange[1:]).T, []
     for exchanges in (torque_limits.EXCHANGES, 0):
         monkeypatch.setattr(torque_limits, "EXCHANGES", exchanges)
         program = WholeBody(state.human, limits=limits)
-        program.solve(state, where, wanted=0.8 * wanted, torque_weight=weight)
-        answers.append(program.solve(state, where, wanted=wanted, torque_weight=weight))
+        program.solve(state, where, desired=0.8 * desired, torque_weight=weight)
+        answers.append(program.solve(state, where, desired=desired, torque_weight=weight))
     one, other = answers
     assert one.ok and other.ok
     assert one.limited == other.limited >= 2
@@ -209,12 +209,12 @@ def test_few_shares_meet_the_conditions_as_many_do(n):
 
 
 def test_wanted_forces_and_torques_come_back(state):
-    """What mechanics leaves open goes where it is wanted: the motion of one answer, its forces."""
+    """What mechanics leaves open goes where it is desired: the motion of one answer, its forces."""
     human, where = state.human, touching(state)
-    program, wanted = WholeBody(human), np.zeros(human.model.nv)
-    first = program.solve(state, where, wanted=wanted)
+    program, desired = WholeBody(human), np.zeros(human.model.nv)
+    first = program.solve(state, where, desired=desired)
     again = program.solve(
-        state, where, wanted=first.qacc, force=first.force, torque=first.torque, torque_weight=1e-4
+        state, where, desired=first.qacc, force=first.force, torque=first.torque, torque_weight=1e-4
     )
     assert np.allclose(again.qacc, first.qacc, atol=1e-4)
     assert np.allclose(again.torque, first.torque, atol=1e-2)
@@ -222,7 +222,7 @@ def test_wanted_forces_and_torques_come_back(state):
 
 def test_open_accelerations_are_refused(state):
     answer = WholeBody(state.human).solve(
-        state, Touching(), wanted=np.zeros(state.human.model.nv), weight=0.0
+        state, Touching(), desired=np.zeros(state.human.model.nv), weight=0.0
     )
     assert not answer.ok
     assert "weights" in answer.status
@@ -232,6 +232,6 @@ def test_a_body_in_flight_falls(human):
     data = mujoco.MjData(human.model)
     data.qpos[:] = human.standing()
     state = State(human, data.qpos)
-    answer = WholeBody(human).solve(state, Touching(), wanted=np.zeros(human.model.nv))
+    answer = WholeBody(human).solve(state, Touching(), desired=np.zeros(human.model.nv))
     fall = state.com_jacobian @ answer.qacc + state.com_bias_acceleration
     assert np.allclose(fall, [0.0, 0.0, -GRAVITY], atol=1e-8)

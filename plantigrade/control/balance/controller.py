@@ -71,7 +71,7 @@ class Balance(Controller):
         if self._world is not state.world:
             return ()
         line = np.array([[state.body.com, self.goal]])
-        return (Drawing(name="centre of mass wanted", points=self.goal[None], lines=line),)
+        return (Drawing(name="goal of the centre of mass", points=self.goal[None], lines=line),)
 
     def _begin(self, state: State) -> None:
         """Make ready for a world."""
@@ -80,7 +80,7 @@ class Balance(Controller):
         self.contact = GroundContact(world, s.contact)
         self.program = WholeBody(human, armature=world.actuators.armature)
         self._weight, self._gain = s.joint_weights(human), s.joint_gains.of(human)
-        self._follows = self.reference or posture_reference(world, np.array(state.qpos), s.platform)
+        self._follows = self.reference or posture_reference(world, np.array(state.qpos))
         strength = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
         within = within_foot(human)
         self._damping = np.where(within, s.foot_joint_damping, s.joint_damping * strength)
@@ -127,7 +127,7 @@ class Balance(Controller):
             body,
             touching,
             rows,
-            wanted=qacc,
+            desired=qacc,
             weight=weight,
             force_weight=np.where(loads, s.force_weight * factor, s.idle_force_weight),
             passive=world.actuators.passive(state.angles, state.rates),

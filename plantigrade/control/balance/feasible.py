@@ -22,13 +22,15 @@ from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.control.balance.postures import PostureSolverSettings, velocities_of
+from plantigrade.control.balance.postures import PostureSolverSettings, posture_step, velocities_of
 from plantigrade.control.balance.reference import MotionReference
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.support import inside
-from plantigrade.kinematics.state import State, integrate
+from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks.point import axis_error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,12 +43,9 @@ class FeasibleSettings:
     """Least load on the feet while they are on the ground [body weights]. Chosen."""
     min_height: float = 0.1
     """Least height of the centre of mass in the air [m]. Chosen."""
-    support_weight: float = PostureSolverSettings.ankle_weight
-    """Weight of feet that stay, and of the centre of mass over the ground [1/m, 1/rad]."""
-    com_height_weight: float = PostureSolverSettings.support_weight
-    """Weight of the height of the centre of mass [1/m]; as in scripts."""
-    joint_weight: float = PostureSolverSettings.joint_weight
-    """Weight of joints as recorded [1/rad]; as in scripts. That of the pelvis is 1."""
+    solver: PostureSolverSettings = PostureSolverSettings(pelvis_weight=1.0)
+    """Weights of the postures, as in scripts; feet and the centre of mass over the ground count as
+    ankles do."""
     n_iterations: int = 2
     """Gauss-Newton steps of every posture. Chosen."""
 
@@ -104,8 +103,11 @@ def feasible_motion(
     com = feasible_path(reference.time, reference.com, reference.spheres, reference.contact, s)
     feet = [human.body(f"foot_{side}") for side in SIDES]
     state, qpos = State(human, motion.qpos[0]), motion.qpos.copy()
-    own = np.r_[np.ones(6), np.full(human.model.nv - 6, s.joint_weight)]
-    com_weight = np.array([s.support_weight, s.support_weight, s.com_height_weight])
+    solver = s.solver
+    own = np.full(human.model.nv, solver.joint_weight)
+    own[:6] = solver.pelvis_weight
+    hold, com_weight = solver.ankle_weight, np.full(3, solver.ankle_weight)
+    com_weight[2] = solver.support_weight
     for q, goal in zip(qpos, com, strict=True):
         state = state.moved_to(q)
         start, positions = q.copy(), np.array([state.origin(foot) for foot in feet])
@@ -114,14 +116,12 @@ def feasible_motion(
             state = state.moved_to(q) if k else state
             J, _, _ = state.touched(np.array(feet), positions)
             moved = positions - [state.origin(foot) for foot in feet]
-            rows = [s.support_weight * J.reshape(6, -1), state.com_jacobian * com_weight[:, None]]
-            right = [s.support_weight * moved.ravel(), (goal - state.com) * com_weight]
+            rows = [
+                Rows(J.reshape(6, -1), moved.ravel(), hold),
+                Rows(state.com_jacobian, goal - state.com, com_weight),
+            ]
             for foot, rotation in zip(feet, rotations, strict=True):
-                rows.append(s.support_weight * state.angular_jacobian(foot))
-                turned = np.cross(state.rotation(foot), rotation, axis=0).sum(axis=1)
-                right.append(0.5 * s.support_weight * turned)
-            A, b, back = np.concatenate(rows), np.concatenate(right), -state.difference(start)
-            step = np.linalg.solve(A.T @ A + np.diag(own**2), A.T @ b + own**2 * back)
-            q[:] = integrate(state.model, state.qpos, step)
-            q[7:] = np.clip(q[7:], *human.limits)
+                turn = axis_error(rotation, state.rotation(foot))
+                rows.append(Rows(state.angular_jacobian(foot), turn, hold))
+            q[:] = posture_step(state, rows, start, own)
     return replace(motion, qpos=qpos, qvel=velocities_of(human, qpos, motion.rate), qacc=None)

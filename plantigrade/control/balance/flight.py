@@ -12,6 +12,7 @@ from plantigrade.control.balance.reference import ReferenceState
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import AlignmentTask
+from plantigrade.wbc.tasks.point import axis_error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +110,8 @@ def landing_rows(
     rotations = body.moved_to(desired.qpos).rotations[feet.feet]
     weight = feet.settings.foot_orientation_weight
     for foot, rotation in zip(feet.feet, rotations, strict=True):
-        turn = 0.5 * np.cross(body.rotation(foot), rotation, axis=0).sum(axis=1)
-        task = AlignmentTask(foot, turn, stiffness=gain, weight=weight)
+        task = AlignmentTask(
+            foot, axis_error(rotation, body.rotation(foot)), stiffness=gain, weight=weight
+        )
         rows.append(task.rows(body))
     return rows

@@ -39,6 +39,7 @@ from plantigrade.control.balance.reference import Reference, ReferenceState, pos
 from plantigrade.control.balance.settings import JointGains
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
+from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import Acceleration, Controller, State
 
 REGULARISATION = 1e-6  # of the multipliers of the constraint, by the mean of its diagonal
@@ -178,12 +179,6 @@ def _momentum_rate(body: BodyState) -> tuple[Float[Array, "3 nv"], Float[Array, 
     return rotation @ M[3:6] - across @ M[:3], rotation @ h[3:6] - across @ h[:3]
 
 
-def _cross(a: Float[Array, "*n 3"], b: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
-    """Return cross products, faster than NumPy for few vectors."""
-    i, j = [1, 2, 0], [2, 0, 1]
-    return a[..., i] * b[..., j] - a[..., j] * b[..., i]
-
-
 def _beyond_strength(state: State) -> Bool[Array, " n_hinges"]:
     """Return which motors of the last step were beyond the strength of the person."""
     low, high = state.human.model.jnt_actfrcrange[1:].T
@@ -257,7 +252,7 @@ class _Tracked:
         """Return the Jacobian of the supporting segments, and its right-hand side (Eq. 7)."""
         body, gain = state.body, self.settings.support_gain
         J, now = self._jacobian(body), body.rotations[self.segments]
-        turned = 0.5 * _cross(now.swapaxes(1, 2), self._rotations.swapaxes(1, 2)).sum(axis=1)
+        turned = axis_error(self._rotations, now)
         error = np.hstack([self._origins - body.origins[self.segments], turned]).ravel()
         names = body.human.body_names
         turning = [body.angular_bias_acceleration(names[i - 1]) for i in self.segments]

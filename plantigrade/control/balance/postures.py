@@ -1,17 +1,22 @@
 """Postures over feet that are posed, with the centre of mass over its goal."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.foot_pose import SEGMENTS, FootPoser
 from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
+from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import standing_on
+
+DAMPING = 1e-6  # of a Gauss-Newton step, by squared weights: keeps it well posed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,39 +149,57 @@ class PostureSolver:
         """Return a configuration nearer to its goals, by a Gauss-Newton step.
 
         Args:
-            state: The configuration so far.
+            state: The configuration before the step.
             feet: Positions of the ankles [m].
             rotations: Orientations of the feet; None for one in the air.
             goal: Goal of the centre of mass [m].
             before: Configuration of the frame before.
             flight_rate: As for :meth:`path`.
         """
-        s, origins = self.settings, [state.origin(foot) for foot in self._feet]
-        J, _, _ = state.touched(np.array(self._feet), np.array(origins))
-        rows = [J.reshape(6, -1) * s.ankle_weight]
-        right = [(feet - origins).ravel() * s.ankle_weight]
+        s, pull = self.settings, self.settings.support_weight
+        origins = np.array([state.origin(foot) for foot in self._feet])
+        J, _, _ = state.touched(np.array(self._feet), origins)
+        rows = [Rows(J.reshape(6, -1), (feet - origins).ravel(), s.ankle_weight)]
         for foot, rotation in zip(self._feet, rotations, strict=True):
             if rotation is not None:
-                rows.append(s.support_weight * state.angular_jacobian(foot))
-                turned = np.cross(state.rotation(foot), rotation, axis=0).sum(axis=1)
-                right.append(s.support_weight * 0.5 * turned)
-        rows.append(state.com_jacobian * s.support_weight)
-        right.append((goal - state.com) * s.support_weight)
+                turn = axis_error(rotation, state.rotation(foot))
+                rows.append(Rows(state.angular_jacobian(foot), turn, pull))
+        rows.append(Rows(state.com_jacobian, goal - state.com, pull))
         if before is not None and flight_rate:
-            spin = state.angular_momentum_jacobian * (s.momentum_weight * flight_rate / state.mass)
-            rows.append(spin)
-            right.append(-spin @ state.difference(before))
-        back = -state.difference(self._standing)
-        n = len(back) - 6
+            spin = state.angular_momentum_jacobian * (flight_rate / state.mass)
+            rows.append(Rows(spin, -spin @ state.difference(before), s.momentum_weight))
+        n = len(self.human.coordinates)
         own = np.r_[np.zeros(3), np.full(3, s.pelvis_weight), np.full(n, s.joint_weight)]
-        A, b = np.concatenate(rows)[:, self._free], np.concatenate(right)
-        w = own[self._free]
-        H = A.T @ A + np.diag(w**2 + 1e-6)
-        step = np.zeros(len(back))
-        step[self._free] = np.linalg.solve(H, A.T @ b + w**2 * back[self._free])
-        q = integrate(state.model, state.qpos, np.clip(step, -s.max_step, s.max_step))
-        q[7:] = np.clip(q[7:], *self.human.limits)
-        return q
+        return posture_step(state, rows, self._standing, own, self._free, s.max_step)
+
+
+def posture_step(
+    state: State,
+    rows: Sequence[Rows],
+    rest: Float[Array, " nq"],
+    own: Float[Array, " nv"],
+    free: Int[Array, " k"] | slice = slice(None),
+    max_step: float = np.inf,
+) -> Float[Array, " nq"]:
+    """Return a configuration nearer to its goals, by a Gauss-Newton step within joint limits.
+
+    Args:
+        state: The configuration before.
+        rows: Desired changes; a weight is the root of the cost of a squared unit missed.
+        rest: Configuration from which deviations cost.
+        own: Root of the cost of a squared deviation of each coordinate from it.
+        free: Coordinates that may change.
+        max_step: Greatest change of a coordinate [rad, m].
+    """
+    A = np.concatenate([row.weighted for row in rows])[:, free]
+    b, back = np.concatenate([row.pull for row in rows]), -state.difference(rest)
+    w = own[free]
+    step = np.zeros(len(back))
+    H = A.T @ A + np.diag(w**2 + DAMPING)
+    step[free] = np.linalg.solve(H, A.T @ b + w**2 * back[free])
+    q = integrate(state.model, state.qpos, np.clip(step, -max_step, max_step))
+    q[7:] = np.clip(q[7:], *state.human.limits)
+    return q
 
 
 def velocities_of(human: Human, qpos: Float[Array, "n nq"], rate: float) -> Float[Array, "n nv"]:

@@ -6,9 +6,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.control.balance.disturbance import DisturbanceEstimator, DisturbanceSettings
 from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
 from plantigrade.control.balance.reference import ContactDetectionSettings
+from plantigrade.control.gait.disturbance import DisturbanceEstimator, DisturbanceSettings
+from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, inside, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
@@ -18,6 +19,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import AlignmentTask, PointTask
+from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import State
 
 SPINE_JOINTS = ("lumbar", "thorax", "neck")
@@ -43,9 +45,7 @@ class RecoverySettings:
     foot_orientation_weight: float = 10.0
     """Weight of the orientation of a foot [per (rad/s²)²]. Chosen."""
     foot_orientation_gain: float = TaskSettings.rotation_stiffness
-    """Stiffness of the orientation of a foot [1/s²]; as in walking."""
-    foot_orientation_damping: float = TaskSettings.rotation_damping
-    """Damping of the orientation of a foot [1/s]; as in walking."""
+    """Stiffness of the orientation of a foot, critically damped [1/s²]; as in walking."""
     foot_stopping_rate: float = 20.0
     """Rate at which a foot about to stand comes to rest over the ground [1/s]. Chosen."""
     upright_weight: float = 50.0
@@ -62,8 +62,6 @@ class RecoverySettings:
     """Gain of the capture-point error on both feet ([Englsberger2011]_). Chosen."""
     momentum_reach: float = 0.05
     """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen."""
-    rest_delay: float = 0.3
-    """Time after a touchdown from which the body may be at rest [s]. Chosen."""
     rest_speed: float = 0.15
     """Speed of the centre of mass below which it is [m/s]. Chosen."""
     landing_weight: float = 10.0
@@ -140,16 +138,15 @@ class Recovery:
         ]
         self._soles = PointSet(human, [f"foot_{side}" for side in SIDES], np.array(middles))
         self._up = stands.rotation(human.trunk).T @ np.array([0.0, 0.0, 1.0])
-        hip, ankle = stands.origin(human.body("femur_r")), stands.origin(self.feet[0])
-        self.leg_length = float(np.linalg.norm(hip - ankle))
+        self.leg_length = leg_length(human)
         self._stance_width = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
         s = settings
         frequency, weight = s.trunk_frequency, s.upright_weight
-        gain, damping = s.foot_orientation_gain, s.foot_orientation_damping
+        gain = s.foot_orientation_gain
         self._trunk = AlignmentTask(human.trunk, stiffness=frequency**2, weight=weight)
         self._orientation, self._position = [], []
         for i, foot in enumerate(self.feet):
-            turn = AlignmentTask(foot, stiffness=gain, damping=damping)
+            turn = AlignmentTask(foot, stiffness=gain)
             turn.weight = s.foot_orientation_weight
             self._orientation.append(turn)
             self._position.append(PointTask(self._soles, which=i, weight=s.foot_weight))
@@ -190,7 +187,8 @@ class Recovery:
 
     def update(self, state: State, contacts: FootContacts) -> FootContacts:
         """Begin, go on with or end a step; return the contacts of the feet that carry."""
-        self.disturbance.update(state)
+        step = 1.0 / state.world.control_rate
+        self.disturbance.update(state.body, state.contact_force, step)
         body, spheres = state.body, self.spheres(state.body)
         now = self.pendulum(body, spheres, contacts)
         touches = np.array(
@@ -215,10 +213,10 @@ class Recovery:
     def _stand(self, state: State, now: PendulumState, spheres: Array, touches: Array) -> None:
         """Come to rest on both feet, or begin a step with the better of the two."""
         s, since = self.settings, state.time - self._touchdown
-        if since <= s.step.double_support_duration:
+        if since <= s.step.load_transfer_duration:
             return
         slow = np.linalg.norm(state.body.com_velocity) < s.rest_speed
-        if self.rest_angles is None and self.stepped and since > s.rest_delay and slow:
+        if self.rest_angles is None and self.stepped and slow:
             self.rest_angles = np.array(state.angles)
         near = sphere_heights(state, self.contact)[0] < s.support_height
         support = spheres[touches @ self.foot_spheres | near, :2]
@@ -325,10 +323,8 @@ class Recovery:
         ahead = body.rotation(1)[:, 0] if swings else R[:, 0]
         ahead = ahead - (ahead @ normal) * normal
         ahead /= np.sqrt(ahead @ ahead)
-        desired = np.array([ahead, (normal @ CROSS).reshape(3, 3) @ ahead, normal])
-        M = R @ desired  # the sum of the cross products of the axes is in what is not symmetric
-        error = 0.5 * np.array([M[1, 2] - M[2, 1], M[2, 0] - M[0, 2], M[0, 1] - M[1, 0]])
-        self._orientation[side].target = error
+        desired = np.array([ahead, (normal @ CROSS).reshape(3, 3) @ ahead, normal]).T
+        self._orientation[side].target = axis_error(desired, R)
         return self._orientation[side].rows(body)
 
     def _sole_height(self, state: State, position: Float[Array, " 3"]) -> float:

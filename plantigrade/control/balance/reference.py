@@ -10,10 +10,13 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
+from plantigrade.control.balance.postures import PostureSolverSettings, posture_step
 from plantigrade.control.gait.support import inside
-from plantigrade.kinematics.state import PointSet, State, integrate, sweep
+from plantigrade.kinematics.state import PointSet, State, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.wbc.rows import Rows
+from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import World
 
 PLATFORM = "platform"  # name of the body that moves in worlds that have one
@@ -117,25 +120,11 @@ def _at_rest(body: State, qvel: Array, spheres: PointSet) -> ReferenceState:
     return ReferenceState(qpos, qvel, qacc, body.com, velocity, np.zeros(3), positions, contact)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlatformSettings:
-    """Inverse kinematics on a platform; feet and centre of mass have a weight of 1."""
-
-    pelvis_weight: float = 0.3
-    """Weight of the orientation of the pelvis. Chosen."""
-    joint_weight: float = 0.03
-    """Weight of every joint. Chosen."""
-    n_iterations: int = 2
-    """Gauss-Newton steps of a tick. Chosen."""
-
-
-def posture_reference(
-    world: World, qpos: Float[Array, " nq"], settings: PlatformSettings | None = None
-) -> Reference:
+def posture_reference(world: World, qpos: Float[Array, " nq"]) -> Reference:
     """Return the reference of a posture held in a world, on a platform if it has one."""
     if mujoco.mj_name2id(world.model, mujoco.mjtObj.mjOBJ_BODY, PLATFORM) < 0:
         return PostureReference(world.human, np.array(qpos))
-    return PlatformReference(world, qpos, settings)
+    return PlatformReference(world, qpos)
 
 
 class PlatformReference(Reference):
@@ -144,13 +133,10 @@ class PlatformReference(Reference):
     Args:
         world: The world with the platform.
         qpos: The posture, feet on the platform as it is now.
-        settings: Weights of inverse kinematics.
     """
 
-    def __init__(
-        self, world: World, qpos: Float[Array, " nq"], settings: PlatformSettings | None = None
-    ):
-        human, self.settings = world.human, settings or PlatformSettings()
+    def __init__(self, world: World, qpos: Float[Array, " nq"]):
+        human, solver = world.human, PostureSolverSettings()
         self._data, self._platform = world.data, world.model.body(PLATFORM).id
         self._start = self._body = body = State(human, qpos)
         names = sorted({s.body for s in contact_sites(human)})
@@ -162,33 +148,31 @@ class PlatformReference(Reference):
         self._rotation = rotation.T @ body.rotations[self._segments]
         self._com = (body.com - position) @ rotation * [1.0, 1.0, 0.0]
         self._height = body.com[2] - (position + rotation @ self._com)[2]
+        self._hold, self._n_iterations = solver.ankle_weight, solver.n_iterations
+        self._own = np.full(human.model.nv, solver.joint_weight)
+        self._own[:3], self._own[3:6] = 0.0, solver.pelvis_weight
         self._time, self._state = -1.0, _at_rest(body, np.zeros(human.model.nv), self._spheres)
 
     def at(self, time: float) -> ReferenceState:
         """Return the posture on the platform as it is now."""
         if time == self._time:
             return self._state
-        s, before, elapsed = self.settings, self._state.qpos, time - self._time
+        before, elapsed = self._state.qpos, time - self._time
         position, rotation = self._pose()
         body, nv = self._body.moved_to(before), len(self._state.qvel)
         under = position + rotation @ self._com
         com = np.array([*under[:2], under[2] + self._height])
         desired = rotation @ self._rotation
-        weights = np.r_[[0.0] * 3, [s.pelvis_weight] * 3, [s.joint_weight] * (nv - 6)]
-        for _ in range(s.n_iterations):
-            now = body.rotations[self._segments]
-            turned = 0.5 * np.cross(now.swapaxes(1, 2), desired.swapaxes(1, 2)).sum(axis=1)
+        for _ in range(self._n_iterations):
             moved = position + self._local @ rotation.T - body.origins[self._segments]
-            back = -body.difference(self._start.qpos)
+            turned = axis_error(desired, body.rotations[self._segments])
+            spins = np.vstack([body.angular_jacobian(i) for i in self._segments])
             rows = [
-                body.jacobian(self._origins).reshape(-1, nv),
-                np.vstack([body.angular_jacobian(i) for i in self._segments]),
-                body.com_jacobian,
-                np.diag(weights)[3:],
+                Rows(body.jacobian(self._origins).reshape(-1, nv), moved.ravel(), self._hold),
+                Rows(spins, turned.ravel(), self._hold),
+                Rows(body.com_jacobian, com - body.com, self._hold),
             ]
-            right = [moved.ravel(), turned.ravel(), com - body.com, weights[3:] * back[3:]]
-            step = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
-            body = body.moved_to(integrate(body.model, body.qpos, step))
+            body = body.moved_to(posture_step(body, rows, self._start.qpos, self._own))
         qvel = body.difference(before) / elapsed if self._time >= 0 else np.zeros(nv)
         self._time = time
         self._state = _at_rest(body.moved_to(body.qpos, qvel), qvel, self._spheres)

@@ -8,7 +8,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.flight import FlightSettings
 from plantigrade.control.balance.ground_contact import ContactSettings
 from plantigrade.control.balance.recovery import RecoverySettings
-from plantigrade.control.balance.reference import PlatformSettings
+from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.tasks import within_foot
 from plantigrade.models import Human
 
@@ -57,8 +57,6 @@ class BalanceSettings:
     """Flights of a reference."""
     contact: ContactSettings = ContactSettings()
     """Contacts of the feet."""
-    platform: PlatformSettings = PlatformSettings()
-    """Posture on a platform that moves."""
     joint_gains: JointGains = JointGains()
     """Stiffness about the reference."""
     joint_stops: JointStopSettings = JointStopSettings()
@@ -67,9 +65,7 @@ class BalanceSettings:
     com_weight: float = 1000.0
     """Weight of the centre of mass [per (m/s²)²]. From the study of pushes."""
     com_gain: float = 50.0
-    """Stiffness of the centre of mass [1/s²]. Chosen."""
-    com_damping: float = 14.0
-    """Damping of the centre of mass [1/s]. Chosen, nearly critical."""
+    """Stiffness of the centre of mass, critically damped [1/s²]. Chosen."""
     com_centring: float = 0.25
     """Goal of the centre of mass, from the reference (0) to the middle of the support (1). At 0 the
     heels have less room than the toes, for people stand with their weight behind the middle."""
@@ -100,12 +96,17 @@ class BalanceSettings:
     """Weight of forces along an edge of a friction pyramid [per (0.1 body weights)²]. Chosen."""
     idle_force_weight: float = 100.0
     """Weight of forces of points that touch and are not to [per (0.1 body weights)²]. Chosen."""
-    joint_damping: float = 0.012
-    """Damping about the planned velocity of a joint, by its greatest torque [s]. Chosen."""
+    joint_damping: float = GaitSettings.joint_damping
+    """Damping about the planned velocity of a joint, by its greatest torque [s]; as in walking."""
     foot_joint_damping: float = 0.5
     """Damping about the plan within a foot [N m s/rad]. Chosen."""
     foot_joint_stiffness: float = 30.0
     """Stiffness about the plan within a foot [N m/rad]. Chosen."""
+
+    @property
+    def com_damping(self) -> float:
+        """Critical damping of the centre of mass [1/s]."""
+        return 2.0 * self.com_gain**0.5
 
     def joint_weights(self, human: Human) -> Float[Array, " nv"]:
         """Return the weight of every coordinate; none of the position of the pelvis."""

@@ -56,8 +56,8 @@ def lifts(
         fades = np.minimum(np.abs(x[..., 0] - first), np.abs(x[..., 0] - last))
         fades = np.minimum(fades / settings.fade_distance, 1.0)
         below, above = ground.along(x[..., 0]), ground.along(x[..., 0], settings.passing_distance)
-        wanted = below + (above - below + settings.clearance * (above > below)) * fades
-        needed = np.where(above > below, wanted - x[..., 2], 0.0)
+        desired = below + (above - below + settings.clearance * (above > below)) * fades
+        needed = np.where(above > below, desired - x[..., 2], 0.0)
         lift[a:b] = np.maximum(needed.max(axis=1), 0.0)
     if not lift.any():
         return lift

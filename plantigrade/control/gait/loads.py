@@ -29,8 +29,6 @@ class LoadSettings:
     """Load below which a foot is in the air [body weights]. Chosen."""
     max_foot_height: float = 0.05
     """Height of a foot above which it carries nothing, whatever was estimated [m]. Chosen."""
-    min_contact_time: float = 0.1
-    """Time for which a foot may be fast while it strikes or rolls off [s]. Chosen."""
 
 
 def interpolated(time: Array, values: Array, at: Array) -> Array:
@@ -66,6 +64,7 @@ def site_loads(
     force: Float[Array, "n k 3"],
     step: float,
     settings: LoadSettings,
+    min_duration: float,
 ) -> Float[Array, "n k"]:
     """Return the load of each sphere along the normal [N].
 
@@ -80,6 +79,7 @@ def site_loads(
         force: Known force on each of them [N].
         step: Time step of the grid [s].
         settings: Limits.
+        min_duration: Least duration of a stance [s].
     """
     load = np.maximum(force @ record.ground.normal, 0.0)
     if load.any():
@@ -98,7 +98,7 @@ def site_loads(
     for i, side in enumerate(SIDES):
         if record.has_forces and not record.foot(side).measured.any():
             low = height[:, own[i]].min(axis=1)
-            lands = settled(touches[:, i], round(settings.min_contact_time / step))
+            lands = settled(touches[:, i], round(min_duration / step))
             feet[(low > settings.max_foot_height) | ~lands, i] = 0.0
     for i, mine in enumerate(own):
         low = height[:, mine]

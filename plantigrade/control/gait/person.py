@@ -22,6 +22,13 @@ def world_sites(record: Record) -> tuple[ContactSite, ...]:
     return (*contact_sites(record.human), *seated)
 
 
+def leg_length(human: Human) -> float:
+    """Return the height of the hip above the ankle in standing [m]."""
+    standing = State(human, human.standing())
+    hip, ankle = (standing.origin(f"{bone}_{SIDES[0]}") for bone in ("femur", "foot"))
+    return float(hip[2] - ankle[2])
+
+
 @dataclass(frozen=True, eq=False)
 class Person:
     """A person, as gait controllers see them.
@@ -68,7 +75,7 @@ class Person:
             radius=np.array([[s.radius] for s in sites]),
             side_of=side_of,
             of_side=tuple((side_of == i).nonzero()[0] for i in range(SEAT + 1)),
-            leg_length=float(hip[2] - ankle[2]),
+            leg_length=leg_length(human),
             com_height=float(standing.com[2] - hip[2]),
             leg_momentum=float(
                 abs(standing.angular_momentum_jacobian[1, flexion])

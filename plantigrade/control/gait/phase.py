@@ -21,9 +21,8 @@ class ContactSettings:
     """When a foot touches, and which of its points do."""
 
     touchdown_load: float = 0.035
-    """Load from which a swing foot has touched down [body weights]. Chosen."""
-    stance_load: float = 0.028
-    """Load from which the position of a stance foot counts [body weights]. Chosen."""
+    """Load from which a swing foot has touched down, and from which the position of a stance foot
+    counts [body weights]. Chosen."""
     max_height: float = 0.002
     """Height of a point of a stance foot above the ground up to which it touches [m]. Chosen."""
     max_planned_height: float = 0.006
@@ -42,14 +41,9 @@ class GaitSettings:
     """Part of a swing after which contact is a touchdown. Chosen."""
     early_rate: float = 1.5
     """Least rate of the phase after an early touchdown. Chosen."""
-    early_lookahead: float = 0.006
-    """Time after touchdown whose contacts a foot has that is down early [s]. Chosen."""
     late_descent_speed: float = 0.5
-    """Speed at which a foot descends that misses the ground [m/s]. Chosen."""
-    late_speed_fraction: float = 0.8
-    """Part of that speed that its task asks for, besides the position. Chosen."""
-    max_late_descent: float = 0.12
-    """How far it descends [m]. Chosen."""
+    """Speed at which a foot descends that misses the ground, until the phase no longer waits for
+    it [m/s]. Chosen."""
     max_wait: float = 0.3
     """Time for which the phase waits for a foot [s]. Chosen."""
     stance_time: float = 0.05
@@ -60,19 +54,8 @@ class GaitSettings:
     """Gain by which the phase returns to the time [1/s]. Chosen."""
     max_recovery: float = 0.05
     """Greatest change of the rate for that. Chosen."""
-    min_lead_rate: float = 0.2
-    """Least rate of the phase by which the time until a touchdown is counted. Chosen."""
-    max_velocity_rate: float = 2.5
-    """Greatest rate by which the velocities of the motion are scaled. Chosen."""
-    initial_swing_duration: float = 0.4
-    """Duration of a swing that began before the motion [s]. Chosen."""
     joint_damping: float = 0.012
     """Damping of the joints about the planned velocity, by their strength [s/rad]. Chosen."""
-
-    @property
-    def late_foot_speed(self) -> float:
-        """Downward velocity of the task of a foot that misses the ground [m/s]."""
-        return self.late_speed_fraction * self.late_descent_speed
 
 
 @dataclass
@@ -166,7 +149,7 @@ class Gait:
                 ahead = schedule.after(side, phase)
                 if ahead is not None:
                     foot.stance, foot.touchdown = ahead
-                    foot.lift_off = ahead[1] - self.settings.initial_swing_duration
+                    foot.lift_off = phase
             self.feet.append(foot)
 
     def offset(self, number: int) -> Array:
@@ -233,7 +216,7 @@ class Gait:
                 foot.early = foot.early and self.phase < foot.touchdown
                 if not foot.early and self.phase >= stop:
                     self._lift(foot, offset[i, :2])
-                elif load[i] > self.settings.contact.stance_load * self.weight:
+                elif load[i] > self.settings.contact.touchdown_load * self.weight:
                     own = self.offset(foot.stance)
                     own += step / self.settings.stance_time * (offset[i] - own)
                 continue
@@ -275,9 +258,8 @@ class Gait:
         settings, most = self.settings, self.settings.max_recovery
         missing = [f for f in self.feet if not f.in_stance and self.phase >= f.touchdown]
         for foot in missing:
-            lowered = foot.descent + settings.late_descent_speed * step
-            foot.descent = min(lowered, settings.max_late_descent)
             foot.wait += step
+            foot.descent = settings.late_descent_speed * foot.wait
         if missing:
             self.rate = 0.0
             return

@@ -50,18 +50,12 @@ class FootstepSettings:
     """Least step width of a crossover step, negative beyond the other foot [leg lengths].
     Chosen."""
     limit_cost: float = 1e4
-    """Cost of leaving the limits [1/m²]. Chosen."""
+    """Cost of leaving the limits, and of what a swing foot falls short of the footstep [1/m²].
+    Chosen."""
     next_step_cost: float = 0.3
     """Cost of what the step after the next has to make up, by that of the next. Chosen."""
-    next_step_margin: float = 0.08
-    """Width beyond the narrowest at which the step after the next is planned [leg lengths].
-    Chosen."""
     next_step_time: float = 0.35
     """Least time from one touchdown to the next [s]. Chosen."""
-    max_foot_speed: float = 4.5
-    """Greatest mean speed of a swing foot [leg lengths/s]. Chosen."""
-    foot_speed_cost: float = 2e3
-    """Cost of the distance that a swing foot falls short of the footstep [1/m²]. Chosen."""
     double_support_speedup: float = 0.75
     """Greatest increase of the phase rate in double support. Chosen."""
     min_speedup_error: float = 0.04
@@ -184,6 +178,7 @@ class FootstepLimits:
         min_width: Least step width [m].
         swing_offset: Offset at which the foot would land where it is now [m].
         settings: Limits and costs.
+        max_foot_speed: Greatest mean speed of the swing foot [m/s].
     """
 
     axes: Float[Array, "2 2"]
@@ -193,6 +188,7 @@ class FootstepLimits:
     min_width: float
     swing_offset: Float[Array, " 2"]
     settings: FootstepSettings = FootstepSettings()
+    max_foot_speed: float = np.inf
 
     @cached_property
     def rates(self) -> Float[Array, " m"]:
@@ -237,8 +233,7 @@ class FootstepLimits:
             missed: Its offset for what this step misses [m].
         """
         settings, missed = self.settings, missed @ self.axes
-        margin = settings.next_step_margin * self.leg_length
-        width = self.min_width + margin - self.side * missed[:, 1]
+        width = self.min_width - self.side * missed[:, 1]
         over = width - _clipped(width, self.min_width, self.max_width)
         # Half a step longer than the motion's is all there is ahead.
         over = over**2 + np.maximum(np.abs(missed[:, 0]) - 0.5 * self.max_length, 0.0) ** 2
@@ -256,8 +251,7 @@ class FootstepLimits:
         """
         away = offset - self.swing_offset
         far = np.sqrt((away * away).sum(axis=1))
-        short = np.maximum(far - self.settings.max_foot_speed * self.leg_length * left, 0.0)
-        return self.settings.foot_speed_cost * short**2
+        return self.settings.limit_cost * np.maximum(far - self.max_foot_speed * left, 0.0) ** 2
 
 
 def _clipped(x: Array, low: Array | float, high: float) -> Array:

@@ -132,7 +132,8 @@ def reference_of(
     sites = world_sites(record)
     force = site_forces(record, sites, time)
     swept = Kinematics.of(record, sites, qpos, qvel, STEP)
-    load = site_loads(record, sites, swept, force, STEP, settings.load)
+    shortest = settings.schedule.min_duration
+    load = site_loads(record, sites, swept, force, STEP, settings.load, shortest)
     if lands and not periodic:
         for own in (np.array([s.side == side for s in sites]) for side in SIDES):
             if not load[-1, own].any():
@@ -143,7 +144,7 @@ def reference_of(
     height = swept.com @ record.ground.normal - record.ground.under(swept.com)
     omega = float(np.sqrt(GRAVITY / np.mean(height)))
     contact = carrying(load, weight, STEP, periodic=periodic, settings=settings.schedule)
-    stances = contact_intervals(sites, contact, STEP, period, settings.schedule.min_duration)
+    stances = contact_intervals(sites, contact, STEP, period, shortest)
     schedule = schedule_of(
         stances, sites, load, omega, STEP, period, settings.schedule.offset_horizon
     )

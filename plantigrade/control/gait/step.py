@@ -35,12 +35,9 @@ class StepSettings:
 
     swing_durations: tuple[float, ...] = (0.22, 0.27, 0.33, 0.4)
     """Swing durations the planner compares, shortest first [s]. Chosen."""
-    double_support_duration: float = 0.04
-    """Least time between a touchdown and the next lift-off [s]. Chosen."""
     load_transfer_duration: float = 0.05
-    """Time from touchdown until the foot carries load [s]. Chosen."""
-    max_foot_speed: float = 2.6
-    """Greatest mean speed of a swing foot [m/s]. Chosen."""
+    """Time from a touchdown until the foot carries load, and from then until the other one may be
+    lifted [s]. Chosen."""
     max_foot_acceleration: float = 80.0
     """Greatest acceleration of a swing foot along each axis [m/s²]. Chosen."""
     n_steps: int = 3
@@ -58,8 +55,6 @@ class StepSettings:
     """The same beside the other foot [leg lengths]. Chosen."""
     min_step_width: float = 0.17
     """Least distance of a foot beside the other [leg lengths]. Chosen."""
-    comfortable_step_width: float = 0.26
-    """Step width below which the cost increases [leg lengths]. Chosen."""
     max_leg_extension: float = 0.7
     """Greatest horizontal distance of a foot from the centre of mass [leg lengths]. Chosen."""
     capture_overshoot: float = 0.12
@@ -73,14 +68,8 @@ class StepSettings:
     """Time for which an estimated disturbance is assumed to last [s]. Chosen."""
     capture_error_cost: float = 0.5
     """Cost of the capture error after this step, that after the last one costing 1. Chosen."""
-    deviation_cost: float = 0.2
-    """Cost of the distance from the desired position. Chosen."""
-    width_cost: float = 0.5
-    """Cost of what is missing of the comfortable step width. Chosen."""
     duration_cost: float = 0.3
     """Cost of the swing duration [m/s]. Chosen."""
-    acceleration_cost: float = 7e-4
-    """Cost of the acceleration of the swing foot, which turns the body [s²]. Chosen."""
     min_pendulum_height: float = 0.3
     """Least height of the pendulum, for bodies that have fallen [m]. Chosen."""
 
@@ -88,6 +77,10 @@ class StepSettings:
     def capture_threshold(self) -> float:
         """Distance of the capture point outside the support at which a first step begins [m]."""
         return -self.capture_margin
+
+    def reached(self, duration: float) -> float:
+        """Return how far a foot gets in a time, on a cubic from rest to rest [m]."""
+        return self.max_foot_acceleration * duration**2 / 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +187,6 @@ class StepPlanner:
         self.width_range = (s.max_step_width - s.min_step_width) * leg_length
         self.max_forward = s.max_step_forward * leg_length
         self.max_back = s.max_step_back * leg_length
-        self.comfortable_width = s.comfortable_step_width * leg_length
         self.max_extension = s.max_leg_extension * leg_length
         self.overshoot = s.capture_overshoot * leg_length
         x = leg_length * np.linspace(-s.max_step_back, s.max_step_forward, N_AHEAD)
@@ -237,8 +229,7 @@ class StepPlanner:
         elapsed = duration + s.load_transfer_duration
         capture, com = now.moved(pivot, now.capture_point, now.com, elapsed, disturbed)
         desired = self._overshot(capture, pivot) + now.remaining_shift(disturbed - elapsed)
-        # A cubic from rest to rest over d in T accelerates by 6 d / T² at most.
-        accelerated = s.max_foot_acceleration * duration**2 / 6
+        accelerated = s.reached(duration)
         if swinging:
             tried = self.within_reach(now, side, desired[None])
             if velocity is not None:
@@ -248,21 +239,14 @@ class StepPlanner:
             x, y = self._grid
             grid = now.feet[other] + (x * now.heading + y * _outward(now, side)).reshape(-1, 2)
             tried = self.within_reach(now, side, np.vstack([desired, grid]))
-            tried = _near(tried, now.feet[side], min(s.max_foot_speed * duration, accelerated))
+            tried = _near(tried, now.feet[side], accelerated)
         tried = self.within_reach(now, side, _near(tried, com, self.max_extension))
         first = self._error(desired, now.feet[other], tried)
         feet = np.empty((len(tried), 2, 2))
         feet[:, side], feet[:, other] = tried, now.feet[other]
         remaining = self._remaining(now, feet, side, capture, first, elapsed)
         overextended = max(float(np.linalg.norm(com - now.feet[other])) - self.max_extension, 0.0)
-        deviation = np.linalg.norm(tried - desired, axis=1)
-        narrower = self.comfortable_width - np.abs((tried - now.feet[other]) @ now.left)
-        cost = remaining + s.capture_error_cost * first + s.deviation_cost * deviation
-        cost += overextended
-        cost += s.width_cost * np.maximum(narrower, 0.0) + s.duration_cost * duration
-        if not swinging:
-            distance = np.linalg.norm(tried - now.feet[side], axis=1)
-            cost += s.acceleration_cost * 6 * distance / duration**2
+        cost = remaining + s.capture_error_cost * first + overextended + s.duration_cost * duration
         k = int(cost.argmin())
         return Footstep(
             side, tried[k], duration, float(first[k]), float(remaining[k]), float(cost[k])
@@ -279,20 +263,18 @@ class StepPlanner:
     ) -> Array:
         """Return the capture errors after the steps that follow, each as fast as can be [m]."""
         s, swing = self.settings, self.settings.swing_durations[0]
-        disturbed, between = s.disturbance_duration, s.double_support_duration
+        disturbed = s.disturbance_duration
         for _ in range(s.n_steps - 1):
             left = disturbed - elapsed
             stance = feet[:, side]
             aims = np.broadcast_to(capture + now.remaining_shift(left), stance.shape)
             pivots = stance + _near(aims - stance, np.zeros(2), s.sole_radius)
-            duration = swing + between + s.load_transfer_duration
+            duration = swing + 2 * s.load_transfer_duration
             capture, _ = now.moved(pivots, capture, capture, duration, left)
             elapsed += duration
             aim = self._overshot(capture, pivots) + now.remaining_shift(disturbed - elapsed)
             side = 1 - side
-            limited = _near(
-                self._reached(stance, now, side, aim), feet[:, side], s.max_foot_speed * swing
-            )
+            limited = _near(self._reached(stance, now, side, aim), feet[:, side], s.reached(swing))
             feet[:, side] = self._reached(stance, now, side, limited)
             # A captured body needs no further step.
             error = np.where(error < 1e-9, 0.0, self._error(aim, stance, feet[:, side]))

@@ -27,9 +27,6 @@ class SwingOffsetSettings:
     Chosen."""
     passing_slope: float = 0.5
     """Decrease of the lateral distance by the distance beyond that. Chosen."""
-    passing_margin: float = 0.005
-    """Deviation from the lateral distance of the motion [m]: feet may pass this much nearer; legs
-    that overlap in the motion pass this much apart. Chosen."""
     max_overlap_distance: float = 0.12
     """Greatest lateral distance for legs that overlap in the motion [leg lengths]. Chosen."""
 
@@ -132,9 +129,9 @@ class SwingOffset:
         ahead = float((off + self.offset) @ axes[:, 0])
         distance = float((off + self.offset) @ outward)
         width = abs(float(planned @ axes[:, 1]))
-        least = min(settings.min_foot_distance * leg_length, width - settings.passing_margin)
+        least = min(settings.min_foot_distance * leg_length, width)
         if overlap > 0.0:
-            apart = width + overlap + settings.passing_margin
+            apart = width + overlap
             least = max(least, min(apart, settings.max_overlap_distance * leg_length))
         beyond = max(abs(ahead) - settings.passing_length * leg_length, 0.0)
         least -= settings.passing_slope * beyond

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.step import Footstep, PendulumState, StepPlanner
 from plantigrade.control.gait.swing import SwingOffsetSettings
 
@@ -20,14 +21,17 @@ class SwingSettings:
     again there rises, too, and comes down late."""
     min_touchdown_phase: float = 0.8
     """Part of a swing after which ground contact ends it. Chosen."""
-    late_descent_speed: float = 0.5
-    """Speed at which a foot descends that has not met the ground in time [m/s]. Chosen."""
+    late_descent_speed: float = GaitSettings.late_descent_speed
+    """Speed at which a foot descends that has not met the ground in time [m/s]; as in walking."""
     arrival_lead: float = SwingOffsetSettings.arrival_lead
     """Time before touchdown at which the foot is over its footstep [s]; as in walking."""
     height_gain: float = 600.0
     """Stiffness of the height of a swing foot [1/s²]. Chosen."""
-    height_damping: float = 45.0
-    """Damping of the height of a swing foot [1/s]. Chosen, nearly critical."""
+
+    @property
+    def height_damping(self) -> float:
+        """Critical damping of the height of a swing foot [1/s]."""
+        return 2.0 * self.height_gain**0.5
 
 
 @dataclass(frozen=True, eq=False)

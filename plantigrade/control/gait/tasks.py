@@ -65,22 +65,16 @@ class TaskSettings(TaskWeights):
     unplanned_force_weight: float = 0.35
     """The same where the motion has none. Chosen."""
     joint_stiffness: float = 100.0
-    """Stiffness of joints [1/s²], and, critically damped, of the pelvis' rotation. Chosen."""
-    joint_damping: float = 18.0
-    """Damping of joints [1/s]. Chosen: a little below critical."""
+    """Stiffness of joints and of the pelvis' rotation, critically damped [1/s²]. Chosen."""
     foot_stiffness: float = 400.0
     """Stiffness of a foot's position [1/s²], and of the gap below points that are held; critically
     damped. Chosen."""
     rotation_stiffness: float = 200.0
-    """Stiffness of a foot's rotation [1/s²]. Chosen."""
-    rotation_damping: float = 28.0
-    """Its damping [1/s]. Chosen: about critical."""
+    """Stiffness of a foot's rotation, critically damped [1/s²]. Chosen."""
     hanging_stiffness: float = 800.0
     """Rotational stiffness of a standing foot that hangs off the ground in part [1/s²]: until it
     lies, the pressure is under its heel (or toes) alone. With that of the others this takes half a
     step."""
-    hanging_damping: float = 40.0
-    """Its damping [1/s]. Chosen."""
 
     @property
     def foot_damping(self) -> float:
@@ -88,8 +82,8 @@ class TaskSettings(TaskWeights):
         return 2.0 * self.foot_stiffness**0.5
 
     @property
-    def pelvis_damping(self) -> float:
-        """Critical damping of the pelvis' rotation [1/s]."""
+    def joint_damping(self) -> float:
+        """Critical damping of joints and of the pelvis' rotation [1/s]."""
         return 2.0 * self.joint_stiffness**0.5
 
     def torque(self, human: Human) -> Float[Array, " n_hinges"]:
@@ -124,20 +118,13 @@ class TrackingTasks:
             )
             for i in sides
         ]
-        turns, hangs = (
-            (s.rotation_stiffness, s.rotation_damping),
-            (s.hanging_stiffness, s.hanging_damping),
-        )
         kinds = (
-            (turns, s.swing_rotation_weight),
-            (turns, s.stance_rotation_weight),
-            (hangs, s.swing_rotation_weight),
+            (s.rotation_stiffness, s.swing_rotation_weight),
+            (s.rotation_stiffness, s.stance_rotation_weight),
+            (s.hanging_stiffness, s.swing_rotation_weight),
         )
         self._turns = [
-            [
-                OrientationTask(int(feet.body[i]), stiffness=k, damping=d, weight=w**2)
-                for (k, d), w in kinds
-            ]
+            [OrientationTask(int(feet.body[i]), stiffness=k, weight=w**2) for k, w in kinds]
             for i in sides
         ]
 
@@ -205,9 +192,9 @@ def leg_joints(human: Human) -> Bool[Array, " n_hinges"]:
     return np.array([name.startswith(LEGS) for name in human.coordinates])
 
 
-def root_error(wanted: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Array, " 3"]:
+def root_error(desired: Float[Array, " 4"], now: Float[Array, " 4"]) -> Float[Array, " 3"]:
     """Return the rotation vector that leads one quaternion to another, in axes of the second."""
-    error, goal = np.empty(3), wanted.copy()
+    error, goal = np.empty(3), desired.copy()
     mujoco.mju_normalize4(goal)
     mujoco.mju_subQuat(error, goal, now)
     return error
@@ -222,7 +209,7 @@ def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
     return np.array([[c, -s], [s, c]])
 
 
-def wanted_accelerations(
+def desired_accelerations(
     ref: Instant,
     rate: float,
     body: State,
@@ -238,13 +225,13 @@ def wanted_accelerations(
         settings: Gains.
         free: Joints that are only slowed: they are where something else has led them.
     """
-    wanted = rate**2 * ref.a
+    desired = rate**2 * ref.a
     late = rate * ref.v - body.qvel
     off = ref.q[7:] - body.qpos[7:]
     if free is not None:
         off[free] = 0.0
-    wanted[6:] += settings.joint_stiffness * off + settings.joint_damping * late[6:]
+    desired[6:] += settings.joint_stiffness * off + settings.joint_damping * late[6:]
     turn = settings.joint_stiffness * root_error(ref.q[3:7], body.qpos[3:7])
-    wanted[3:6] += turn + settings.pelvis_damping * late[3:6]
-    wanted[:3] = 0.0
-    return wanted
+    desired[3:6] += turn + settings.joint_damping * late[3:6]
+    desired[:3] = 0.0
+    return desired

@@ -8,11 +8,11 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import clearance_of
+from plantigrade.control.gait.disturbance import DisturbanceEstimator
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.reference import reference_of
-from plantigrade.control.pendulum.disturbance import DisturbanceEstimator
+from plantigrade.control.gait.reference import STEP, reference_of
 from plantigrade.control.pendulum.feet import Feet
 from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Soles
@@ -248,7 +248,7 @@ class Pendulum(Controller):
     def _command(self, state: State, body: BodyState, ref: Instant, soles: Soles) -> Command:
         """Return the command of the whole-body program."""
         gait, plan, tasks, own = self.gait, self.plan, self._tasks, self.settings.gait
-        rate = min(gait.rate, own.max_velocity_rate)
+        rate = min(gait.rate, self.settings.footsteps.rates[-1])
         planned = self._planned_contacts(ref, soles)
         touching = self._stance & (soles.height < own.contact.max_height)
         active = (planned | touching).nonzero()[0]
@@ -288,7 +288,7 @@ class Pendulum(Controller):
             body,
             contacts,
             rows,
-            wanted=tasks.posture_acceleration(body, ref, rate, swing, plan.turn_rate),
+            desired=tasks.posture_acceleration(body, ref, rate, swing, plan.turn_rate),
             weight=tasks.posture_cost(posture_error),
             force_weight=tasks.force_cost(held, height),
             torque_weight=tasks.torque_cost,
@@ -325,6 +325,6 @@ class Pendulum(Controller):
         own, of_side, contact = self.settings.gait, self.person.of_side, ref.contact > 0.5
         for i, foot in enumerate(self.gait.feet):
             if foot.early:
-                phase = max(self.gait.phase, foot.touchdown + own.early_lookahead)
+                phase = max(self.gait.phase, foot.touchdown + STEP)
                 contact[of_side[i]] = self.reference.at(phase).contact[of_side[i]] > 0.5
         return contact & self._stance & (soles.height < own.contact.max_planned_height)

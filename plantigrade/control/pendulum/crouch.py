@@ -6,6 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.person import leg_length
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -80,9 +81,7 @@ class Crouch:
         leant = np.array(human.standing())
         leant[7:] += angles
         lowering = float(upright.com[2] - upright.moved_to(leant).com[2])
-        upright = upright.moved_to(human.standing())
-        hip, ankle = (upright.origin(body)[2] for body in ("femur_r", "foot_r"))
-        bend = float(np.arccos(1.0 - share * depth / (hip - ankle)))  # of hips and ankles
+        bend = float(np.arccos(1.0 - share * depth / leg_length(human)))  # of hips and ankles
         for side in SIDES:
             for name, part in (("hip_flexion", 1.0), ("knee_angle", 2.0), ("ankle_angle", 1.0)):
                 angles[names.index(f"{name}_{side}")] += part * bend

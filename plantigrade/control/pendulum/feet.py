@@ -124,8 +124,8 @@ class Feet:
         position[2] += height + self._lift[i]
         velocity[2] += rises
         if foot.descent:
-            position[2] -= foot.descent * own.late_descent / gait.settings.late_descent_speed
-            velocity[2] = -own.late_descent_speed
+            position[2] -= foot.descent
+            velocity[2] = -gait.settings.late_descent_speed
         return position, velocity, acceleration
 
     def rows(

@@ -18,8 +18,6 @@ from plantigrade.control.pendulum.swing import detour_length
 class ReachSettings:
     """How far and fast a leg reaches; values were chosen where no reason is given."""
 
-    max_foot_acceleration: float = 70.0
-    """Greatest acceleration of a swing foot [m/s²]; a recorded step of 1.2 m in 0.4 s needs 40."""
     max_leg_length: float = 1.1
     """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_hip_descent: float = 0.25
@@ -59,6 +57,7 @@ class Reach(FootstepLimits):
         max_descent: Greatest downward acceleration of the body [m/s²].
         stance_foot_size: Half axes of the ellipse around the stance foot [leg lengths].
         foot_velocity: Velocity of the swing foot [m/s].
+        max_foot_acceleration: Greatest acceleration of the swing foot [m/s²].
         hip: Hip of the swing leg, from the centre of mass [m].
         hip_height: Its height above the ankle at the reference's touchdown [m].
         hip_rise: Its vertical velocity [m/s].
@@ -74,6 +73,7 @@ class Reach(FootstepLimits):
     max_descent: float
     stance_foot_size: tuple[float, float]
     foot_velocity: Float[Array, " 2"]
+    max_foot_acceleration: float
     hip: Float[Array, " 2"]
     hip_height: float
     hip_rise: float
@@ -166,16 +166,13 @@ class Reach(FootstepLimits):
     ) -> Float[Array, " m"]:
         """Return the cost of footsteps that the swing foot does not reach in time.
 
-        It goes along a cubic, whose acceleration is greatest at its ends.
-
-        Args:
-            offset: Offset of the footstep [m].
-            left: Time to touchdown [s].
+        It goes along a cubic, whose acceleration is greatest at its ends; arguments as for
+        :class:`~plantigrade.control.gait.planner.FootstepLimits`.
         """
         away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
         far = np.sqrt((away * away).sum(axis=1)) + self._detour(offset)
-        reached = self.reach.max_foot_acceleration * left**2 / 6.0
-        return self.settings.foot_speed_cost * np.maximum(far - reached, 0.0) ** 2
+        reached = self.max_foot_acceleration * left**2 / 6.0
+        return self.settings.limit_cost * np.maximum(far - reached, 0.0) ** 2
 
 
 def next_footstep(

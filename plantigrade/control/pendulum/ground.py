@@ -14,6 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Foot
+from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.kinematics.state import State
 
@@ -30,9 +31,7 @@ class GroundSettings:
     """Half the width of a sole [leg lengths]."""
     max_tilt: tuple[float, float] = (0.15, 0.4)
     """Greatest tilt of a sole with the ground, sideways and along it [rad]: over an edge the ankle
-    keeps it level."""
-    tilt_scale: tuple[float, float] = (0.12, 0.3)
-    """Tilts of the ground, sideways and along the sole, that cost 1 [rad]."""
+    keeps it level; a footstep on such a slope costs 1."""
     shift_scale: tuple[float, float] = (0.09, 0.06)
     """Shifts of a footstep ahead and sideways that cost 1 [leg lengths]."""
     shifts_ahead: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
@@ -46,8 +45,6 @@ class GroundSettings:
     slope_distance: float = 0.3
     """Distance around the person over which height and slope of the ground are taken [leg
     lengths]."""
-    min_lateral_distance: float = 0.1
-    """Least lateral distance of feet that a shift may lead to [leg lengths]."""
 
 
 class Soles(NamedTuple):
@@ -231,11 +228,13 @@ class Sole:
         roll = np.abs(height[:, :, 0] - height[:, :, 1]).max(axis=1) / self._width
         top = height.max(axis=2)
         pitch = np.abs(top[:, 2] - top[:, 0]) / self._length
-        cost = (roll / own.tilt_scale[0]) ** 2 + (pitch / own.tilt_scale[1]) ** 2
+        cost = (roll / own.max_tilt[0]) ** 2 + (pitch / own.max_tilt[1]) ** 2
         cost[:-1] += self._cost
         cost[-1] += ((self._shift / self._scale) ** 2).sum() - own.hysteresis
         apart = self.left * (footstep[1] - other[1])
-        inward = apart + self.left * tried[:, 1] < min(own.min_lateral_distance * self.leg, apart)
+        inward = apart + self.left * tried[:, 1] < min(
+            SwingOffsetSettings.min_foot_distance * self.leg, apart
+        )
         cost[inward] = np.inf
         self._shift = tried[int(np.argmin(cost))]
         return self._shift

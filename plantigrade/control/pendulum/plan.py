@@ -37,8 +37,6 @@ class PlanSettings:
     lost beyond it stays lost."""
     path_gain: float = 0.15
     """Rate at which a lasting offset from the path is countered [1/s]."""
-    line_time: float = 0.5
-    """Time constant with which the line of a walk that turns goes with the walker [s]."""
     recovery_error: float = 0.1
     """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
     leaves the recorded path, and a late one comes down where it is."""
@@ -46,8 +44,6 @@ class PlanSettings:
     """Greatest lowering of the body for a far footstep [leg lengths]."""
     rise_time: float = 0.5
     """Time constant with which it rises again [s]: faster, it was thrown up between steps."""
-    trailing_leg_extension: float = 0.12
-    """Extension of a trailing leg by its ankle [leg lengths]."""
 
 
 class StepPlan:
@@ -183,6 +179,7 @@ class StepPlan:
             max_descent=settings.tasks.max_descent,
             stance_foot_size=settings.swing.stance_foot_size,
             foot_velocity=axes @ foot_velocity,
+            max_foot_acceleration=gait.settings.swing.max_acceleration,
             hip=axes @ (hip - body.com)[:2],
             hip_height=float(hip[2] - then.foot_position[i, 2]) - ground(np.append(lands, 0.0)),
             hip_rise=float(body.com_velocity[2]),
@@ -207,8 +204,6 @@ class StepPlan:
         decay, later = exp(-omega * found.time), touchdown.later_weight
         self.dcm_error = decay * later * (found.unconstrained - planned)
         self._lower(ground, found.com, found.position, then.com, then.foot_position[i])
-        tiptoe = settings.plan.trailing_leg_extension
-        self._lower(ground, found.com, here[k], then.com, then.foot_position[k], tiptoe)
         found = replace(
             found,
             position=com + (found.position - com) @ axes,
@@ -218,7 +213,7 @@ class StepPlan:
             shift = foothold(i, found.position, feet[k, :2], found.time)
             found = replace(found, position=found.position + shift)
             self.dcm_error = self.dcm_error - np.exp(-omega * found.time) * later * (axes @ shift)
-        time = left / max(gait.rate, gait.settings.min_lead_rate)
+        time = left / max(gait.rate, settings.footsteps.rates[0])
         self._lead(foot, i, k, ref, then, feet, foot_velocity, found.position, time)
         return found
 
@@ -284,14 +279,13 @@ class StepPlan:
         """
         leg, outward = self.person.leg_length, np.array([1.0, left])
         ahead, sideways = self.settings.swing.stance_foot_size
-        margin = self.gait.settings.swing.passing_margin
-        size = np.array([ahead * leg, min(sideways * leg, width - margin)])
-        if size[1] <= margin:  # the recorded feet cross over themselves
+        size = np.array([ahead * leg, min(sideways * leg, width)])
+        if size[1] <= 0.0:  # the recorded feet cross over themselves
             return None
         points, around = detours(outward * start, (outward * end)[None], size)
         return outward * points[0] if around[0] else None
 
-    def _lower(self, ground: Height, com, foot, com_ref, foot_ref, more: float = 0.0) -> None:
+    def _lower(self, ground: Height, com, foot, com_ref, foot_ref) -> None:
         """Lower the body for one leg to reach its foot, unless the recorded one reaches as far.
 
         Args:
@@ -300,9 +294,8 @@ class StepPlan:
             foot: The foot, likewise.
             com_ref: Centre of mass in the reference [m].
             foot_ref: The foot in it [m].
-            more: How much longer the leg is [leg lengths].
         """
-        leg = (self.settings.swing.max_leg_extension + more) * self.person.leg_length
+        leg = self.settings.swing.max_leg_extension * self.person.leg_length
         height = []
         for c, f in ((com, foot), (com_ref, foot_ref)):
             x, y = (c - f).tolist()[:2]
@@ -325,7 +318,7 @@ class StepPlan:
         near = np.minimum(np.maximum(offset, -far), far)
         self.line[0] += offset[0] - near[0]
         if self.turn_rate:
-            self.line[1] += self.step / own.line_time * offset[1]
+            self.line[1] += self.step / self.settings.speed.stride_time * offset[1]
         self._correction -= self.step * own.path_gain * near
         self._correction = np.minimum(np.maximum(self._correction, -far), far)
         return self.offset[:2] - near + self._correction

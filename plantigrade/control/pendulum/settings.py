@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from plantigrade.control.balance import BalanceSettings
+from plantigrade.control.gait.disturbance import DisturbanceSettings
 from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
+from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
-from plantigrade.control.pendulum.disturbance import DisturbanceSettings
 from plantigrade.control.pendulum.footstep import ReachSettings
 from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
@@ -38,7 +39,9 @@ class PendulumSettings:
     """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen."""
     reported_shortening: float = 0.01
     """Shortening from which a footstep counts as shortened in the summary [m]. Chosen."""
-    gait: GaitSettings = GaitSettings()
+    gait: GaitSettings = GaitSettings(
+        late_descent_speed=1.0, swing=SwingOffsetSettings(max_acceleration=70.0)
+    )
     """Clock, contacts and swing offsets of the gait."""
     footsteps: FootstepSettings = FootstepSettings(
         rates=(0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5),
@@ -47,7 +50,6 @@ class PendulumSettings:
         max_step_width=1.0,
         crossover_length=0.3,
         crossover_width=-0.3,
-        foot_speed_cost=1e4,
     )
     """Slower than those of a replay, for a foot that is late, and wider: the body is lowered for
     them."""
@@ -61,8 +63,10 @@ class PendulumSettings:
     """Slope, soles and footholds."""
     tasks: WalkingTaskSettings = WalkingTaskSettings()
     """Whole-body tasks."""
-    disturbance: DisturbanceSettings = DisturbanceSettings()
-    """The estimate of disturbances."""
+    disturbance: DisturbanceSettings = DisturbanceSettings(
+        n_samples=5, max_force_change=1.0, deadband=0.2
+    )
+    """Estimator of the disturbance; of a walk the ground force changes at every tick."""
     speed: SpeedSettings = SpeedSettings()
     """Speed by the length of steps, and changes from walk to walk."""
     path: PathSettings = PathSettings()

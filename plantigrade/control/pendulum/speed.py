@@ -8,18 +8,15 @@ class SpeedSettings:
     """How the speed of a walk is changed and corrected."""
 
     max_step_scale: float = 1.3
-    """Longest steps [recorded steps]. Chosen."""
+    """Longest steps, and with it the greatest correction [recorded steps]. Chosen."""
     acceleration: float = 0.5
     """Change of the desired speed [m/s²]. Chosen."""
     stride_time: float = 1.2
-    """About the time of a stride: time constant of mean values, and least time in which one walk
-    turns into another [s]. Chosen."""
+    """About the time of a stride: time constant of mean values, least time in which one walk turns
+    into another, and half the time after a change of speed from which the mean speed is corrected
+    [s]. Chosen."""
     correction_rate: float = 0.08
     """Rate at which an error of the mean speed is corrected [1/s]. Chosen."""
-    max_correction: float = 0.25
-    """Greatest correction [recorded steps]. Chosen."""
-    correction_delay: float = 2.5
-    """Time after a change of speed from which the mean speed is corrected [s]. Chosen."""
     min_corrected_scale: float = 0.35
     """Shortest steps whose speed is corrected [recorded steps]. Chosen."""
     step_widening: float = 0.6
@@ -73,8 +70,9 @@ class SpeedControl:
         change = own.acceleration / recorded * step
         self.scale += min(max(goal - self.scale, -change), change)
         self._steady = self._steady + step if self.scale == goal else 0.0
-        if self._steady > own.correction_delay and goal > own.min_corrected_scale:
+        if self._steady > 2.0 * own.stride_time and goal > own.min_corrected_scale:
             self._correction += step * own.correction_rate * (desired - self.mean) / recorded
-            self._correction = min(max(self._correction, -own.max_correction), own.max_correction)
+            most = own.max_step_scale - 1.0
+            self._correction = min(max(self._correction, -most), most)
         correction = self._correction * min(self.scale / own.min_corrected_scale, 1.0)
         return min(self.scale + correction, own.max_step_scale)

@@ -65,17 +65,17 @@ class Settling(Reference):
         part = min(max((time - self._time) / self._duration, 0.0), 1.0)
         part = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
         if part == self._part:
-            return self._wanted
+            return self._desired
         self._part = part
         qpos = (1.0 - part) * self._first + part * self._last
         qpos[3:7] /= np.linalg.norm(qpos[3:7])
         self._body = body = self._body.moved_to(qpos)
         still = np.zeros(3)
-        self._wanted = ReferenceState(
+        self._desired = ReferenceState(
             qpos, self._rest, self._rest, body.com, still, still,
             body.position(self._points), self._everywhere,
         )  # fmt: skip
-        return self._wanted
+        return self._desired
 
 
 @dataclass(frozen=True)

@@ -44,10 +44,6 @@ class SwingSettings:
     """Lift of a foot that grazes the ground farther away [leg lengths]."""
     grazing_time: float = 0.1
     """Time constant with which it is lowered again [s]."""
-    late_descent: float = 1.0
-    """Speed at which the desired position of a late foot descends [m/s]."""
-    late_descent_speed: float = 0.8
-    """Desired downward velocity of a late foot [m/s]."""
 
 
 class SwingPath:

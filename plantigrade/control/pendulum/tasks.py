@@ -66,8 +66,8 @@ class JointVelocitySettings:
 class WalkingTaskSettings:
     """Weights and gains of the tasks; values were chosen where no reason is given.
 
-    A gain is the desired velocity by error; without a time of its own, the velocity is reached as
-    by a critically damped spring.
+    A gain is the desired velocity by error; the velocity is reached as by a critically damped
+    spring.
     """
 
     weights: TaskWeights = TaskWeights(
@@ -82,12 +82,8 @@ class WalkingTaskSettings:
     """Gain of the position of a swing foot, and of points held on the ground [1/s]."""
     foot_rotation_gain: float = 7.0
     """Gain of the rotation of a foot [1/s]."""
-    foot_rotation_time: float = 0.036
-    """Time in which its angular velocity is reached [s]."""
     com_height_gain: float = 5.0
     """Gain of the height of the centre of mass [1/s]."""
-    com_height_time: float = 0.06
-    """Time in which its vertical velocity is reached [s]."""
     max_descent: float = 3.0
     """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
     press nor step."""
@@ -96,8 +92,6 @@ class WalkingTaskSettings:
     max_reaching_descent: float = 7.0
     """Greatest downward acceleration where a footstep needs a low body [m/s²]: the foot hung over
     it, and the body fell over the foot."""
-    min_reaching_time: float = 0.04
-    """Least time in which that is planned [s]."""
     neck_error_scale: float = 0.3
     """Error of a joint of the neck that doubles its weight [rad]: the head is the cheapest
     flywheel, but people hold it still in space [Pozzo1990]_."""
@@ -120,13 +114,21 @@ class WalkingTaskSettings:
     hung 2 mm over the ground, and fell on them with three times its weight."""
     hanging_force_cost: float = 20.0
     """Cost of a force [0.1 body weights], squared, at twice that height."""
-    max_hanging_force_cost: float = 500.0
-    """Greatest such cost."""
 
     @property
     def pelvis_time(self) -> float:
         """Time in which the angular velocity of the pelvis is reached [s]."""
         return 0.25 / self.pelvis_gain
+
+    @property
+    def foot_rotation_time(self) -> float:
+        """Time in which the angular velocity of a foot is reached [s]."""
+        return 0.25 / self.foot_rotation_gain
+
+    @property
+    def com_height_time(self) -> float:
+        """Time in which the vertical velocity of the centre of mass is reached [s]."""
+        return 0.25 / self.com_height_gain
 
     @property
     def foot_time(self) -> float:
@@ -304,7 +306,6 @@ class WalkingTasks:
         recorded = rate**2 * ref.com_acceleration[2]
         lowest = -own.max_descent
         if time is not None and lowering > 0.0:
-            time = max(time, own.min_reaching_time)
             needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
         back = (vertical - velocity[2]) / own.com_height_time
@@ -324,9 +325,15 @@ class WalkingTasks:
     def contact_rows(self, points: RigidPoints, held, gap, normal) -> PointRows:
         """Return rows that bring points to rest on the ground."""
         own = self.settings
-        right = points.velocity / -own.foot_time - points.bias
-        right -= (own.foot_gain / own.foot_time) * np.maximum(gap, 0.0)[:, None] * normal
-        return PointRows(points, held, right, own.weights.contact_weight**2)
+        return PointRows.still(
+            points,
+            held,
+            gap,
+            normal,
+            stiffness=own.foot_gain / own.foot_time,
+            damping=1.0 / own.foot_time,
+            weight=own.weights.contact_weight**2,
+        )
 
     def force_cost(self, held: Bool[Array, " k"], gap: Float[Array, " k"]) -> Float[Array, " k"]:
         """Return the cost of a force at each contact.
@@ -337,7 +344,7 @@ class WalkingTasks:
         """
         own = self.settings
         hanging = np.maximum(gap / own.hanging_height - 1.0, 0.0)
-        more = np.minimum(own.hanging_force_cost * hanging**2, own.max_hanging_force_cost)
+        more = own.hanging_force_cost * hanging**2
         return np.where(held, own.held_force_cost, own.touching_force_cost) + more
 
 

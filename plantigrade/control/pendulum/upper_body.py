@@ -17,6 +17,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.reference import Reference
 from plantigrade.control.pendulum.transition import PhaseMap
 from plantigrade.errors import ParameterError
@@ -180,7 +181,7 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     if source is None:
         return 0.0
     body, moved = State(human, human.standing()), []
-    leg = float(np.ptp([body.origin(name)[2] for name in ("femur_r", "foot_r")]))
+    leg = leg_length(human)
     for part in np.arange(INSTANTS) / INSTANTS:
         phase = float(part) * walk.duration
         instant = walk.at(phase)

@@ -19,17 +19,11 @@ class ComSettings:
     cop_margin: float = 0.01
     """Least distance of the centre of pressure from the edge of the contacts [m]. Chosen."""
     height_stiffness: float = 80.0
-    """Stiffness of the height [1/s²]. Chosen."""
-    height_damping: float = 16.0
-    """Damping of the height [1/s]. Chosen."""
+    """Stiffness of the height, critically damped [1/s²]. Chosen."""
     min_height_correction: float = -3.0
     """Least vertical acceleration that returns to the height of the motion [m/s²]. Chosen."""
     max_height_correction: float = 8.0
     """Greatest one [m/s²]. Chosen: a person who falls cannot press."""
-    min_vertical_acceleration: float = -7.0
-    """Least vertical acceleration [m/s²]. Chosen."""
-    max_vertical_acceleration: float = 12.0
-    """Greatest vertical acceleration [m/s²]. Chosen."""
     max_vertical_rate: float = 1.2
     """Greatest rate by which vertical accelerations of the motion are scaled. Chosen."""
 
@@ -72,12 +66,9 @@ def com_acceleration(
     rate = min(rate, settings.max_vertical_rate)
     dz = ref.com[2] + offset[2] + rise(normal, offset) - lowering - c[2]
     back = settings.height_stiffness * dz
-    back = back + settings.height_damping * (rate * ref.com_velocity[2] - v[2])
+    back = back + 2.0 * settings.height_stiffness**0.5 * (rate * ref.com_velocity[2] - v[2])
     back = min(max(back, settings.min_height_correction), settings.max_height_correction)
-    up = rate**2 * ref.com_acceleration[2] + back
-    desired[2] = min(
-        max(up, settings.min_vertical_acceleration), settings.max_vertical_acceleration
-    )
+    desired[2] = rate**2 * ref.com_acceleration[2] + back
     return desired
 
 

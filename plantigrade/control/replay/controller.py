@@ -11,13 +11,13 @@ from plantigrade.control.gait.clearance import ClearanceSettings, clearance_of
 from plantigrade.control.gait.person import SEAT, Person
 from plantigrade.control.gait.phase import Gait, GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
-from plantigrade.control.gait.reference import Reference, ReferenceSettings, reference_of
+from plantigrade.control.gait.reference import STEP, Reference, ReferenceSettings, reference_of
 from plantigrade.control.gait.tasks import (
     TaskSettings,
     TrackingTasks,
+    desired_accelerations,
     heading,
     leg_joints,
-    wanted_accelerations,
 )
 from plantigrade.control.replay.com import ComSettings, com_acceleration, rise
 from plantigrade.control.replay.footsteps import FootstepPlanner, PathSettings
@@ -192,11 +192,11 @@ class Replay(Controller):
         """Return the command of the whole-body program."""
         gait, reference, normal = self.gait, self.reference, self.normal
         qvel = state.qvel
-        rate = min(gait.rate, self.settings.gait.max_velocity_rate)
+        rate = min(gait.rate, self.settings.footsteps.rates[-1])
         on, soon = ref.contact > 0.5, ref.contact_soon > 0.5
         for i, own in enumerate(gait.feet):
             if own.early:
-                just = reference.at(own.touchdown + self.settings.gait.early_lookahead)
+                just = reference.at(own.touchdown + STEP)
                 on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
                 soon[self.of_side[i]] = just.contact_soon[self.of_side[i]] > 0.5
         gap = height - self._lifted()
@@ -205,7 +205,7 @@ class Replay(Controller):
         # Feet that steps have put elsewhere bend the legs otherwise than the motion has them.
         free = self.legs if self.recovery.displaced else None
         tasks = self.tasks
-        wanted = wanted_accelerations(ref, rate, body, tasks.settings, free)
+        desired = desired_accelerations(ref, rate, body, tasks.settings, free)
         acceleration = com_acceleration(
             self.settings.com,
             body,
@@ -248,7 +248,7 @@ class Replay(Controller):
             body,
             touching,
             rows,
-            wanted=wanted,
+            desired=desired,
             weight=self.posture_cost,
             force=force,
             force_weight=force_weight**2,
@@ -324,5 +324,5 @@ class Replay(Controller):
             position[2] += height
         elif own.descent:
             position[2] -= own.descent
-            velocity[2] = -self.settings.gait.late_foot_speed
+            velocity[2] = -self.settings.gait.late_descent_speed
         return position, velocity, acceleration

@@ -28,7 +28,7 @@ from plantigrade.kinematics.state import State as BodyState
 
 @dataclass(frozen=True, kw_only=True)
 class PathSettings:
-    """How the person returns to the planned path."""
+    """How the person returns to the planned path, and how fast feet are."""
 
     return_rate: float = 0.2
     """Rate at which the path offset decays [1/s]. Chosen."""
@@ -36,6 +36,8 @@ class PathSettings:
     """Greatest speed of that [m/s]. Chosen."""
     max_com_offset: float = 0.12
     """Saturation of the offset of the centre of mass from the path that is followed [m]. Chosen."""
+    max_foot_speed: float = 4.5
+    """Greatest mean speed of a swing foot [leg lengths/s]. Chosen."""
 
 
 class FootstepPlanner:
@@ -175,6 +177,7 @@ class FootstepPlanner:
             min_width=min(gait.settings.swing.min_foot_distance * self.leg_length, width),
             swing_offset=feet[i, :2] - then.foot_position[i, :2] - path,
             settings=self.settings,
+            max_foot_speed=self.path.max_foot_speed * self.leg_length,
         )
         step = next_step(
             xi - path,
@@ -195,7 +198,7 @@ class FootstepPlanner:
         if self.ground.steps:
             low = then.contact_position[self.side_of == i]
             offset = on_one_side(self.ground, low, offset, axes[:, 0], self.edges)
-        foot.swing.lead(offset, left / max(gait.rate, gait.settings.min_lead_rate), dt)
+        foot.swing.lead(offset, left / max(gait.rate, self.settings.rates[0]), dt)
         return step
 
     def _touchdown(self, phase: float) -> Instant:

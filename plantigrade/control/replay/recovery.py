@@ -115,7 +115,7 @@ class RecoverySteps:
             touching = [bool((height < reach).any()) for height in heights]
             support = [p[height < reach] for p, height in zip(low, heights, strict=True)]
             outside = beyond(np.concatenate(support)[:, :2], now.capture_point)
-            rested = time - self._last_touchdown > steps.double_support_duration
+            rested = time - self._last_touchdown > steps.load_transfer_duration
             if outside > steps.capture_threshold and dcm_error > own.min_dcm_error and rested:
                 self._lift_off(time, now, touching)
             slow = float(np.linalg.norm(now.velocity)) < own.rest_speed

@@ -147,6 +147,16 @@ class AlignmentTask(OrientationTask):
         return np.zeros(3)
 
 
+def axis_error(goal: Float[Array, "*n 3 3"], now: Float[Array, "*n 3 3"]) -> Float[Array, "*n 3"]:
+    r"""Return half the sum of the cross products of axes, :math:`\sin\theta` about the axis.
+
+    For small errors it is the rotation vector that leads to one orientation from another.
+    """
+    M = now @ np.swapaxes(goal, -1, -2)
+    skew = M - np.swapaxes(M, -1, -2)
+    return 0.5 * np.stack([skew[..., 1, 2], skew[..., 2, 0], skew[..., 0, 1]], axis=-1)
+
+
 def rotation_to(goal: Float[Array, "3 3"], now: Float[Array, "3 3"]) -> Float[Array, " 3"]:
     """Return the rotation vector that leads to one orientation from another, world axes [rad]."""
     to, start, error = np.empty(4), np.empty(4), np.empty(3)
