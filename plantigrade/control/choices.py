@@ -33,16 +33,16 @@ from plantigrade.world import Controller
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Situation:
-    """What a controller is made for.
+    """The situation for which a controller is made.
 
     Attributes:
         human: The person.
-        ground: What they are on.
-        motion: What they are to do, its first frame being the start; None where they just stand.
-        standing: The configuration in which they stand; None where there is a motion.
-        record: The motion with its forces and its ground; None where they just stand.
-        script: The foot motion they are to do; None where it is none.
-        walk: What a walk is commanded.
+        ground: The ground.
+        motion: Motion to carry out, from its first frame on; None for standing.
+        standing: Configuration of standing; None where there is a motion.
+        record: The motion with its forces and its ground; None for standing.
+        script: Foot motion to carry out, if any.
+        walk: Command of a walk.
         settings: Settings of the controller.
     """
 
@@ -57,7 +57,7 @@ class Situation:
 
     @property
     def reference(self) -> MotionReference | None:
-        """What is balanced on: the script or the motion; None for the posture of the start.
+        """Reference of balance, the script or the motion; None for the posture of the start.
 
         A motion of one frame is a posture, too.
         """
@@ -140,10 +140,10 @@ CONTROLLERS: Mapping[str, ControllerKind] = {
         PendulumSettings,
     ),
 }
-"""Name of a controller → how it is made, and what can be set of it."""
+"""Name of a controller → its factory and the class of its settings."""
 
 STANDING, MOVING, FORCED, SCRIPTED = "posture", "stable-pd", "replay", "balance"
-"""What is taken where none is named: for who stands, for a motion, and for one with its forces."""
+"""Defaults for standing, for a motion, for one with its forces, and for a foot motion."""
 
 
 def controller_named(
@@ -152,10 +152,10 @@ def controller_named(
     """Return a controller.
 
     Args:
-        name: One of :data:`CONTROLLERS`; None for what is usual.
-        situation: What it is made for.
+        name: One of :data:`CONTROLLERS`; None for the default.
+        situation: The situation for which it is made.
         values: Settings that differ from those of its class, by dotted name; those of other
-            controllers are passed over.
+            controllers are skipped.
 
     Raises:
         ParameterError: If there is no such controller, or it does not fit the situation.
@@ -166,7 +166,7 @@ def controller_named(
 
 
 def settings_among(values: Mapping[str, Any], name: str) -> Any:
-    """Return the settings of a controller; values of settings that it has not are passed over.
+    """Return the settings of a controller; values of settings of other controllers are skipped.
 
     Raises:
         ParameterError: If a setting cannot have such a value.

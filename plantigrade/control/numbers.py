@@ -23,7 +23,7 @@ class Setting:
     Attributes:
         name: Its dotted name.
         value: Its value.
-        meaning: What it is, with its unit and why it has this value.
+        meaning: Its meaning, unit and reason.
     """
 
     name: str
@@ -51,7 +51,7 @@ def changed(settings: Any, values: Mapping[str, Any], what: str = "a controller"
     Args:
         settings: The settings.
         values: Value by dotted name; a word of the command line becomes what the setting takes.
-        what: What has them, for the message.
+        what: Name of their owner, for the message.
 
     Raises:
         ParameterError: If there is no such setting, or it cannot have such a value.

@@ -21,7 +21,7 @@ class Tracking(Controller):
     """Springs and dampers to a motion, joint by joint, by stable PD [Tan2011]_.
 
     The target is the motion at the end of the control step, with its velocities; after the last
-    frame it stands still. Nothing looks at balance, so a walk soon falls.
+    frame it stands still. There is no feedback of balance: a walk soon falls.
 
     Args:
         motion: A motion of the person in the world; its first frame is the start.

@@ -54,7 +54,7 @@ class ForceSettings:
     carrying_height: float = 0.005
     """Height up to which a point carries fully [m]. Chosen; at twice that it carries nothing."""
     wrench_weight: float = 0.3
-    """Weight of the feet's wrenches beside the centre of mass. Chosen."""
+    """Weight of the feet's wrenches against the centre of mass. Chosen."""
     wrench_lever: float = 0.2
     """Lever arm at which an error of their moment counts as one of the force [m]. Chosen."""
     min_foot_load: float = 0.01
@@ -71,7 +71,7 @@ class Footing:
 
     Attributes:
         friction: Coefficient of friction.
-        wrench: What each foot (r, l) should carry at a time, force [N] and moment about the world's
+        wrench: Desired load of each foot (r, l) at a time, force [N] and moment about the world's
             origin [N m]; anything if absent.
         settings: Bounds and costs of the forces.
     """
@@ -208,13 +208,13 @@ class ForceUnknowns:
         strength = self.dynamics.strength(*self.strength)
         share = np.clip((nothing - height[self.on]) / (nothing - full), 0.0, 1.0)
         most = share * s.max_point_force / UNIT
-        asked = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
-        asked[self.shared] += self._wrenches(state, time)
+        needed = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
+        needed[self.shared] += self._wrenches(state, time)
         before = self.before[self.on].ravel()
         preferred, metric = _preference(self.dynamics, desired, before, s)
         low, high = bounds
         return {
-            "levels": [strength, *(stacked(level) for level in asked)],
+            "levels": [strength, *(stacked(level) for level in needed)],
             "lower": np.concatenate([low[6:], np.zeros(EDGES * len(most))]),
             "upper": np.concatenate([high[6:], np.repeat(most, EDGES)]),
             "preferred": preferred,
@@ -238,7 +238,7 @@ class ForceUnknowns:
         return {"qacc": qacc, "qfrc": tau, "contact_force": force, "contact_point": point}
 
     def _wrenches(self, state: State, time: float) -> list[Level]:
-        """Return the rows that ask each foot on the ground for its wrench."""
+        """Return the rows of the desired wrench of each foot on the ground."""
         if self.wrench is None:
             return []
         place = state.position(self.contact.points)[self.on]

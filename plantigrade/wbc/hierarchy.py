@@ -1,6 +1,6 @@
 r"""Hierarchical quadratic programs: levels of equations and inequalities in strict order.
 
-Level :math:`k` asks :math:`l_k \le A_k x \le u_k` (an equation where :math:`l = u`). The answer
+Level :math:`k` requires :math:`l_k \le A_k x \le u_k` (an equation where :math:`l = u`). The answer
 violates the first level as little as possible in the least-squares sense, then the second as
 little as it can without changing what the first one got, and so on ([Kanoun2009]_,
 [Escande2014]_). Whatever freedom is left goes to the preference
@@ -60,7 +60,7 @@ class Level:
         matrix: :math:`A`.
         lower: :math:`l`; minus infinity where there is none.
         upper: :math:`u`; infinity where there is none. Equal bounds make an equation.
-        name: What it is, for messages.
+        name: Its name, for messages.
     """
 
     matrix: Float[Array, "n_rows n"]
@@ -70,7 +70,7 @@ class Level:
 
     @classmethod
     def equation(cls, matrix, right, name: str = "") -> "Level":
-        """Return the level that asks ``matrix @ x == right``."""
+        """Return the level of the equation ``matrix @ x == right``."""
         return cls(matrix, right, right, name)
 
     def residual(self, x: Float[Array, " n"]) -> Float[Array, " n_rows"]:
@@ -258,7 +258,7 @@ def _holding(x, held, bounds):
 
     The dual method of [Goldfarb1983]_, within what the levels leave free: the inequality furthest
     in the way is pushed back along the part of its row that those at their bounds leave free, and
-    whose multiplier falls to zero on the way is let go. What comes out is the answer nearest to
+    whose multiplier falls to zero on the way is let go. The result is the answer nearest to
     ``x``: nothing is violated, and every row that is held pushes the way it can.
     """
     rows = np.concatenate([np.eye(len(x)), *(matrix for matrix, _, _ in bounds[1:])])
@@ -399,7 +399,7 @@ def _check_values(levels, lower, upper) -> None:
     for k, level in enumerate(levels):
         what = level.name or f"level {k}"
         equation = level.lower is level.upper
-        finite = isfinite(level.matrix.sum())  # of all entries, told fastest by their sum
+        finite = isfinite(level.matrix.sum())  # the fastest test of all entries
         if equation:
             finite &= isfinite(level.lower.sum())
         else:

@@ -27,14 +27,14 @@ UPPER_BODY = (
 
 @dataclass(frozen=True, kw_only=True)
 class OrderSettings:
-    """What becomes of the freedom that tasks leave."""
+    """Use of the freedom that tasks leave."""
 
     spared_readiness: float = 0.1
     """Readiness of spared coordinates to serve tasks, that of others being 1. Chosen: nobody
     walking waves the arms to lift the centre of mass by a millimetre, though the arms could where
     the legs are nearly straight."""
     rest_damping: float = 5.0
-    """Damping of what no task determines, where there is no posture [1/s]. Chosen."""
+    """Damping of the freedom that is left, where there is no posture [1/s]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class TaskOrder:
         posture: A task of all coordinates, preferred where the levels leave freedom; rest if
             absent. It is the lowest level of all.
         spared: First letters of coordinates that the tasks use least where others can do it.
-        settings: What becomes of the freedom that tasks leave.
+        settings: Use of the freedom that tasks leave.
     """
 
     levels: Sequence[Sequence[Task]]
@@ -72,12 +72,12 @@ class TaskOrder:
 
     @property
     def meanings(self) -> list[str]:
-        """What each kind of task does, in one sentence."""
+        """Purpose of each task, in one sentence."""
         docs = ((type(task).__doc__ or "").strip() for _, task in self.numbered)
         return [doc.split("\n")[0].replace("`", "") for doc in docs]
 
     def rows(self, state: State, time: float) -> list[list[Rows]]:
-        """Return what each task of each level asks of the generalised acceleration."""
+        """Return the rows of each task of each level."""
         return [[task.rows(state, time) for task in level] for level in self.levels]
 
     def preferred(self, state: State, time: float) -> Float[Array, " nv"]:
@@ -95,16 +95,16 @@ class TaskOrder:
 
 def stacked(levels: Sequence[Level]) -> Level:
     """Return the rows of several levels as one."""
-    asked = [level for level in levels if len(level.lower)] or levels[:1]
-    if len(asked) == 1:
-        return asked[0]
-    lower = np.concatenate([r.lower for r in asked])
-    equal = all(r.lower is r.upper for r in asked)
+    active = [level for level in levels if len(level.lower)] or levels[:1]
+    if len(active) == 1:
+        return active[0]
+    lower = np.concatenate([r.lower for r in active])
+    equal = all(r.lower is r.upper for r in active)
     return Level(
-        np.concatenate([r.matrix for r in asked]),
+        np.concatenate([r.matrix for r in active]),
         lower,
-        lower if equal else np.concatenate([r.upper for r in asked]),
-        " and ".join(r.name for r in asked),
+        lower if equal else np.concatenate([r.upper for r in active]),
+        " and ".join(r.name for r in active),
     )
 
 

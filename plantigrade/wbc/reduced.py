@@ -28,8 +28,8 @@ class Dynamics:
     Attributes:
         M: Joint-space inertia.
         h: Gravity, centrifugal and Coriolis terms.
-        armature: What the plant adds to the inertia of each hinge.
-        given: What the joints give by themselves [N m].
+        armature: Inertia added to each hinge by the plant [kg m²].
+        given: Passive torques of the joints [N m].
         W: Jacobian of the bodies that touch, six rows for each.
     """
 
@@ -40,13 +40,13 @@ class Dynamics:
     W: Float[Array, "d nv"]
 
     def torque(self, qacc: Float[Array, " nv"], wrench: Float[Array, " d"]) -> Float[Array, " n"]:
-        """Return what motors have to give for accelerations, with wrenches on the bodies."""
+        """Return the motor torques of accelerations, with wrenches on the bodies."""
         tau = self.M[6:] @ qacc + self.armature * qacc[6:]
         tau += self.h[6:] - self.given - wrench @ self.W[:, 6:]
         return tau
 
     def solved_root(self, by_body: bool) -> Float[Array, "6 columns"]:
-        """Return the root's accelerations by those of joints, by wrenches, and what is fixed.
+        """Return the root's accelerations by those of joints, by wrenches, and the constant part.
 
         Args:
             by_body: Whether by the wrench on each body, or by that on the root alone.
@@ -83,7 +83,7 @@ class Reduced:
         torques: The cost of torques, if there is one.
 
     Attributes:
-        K: What the cost of shares goes through: wrenches on the bodies, or on the root alone.
+        K: Map from shares to wrenches on the bodies, or on the root alone.
         S: Hessian of the cost of that.
         q: Its slope at zero.
 
@@ -130,7 +130,7 @@ class Reduced:
     def torques(
         self, which: Int[Array, " k"]
     ) -> tuple[Float[Array, "n k"], Float[Array, "k m"], Float[Array, " k"]]:
-        """Return some torques by joint accelerations off the best, by shares, and what is fixed."""
+        """Return torques by joint accelerations off the best, by shares, and the constant part."""
         n, dynamics, root = self._n, self._dynamics, self._root
         below = dynamics.M[6 + which]
         by_joints = below[:, 6:] + below[:, :6] @ root[:, :n]
@@ -143,7 +143,7 @@ class Reduced:
 
 
 def _acceleration_cost(H: Array, g: Array, root: Array) -> Float[Array, "columns columns"]:
-    """Return the cost of accelerations by those of joints, by wrenches, and what is fixed."""
+    """Return the cost of accelerations by those of joints, by wrenches, and the constant part."""
     n = len(g) - 6
     moved = H[:6, :6] @ root
     moved[:, :n] += H[:6, 6:]
@@ -157,7 +157,7 @@ def _acceleration_cost(H: Array, g: Array, root: Array) -> Float[Array, "columns
 
 
 def _torque_rows(dynamics: Dynamics, root: Array) -> Float[Array, "n columns"]:
-    """Return torques by accelerations of joints, by wrenches on bodies, and what is fixed."""
+    """Return torques by accelerations of joints, by wrenches on bodies, and the constant part."""
     n = len(dynamics.given)
     rows = dynamics.M[6:, :6] @ root
     rows[:, :n] += dynamics.M[6:, 6:]

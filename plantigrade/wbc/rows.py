@@ -1,4 +1,4 @@
-r"""What tasks ask of the generalised acceleration, and what they cost."""
+"""Rows of the generalised acceleration that tasks desire, and their cost."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ from plantigrade.wbc.hierarchy import Level
 
 @runtime_checkable
 class Objective(Protocol):
-    r"""Something that is asked, at a cost :math:`\dot v^T A^T W A \dot v - 2 \dot v^T A^T W b`."""
+    r"""An objective with the cost :math:`\dot v^T A^T W A \dot v - 2 \dot v^T A^T W b`."""
 
     @property
     def matrix(self) -> Array:
-        """What it looks at, :math:`A`."""
+        """Matrix :math:`A`."""
         ...
 
     @property
@@ -35,14 +35,14 @@ class Objective(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    r"""What a task asks of the generalised acceleration: :math:`A \dot v = b`, as far as it can.
+    r"""Rows of the generalised acceleration: :math:`A \dot v = b`, in the least-squares sense.
 
     Attributes:
         matrix: :math:`A`.
         right: :math:`b`.
         weight: Cost of a squared unit of what is missed, of each row or of all.
         name: Name of the task, for messages.
-        at_least: Whether more than :math:`b` is welcome: an inequality, for strict orders alone.
+        at_least: Whether it is an inequality, :math:`A \dot v \ge b`, for strict orders alone.
     """
 
     matrix: Float[Array, "n_rows nv"]
@@ -52,12 +52,12 @@ class Rows:
     at_least: bool = False
 
     def along(self, directions: Float[Array, "n_rows k"]) -> "Rows":
-        """Return what is asked along directions, one row each."""
+        """Return the rows along directions."""
         right = directions @ self.right
         return Rows(directions @ self.matrix, right, self.weight, self.name, self.at_least)
 
     def missed(self, qacc: Float[Array, " nv"]) -> Float[Array, " n_rows"]:
-        """Return by how much each row is missed; signed, zero where more is welcome."""
+        """Return the error of each row; zero where an inequality is satisfied."""
         missed = self.matrix @ qacc - self.right
         return np.minimum(missed, 0.0) if self.at_least else missed
 
@@ -97,7 +97,7 @@ class PointRows:
 
     Attributes:
         points: The points.
-        chosen: Which of them are asked for.
+        chosen: Which of them count.
         right: Their accelerations, less those that they have by themselves [m/s²].
         weight: Cost of a squared unit of what is missed.
     """
@@ -127,8 +127,8 @@ class PointRows:
             chosen: Which of them.
             gap: How high each is above the ground [m].
             normal: Normal of the ground, there or everywhere.
-            stiffness: By which those above it come down [1/s²].
-            damping: By which all come to rest [1/s].
+            stiffness: Stiffness of the height of points above it [1/s²].
+            damping: Damping of the velocity of all [1/s].
             weight: Cost of a squared unit missed [per (m/s²)²].
             drift: Velocity of the ground [m/s].
         """
@@ -144,7 +144,7 @@ class PointRows:
 
     @cached_property
     def _counted(self) -> Float[Array, "n_bodies k"]:
-        """What a point counts in its body's sums."""
+        """Weight of each point in the sums of its body."""
         return self.points.membership * (self.weight * self.chosen)
 
     @property
@@ -168,8 +168,8 @@ def cost(
     """Return the cost of a generalised acceleration: its Hessian, and the right side.
 
     Args:
-        tasks: What is asked.
-        desired: What every coordinate is to have.
+        tasks: The objectives.
+        desired: Desired generalised acceleration.
         weight: Cost of a squared unit off that.
     """
     nv = len(desired)

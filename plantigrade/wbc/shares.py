@@ -16,7 +16,7 @@ steps, after one where the shares that are zero are those of the call before; a 
 too far stops at the minimum on its way, which lets it go in no circles (semismooth Newton,
 [QiSun1993]_).
 
-Of few shares DAQP [Arnstrom2022]_ finds the best sooner, starting from those
+With few shares DAQP [Arnstrom2022]_ is faster, starting from those
 that were not zero before.
 """
 
@@ -33,11 +33,11 @@ from plantigrade.arrays import Array, Bool, Float
 STEPS = 40
 """Newton steps, at most."""
 FEW = 64
-"""Of so many shares DAQP finds the best sooner."""
+"""Number of shares up to which DAQP is faster."""
 WARM = 3
-"""DAQP's word for a bound that is active at the lower end."""
+"""DAQP's code of a bound that is active at the lower end."""
 NONE = 1e-7
-"""A share that is none: internal forces hardly cost anything, and are known no better."""
+"""Share below which it is zero: internal forces hardly cost anything, and are known no better."""
 
 
 @lru_cache(maxsize=128)
@@ -52,10 +52,10 @@ class ShareProgram:
     r"""The cost of shares.
 
     Attributes:
-        K: What they carry.
-        S: Hessian of the cost of that, with...
-        E: ...what it is divided by: of something very stiff the inverse is known better.
-        u: What they would best carry.
+        K: Map from shares to what they carry.
+        S: Hessian of the cost of that, times ``E``.
+        E: Its divisor: of something very stiff the inverse is known better.
+        u: Load of least cost.
         diagonal: Hessian of their own cost.
         q: Slope of that where all are zero.
     """
@@ -96,7 +96,7 @@ class ShareProgram:
 
     @property
     def plain(self) -> bool:
-        """Whether nothing is asked but that little is carried, and nothing very stiffly."""
+        """Whether only the load costs, and nothing very stiffly."""
         return self.E is _one(len(self.S))
 
     def hessian(self) -> Float[Array, "m m"]:
@@ -139,7 +139,7 @@ class ShareSolver:
         self.free = np.zeros(0, dtype=bool)
         share, at, target = np.zeros(m), None, np.zeros(len(program.K))
         if m <= FEW and program.plain:
-            return self._asked(program, free)
+            return self._by_daqp(program, free)
         for _ in range(STEPS):
             try:
                 target = program.price(free)
@@ -163,7 +163,7 @@ class ShareSolver:
             free = now
         return np.maximum(share, 0.0), target, False
 
-    def _asked(
+    def _by_daqp(
         self, program: ShareProgram, free: Bool[Array, " m"]
     ) -> tuple[Float[Array, " m"], Float[Array, " c"], bool]:
         """Return what DAQP finds for a plain program.
@@ -201,8 +201,8 @@ def _part(
         program: The cost.
         price: Where the step begins.
         step: The step.
-        carried: What costs this price there.
-        more: How much more does after the step.
+        carried: Load at this price.
+        more: Change of the load by the step.
     """
     a, b = program.q + price @ program.K, step @ program.K
     start, rise, each = float(step @ carried), float(step @ more), b / program.diagonal

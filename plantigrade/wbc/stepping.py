@@ -43,8 +43,8 @@ class MotionSettings:
     """Time step [s]. Chosen."""
     min_gain: float = 0.02
     """Motion of a task per unit of joint acceleration below which a direction is singular and left
-    to the levels below. Chosen: a straight knee lengthens the leg by nothing, and asking it to
-    would ask for infinite speed. It also lets short toes give way a little where a foot rigid as a
+    to the levels below. Chosen: a straight knee lengthens the leg by nothing, and would
+    need infinite speed. It also lets short toes give way a little where a foot rigid as a
     machine's would pull at the whole body: of contacts, turns of a segment that move its points by
     less per radian are not held."""
     max_corrections: int = 10
@@ -77,14 +77,14 @@ class OrderedMotion:
     """The resulting motion, tick by tick.
 
     Attributes:
-        human: Who moved.
+        human: The person.
         order: The tasks.
         time: Time of each tick [s].
         qpos: Configurations.
         qvel: Velocities; after the impact where there is one.
         qacc: Accelerations, from each tick to the next.
         active: Whether each task had rows.
-        residual: By how much each task's acceleration was missed [its unit per s²].
+        residual: Error of each task's acceleration [its unit per s²].
         solver_time: Time in the hierarchical program [s].
         kinematics_time: Time in kinematics, Jacobians and rows [s].
         exact: Whether no inequality was in the way.
@@ -176,7 +176,7 @@ def move(
     """Compute the motion of a person from an order of tasks.
 
     Args:
-        human: Who moves.
+        human: The person.
         order: The tasks.
         qpos: Configuration to start from.
         qvel: Velocity to start with; rest if absent.
@@ -184,7 +184,7 @@ def move(
         stop: Time of the end [s].
         settings: Time step, and what counts as singular.
         limits: Joint limits; the person's if absent.
-        ground: What the ground can do; without it the motion needs no forces.
+        ground: Forces that the ground can provide; without it the motion needs none.
         progress: Called with the share that is done, now and then.
 
     Raises:
@@ -306,7 +306,7 @@ def velocity_after_impact(
 
 
 def _missed(order: TaskOrder, rows: list[list[Rows]], desired, qacc) -> tuple[Array, Array]:
-    """Return which tasks had rows, and by how much an acceleration misses them."""
+    """Return which tasks had rows, and the error of an acceleration in each."""
     flat = [row for level in rows for row in level]
     active = [len(row.right) > 0 for row in flat]
     missed = [row.missed(qacc) for row in flat]

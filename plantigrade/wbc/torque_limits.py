@@ -5,7 +5,7 @@ A torque at its limit moves joint accelerations off those that are best for the 
 just its limit is one more cost of the shares (:meth:`ShareProgram.and_rows`). Which torques are at
 a limit is found as in :mod:`plantigrade.wbc.shares`, by exchanges from those of the call before:
 one beyond its limit is held at it, one whose :math:`\nu` pulls beyond the limit is let go. Where
-this goes in circles, and where shares are few, DAQP is asked ([Arnstrom2022]_).
+this goes in circles, and where shares are few, DAQP solves it ([Arnstrom2022]_).
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from plantigrade.wbc.reduced import Reduced
 from plantigrade.wbc.shares import FEW, NONE, WARM, ShareProgram, ShareSolver
 
 OVER = 1e-6
-"""Torque beyond its limit that is none, as a part of the limits' range."""
+"""Tolerance of a limit, as a part of the limits' range."""
 EXCHANGES = 8
 """Exchanges of torques at their limits, at most."""
 PULL = 1e-9
 """A pull back into the limits that is none."""
 ROUNDS = 8
-"""So often, at most, DAQP is asked again with torques that have passed their limits meanwhile."""
+"""Greatest number of further calls of DAQP, with torques that have passed their limits since."""
 _SENSE = np.array([0, 1, WARM])
 """Its words for what is not at a limit, at the upper one, and (the last) at the lower one."""
 
@@ -68,7 +68,7 @@ class TorqueLimits:
                 self.at = at
                 return share, qacc, tau, "ok"
             at = new
-        share, along, status = self._asked(reduced, program, at)
+        share, along, status = self._by_daqp(reduced, program, at)
         return share, *reduced.accelerations(share, along), status
 
     def _held(self, reduced: Reduced, program: ShareProgram, which: Array, at: Array):
@@ -79,22 +79,22 @@ class TorqueLimits:
         pull = -price[-len(which) :]
         return share, held @ pull, pull, done
 
-    def _asked(self, reduced: Reduced, program: ShareProgram, guess: Array):
+    def _by_daqp(self, reduced: Reduced, program: ShareProgram, guess: Array):
         r"""Return what DAQP finds: shares, accelerations along the joints, and its word.
 
-        Torques that are at their limits in the guess are asked for, and probably are.
+        Torques that are at their limits in the guess have rows.
 
         It minimises :math:`u^T u + \lambda^T Q \lambda + 2 q^T \lambda`. Only limits that were
-        passed are asked for, until none is; :math:`u` has no part across their rows.
+        passed get rows, until none is; :math:`u` has no part across their rows.
         """
         import daqp
 
-        free, asked, at = self._shares.free, guess != 0, guess.copy()
+        free, limited, at = self._shares.free, guess != 0, guess.copy()
         m, Q = len(program.q), program.hessian()
-        share, along = np.zeros(m), np.zeros(len(asked))
+        share, along = np.zeros(m), np.zeros(len(limited))
         status = "not solved: torques pass their limits in turn"
         for _ in range(ROUNDS):
-            which = asked.nonzero()[0]
+            which = limited.nonzero()[0]
             held, rows, still = reduced.torques(which)
             span, corner = np.linalg.qr(held)
             k = span.shape[1]
@@ -116,10 +116,10 @@ class TorqueLimits:
             at[:] = 0
             at[which] = np.sign(np.asarray(info["lam"])[k + m :])
             _, tau = reduced.accelerations(share, along)
-            more = ((tau > self._most) | (tau < self._least)) & ~asked
+            more = ((tau > self._most) | (tau < self._least)) & ~limited
             if not more.any():
                 status = "ok"
                 break
-            asked = asked | more
+            limited = limited | more
         self.at = at
         return share, along, status

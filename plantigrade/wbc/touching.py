@@ -1,4 +1,4 @@
-"""Where a body touches, in which directions the ground can push there, and what is asked of it."""
+"""Points of contact of a body, and the friction pyramids of the ground there."""
 
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -22,12 +22,12 @@ def _no_places() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Touching:
-    """Where the body touches.
+    """Points at which the body touches.
 
     Attributes:
         body: Index of the body of each point.
-        place: Where it is, world [m].
-        normal: Direction in which the ground pushes there, world.
+        place: Its position, world [m].
+        normal: Normal of the ground there, world.
         friction: Coefficient of friction.
         along: Direction over the ground in which a pyramid has a corner, from x to y [rad]. Along
             its corners a pyramid has the whole friction, half way between them 0.71 of it.
@@ -62,7 +62,7 @@ def _pyramids(n: Float[Array, "k 3"], friction: float, along: float) -> Float[Ar
     """Return the edges of pyramids about normals."""
     corner = _CORNER + along
     aside = friction * np.array([np.cos(corner), np.sin(corner)])
-    # Of any normal, two directions across it (Duff et al., 2017).
+    # two directions across any normal (Duff et al., 2017)
     sign = np.where(n[:, 2] < 0, -1.0, 1.0)
     level = n[:, :2].copy()
     level[:, 0] *= sign
@@ -84,7 +84,7 @@ def _level(
 
 
 def wrenches(points: RigidPoints, edges: Float[Array, "k 3 n_edges"]) -> Float[Array, "d m"]:
-    """Return what forces along edges do to the bodies of their points.
+    """Return the wrenches of forces along edges on the bodies of their points.
 
     Six rows for each body, moments about its origin first; as many columns for each point
     as it has edges.

@@ -5,18 +5,18 @@ r"""One program for the whole body: accelerations and contact forces that serve 
 
 so that the equations of motion hold, :math:`\lambda \ge 0` along the edges of the friction pyramid
 of every point that touches, and every torque stays within the strength of its joint. Weights, not
-ranks: where tasks disagree each gives way a little, which is what balance needs (Eq. 7 of
-[Park2020]_ is such a sum); strict orders are in :mod:`plantigrade.wbc.hierarchy`.
+ranks: where tasks disagree each gives way a little, as balance needs it (like the sum in Eq. 7 of
+[Park2020]_); strict orders are in :mod:`plantigrade.wbc.hierarchy`.
 
 The unknowns are those of :mod:`plantigrade.wbc.forces`: joint accelerations and shares
 :math:`\lambda` of pyramid edges. (With the accelerations eliminated by the inverse of the mass
 matrix instead, light toes make the program so badly conditioned that solvers fail.) Joint
 accelerations are eliminated from the optimality conditions by one Cholesky decomposition
-(:mod:`plantigrade.wbc.reduced`). What is left is a least-squares problem in :math:`\lambda \ge 0`
+(:mod:`plantigrade.wbc.reduced`). There remain a least-squares problem in :math:`\lambda \ge 0`
 (:mod:`plantigrade.wbc.shares`), and torques that stop at their limits
 (:mod:`plantigrade.wbc.torque_limits`).
 
-However many points touch, all that they do to the body they do by one wrench on each of its bones.
+However many points touch, they act on the body by one wrench on each of its bones.
 """
 
 from collections.abc import Sequence
@@ -44,10 +44,10 @@ class Answer:
 
     Attributes:
         qacc: Generalised acceleration.
-        torque: What the motors of the hinges give [N m].
+        torque: Torque of the motor of each hinge [N m].
         force: Force of the ground at each point, world [N].
         share: The same along the edges of its pyramid, in the units of the program.
-        status: ``"ok"``, or why the answer is none.
+        status: ``"ok"``, or why there is no answer.
         limited: Number of torques at their limit.
     """
 
@@ -69,7 +69,7 @@ class WholeBody:
 
     Args:
         human: The person.
-        armature: What the plant adds to the inertia of each hinge [kg m²].
+        armature: Inertia added to each hinge by the plant [kg m²].
         limits: Least and greatest torque of each hinge [N m]; the person's if absent.
 
     Example:
@@ -115,8 +115,8 @@ class WholeBody:
 
         Args:
             state: The state of the body.
-            touching: Where it touches.
-            tasks: What is asked of the generalised acceleration.
+            touching: Its points of contact.
+            tasks: Rows of the generalised acceleration.
             desired: Desired generalised acceleration, coordinate by coordinate.
             weight: Cost of a squared unit missed of it, positive for joints; also keeps the program
                 well posed.
@@ -124,7 +124,7 @@ class WholeBody:
             force_weight: Cost of a share [0.1 body weights], squared, off the desired; positive.
             torque: Desired torque of the motors [N m]; zero if absent.
             torque_weight: Cost of a squared newton metre off it.
-            passive: What the joints give by themselves [N m].
+            passive: Passive torques of the joints [N m].
             points: The points that touch, where the caller has them.
         """
         n, k = len(self.low), len(touching)

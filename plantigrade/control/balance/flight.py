@@ -20,13 +20,15 @@ class FlightSettings:
     """Clock and feet in flight."""
 
     early_take_off: float = 0.06
-    """Time before the planned take-off from which a body without contact flies [s]. Chosen."""
+    """Time before the planned take-off from which a body without contact flies [s]. Chosen (±20 %:
+    not met)."""
     max_wait: float = 0.4
-    """Longest time the clock waits for a touchdown after the planned one [s]. Chosen."""
+    """Longest time the clock waits for a touchdown after the planned one [s]. Chosen (±20 %: not
+    met)."""
     foot_weight: float = 100.0
-    """Weight of the positions of the feet [per (m/s²)²]. Chosen."""
+    """Weight of the positions of the feet [per (m/s²)²]. Chosen (±20 %: not met)."""
     max_foot_shift: float = 0.2
-    """Greatest distance of a foot from the reference [m]. Chosen."""
+    """Greatest distance of a foot from the reference [m]. Chosen (±20 %: not met)."""
 
 
 class FlightClock:

@@ -12,13 +12,14 @@ from plantigrade.world import State, World
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSettings:
+class GroundContactSettings:
     """Contacts that balance relies on."""
 
     max_gap: float = 0.004
-    """Distance from the ground up to which a point counts as touching [m]. Chosen."""
+    """Distance from the ground up to which a point counts as touching [m]. Chosen (±20 %: deviation
+    11 %)."""
     friction_share: float = 0.8
-    """Part of the friction of the ground that is relied on. Chosen."""
+    """Part of the friction of the ground that is relied on. Chosen (±20 %: deviation 10 %)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +50,15 @@ class FootContacts:
 class GroundContact:
     """Reads the contacts of the feet of one world.
 
-    The simulator reports contacts within :attr:`ContactSettings.max_gap`, where there is no force
-    yet.
+    The simulator reports contacts within :attr:`GroundContactSettings.max_gap`, where there is no
+    force yet.
 
     Args:
         world: The world.
         settings: Which contacts count.
     """
 
-    def __init__(self, world: World, settings: ContactSettings):
+    def __init__(self, world: World, settings: GroundContactSettings):
         self.world, self.model = world, world.model
         self.friction = settings.friction_share * world.ground.friction
         names = [GEOM_PREFIX + site.name for site in world.sites if site.side]

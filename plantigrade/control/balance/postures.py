@@ -90,7 +90,7 @@ class PostureSolver:
     def spheres(
         self, ankle: Float[Array, "2 3"], marked: Bool[Array, "2 n_marks"]
     ) -> Float[Array, "n_sites 3"]:
-        """Return the positions of the spheres with ankles so far from standing [m]."""
+        """Return the positions of the spheres by the offset of each ankle from standing [m]."""
         goal = np.array([[*self.com[:2], self.com[2] + ankle[:, 2].min()]])
         qpos = self.path(ankle[None], marked[None], goal)
         state, out = State(self.human, qpos[0]), np.zeros((self._n_sites, 3))
@@ -203,7 +203,7 @@ def posture_step(
 
 
 def velocities_of(human: Human, qpos: Float[Array, "n nq"], rate: float) -> Float[Array, "n nv"]:
-    """Return the velocities of configurations, so many of them a second [1/s]."""
+    """Return the velocities of configurations that follow at a rate [1/s]."""
     state = State(human, qpos[0])
     steps = np.array(
         [state.moved_to(b).difference(a) for a, b in zip(qpos[:-1], qpos[1:], strict=True)]

@@ -14,12 +14,12 @@ A frame has the feet at a time: ``right``, ``left`` or ``both``, with ``ankle``,
 ankle from standing, forward, to the left and up, in metres of a person of 1.74 m; and ``presses``,
 the segments on the ground (names of :data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a
 foot in the air. What a frame does not mention stays as it was; before the first one the person
-stands. ``body`` offsets the centre of mass likewise from where it would be by itself. ``toward`` is
+stands. ``body`` offsets the centre of mass likewise. ``toward`` is
 the desired pressure within what presses of a foot, forward and to the left, from -1 to 1:
 ``[0, 1]`` for its left border; a foot without it presses as evenly as it can. From one frame to the
 next those segments press that do at both ends. Between frames where no foot does the body flies for
 just as long (:mod:`plantigrade.control.balance.script_motion`): the frame before is the take-off,
-the one after it the touchdown, and those beside them give the depth of the crouch. A script that
+the one after it the touchdown, and their neighbours give the depth of the crouch. A script that
 needs more force than people have is refused; one whose flight or touchdown comes earlier or later
 than written is followed from when it does (:mod:`plantigrade.control.balance.flight`).
 
@@ -84,7 +84,7 @@ class Frame:
         time: The time [s].
         ankle: Offset of each ankle from standing, right first [m].
         presses: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot.
-        body: Offset of the centre of mass from where it would be by itself [m].
+        body: Offset of the centre of mass from its default [m].
         toward: Desired pressure within what presses of each foot, forward and to the left, from -1
             to 1; NaN where that is left open.
     """

@@ -26,11 +26,11 @@ class ClearanceSettings:
     """How far arms are held out."""
 
     abduction_step: float = float(np.deg2rad(2.0))
-    """Steps by which the abduction is increased [rad]. Chosen."""
+    """Steps by which the abduction is increased [rad]. Chosen (±20 %: not met)."""
     max_abduction: float = 8 * float(np.deg2rad(2.0))
-    """Greatest abduction [rad]. Chosen."""
+    """Greatest abduction [rad]. Chosen (±20 %: not met)."""
     min_overlap: float = 0.002
-    """Depth of an overlap from which it counts [m]. Chosen."""
+    """Depth of an overlap from which it counts [m]. Chosen (±20 %: not met)."""
 
 
 @dataclass(frozen=True)

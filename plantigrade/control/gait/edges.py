@@ -1,6 +1,6 @@
 """Swing feet clear the edges of steps in the ground, and land on one side of them.
 
-A plan may pass an edge by a millimetre; a person a centimetre beside it would stumble.
+A plan may clear an edge by a millimetre; with an error of a centimetre a person would stumble.
 """
 
 from dataclasses import dataclass
@@ -18,15 +18,16 @@ class EdgeSettings:
     """How feet pass the edges of steps in the ground."""
 
     clearance: float = 0.02
-    """Clearance of a swing foot over an edge [m]. Chosen."""
+    """Clearance of a swing foot over an edge [m]. Chosen (±20 %: not met)."""
     passing_distance: float = 0.08
-    """Horizontal distance from which a swing foot passes an edge [m]. Chosen."""
+    """Horizontal distance from which a swing foot passes an edge [m]. Chosen (±20 %: not met)."""
     fade_distance: float = 0.15
-    """Distance from lift-off and touchdown over which the clearance fades [m]. Chosen."""
+    """Distance from lift-off and touchdown over which the clearance fades [m]. Chosen (±20 %: not
+    met)."""
     smoothing_time: float = 0.06
-    """Time by which the lift is spread to either side [s]. Chosen."""
+    """Time by which the lift is spread to either side [s]. Chosen (±20 %: not met)."""
     landing_margin: float = 0.02
-    """Least distance of a contact sphere from an edge at touchdown [m]. Chosen."""
+    """Least distance of a contact sphere from an edge at touchdown [m]. Chosen (±20 %: not met)."""
 
 
 def lifts(

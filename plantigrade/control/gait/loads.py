@@ -17,18 +17,21 @@ class LoadSettings:
     """Where a motion without contact forces has load."""
 
     max_height: float = 0.02
-    """Height of a sphere above the ground up to which it may carry load [m]. Chosen."""
+    """Height of a sphere above the ground up to which it may carry load [m]. Chosen (±20 %:
+    deviation 8 %)."""
     max_speed: float = 0.4
-    """Speed up to which it may [m/s]. Chosen."""
+    """Speed up to which it may [m/s]. Chosen (±20 %: deviation 12 %)."""
     max_height_difference: float = 0.005
-    """Height above the lowest sphere of a loaded foot up to which one shares its load [m].
-    Chosen."""
+    """Height above the lowest sphere of a loaded foot up to which one shares its load [m]. Chosen
+    (±20 %: 0.5 s)."""
     min_unknown_load: float = 0.2
-    """Least load shared by touching feet of which nothing is known [body weights]. Chosen."""
+    """Least load shared by touching feet of which nothing is known [body weights]. Chosen (±20 %:
+    not met)."""
     min_foot_load: float = 0.03
-    """Load below which a foot is in the air [body weights]. Chosen."""
+    """Load below which a foot is in the air [body weights]. Chosen (±20 %: not met)."""
     max_foot_height: float = 0.05
-    """Height of a foot above which it carries nothing, whatever was estimated [m]. Chosen."""
+    """Height of a foot above which it carries nothing, whatever was estimated [m]. Chosen (±20 %:
+    not met)."""
 
 
 def interpolated(time: Array, values: Array, at: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What gait controllers derive from the person: contact spheres, lengths and strength."""
+"""A person as gait controllers see them: contact spheres, lengths and strength."""
 
 from dataclasses import dataclass
 

@@ -2,7 +2,7 @@
 
 Feet land when they touch, sooner or later than planned. An early touchdown puts the foot in stance
 at once, and the phase hurries after it. Where the ground is missing the phase waits and the foot
-descends. The phase slowly gives back what it gained or lost so, and its mean rate is 1.
+descends. Then the phase slowly returns to the time, and its mean rate is 1.
 """
 
 from collections.abc import Sequence
@@ -17,45 +17,47 @@ from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSettings:
+class FootContactSettings:
     """When a foot touches, and which of its points do."""
 
     touchdown_load: float = 0.035
     """Load from which a swing foot has touched down, and from which the position of a stance foot
-    counts [body weights]. Chosen."""
+    counts [body weights]. Chosen (±20 %: not met)."""
     max_height: float = 0.002
-    """Height of a point of a stance foot above the ground up to which it touches [m]. Chosen."""
+    """Height of a point of a stance foot above the ground up to which it touches [m]. Chosen (±20
+    %: 0.6 s)."""
     max_planned_height: float = 0.006
-    """The same of a point that the motion has in contact [m]. Chosen."""
+    """The same of a point that the motion has in contact [m]. Chosen (±20 %: deviation 7 %)."""
     friction_fraction: float = 0.75
-    """Part of the friction coefficient that a controller uses. Chosen."""
+    """Part of the friction coefficient that a controller uses. Chosen (±20 %: deviation 29 %)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GaitSettings:
     """The clock of a gait, and its contacts and swing feet."""
 
-    contact: ContactSettings = ContactSettings()
+    contact: FootContactSettings = FootContactSettings()
     swing: SwingOffsetSettings = SwingOffsetSettings()
     min_touchdown_phase: float = 0.6
-    """Part of a swing after which contact is a touchdown. Chosen."""
+    """Part of a swing after which contact is a touchdown. Chosen (±20 %: deviation 11 %)."""
     early_rate: float = 1.5
-    """Least rate of the phase after an early touchdown. Chosen."""
+    """Least rate of the phase after an early touchdown. Chosen (±20 %: deviation 25 %)."""
     late_descent_speed: float = 0.5
-    """Speed at which a foot descends that misses the ground, until the phase no longer waits for
-    it [m/s]. Chosen."""
+    """Speed at which a foot descends that misses the ground, until the phase no longer waits for it
+    [m/s]. Chosen (±20 %: deviation 7 %)."""
     max_wait: float = 0.3
-    """Time for which the phase waits for a foot [s]. Chosen."""
+    """Time for which the phase waits for a foot [s]. Chosen (±20 %: not met)."""
     stance_time: float = 0.05
-    """Time constant of the offset of a stance foot [s]. Chosen."""
+    """Time constant of the offset of a stance foot [s]. Chosen (±20 %: 0.8 s)."""
     rate_time: float = 0.02
-    """Time constant of the rate of the phase [s]. Chosen."""
+    """Time constant of the rate of the phase [s]. Chosen (±20 %: deviation 7 %)."""
     recovery_gain: float = 0.3
-    """Gain by which the phase returns to the time [1/s]. Chosen."""
+    """Gain by which the phase returns to the time [1/s]. Chosen (±20 %: deviation 17 %)."""
     max_recovery: float = 0.05
-    """Greatest change of the rate for that. Chosen."""
+    """Greatest change of the rate for that. Chosen (±20 %: deviation 5 %)."""
     joint_damping: float = 0.012
-    """Damping of the joints about the planned velocity, by their strength [s/rad]. Chosen."""
+    """Damping of the joints about the planned velocity, by their strength [s/rad]. Chosen (±20 %:
+    deviation 7 %)."""
 
 
 @dataclass
@@ -124,7 +126,7 @@ class Gait:
         phase: Time of the motion [s].
         rate: Its rate.
         feet: Right and left foot.
-        touchdowns: All of them so far.
+        touchdowns: All touchdowns since the start.
     """
 
     def __init__(

@@ -15,20 +15,24 @@ class SwingOffsetSettings:
     """How the offset of a swing foot reaches that of its footstep, past the other leg."""
 
     max_acceleration: float = 60.0
-    """Greatest acceleration of the offset, or of a foot on a path of its own [m/s²]. Chosen."""
+    """Greatest acceleration of the offset, or of a foot on a path of its own [m/s²]. Chosen (±20 %:
+    deviation 30 %)."""
     arrival_lead: float = 0.02
-    """Time before touchdown at which the foot is over its footstep [s]. Chosen."""
+    """Time before touchdown at which the foot is over its footstep [s]. Chosen (±20 %: 0.6 s)."""
     min_arrival_time: float = 0.05
-    """Least time in which the path ends [s]. Chosen."""
+    """Least time in which the path ends [s]. Chosen (±20 %: deviation 29 %)."""
     min_foot_distance: float = 0.08
-    """Least lateral distance of the feet, unless the motion has less [leg lengths]. Chosen."""
+    """Least lateral distance of the feet, unless the motion has less [leg lengths]. Chosen (±20 %:
+    deviation 25 %)."""
     passing_length: float = 0.30
     """Distance ahead or behind within which a foot passes the other on its side [leg lengths].
-    Chosen."""
+    Chosen (±20 %: deviation 14 %)."""
     passing_slope: float = 0.5
-    """Decrease of the lateral distance by the distance beyond that. Chosen."""
+    """Decrease of the lateral distance by the distance beyond that. Chosen (±20 %: deviation 19
+    %)."""
     max_overlap_distance: float = 0.12
-    """Greatest lateral distance for legs that overlap in the motion [leg lengths]. Chosen."""
+    """Greatest lateral distance for legs that overlap in the motion [leg lengths]. Chosen (±20 %:
+    not met)."""
 
 
 class SwingOffset:
@@ -77,7 +81,7 @@ class SwingOffset:
         """Go straight to a footstep from where the foot is, off the path of the motion.
 
         A step at twice its rate or more, or around the other foot, has little in common with the
-        recorded one, which would swing out far beyond a cubic beside it. Begun with the rate of the
+        recorded one, from which a cubic would swing out far. Begun with the rate of the
         recorded foot, or led on while the real one is held up, the path ends decimetres beyond its
         goal; therefore it begins anew at every tick.
 

@@ -15,18 +15,18 @@ class SwingSettings:
     """Motion of the swing foot of a recovery step."""
 
     clearance: float = 0.06
-    """Height of a swing foot at mid-swing [leg lengths]. Chosen."""
+    """Height of a swing foot at mid-swing [leg lengths]. Chosen (±20 %: deviation 10 %)."""
     fixed_phase: float = 0.25
     """Last part of a swing, in which the footstep is no longer replanned. A foot that accelerates
     again there rises, too, and comes down late."""
     min_touchdown_phase: float = 0.8
-    """Part of a swing after which ground contact ends it. Chosen."""
+    """Part of a swing after which ground contact ends it. Chosen (±20 %: deviation 8 %)."""
     late_descent_speed: float = GaitSettings.late_descent_speed
     """Speed at which a foot descends that has not met the ground in time [m/s]; as in walking."""
     arrival_lead: float = SwingOffsetSettings.arrival_lead
     """Time before touchdown at which the foot is over its footstep [s]; as in walking."""
     height_gain: float = 600.0
-    """Stiffness of the height of a swing foot [1/s²]. Chosen."""
+    """Stiffness of the height of a swing foot [1/s²]. Chosen (±20 %: deviation 47 %)."""
 
     @property
     def height_damping(self) -> float:

@@ -184,7 +184,7 @@ class Pendulum(Controller):
         self.plan.reference = self.reference
 
     def __call__(self, state: State) -> Command:
-        """Return what the joints are to do for one control step."""
+        """Return the command for one control step."""
         if self._world is not state.world or (state.time == 0.0 and self._now > 0.0):
             self.begin(state)
         step = 1.0 / state.world.control_rate

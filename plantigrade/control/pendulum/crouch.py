@@ -18,17 +18,19 @@ class CrouchSettings:
     """How deep a person crouches, with which joints, and where."""
 
     max_depth_cm: float = 30.0
-    """Greatest lowering of the head [cm]. Chosen."""
+    """Greatest lowering of the head [cm]. Chosen (±20 %: below 2 %)."""
     leg_share: float = 0.3
-    """Part of the depth that bent legs take; the trunk takes the rest by leaning. Chosen."""
+    """Part of the depth that bent legs take; the trunk takes the rest by leaning. Chosen (±20 %:
+    deviation 2 %)."""
     neck_share: float = 0.5
-    """Part of the lean that the neck takes back: the eyes look ahead. Chosen."""
+    """Part of the lean that the neck takes back: the eyes look ahead. Chosen (±20 %: below 2 %)."""
     speed: float = 0.25
-    """Speed at which the head is lowered and raised [m/s]. Chosen."""
+    """Speed at which the head is lowered and raised [m/s]. Chosen (±20 %: below 2 %)."""
     barrier_clearance: float = 0.06
-    """Height of a barrier above the head that passes under it [m]. Chosen."""
+    """Height of a barrier above the head that passes under it [m]. Chosen (±20 %: not met)."""
     barrier_distance: float = 0.6
-    """Distance before and behind a barrier over which the head stays low [m]. Chosen."""
+    """Distance before and behind a barrier over which the head stays low [m]. Chosen (±20 %: not
+    met)."""
 
     def barriers(self, world: World) -> list[tuple[float, float]]:
         """Return how far ahead barriers of a world are [m], and the depth under them [cm].
@@ -52,7 +54,7 @@ class CrouchSettings:
 
 @dataclass(frozen=True, eq=False)
 class Crouch:
-    """A crouched posture, beside the recorded one.
+    """A crouched posture, relative to the recorded one.
 
     Attributes:
         lowering: Lowering of the centre of mass [m].
@@ -94,7 +96,7 @@ class CrouchControl:
     Args:
         human: The person.
         world: Where they walk.
-        settings: How.
+        settings: Its numbers.
 
     Attributes:
         barriers: How far ahead barriers are [m], and the depth under each [cm].

@@ -104,7 +104,7 @@ class Reach(FootstepLimits):
     ) -> Float[Array, "m 2"]:
         r"""Return offsets that compensate for the momentum of the leg on its way, too.
 
-        A leg that is led beside the reference by :math:`d` has the angular momentum
+        A leg with a lateral offset :math:`d` from the reference has the angular momentum
         :math:`m h \kappa \dot d` about the centre of mass. The ground gives it by a force that the
         mass feels, and takes it when the foot has arrived. The first counts for longer: in a time
         :math:`T` the extrapolated centre goes along with the foot by
@@ -125,7 +125,7 @@ class Reach(FootstepLimits):
         )
 
     def constrained(self, offset: Float[Array, "m 2"]) -> list[Float[Array, "m 2"]]:
-        """Return offsets within reach: beside the stance foot, or across, ahead of it or behind.
+        """Return offsets within reach: on its own side, or across, ahead of the other or behind.
 
         People who are pushed outward cross in front of the stance foot or behind it, whichever is
         nearer.

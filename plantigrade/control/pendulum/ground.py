@@ -1,6 +1,6 @@
 """The ground around a person: height and slope, gaps under soles, and better footsteps.
 
-A foot that lands half on an edge along it rolls over that edge; people put it beside. An edge
+A foot that lands half on an edge along it rolls over that edge; people avoid it. An edge
 across it does little harm: heel and ball are far apart, and the foot lies on both.
 """
 

@@ -37,7 +37,7 @@ class CommandHold:
         return 0.5 * self.samples * self.step
 
     def still_holds(self, touching: Bool[Array, " n_sites"], stance: list[bool]) -> bool:
-        """Return whether the last command still holds; to be asked at every sample.
+        """Return whether the last command still holds; to be called at every sample.
 
         Args:
             touching: Which spheres are at the ground.

@@ -309,7 +309,7 @@ class StepPlan:
     def _path_offset(self) -> Array:
         """Return the offset from the reference that feet return to [m].
 
-        A recording is no walk of this body, which would stay beside its path: a lasting offset is
+        A recording is no walk of this body, which would stay off its path: a lasting offset is
         countered. Along the path, and sideways in a turn, the walk does not return.
         """
         own = self.settings.plan

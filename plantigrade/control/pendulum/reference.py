@@ -1,8 +1,8 @@
 r"""The reference of a walk: a stride closed, a mass that feet can bear, and another speed.
 
 From a recording the position of the centre of mass is known to a centimetre, its acceleration not:
-some of it would need a pressure beside the feet. Between the feet's centre of pressure :math:`p`
-and the mass of a linear pendulum is
+some of it would need a centre of pressure outside the feet. Between that, :math:`p`, and the mass
+of a linear pendulum is
 
 .. math:: \ddot x = \omega^2 (x - p),
 
@@ -38,7 +38,7 @@ def walk_of(record: Record) -> Record:
     """Return the most even stride of a walk, closed, along x on level ground.
 
     A walk that repeats itself already (a synthesised one) or was not recorded on level ground is
-    returned as it is. So is a motion without a stride that nearly closes, with a note: it ends
+    returned as it is. A motion without a stride that nearly closes is returned with a note: it ends
     where it ends.
 
     Args:

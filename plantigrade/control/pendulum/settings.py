@@ -15,7 +15,7 @@ from plantigrade.control.pendulum.path import PathSettings
 from plantigrade.control.pendulum.plan import PlanSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.standing import StandingSettings
-from plantigrade.control.pendulum.swing import SwingSettings
+from plantigrade.control.pendulum.swing import SwingPathSettings
 from plantigrade.control.pendulum.tasks import WalkingTaskSettings
 from plantigrade.control.pendulum.upper_body import UpperBodySettings
 from plantigrade.errors import ParameterError
@@ -32,13 +32,16 @@ class PendulumSettings:
     tick: float = 0.005
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
     slow_tick: float = 0.02
-    """Tick from which soles are sampled, and commands given, at half the rate [s]. Chosen."""
+    """Tick from which soles are sampled, and commands given, at half the rate [s]. Chosen (±20 %:
+    not met)."""
     usual_duration: float = 10.0
-    """Duration of a walk that is repeated, where none is named [s]. Chosen."""
+    """Duration of a walk that is repeated, where none is named [s]. Chosen (±20 %: not met)."""
     max_height_difference: float = 0.06
-    """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen."""
+    """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen (±20
+    %: not met)."""
     reported_shortening: float = 0.01
-    """Shortening from which a footstep counts as shortened in the summary [m]. Chosen."""
+    """Shortening from which a footstep counts as shortened in the summary [m]. Chosen (±20 %: not
+    met)."""
     gait: GaitSettings = GaitSettings(
         late_descent_speed=1.0, swing=SwingOffsetSettings(max_acceleration=70.0)
     )
@@ -57,14 +60,14 @@ class PendulumSettings:
     """How far and fast a leg reaches."""
     plan: PlanSettings = PlanSettings()
     """The return to the path, and the lowering of the body for footsteps."""
-    swing: SwingSettings = SwingSettings()
+    swing: SwingPathSettings = SwingPathSettings()
     """Swing feet."""
     ground: GroundSettings = GroundSettings()
     """Slope, soles and footholds."""
     tasks: WalkingTaskSettings = WalkingTaskSettings()
     """Whole-body tasks."""
     disturbance: DisturbanceSettings = DisturbanceSettings(
-        n_samples=5, max_force_change=1.0, deadband=0.2
+        n_samples=5, max_force_change=1.0, deadband=0.25
     )
     """Estimator of the disturbance; of a walk the ground force changes at every tick."""
     speed: SpeedSettings = SpeedSettings()

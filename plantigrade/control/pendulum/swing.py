@@ -17,7 +17,7 @@ Height = Callable[[Array], float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class SwingSettings:
+class SwingPathSettings:
     """How feet swing; values were chosen where no reason is given."""
 
     clearance: float = 0.012
@@ -54,8 +54,8 @@ class SwingPath:
         settings: How it swings.
     """
 
-    def __init__(self, leg: float, settings: SwingSettings | None = None):
-        self.leg, self.settings = leg, settings or SwingSettings()
+    def __init__(self, leg: float, settings: SwingPathSettings | None = None):
+        self.leg, self.settings = leg, settings or SwingPathSettings()
         self._start = np.zeros(3)
         self._footstep, self._obstacle = np.full(2, np.inf), 0.0
 

@@ -1,8 +1,8 @@
 r"""The transition from one walk to another, at a like instant of the stride, blended.
 
 Two walks of one person are brought to one clock: strikes and lifts of the feet fall on each other,
-and times in between are stretched evenly. So the old walk can be changed into the new one,
-postures, feet, speed and rhythm alike, while feet land and leave as they do in both. With a part
+and times in between are stretched evenly. The old walk changes into the new one in postures, feet,
+speed and rhythm, while feet land and leave as they do in both. With a part
 :math:`p` of the new walk, a second of its clock takes
 
 .. math:: dt = (1 - p)\, dt_{old} + p\, dt_{new},

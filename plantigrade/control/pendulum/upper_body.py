@@ -35,7 +35,7 @@ class UpperBodySettings:
     """How upper bodies change."""
 
     blend_time: float = 1.0
-    """Time in which one upper body turns into another [s]. Chosen."""
+    """Time in which one upper body turns into another [s]. Chosen (±20 %: not met)."""
 
 
 def upper_hinges(human: Human) -> Bool[Array, " n_hinges"]:

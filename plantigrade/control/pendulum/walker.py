@@ -161,7 +161,7 @@ class Walker(Controller):
         )
 
     def __call__(self, state: State) -> Command:
-        """Return what the joints are to do for one control step."""
+        """Return the command for one control step."""
         if self._world is not state.world or (state.time == 0.0 and self._time > 0.0):
             self._begin(state)
         self._time = state.time

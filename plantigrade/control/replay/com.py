@@ -50,7 +50,7 @@ def com_acceleration(
         rate: Rate of the phase.
         footsteps: Errors and offsets.
         contacts: Points in contact, over the ground [m].
-        normal: Of the ground.
+        normal: Normal of the ground.
         lowering: Lowering of the body [m].
     """
     omega, offset = footsteps.reference.omega, footsteps.stance_offset

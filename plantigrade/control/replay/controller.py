@@ -20,8 +20,8 @@ from plantigrade.control.gait.tasks import (
     leg_joints,
 )
 from plantigrade.control.replay.com import ComSettings, com_acceleration, rise
-from plantigrade.control.replay.footsteps import FootstepPlanner, PathSettings
-from plantigrade.control.replay.recovery import RecoverySettings, RecoverySteps
+from plantigrade.control.replay.footsteps import FootstepPlanner, PathReturnSettings
+from plantigrade.control.replay.recovery import RecoverySteps, WaitingSettings
 from plantigrade.control.replay.summary import (
     describe_steps,
     describe_touchdowns,
@@ -44,14 +44,15 @@ class ReplaySettings:
     reference: ReferenceSettings = ReferenceSettings()
     gait: GaitSettings = GaitSettings()
     footsteps: FootstepSettings = FootstepSettings()
-    path: PathSettings = PathSettings()
+    path: PathReturnSettings = PathReturnSettings()
     com: ComSettings = ComSettings()
-    recovery: RecoverySettings = RecoverySettings()
+    recovery: WaitingSettings = WaitingSettings()
     tasks: TaskSettings = TaskSettings()
     reported_deviation: float = 0.04
-    """Deviation from the step before from which the summary tells of a step [m]. Chosen."""
+    """Least deviation from the step before of a step in the summary [m]. Chosen (±20 %: not
+    met)."""
     max_reported_steps: int = 4
-    """Number of steps that the summary tells of, at most. Chosen."""
+    """Greatest number of steps in the summary. Chosen (±20 %: not met)."""
 
 
 class Replay(Controller):
@@ -89,7 +90,7 @@ class Replay(Controller):
         self._stand()
 
     def __call__(self, state: State) -> Command:
-        """Return what the joints are to do for one control step."""
+        """Return the command for one control step."""
         world = state.world
         if self.program is None or state.time == 0.0:
             self._begin(state)
@@ -135,27 +136,27 @@ class Replay(Controller):
         return self._command(state, body, ref, low, height, feet, step)
 
     def summary(self) -> Summary:
-        """Return the steps of the last simulation, and what was moved apart."""
+        """Return the steps of the last simulation, and how arms and legs were kept apart."""
         touchdowns = self.gait.touchdowns
-        told = describe_steps(
+        sentences = describe_steps(
             touchdowns, self.settings.reported_deviation, self.settings.max_reported_steps
         )
-        told.append(describe_touchdowns(touchdowns))
+        sentences.append(describe_touchdowns(touchdowns))
         apart = np.rad2deg(self.clearance.abduction)
         if apart.any():
-            told.append(
+            sentences.append(
                 f"The motion has its arms up to {1e3 * self.clearance.arms:.0f} mm in the body; "
                 f"they were held out by {apart[0]:.0f}° on the right and {apart[1]:.0f}° on the "
                 "left."
             )
         if self.clearance.legs > self.settings.clearance.min_overlap:
-            told.append(
+            sentences.append(
                 f"The motion has one leg up to {1e3 * self.clearance.legs:.0f} mm in the other; "
                 "the swinging foot was led past it."
             )
         figures = touchdown_figures(touchdowns)
         off_path = {"off_path_end_m": float(np.linalg.norm(self.off))}
-        return Summary(tuple(each for each in told if each), {**figures, **off_path})
+        return Summary(tuple(each for each in sentences if each), {**figures, **off_path})
 
     @property
     def shared(self) -> tuple[object, ...]:

@@ -27,7 +27,7 @@ from plantigrade.kinematics.state import State as BodyState
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathSettings:
+class PathReturnSettings:
     """How the person returns to the planned path, and how fast feet are."""
 
     return_rate: float = 0.2
@@ -65,7 +65,7 @@ class FootstepPlanner:
         ground: Ground,
         side_of: Int[Array, " k"],
         settings: FootstepSettings,
-        path: PathSettings,
+        path: PathReturnSettings,
         edges: EdgeSettings,
     ):
         self.gait, self.reference = gait, gait.reference
@@ -202,7 +202,7 @@ class FootstepPlanner:
         return step
 
     def _touchdown(self, phase: float) -> Instant:
-        """Return the motion at a touchdown, which is asked for at every tick until then."""
+        """Return the motion at a touchdown; every tick until then needs it."""
         when, then = self._at_touchdown
         if then is None or when != phase:
             then = self.reference.at(phase)

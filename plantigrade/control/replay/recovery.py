@@ -22,7 +22,7 @@ from plantigrade.kinematics.state import State as BodyState
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecoverySettings:
+class WaitingSettings:
     """When a replay takes recovery steps, and when its motion goes on."""
 
     step: StepSettings = StepSettings(max_step_back=0.9)
@@ -63,9 +63,9 @@ class RecoverySteps:
         lowering: Lowering of the body for legs to reach feet that are far apart [m].
     """
 
-    def __init__(self, gait: Gait, leg_length: float, settings: RecoverySettings | None = None):
+    def __init__(self, gait: Gait, leg_length: float, settings: WaitingSettings | None = None):
         self.gait, self.leg_length = gait, leg_length
-        self.settings = settings or RecoverySettings()
+        self.settings = settings or WaitingSettings()
         self.planner = StepPlanner(leg_length, self.settings.step)
         self.waiting, self.steps = False, 0
         self.swing: SwingFoot | None = None

@@ -1,4 +1,4 @@
-"""Summary of a replay: its steps beside the motion, and its touchdowns."""
+"""Summary of a replay: its steps compared with the motion, and its touchdowns."""
 
 from collections.abc import Sequence
 
@@ -17,8 +17,8 @@ def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most
 
     Args:
         touchdowns: The steps.
-        min_deviation: Least deviation of a step that is told of [m].
-        n_most: Number of steps that are told of, at most.
+        min_deviation: Least deviation of a step to describe [m].
+        n_most: Greatest number of sentences.
 
     Example:
         >>> axes = np.eye(2)

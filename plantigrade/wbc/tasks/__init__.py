@@ -1,6 +1,6 @@
 """Tasks of a motion, each a small class with one interface.
 
-A :class:`Task` gives an error, its Jacobian and its bias acceleration, and asks for rows of the
+A :class:`Task` gives an error, its Jacobian and its bias acceleration, and makes rows of the
 generalised acceleration: of a hierarchy, where tasks are in strict order
 (:mod:`plantigrade.wbc.order`), or of a weighted program (:mod:`plantigrade.wbc.whole_body`).
 """

@@ -1,6 +1,6 @@
 r"""Points that rest on the ground, points that stay above it.
 
-A point in contact does not move: :math:`v_c = 0`, hence :math:`a_c = 0` [Baraff1993]_. A contact
+A point in contact does not move: :math:`v_c = 0`, :math:`a_c = 0` [Baraff1993]_. A contact
 that begins stops its points at once (an inelastic impact); from then on each is held at the spot
 where it landed. A point that by the schedule should touch but is still above the ground comes down
 first, free to move along it.

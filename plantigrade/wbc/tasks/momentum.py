@@ -86,8 +86,7 @@ class AngularMomentumTask(Task):
     Args:
         target: Angular momentum, and its rate [kg m²/s]; rest if absent.
         posture: Path of the configuration; how far the body has turned does not count if absent.
-        turn: By how much the body is to have turned further than that, as momentum integrated
-            [kg m²]; not at all if absent.
+        turn: Desired further turn of the body, as momentum integrated [kg m²]; none if absent.
         lever: Lever arm at which an error of the moment counts as one of the force [m].
     """
 

@@ -87,7 +87,7 @@ class TimedPosture(PostureTask):
         self.settings = settings or TimedPostureSettings()
 
     def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
-        """Return the generalised acceleration the posture asks for."""
+        """Return the desired generalised acceleration."""
         posture, end = self.aim(time)[:2]
         s = self.settings
         left = max(end - time, s.min_time_left)
@@ -126,7 +126,7 @@ class PassingPosture(TimedPosture):
         self.passed = velocity
 
     def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
-        """Return the generalised acceleration the posture asks for."""
+        """Return the desired generalised acceleration."""
         posture, end = self.aim(time)[:2]
         passed, left = self.passed(time), end - time
         error = state.difference(posture)

@@ -7,7 +7,7 @@ dynamics,
 
 (the paper prints :math:`-\lambda_p \dot e - \lambda_d \dot e`, a slip: the first term must be the
 error itself). With Eqs. 2 and 9, :math:`\dot e = J v - \dot f^*` and
-:math:`\ddot e = J \dot v + \dot J v - \ddot f^*`, so the generalised acceleration is asked to
+:math:`\ddot e = J \dot v + \dot J v - \ddot f^*`, so the generalised acceleration has to
 satisfy
 
 .. math:: J \dot v = \ddot f^* - \lambda_p e - \lambda_d \dot e - \dot J v.
@@ -40,7 +40,7 @@ class Task(ABC):
     as well.
 
     Args:
-        name: What it is called in plots and messages.
+        name: Its name in plots and messages.
         target: :math:`f^*`; may be set anew at any time.
         stiffness: :math:`\lambda_p` [1/s²].
         damping: :math:`\lambda_d` [1/s]; critical if absent.
@@ -102,11 +102,11 @@ class Task(ABC):
         return right - self.damping * (self.velocity(state, time, jacobian) - velocity)
 
     def rests(self, state: State, time: float) -> bool:
-        """Return whether the task asks for nothing now."""
+        """Return whether the task is inactive now."""
         return False
 
     def begin(self, state: State, time: float) -> bool:
-        """Take note of a new instant before anything is asked of it.
+        """Take note of a new instant, before its rows.
 
         Returns:
             Whether velocities have to jump here: a contact that begins stops its points at once.
@@ -124,7 +124,7 @@ class Task(ABC):
         *,
         acceleration: Float[Array, " n_rows"] | None = None,
     ) -> Rows:
-        """Return the rows this task asks of the generalised acceleration.
+        """Return the rows of the generalised acceleration.
 
         Args:
             state: The state of the body.
@@ -140,11 +140,11 @@ class Task(ABC):
         return self._asks(jacobian, acceleration - self.bias_acceleration(state, time))
 
     def position_rows(self, state: State, time: float) -> Rows:
-        """Return the rows this task asks of a step of the configuration: to undo its error."""
+        """Return the rows of a step of the configuration that undoes the error."""
         return self._asks(self.jacobian(state, time), -self.error(state, time))
 
     def velocity_rows(self, state: State, time: float) -> Rows:
-        """Return the rows this task asks of the velocity right after a contact has begun."""
+        """Return the rows of the velocity right after a contact has begun."""
         matrix = self.jacobian(state, time)
         return self._asks(matrix, np.zeros(len(matrix)))
 
