@@ -22,7 +22,16 @@ from experiments.stored_angles import (
     on_clock,
     shared,
 )
-from experiments.table import ResultTable, Row, at_least, at_most, between, over_trials, sheet
+from experiments.table import (
+    ResultTable,
+    Row,
+    at_least,
+    at_most,
+    between,
+    over_trials,
+    sheets_of,
+    within,
+)
 from plantigrade.analyze.statistics import correlation
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
 from plantigrade.io import read
@@ -76,6 +85,12 @@ MOVEMENTS = (
     "opensim/running_subject04/run300.trc",
 )
 COM_AHEAD = "centre of mass ahead of the forces"
+OVERVIEW = (
+    *("marker RMS, mean", "joint centre RMS", COM_AHEAD, "lumbar joint behind the hips"),
+    *("trunk, forward lean, mean", "arm joint at its stop, most"),
+    *("inverse kinematics, median", "read, fit and analyse"),
+)
+"""Figures of the table over all trials."""
 SETTLED = ("HC032", "opensim_walking2", "gait2392_subject01", "opencap_subject4")
 """People on whose recordings constants of the fit were settled, as parts of the trials' names."""
 # One of each kind: Plug-in Gait's outputs, OpenSim's angles and moments, each sort of skeleton.
@@ -121,7 +136,7 @@ def run(
         *com_mean("other people", rest),
     ]
     sheets = [
-        overview_sheet("All trials", table.rows),
+        *sheets_of("All trials", table.rows, OVERVIEW),
         agreement_sheet("Angles of people on whom constants were settled", settled),
         agreement_sheet("Angles of other people", rest),
         event_sheet("Events of people on whom constants were settled", settled),
@@ -135,26 +150,6 @@ def com_mean(who: str, rows: Iterable[Row]) -> list[Row]:
     ahead = [r.value for r in rows if r.quantity == COM_AHEAD and r.subject in WALKS]
     mean = float(np.mean([v for v in ahead if v is not None])) if ahead else None
     return [] if mean is None else [between(who, f"{COM_AHEAD}, mean", mean, -10, 10, "mm")]
-
-
-def overview_sheet(title: str, rows: Iterable[Row]) -> str:
-    """Return the figures that every trial has as a wide table."""
-    columns = {
-        "marker RMS, mean": "markers [mm]",
-        "joint centre RMS": "joint centres [mm]",
-        COM_AHEAD: "com ahead [mm]",
-        "lumbar joint behind the hips": "lumbar behind hips [mm]",
-        "trunk, forward lean, mean": "trunk lean [deg]",
-        "arm joint at its stop, most": "arms at a stop [%]",
-        "inverse kinematics, median": "ms a frame",
-        "read, fit and analyse": "all [s]",
-    }
-    found: dict[str, dict[str, str]] = {}
-    for row in rows:
-        if row.quantity in columns and row.value is not None:
-            found.setdefault(row.subject, {})[row.quantity] = f"{row.value:.1f}"
-    lines = [(who, *(values.get(c, "-") for c in columns)) for who, values in found.items()]
-    return sheet(title, ("", *columns.values()), lines)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -204,9 +199,7 @@ def posture_rows(name: str, figures: Mapping[str, float]) -> list[Row]:
     if (stop := figures.get("arms_at_stop_pct")) is not None:
         rows.append(at_most(name, "arm joint at its stop, most", stop, 5, "%"))
     if (standing := figures.get("trunk_lean_standing_deg")) is not None:
-        quantity = "trunk, forward lean, standing"
-        row = at_most(name, quantity, abs(standing), 8, "deg")
-        rows.append(Row(name, quantity, standing, "deg", row.goal, row.met))
+        rows.append(within(name, "trunk, forward lean, standing", standing, 8, "deg"))
     return rows
 
 

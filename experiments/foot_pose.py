@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 
 from experiments.foot_segments import STORED
 from experiments.stored_angles import on_clock
-from experiments.table import ResultTable, Row, at_least, over_trials, sheet
+from experiments.table import ResultTable, Row, at_least, over_trials, sheets_of
 from plantigrade.analyze.foot_angles import FOOT_ANGLES, joint_angles
 from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
 from plantigrade.analyze.trial import Trial
@@ -91,7 +91,7 @@ def run(
     title = "Foot pose from the ankle's path against the Oxford Foot Model, stance"
     names = QUICK if quick else WALKS
     table = over_trials(title, data, names, trial_rows, say=say, notes=notes)
-    return replace(table, sheets=[*_sheets(table.rows)])
+    return replace(table, sheets=sheets_of("Angles in stance [deg]", table.rows))
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -247,34 +247,3 @@ def _stance(trial: Trial, side: str) -> np.ndarray:
             out |= (time >= landed) & (time <= event.time)
             landed = None
     return out
-
-
-def _sheets(rows: Sequence[Row]) -> Iterator[str]:
-    """Return wide tables for every trial, one line for each angle: stored angles, then means."""
-    stored = [
-        (f"{who.split()[0]} {word}", f"{who}, {figure}")
-        for who in WHO
-        for word, figure in zip(("r", "rmse", "raw"), FIGURES, strict=True)
-    ]
-    means = [
-        (f"{who} {word}", f"{who} against published mean, {figure}")
-        for who in ("controller", "stored")
-        for word, figure in zip(("r", "rmse"), FIGURES[:2], strict=True)
-    ]
-    for name in dict.fromkeys(row.subject for row in rows):
-        found = {row.quantity: row.value for row in rows if row.subject == name}
-        for title, columns in (
-            (name, [("span", "span"), *stored]),
-            (f"{name}, mean stance against published means", means),
-        ):
-            angles = dict.fromkeys(q.split(", ")[0] for q in found if q.endswith(columns[1][1]))
-            lines = []
-            for angle in angles:
-                cells = [(word, found.get(f"{angle}, {what}")) for word, what in columns]
-                words = (
-                    "-" if x is None else f"{x:.{2 if word.endswith(' r') else 1}f}"
-                    for word, x in cells
-                )
-                lines.append((angle, *words))
-            if lines:
-                yield sheet(title, ("deg", *(word for word, _ in columns)), lines)

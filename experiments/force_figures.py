@@ -127,3 +127,10 @@ TIME = Figure("computing time", "s", _nowhere, "s", 0.5, digits=2)
 AHEAD = Figure("centre of pressure x, ahead", "ahead", _nowhere, "mm", 10.0, digits=1)
 """Goal of its size in movements other than walking."""
 FIGURES = (*FORCES, *MOMENTS, *BANDS)
+OPENGRF = (
+    "OpenGRF: published figures of level walking of seven adults, other people and another "
+    "protocol (Di Pietro, Di Puccio and Modenese 2025): "
+    + "; ".join(f"{f.name} {f.opengrf}{f.unit and ' '}{f.unit}" for f in FIGURES if f.opengrf)
+    + "."
+)
+"""A note with the published figures."""

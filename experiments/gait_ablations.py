@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from experiments.gait_walks import QUICK, Walks, reproduce_walks
-from experiments.table import ResultTable, Row, sheet
+from experiments.table import ResultTable, Row, sheets_of
 
 NOTES = (
     "",
-    "How to read it: diff is the mean over the twelve rotations of the ROM difference (mean over "
-    "people, without sign), |diff| of the mean absolute one, max of the largest; RMSE is the mean "
-    "of the twelve curves'. Swing knee is the greatest flexion of the swinging knee, mean over "
+    "The ROM difference is the mean over the twelve rotations (mean over people, without sign), "
+    "then of the mean absolute one and of the largest; RMSE is the mean of the twelve curves'. The "
+    "swing knee peak is the greatest flexion of the swinging knee, mean over "
     "people. The centre of mass is off by the largest distance in any walk, and by the median of "
     "that over walks.",
 )
@@ -42,7 +42,7 @@ def run(
         ParameterError: If the folder holds none of the walks.
     """
     rows: list[Row] = []
-    lines, notes, left_out = [], [*NOTES], []
+    notes, left_out = [*NOTES], []
     people = QUICK if quick else None
     made = reproduce_walks(data, tuple(WHAT), people=people, one_each=True, say=say)
     for tasks, walks in made.items():
@@ -53,13 +53,9 @@ def run(
         figures = summary(walks)
         if figures:
             rows += [Row(tasks, name, value, unit) for name, (value, unit) in figures.items()]
-            cells = (f"{v:.1f}" if unit else f"{v:.0f}" for v, unit in figures.values())
-            lines.append([f"{tasks}: {WHAT[tasks]}", *cells])
-    header = ("", "people", "diff", "|diff|", "max", "RMSE", "swing knee", "recorded")
-    header += ("CoM max", "CoM median")
-    units = ("", "", "deg", "deg", "deg", "deg", "deg", "deg", "mm", "mm")
-    table = sheet("One walk of each person", header, [units, *lines])
-    return ResultTable("Ordered tasks with parts left out", rows, [*notes, *left_out], [table])
+    table = sheets_of("One walk of each person", rows)
+    notes += [f"{tasks}: {what}." for tasks, what in WHAT.items()]
+    return ResultTable("Ordered tasks with parts left out", rows, [*notes, *left_out], table)
 
 
 def summary(walks: Walks) -> dict[str, tuple[float, str]]:

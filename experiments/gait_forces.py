@@ -4,14 +4,14 @@ Each walk is fitted with its file name alone and rebuilt from ordered tasks abov
 motion; the measured forces are only looked at afterwards.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from experiments.fit_accuracy import SETTLED, WALKS
-from experiments.table import ResultTable, Row, at_most, over_trials
+from experiments.table import ResultTable, Row, at_most, mean_rows, over_trials
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.analyze.reproduction_status import forces_status
@@ -56,19 +56,8 @@ def run(
     settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
     rest = [row for row in table.rows if row not in settled]
     means = [*mean_rows("mean, settled", settled), *mean_rows("mean, other people", rest)]
+    means = [judged(row) for row in means]
     return replace(table, rows=[*table.rows, *means])
-
-
-def mean_rows(subject: str, rows: Sequence[Row]) -> list[Row]:
-    """Return the mean of each quantity over walks."""
-    found = []
-    for quantity in dict.fromkeys(row.quantity for row in rows):
-        mine = [row for row in rows if row.quantity == quantity and row.value is not None]
-        if mine:
-            value = float(np.mean([row.value for row in mine if row.value is not None]))
-            row = Row(subject, quantity, value, mine[0].unit, note=f"{len(mine)} walks")
-            found.append(judged(row))
-    return found
 
 
 def judged(row: Row) -> Row:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.gait_walks import QUICK, SETTLED, TURNS, Walk, Walks, reproduce_walks
-from experiments.table import ResultTable, Row, at_least, at_most, sheet
+from experiments.table import ResultTable, Row, at_least, at_most, sheet, sheets_of
 from plantigrade.analyze.gait_study import Study, StudyRow
 from plantigrade.analyze.reproduction import ROTATIONS, SAGITTAL
 from plantigrade.constants import SIDES
@@ -79,10 +79,12 @@ def run(
                 for k, v in every.metrics().items()
                 if not any(word in k for word in TESTS)
             }
-            rows += [row for settled in HALVES for row in half_rows(tasks, walks, settled)]
-            sheets.append(halves_sheet(f"{title}, single gaits", walks))
-        rows += [row for walk in walks.done for row in walk_rows(walk)]
-        sheets.append(walks_sheet(f"{title}, walk by walk", walks))
+            halves = [row for settled in HALVES for row in half_rows(tasks, walks, settled)]
+            sheets += sheets_of(f"{title}, single gaits", halves)
+            rows += halves
+        each_walk = [row for walk in walks.done for row in walk_rows(walk)]
+        sheets += sheets_of(f"{title}, walk by walk", each_walk)
+        rows += each_walk
     return ResultTable("Gaits from three ordered tasks", rows, notes, sheets, figures)
 
 
@@ -120,23 +122,9 @@ def half_rows(tasks: str, walks: Walks, settled: bool) -> list[Row]:
     }
     rows = []
     for name, (value, unit) in single_gaits(walks, settled).items():
-        if tasks == "default" and name in goals:
-            against, goal = goals[name]
-            rows.append(against(subject, name, value, goal, unit))
-        else:
-            rows.append(Row(subject, name, value, unit))
+        against, goal = goals.get(name, (at_most, None))
+        rows.append(against(subject, name, value, goal if tasks == "default" else None, unit))
     return rows
-
-
-def halves_sheet(title: str, walks: Walks) -> str:
-    """Return the two halves beside each other."""
-    halves = [single_gaits(walks, settled) for settled in HALVES]
-    names = {name: unit for half in halves for name, (_, unit) in half.items()}
-    lines = [
-        [name, *(f"{half[name][0]:.1f}" if name in half else "-" for half in halves), unit]
-        for name, unit in names.items()
-    ]
-    return sheet(title, ("", *HALVES.values(), ""), lines)
 
 
 def study_rows(tasks: str, result: Study) -> list[Row]:
@@ -156,8 +144,7 @@ def study_rows(tasks: str, result: Study) -> list[Row]:
         if row.coordinate[:-2] in SAGITTAL:
             rows.append(at_most(subject, f"{row.coordinate} RMSE", row.rmse, SAGITTAL_RMSE, "deg"))
     for name, value in mean_differences(result).items():
-        goal = at_most(subject, name, value, ROM_MEAN, "deg")
-        rows.append(Row(subject, name, value, "deg") if tasks == "paper" else goal)
+        rows.append(at_most(subject, name, value, None if tasks == "paper" else ROM_MEAN, "deg"))
     return rows
 
 
@@ -177,19 +164,26 @@ def in_whole_degrees(difference: float) -> int:
 
 
 def walk_rows(walk: Walk) -> list[Row]:
-    """Return what one reproduced walk is held against."""
+    """Return the figures of one reproduced walk, with their goals."""
     c, name, prefix = walk.comparison, walk.name, f"{walk.tasks} tasks"
-    return [
+    rows = [
         at_most(name, f"{prefix}, centre of mass off by", 1e3 * c.com_error_max_m, COM, "mm"),
         at_most(name, f"{prefix}, contact drift", 1e3 * c.contact_drift_m, DRIFT, "mm"),
         at_least(name, f"{prefix}, lowest point of the soles", 1e3 * c.lowest_m, LOWEST, "mm"),
-        *(
-            [at_most(name, f"{prefix}, time per cycle", walk.seconds_per_cycle, CYCLE, "s")]
-            if c.cycles
-            else []
-        ),
+    ]
+    if c.cycles:
+        rows.append(at_most(name, f"{prefix}, time per cycle", walk.seconds_per_cycle, CYCLE, "s"))
+        off = float(np.mean([abs(c.rom_error[n]) for _, n in ROTATIONS]))
+        rows.append(Row(name, f"{prefix}, ROM difference, mean absolute", off, "deg"))
+    ours, recorded = (_mean(v[k] for v in c.clearance.values()) for k in (0, 1))
+    return [
+        *rows,
         at_most(name, f"{prefix}, program, median", 1e3 * walk.tick, TICK, "ms"),
         at_most(name, f"{prefix}, whole tick, median", 1e3 * walk.whole_tick, WHOLE_TICK, "ms"),
+        Row(name, f"{prefix}, cycles", len(c.cycles)),
+        Row(name, f"{prefix}, stance with contact", 100 * c.contact_share, "%"),
+        Row(name, f"{prefix}, toe clearance", 1e3 * ours, "mm"),
+        Row(name, f"{prefix}, toe clearance, recorded", 1e3 * recorded, "mm"),
     ]
 
 
@@ -223,31 +217,7 @@ def _whole(*values) -> list[str]:
     return ["=" if v is True else "" if v is False else str(v) for v in values]
 
 
-def walks_sheet(title: str, walks: Walks) -> str:
-    """Return what is seen walk by walk."""
-    header = ("", "person", "cycles", "CoM", "drift", "lowest", "stands", "clearance", "recorded")
-    header += ("|diff|", "s/cycle", "program", "tick")
-    units = ("", "", "", "mm", "mm", "mm", "%", "mm", "mm", "deg", "s", "ms", "ms")
-
-    def line(walk: Walk) -> list[str]:
-        c = walk.comparison
-        ours, theirs = (
-            _mean(v[0] for v in c.clearance.values()),
-            _mean(v[1] for v in c.clearance.values()),
-        )
-        off = _mean(abs(c.rom_error[name]) for _, name in ROTATIONS) if c.cycles else math.nan
-        cells = [walk.name, walk.person, str(len(c.cycles)), f"{1e3 * c.com_error_max_m:.1f}"]
-        cells += [f"{1e3 * c.contact_drift_m:.1f}", f"{1e3 * c.lowest_m:.1f}"]
-        cells += [f"{100 * c.contact_share:.0f}", f"{1e3 * ours:.0f}", f"{1e3 * theirs:.0f}"]
-        cells += [f"{off:.1f}", f"{walk.seconds_per_cycle:.2f}"]
-        return cells + [f"{1e3 * walk.tick:.2f}", f"{1e3 * walk.whole_tick:.2f}"]
-
-    lines = [line(walk) for walk in walks.done]
-    lines += [[name, *["-"] * (len(header) - 1)] for name in walks.failed]
-    return sheet(title, header, [units, *lines])
-
-
 def _mean(values: Iterable[float]) -> float:
-    """Return the mean of what is known; NaN where nothing is."""
+    """Return the mean of the finite values; NaN without one."""
     known = [v for v in values if math.isfinite(v)]
     return float(np.mean(known)) if known else math.nan

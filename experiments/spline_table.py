@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from experiments.table import ResultTable, Row, at_most, equal, sheet
+from experiments.table import ResultTable, Row, at_most, equal, sheet, sheets_of
 from plantigrade.analyze.norms import CHILDREN, norm
 from plantigrade.charts import LEFT, MIDDLE, RIGHT, Ribbon, Series, line_plot
 from plantigrade.constants import GRAVITY
@@ -75,7 +75,7 @@ def run(
     sheets = [
         solved_sheet(found),
         stage_sheet(found),
-        between_sheet(found),
+        *sheets_of("At the samples, and between them at worst", rows),
         motion_sheet(found, knees),
     ]
     notes: list[str] = list(NOTES)
@@ -104,6 +104,12 @@ def solution_rows(subject: str, solution: PaperSolution) -> list[Row]:
         Row(subject, "unexplained moment", 100 * b.moment, "%"),
         Row(subject, "penetration", 1e3 * b.penetration, "mm"),
         Row(subject, "drift", 1e3 * b.drift, "mm"),
+        Row(subject, "pull", 100 * b.pull, "%"),
+        Row(subject, "load above the limit", 100 * b.load, "%"),
+        Row(subject, "friction", b.friction),
+        Row(subject, "angle beyond its limits", np.degrees(b.angle), "deg"),
+        Row(subject, "rate beyond its limits", b.rate, "rad/s"),
+        Row(subject, "torque beyond its limits", b.torque, "N m"),
     ]
 
 
@@ -132,21 +138,6 @@ def stage_sheet(found: Solutions) -> str:
             cells += [f"{stage.iterations}", f"{stage.seconds:.2f}", f"{stage.cpu_seconds:.2f}"]
             lines.append([*cells, f"{stage.violation:.0e}", stage.status])
     return sheet("Stage by stage", header, lines)
-
-
-def between_sheet(found: Solutions) -> str:
-    """Return what happens between the samples."""
-    header = ("", "basis", "ZMP out", "moment", "pull", "load", "friction", "in ground", "drift")
-    header += ("angle", "rate", "torque")
-    units = ("", "", "mm", "%", "%", "%", "", "mm", "mm", "deg", "rad/s", "N m")
-    lines: list[tuple[str, ...]] = [units]
-    for (_, basis), s in found.items():
-        b = s.between
-        whole = (1e3 * b.zmp, 100 * b.moment, 100 * b.pull, 100 * b.load)
-        cells = [s.paper.motion.title, basis, *(f"{x:.0f}" for x in whole), f"{b.friction:.2f}"]
-        cells += [f"{x:.0f}" for x in (1e3 * b.penetration, 1e3 * b.drift, np.degrees(b.angle))]
-        lines.append((*cells, f"{b.rate:.1f}", f"{b.torque:.0f}"))
-    return sheet("Between the samples, at worst", header, lines)
 
 
 def motion_sheet(found: Solutions, knees: Mapping[str, np.ndarray]) -> str:

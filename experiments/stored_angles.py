@@ -14,12 +14,12 @@ way. Its hip turns as the thigh's markers do, so ``hip_rotation_thigh`` stands b
 ``hip_rotation``, which a hinge of a knee shares with shank and foot.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.table import Row, at_least, at_most, sheet
+from experiments.table import Row, at_least, sheet, text_of, within
 from plantigrade.analyze.curves import coordinates_of
 from plantigrade.analyze.laboratory_angles import laboratory_angles
 from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
@@ -121,13 +121,9 @@ class Agreement:
         limits = _GOALS[self.source].get(angle, (None,) * len(FIGURES))
         for (what, unit), value, limit in zip(FIGURES.items(), self.values, limits, strict=True):
             name = f"{self.angle} against {self.source}{note}, {what}"
-            if limit is None or not goals:
-                found.append(Row(subject, name, value, unit))
-            elif what == "r":
-                found.append(at_least(subject, name, value, limit))
-            else:
-                row = at_most(subject, name, abs(value), limit, unit)
-                found.append(Row(subject, name, value, unit, row.goal, row.met))
+            limit = limit if goals else None
+            held = at_least if what == "r" else within
+            found.append(held(subject, name, value, limit, unit))
         return found
 
 
@@ -207,7 +203,9 @@ def agreement_sheet(title: str, rows: Sequence[Row]) -> str:
         if subject != last:
             lines.append((subject, *[""] * len(FIGURES)))
             last = subject
-        lines.append((f"  {name}", *(_cell(values, figure) for figure in FIGURES)))
+        lines.append(
+            (f"  {name}", *(text_of(values.get(f), 3 if f == "r" else 1) for f in FIGURES))
+        )
     return sheet(title, ("", *FIGURES), lines)
 
 
@@ -218,13 +216,6 @@ def _divided(quantity: str) -> tuple[str, str]:
         if name != quantity and " against " in name and " moment " not in name:
             return name, figure
     return quantity, ""
-
-
-def _cell(values: Mapping[str, float | None], figure: str) -> str:
-    value = values.get(figure)
-    if value is None or not np.isfinite(value):
-        return "-"
-    return f"{value:.3f}" if figure == "r" else f"{value:.1f}"
 
 
 def shared(a: Table, b: Table, column: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,21 +1,30 @@
-"""Recordings made physical on ground reactions, beside what the force plates measured.
+"""Recordings tracked on contact forces, compared with force plates.
 
-Each recording is fitted with its file name alone; its motion becomes a trajectory problem that
-withholds the plates and keeps near the forces that the whole recording's quadratic program
-estimates. Walks on plates are held against them, beside that program by itself and what OpenGRF
-prints; walks, a chair and squats without them must pass the check.
+Each recording is fitted with its file name alone; its motion becomes a trajectory problem without
+the plates, near the forces that the quadratic program of the whole recording estimates. Walks on
+plates are compared with them, and so are that program alone and published figures of OpenGRF;
+walks, a chair and squats without plates must pass the check.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from experiments.fit_accuracy import SETTLED, WALKS
-from experiments.force_figures import FORCES, MOMENTS, Figure
+from experiments.force_figures import FORCES, MOMENTS, OPENGRF
 from experiments.gait_forces import STANCES
-from experiments.table import ResultTable, Row, at_most, over_trials, sheet
+from experiments.table import (
+    ResultTable,
+    Row,
+    at_most,
+    equal,
+    mean_rows,
+    over_trials,
+    sheets_of,
+    within,
+)
 from plantigrade.analyze.check import check
 from plantigrade.analyze.gait_forces import ForceComparison
 from plantigrade.analyze.reproduction import Comparison
@@ -27,9 +36,12 @@ from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.track import Tracked, track_trial
 
 QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)
-LONGEST = 2.5  # of a recording, this much is tracked: two strides [s] …
-REST = 6.0  # … and this much where nobody walks: a squat, from the chair and back
-FROM = {"cmu_bvh/13_01.bvh": 2.5}  # where what is to be tracked begins [s]
+MAX_WALK = 2.5
+"""Longest tracked interval of a walk: two strides [s]."""
+MAX_OTHER = 6.0
+"""Longest tracked interval of other motions: a squat, from the chair and back [s]."""
+START = {"cmu_bvh/13_01.bvh": 2.5}
+"""Start of the tracked interval [s]."""
 OTHERS = (
     "opensim/opencap_subject4/STS1.trc",
     "opensim/opencap_subject4/squats1.trc",
@@ -56,10 +68,11 @@ NOTES = (
     STANCES,
     "Plates are withheld, but where no file tells the body mass it is found from them.",
     f"Settled half: {', '.join(SETTLED)}; weights were settled there.",
-    f"Of a walk {LONGEST:g} s are tracked, of what is no walk {REST:g} s.",
+    f"Of a walk {MAX_WALK:g} s are tracked, of what is no walk {MAX_OTHER:g} s.",
     "Program: the quadratic program whose forces the tracked motion keeps near, over the same "
-    "frames; it bends no motion, and leaves a wrench that nothing explains. OpenGRF: what Di "
-    "Pietro, Di Puccio and Modenese (2025) print of level walking of seven adults, other data.",
+    "frames; it changes no motion, and leaves an unexplained wrench.",
+    OPENGRF,
+    f"Heel strike to foot flat of healthy adults: {PEOPLE_FLAT} ms.",
 )
 
 
@@ -70,7 +83,19 @@ def run(
     title = "Recordings tracked on contact forces"
     names = QUICK if quick else (*WALKS, *OTHERS)
     table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
-    return replace(table, sheets=(*_sheets(table.rows), *_ankles(table.rows), _passed(table.rows)))
+    rows = list(table.rows)
+    walks = {row.subject for row in rows if row.quantity == FORCES[0].name}
+    for half, settled in (("settled half", True), ("other half", False)):
+        own = [
+            r
+            for r in rows
+            if r.subject in walks and settled == any(s in r.subject for s in SETTLED)
+        ]
+        rows += mean_rows(half, own)
+    forces = {prefix + f.name for f in FIGURES for prefix in ("", PROGRAM)}
+    sheets = sheets_of("Forces and moments", rows, forces)
+    sheets += sheets_of("Motions", [row for row in rows if row.quantity not in forces])
+    return replace(table, rows=rows, sheets=sheets)
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -90,16 +115,8 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
         Row(name, "pelvis moved from the recording, RMS", 1e3 * way, "mm"),
         Row(name, "lifted onto its soles", 1e3 * tracked.lift, "mm"),
-        Row(name, "passes the check", float(verdict.ok), "", "= 1", verdict.ok, faults),
-        Row(
-            name,
-            "near the recording",
-            float(not tracked.violations),
-            "",
-            "= 1",
-            not tracked.violations,
-            tracked.violations,
-        ),
+        equal(name, "passes the check", float(verdict.ok), 1, "", faults),
+        equal(name, "near the recording", float(not tracked.violations), 1, "", tracked.violations),
         Row(name, "solved", float(solution.success), note=solution.status),
         Row(name, "iterations", float(solution.iterations)),
         Row(name, "time", tracked.seconds, "s", note=f"for {_seconds(tracked):.2f} s of motion"),
@@ -113,7 +130,7 @@ def angle_rows(name: str, held: Comparison) -> list[Row]:
     off = max((held.rom_error[ankle] for ankle in ankles), key=abs)
     rows = [
         at_most(name, ANKLE_RMS, rms, 2.5, "deg"),
-        Row(name, ANKLE_RANGE, off, "deg", "<= 5 either way", abs(off) <= 5.0),
+        replace(within(name, ANKLE_RANGE, off, 5.0, "deg"), goal="<= 5 either way"),
     ]
     for quantity, k in ((FLAT, 0), (FLAT_RECORDED, 1)):
         seen = [1e3 * held.foot_flat[side][k] for side in SIDES]
@@ -123,12 +140,12 @@ def angle_rows(name: str, held: Comparison) -> list[Row]:
 
 
 def span(trial: Trial, name: str) -> TrackSettings:
-    """Return what is tracked of a recording: not more than :data:`LONGEST` or :data:`REST`."""
+    """Return the tracked interval: at most :data:`MAX_WALK` or :data:`MAX_OTHER`."""
     walked = [e.time for e in walking_events(trial.motion.events)]
-    walks = len(walked) > 2 and name not in FROM
+    walks = len(walked) > 2 and name not in START
     first, last = (float(trial.motion.time[i]) for i in (0, -1))
-    start, stop = (walked[0], walked[-1]) if walks else (FROM.get(name, first), last)
-    return TrackSettings(start=start, stop=min(stop, start + (LONGEST if walks else REST)))
+    start, stop = (walked[0], walked[-1]) if walks else (START.get(name, first), last)
+    return TrackSettings(start=start, stop=min(stop, start + (MAX_WALK if walks else MAX_OTHER)))
 
 
 def _seconds(tracked: Tracked) -> float:
@@ -138,90 +155,3 @@ def _seconds(tracked: Tracked) -> float:
 def _figures(name: str, c: ForceComparison, prefix: str) -> list[Row]:
     values = ((figure, figure.of(c)) for figure in FIGURES)
     return [Row(name, prefix + f.name, x, f.unit) for f, x in values if np.isfinite(x)]
-
-
-def _sheets(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return the figures of each walk, tracked and of the program, then the means of the halves."""
-    values: dict[str, dict[str, float]] = {}
-    for row in rows:
-        if row.value is not None:
-            values.setdefault(row.subject, {})[row.quantity] = float(row.value)
-    walks = {n: each for n, each in values.items() if FORCES[0].name in each}
-    if not walks:
-        return ()
-    halves = {
-        "settled half": [n for n in walks if any(who in n for who in SETTLED)],
-        "other half": [n for n in walks if not any(who in n for who in SETTLED)],
-    }
-    found = []
-    for title, figures in (("Ground reactions", FORCES), ("Joint moments", MOMENTS)):
-        lines = [line for n, each in walks.items() for line in _pair(Path(n).stem, [each], figures)]
-        for half, names in halves.items():
-            lines += _pair(half, [walks[n] for n in names], figures) if names else []
-        lines.append(["OpenGRF", *(f.opengrf or "–" for f in figures)])
-        found.append(sheet(title, ("", *(f.short for f in figures)), lines))
-    return tuple(found)
-
-
-def _pair(
-    name: str, walks: Sequence[dict[str, float]], figures: Sequence[Figure]
-) -> list[list[str]]:
-    """Return two lines of means over walks: tracked, and of the program by itself."""
-    lines = []
-    for words, prefix in (("tracked", ""), ("program", PROGRAM)):
-        cells = []
-        for figure in figures:
-            known = [w[prefix + figure.name] for w in walks if prefix + figure.name in w]
-            cells.append(f"{np.mean(known):.{figure.digits}f}" if known else "–")
-        lines.append([f"{name}, {words}", *cells])
-    return lines
-
-
-def _ankles(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return how near ankles and feet are to the recorded ones, of each walk and both halves."""
-    titles = {
-        ANKLE_RMS: ("ankle RMS deg", 1),
-        ANKLE_RANGE: ("range off deg", 1),
-        FLAT: ("foot flat ms", 0),
-        FLAT_RECORDED: ("recorded ms", 0),
-    }
-    values: dict[str, dict[str, float]] = {}
-    for row in rows:
-        if row.quantity in titles and row.value is not None:
-            values.setdefault(row.subject, {})[row.quantity] = float(row.value)
-    walks = {name: each for name, each in values.items() if FLAT in each}
-    if not walks:
-        return ()
-
-    def line(name: str, known: Sequence[dict[str, float]]) -> list[str]:
-        means = {q: [each[q] for each in known if q in each] for q in titles}
-        cells = [f"{np.mean(x):.{titles[q][1]}f}" if x else "–" for q, x in means.items()]
-        return [name, *cells]
-
-    lines = [line(Path(name).stem, [each]) for name, each in walks.items()]
-    for half, settled in (("settled half", True), ("other half", False)):
-        known = [x for n, x in walks.items() if any(who in n for who in SETTLED) == settled]
-        lines += [line(half, known)] if known else []
-    lines.append(["people", "", "", PEOPLE_FLAT, ""])
-    return (sheet("Ankles and feet", ("", *(short for short, _ in titles.values())), lines),)
-
-
-def _passed(rows: Sequence[Row]) -> str:
-    """Return which recordings pass the check, and what it took."""
-    columns = {
-        "passes the check": ("passes", 0),
-        "near the recording": ("near it", 0),
-        "iterations": ("iterations", 0),
-        "moved from the recording, RMS": ("moved deg", 1),
-        "pelvis moved from the recording, RMS": ("pelvis mm", 1),
-        "time": ("s", 1),
-    }
-    values: dict[str, dict[str, float]] = {}
-    for row in rows:
-        if row.quantity in columns and row.value is not None:
-            values.setdefault(row.subject, {})[row.quantity] = float(row.value)
-    lines = []
-    for name, each in values.items():
-        cells = [f"{each.get(what, np.nan):.{digits}f}" for what, (_, digits) in columns.items()]
-        lines.append([Path(name).stem, "yes" if each["passes the check"] else "no", *cells[1:]])
-    return sheet("The check", ("", *(short for short, _ in columns.values())), lines)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.pages.section import Section
 
@@ -173,6 +175,26 @@ def _pivot(title: str, group: Mapping[str, Mapping[str, Row]]) -> Grid:
         goals = {own[q].goal for own in group.values() if q in own} - {""}
         lines.append([q, *(cell(s, q) for s in group), ", ".join(sorted(goals))])
     return Grid(title, ("", *group, "goal"), lines)
+
+
+def sheets_of(
+    title: str, rows: Iterable[Row], quantities: Container[str] | None = None
+) -> list[str]:
+    """Return rows, or those of some quantities, as wide tables in text."""
+    some = (r for r in rows if quantities is None or r.quantity in quantities)
+    return [grid.text() for grid in pivots(title, some)]
+
+
+def mean_rows(subject: str, rows: Iterable[Row]) -> list[Row]:
+    """Return the mean of each quantity over the subjects that have it."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for row in rows:
+        if row.value is not None:
+            found.setdefault((row.quantity, row.unit), []).append(row.value)
+    return [
+        Row(subject, quantity, float(np.mean(own)), unit, note=f"{len(own)} walks")
+        for (quantity, unit), own in found.items()
+    ]
 
 
 def at_most(

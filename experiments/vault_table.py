@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import CachedResults
-from experiments.table import ResultTable, Row, at_most, between, sheet
+from experiments.table import ResultTable, Row, at_most, between, sheet, sheets_of
 from plantigrade.errors import SolverError
 from plantigrade.record.jobs import run_jobs
 from plantigrade.vaulting.approach_sensitivity import (
@@ -69,7 +69,6 @@ def run(
     cached = CachedResults(path, say, overwrite=overwrite)
     rows: list[Row] = []
     best: dict[str, tuple[Vault, VaultResult]] = {}
-    lines: list[tuple[str, ...]] = []
     seconds = 0.0
     for model, fixed in MODELS.items():
         vault = the_vault(VaultSettings(five_segments=fixed))
@@ -77,15 +76,13 @@ def run(
         for name in OPTIMISERS:
             mine = [f for f in found if f.optimiser == name]
             rises = np.array([f.rise for f in mine])
-            took = sum(f.seconds for f in mine)
             spread = float(rises.std(ddof=1)) if len(rises) > 1 else 0.0
-            lines.append(
-                (f"{model}, {name}", *(f"{v:.3f}" for v in (rises.max(), rises.mean(), spread)),
-                 f"{np.mean([f.evaluations for f in mine]):.0f}", f"{took:.1f}")
-            )  # fmt: skip
             rows.append(Row(f"{model} {name}", "best", float(rises.max()), "m/s"))
             rows.append(Row(f"{model} {name}", "mean", float(rises.mean()), "m/s"))
             rows.append(Row(f"{model} {name}", "SD", spread, "m/s"))
+            vaults = float(np.mean([f.evaluations for f in mine]))
+            rows.append(Row(f"{model} {name}", "vaults", vaults))
+            rows.append(Row(f"{model} {name}", "search, time", sum(f.seconds for f in mine), "s"))
         seconds = max(seconds, sum(f.seconds for f in found))
         winner = max(found, key=lambda f: f.rise)
         vaulted = recorded(vault, winner)
@@ -117,14 +114,7 @@ def run(
             "s",
         )
     )
-    sheets = [
-        sheet(
-            "Vertical velocity at take-off [m/s]",
-            ("", "best", "mean", "SD", "vaults", "seconds"),
-            lines,
-        ),
-        _figures_sheet(rows),
-    ]
+    sheets = sheets_of("The best vaults", rows)
     if not quick:
         sheets.append(_sensitivity_sheet(cached, best["six segments"][0], rows))
     notes = [
@@ -163,18 +153,6 @@ def _halved(vaulted: VaultResult, found: SearchResult) -> float:
     """Return how much the take-off changes in half the step [m/s]."""
     half = vaulted.vault.with_step(FINE / 2)
     return abs(half.contact(found.nodes).rise - vaulted.contact.rise)
-
-
-def _figures_sheet(rows: list[Row]) -> str:
-    models = list(MODELS)
-    names = list(dict.fromkeys(r.quantity for r in rows if r.subject in models))
-    told = {(r.subject, r.quantity): r for r in rows}
-    lines = []
-    for name in names:
-        mine = [told[model, name] for model in models]
-        values = [f"{r.value:.3g}" for r in mine]
-        lines.append((f"{name} [{mine[0].unit}]" if mine[0].unit else name, *values, mine[0].goal))
-    return sheet("The best vaults", ("", *models, "held against"), lines)
 
 
 def _sensitivity_sheet(cached: CachedResults, vault: Vault, rows: list[Row]) -> str:

@@ -33,6 +33,6 @@ def test_one_motion_on_both_bases(monkeypatch, tmp_path):
         assert metrics[f"side_step_{basis}_solved"] == 1.0
         assert metrics[f"side_step_{basis}_violation"] < 2e-5
     assert len(said) >= 6  # three stages on either basis
-    assert "Between the samples" in table.text()
+    assert "between them at worst" in table.text()
     for letter in "abcd":
         ET.parse(tmp_path / f"figure7{letter}.svg")
