@@ -66,6 +66,7 @@ def export(
     unit: str = "cm",
     rate: float | None = None,
     forces: bool = False,
+    solids: bool = False,
     marker_set: str | None = None,
 ) -> tuple[str, ...]: ...
 def fit(
