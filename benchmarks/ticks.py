@@ -20,6 +20,7 @@ import numpy as np
 from experiments.table import Row, at_most
 from plantigrade.constants import SIDES
 from plantigrade.errors import PlantigradeError
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.ordered_tasks import TASKS, gait_order
@@ -27,7 +28,6 @@ from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.stepping import MotionSettings, move
 from plantigrade.wbc.tasks import ComTask, PointTask, TimedPosture
-from plantigrade.workflows.textbook import textbook_walk
 
 RECORDING = "c3d/HC038A11.c3d"
 STEP = MotionSettings.step
@@ -62,8 +62,8 @@ def textbook() -> GaitReference:
 
 def recording(path: Path) -> GaitReference:
     """Return a recorded gait as the tasks see it."""
+    from plantigrade.analyze.recorded_walk import RecordedWalk
     from plantigrade.workflows.fit import fit_trial
-    from plantigrade.workflows.walks import RecordedWalk
 
     return RecordedWalk.of(fit_trial(path)[1]).reference()
 

@@ -27,14 +27,14 @@ from plantigrade.analyze.norms import norm
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Ribbon, Series, line_plot
 from plantigrade.charts.figure import Figure
+from plantigrade.kinematics.transfer import transferred
+from plantigrade.options import LEARNED
 from plantigrade.pages.section import Section
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.harness import Going, PushedWalk, walk, world_of
+from plantigrade.trials.walk_outcome import Landing
+from plantigrade.trials.walk_trial import PushedWalk, WalkTrial, walk, world_of
+from plantigrade.trials.walkers import Walker, walker, walks_as
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.other_bodies import on_body
-from plantigrade.workflows.simulate_settings import LEARNED
-from plantigrade.workflows.walked import Landing
-from plantigrade.workflows.walkers import Walker, walker, walks_as
 from plantigrade.world.grounds import ground_named
 
 FEET = ("multi-segment", "two-segment", "rigid")
@@ -68,7 +68,7 @@ def walking_on(controller: str, data: Path | None, feet: str) -> Walker:
     if data is None or not (data / RECORDING).exists():
         told = {"speed": SPEED, "periodic": True, "height": who.height, "mass": who.mass}
         return walks_as(controller, synthesize("walk", feet=feet, **told).record)
-    return walks_as(controller, on_body(recorded(data / RECORDING, feet), who))
+    return walks_as(controller, transferred(recorded(data / RECORDING, feet), who))
 
 
 @on_one_thread
@@ -76,7 +76,7 @@ def level(controller: str, data: Path | None, feet: str, seconds: float) -> Resu
     """Return a walk on level ground: ankle moments over the cycle, landings on the heel."""
     one = walking_on(controller, data, feet)
     acts = one.controller()
-    going = Going(one, acts, world_of(one, acts, recording=True))
+    going = WalkTrial(one, acts, world_of(one, acts, recording=True))
     while going.on and going.world.time < seconds - 1e-9:
         going.step()
     found, record = going.walked(), going.world.record()

@@ -13,12 +13,12 @@ import numpy as np
 from experiments.fit_accuracy import SETTLED, WALKS
 from experiments.table import ResultTable, Row, at_most, mean_rows, over_trials
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
+from plantigrade.analyze.recorded_walk import RecordedWalk
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.analyze.reproduction_status import forces_status
 from plantigrade.errors import ReproduceError
 from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.workflows.fit import fit_trial
-from plantigrade.workflows.walks import RecordedWalk
 
 QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 VERTICAL, RESIDUAL = 0.08, 1e-6  # goals

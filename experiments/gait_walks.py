@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.analyze.gait_study import Study, study
+from plantigrade.analyze.recorded_walk import walk_to_reproduce
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.ordered_tasks.gait import gait_tasks
 from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.record import Record
 from plantigrade.workflows.fit import fit_trial
-from plantigrade.workflows.walks import walk_to_reproduce
 
 # Everybody in the collection whose walk on even ground is more than a fragment; by name. Who walks
 # in OpenSim's three files is not said; the plates carry 66, 75 and 85 kg.

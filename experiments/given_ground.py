@@ -13,6 +13,7 @@ import numpy as np
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
 from plantigrade.analyze.trial import CUTOFF, analyse
 from plantigrade.errors import ReproduceError
+from plantigrade.kinematics.textbook_recording import recorded
 from plantigrade.kinematics.textbook_walk import TextbookWalk
 from plantigrade.motion.filters import lowpass
 from plantigrade.motion.resample import interpolate
@@ -21,7 +22,6 @@ from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.workflows.fit import fit_recording
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.synthesize import synthesize_task
-from plantigrade.workflows.textbook import recorded
 
 RATE = 100.0
 """Frames per second of the recordings [Hz]."""

@@ -18,12 +18,13 @@ from experiments.specification import Cases
 from experiments.table import Row, at_least
 from experiments.walking import recorded
 from plantigrade.errors import FileError
+from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
+from plantigrade.models.altered import leg_length
 from plantigrade.record import Record
-from plantigrade.workflows.harness import walk
-from plantigrade.workflows.other_bodies import leg_of, on_body
-from plantigrade.workflows.walked import Walked
-from plantigrade.workflows.walkers import walker, walks_as
+from plantigrade.trials.walk_outcome import WalkOutcome
+from plantigrade.trials.walk_trial import walk
+from plantigrade.trials.walkers import walker, walks_as
 from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"
@@ -121,11 +122,11 @@ def walk_at(data: Path, human: Human, speed: float) -> Record:
     def of(name: str) -> tuple[float, Record, float]:
         record = recorded(data / name)
         own = walker("pendulum", record).speed
-        own *= float(np.sqrt(leg_of(human) / leg_of(record.human)))
+        own *= float(np.sqrt(leg_length(human) / leg_length(record.human)))
         return abs(np.log(own / speed)), record, own
 
     _, record, own = min((of(name) for name in WALKS), key=lambda each: each[0])
-    return on_body(record, human, faster=float(np.clip(speed / own, SLOWEST, FASTEST)))
+    return transferred(record, human, faster=float(np.clip(speed / own, SLOWEST, FASTEST)))
 
 
 def give(controller: str, data: Path, pushed: Pushed) -> Result:
@@ -157,7 +158,7 @@ def give(controller: str, data: Path, pushed: Pushed) -> Result:
     }
 
 
-def aside(found: Walked, towards: float) -> tuple[float, float, float]:
+def aside(found: WalkOutcome, towards: float) -> tuple[float, float, float]:
     """Return how far a push moved the body aside, at most and until the first step, and when.
 
     From its mean place over the stride before.

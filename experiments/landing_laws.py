@@ -14,7 +14,7 @@ from experiments.table import Grid, Row
 from experiments.walking import HEIGHT, MASS, figures, walking
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.landing_laws import LAWS
-from plantigrade.workflows.harness import walk
+from plantigrade.trials.walk_trial import walk
 from plantigrade.world import PhasePush
 from plantigrade.world.grounds import ground_named
 

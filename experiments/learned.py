@@ -14,9 +14,10 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.learn import Policy, PolicyController
+from plantigrade.learn.policy_files import file_of, shipped
 from plantigrade.motion.filters import lowpass
+from plantigrade.options import is_policy
 from plantigrade.record import Record
-from plantigrade.workflows.policies import file_of, is_policy, shipped
 from plantigrade.world import Disturbance, InitialState, World, world_for
 from plantigrade.world.grounds import ground_named
 from plantigrade.world.standing import on_ground

@@ -27,8 +27,7 @@ from experiments.learned_level import DURATION, QUICK_DURATION
 from experiments.specification import Specification
 from experiments.table import Grid, ResultTable, Row
 from plantigrade.errors import ParameterError
-from plantigrade.workflows.policies import is_policy
-from plantigrade.workflows.simulate_settings import POLICY
+from plantigrade.options import POLICY, is_policy
 
 N_SEEDS = 10
 """Number of fields of bumps for each policy."""

@@ -15,7 +15,7 @@ from experiments.push_map import FORCE, MASS, map_cases, maps, pictures, strengt
 from experiments.specification import Cases, Specification
 from experiments.table import Row
 from experiments.walking import CONTROLLERS, runs, walking
-from plantigrade.workflows.tour import WAYPOINTS, tour
+from plantigrade.trials.tour import WAYPOINTS, tour
 
 TOURS, BEST = 10, 77.0
 """Tours, and the share that the best of the robot's policies completed [%]."""

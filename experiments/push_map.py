@@ -2,7 +2,7 @@
 
 Table of pushes of the pendulum paper [Tsai2010]_, which does not say at which phase it pushed. A
 push counts as withstood if the person is back to the recorded gait six seconds after it
-(:mod:`plantigrade.workflows.harness`), not just on the feet. The same for a standing person who
+(:mod:`plantigrade.trials.walk_trial`), not just on the feet. The same for a standing person who
 may step, and pushes that people took.
 """
 
@@ -24,9 +24,9 @@ from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import path_plot
 from plantigrade.charts.figure import grid
 from plantigrade.constants import GRAVITY
+from plantigrade.models.altered import torque_limits
 from plantigrade.pages.section import Section
-from plantigrade.workflows.harness import PushedWalk
-from plantigrade.workflows.other_bodies import limits_of
+from plantigrade.trials.walk_trial import PushedWalk
 from plantigrade.world.push_limits import PushTest, directions, push_limit
 
 FORCE, IMPULSE = 0.4, 0.2
@@ -179,7 +179,7 @@ def tables(cached: CachedResults) -> Iterator[Grid]:
 def strengths() -> Grid:
     """Return the torque limits that hold."""
     lines = [
-        [name, f"{low:.0f}", f"{high:.0f}"] for name, (low, high) in limits_of(person()).items()
+        [name, f"{low:.0f}", f"{high:.0f}"] for name, (low, high) in torque_limits(person()).items()
     ]
     return Grid("Torque limits: those of people [N m]", ("hinge", "least", "most"), lines)
 

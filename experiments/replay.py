@@ -19,9 +19,9 @@ from experiments.gait_walks import PEOPLE, QUICK
 from experiments.specification import Specification
 from experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.control.replay import Replay
+from plantigrade.control.replay.trials import Outcome, largest_push, replay_once
 from plantigrade.record import Record
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.replays import Outcome, largest_push, replay_once
 from plantigrade.workflows.reproduce import reproduce
 
 LONG, SHORT = 20.0, 5.0

@@ -10,9 +10,9 @@ from experiments.replay import MOTIONS, outcome, summary, synthesised
 from experiments.specification import Cases, Specification
 from experiments.table import Row, at_least
 from plantigrade.contact.ground import Ground, GroundStep
-from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.replays import replay_once
+from plantigrade.control.replay.trials import replay_once
 from plantigrade.world.grounds import ground_named
+from plantigrade.world.model_mismatch import ModelMismatch
 
 LONG, SHORT, STARTS = 10.0, 3.0, 5
 SURVIVE = 90.0  # goal: share of starts survived [%]
@@ -23,32 +23,32 @@ AHEAD = 0.5
 """Where the unplanned ground begins [m]."""
 
 
-def _bumps(seed: int) -> Otherwise:
-    return Otherwise(ground=ground_named("bumps:1", seed=seed))
+def _bumps(seed: int) -> ModelMismatch:
+    return ModelMismatch(ground=ground_named("bumps:1", seed=seed))
 
 
-def _ahead(rise: float) -> Callable[[int], Otherwise]:
+def _ahead(rise: float) -> Callable[[int], ModelMismatch]:
     """Return ground that is higher by ``rise`` from :data:`AHEAD` on [m]."""
-    return lambda seed: Otherwise(ground=Ground(steps=(GroundStep(AHEAD, rise),)))
+    return lambda seed: ModelMismatch(ground=Ground(steps=(GroundStep(AHEAD, rise),)))
 
 
-DISTURBED: dict[str, dict[str, Callable[[int], Otherwise]]] = {
-    "planned": {"as planned": lambda seed: Otherwise()},
+DISTURBED: dict[str, dict[str, Callable[[int], ModelMismatch]]] = {
+    "planned": {"as planned": lambda seed: ModelMismatch()},
     "mass": {
-        "10 % heavier": lambda seed: Otherwise(mass=1.1),
-        "10 % lighter": lambda seed: Otherwise(mass=0.9),
+        "10 % heavier": lambda seed: ModelMismatch(mass=1.1),
+        "10 % lighter": lambda seed: ModelMismatch(mass=0.9),
     },
     "friction": {
-        "friction 0.5": lambda seed: Otherwise(friction=0.5),
-        "friction 1.0": lambda seed: Otherwise(friction=1.0),
+        "friction 0.5": lambda seed: ModelMismatch(friction=0.5),
+        "friction 1.0": lambda seed: ModelMismatch(friction=1.0),
     },
     "ground": {
         "bumps of 1 cm": _bumps,
         "1 cm higher ahead": _ahead(0.01),
         "1 cm lower ahead": _ahead(-0.01),
     },
-    "delay": {"delay of 10 ms": lambda seed: Otherwise(delay=0.010)},
-    "sensors": {"sensor noise": lambda seed: Otherwise(sensors=0.002)},
+    "delay": {"delay of 10 ms": lambda seed: ModelMismatch(delay=0.010)},
+    "sensors": {"sensor noise": lambda seed: ModelMismatch(sensors=0.002)},
 }
 """Part → name → the mismatch, by the number of the start."""
 EVERY = {what: how for part in DISTURBED.values() for what, how in part.items()}

@@ -22,8 +22,8 @@ from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.numbers import numbers_of
 from plantigrade.errors import ParameterError
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.harness import Going, world_of
-from plantigrade.workflows.walkers import Walker, walker
+from plantigrade.trials.walk_trial import WalkTrial, world_of
+from plantigrade.trials.walkers import Walker, walker
 from plantigrade.world import (
     Controller,
     Disturbance,
@@ -126,7 +126,7 @@ def _walk(one: Walker, case: WalkCase) -> tuple[float, float]:
     if case.points:
         controller.follow(np.array(case.points))
     world = world_of(one, controller, ground_named(case.ground, seed=1), case.disturbances)
-    going, script = Going(one, controller, world), list(case.script)
+    going, script = WalkTrial(one, controller, world), list(case.script)
     targets = {target.name: target for target in controller.targets}
     while going.on and world.time < case.duration - 0.5 / world.rate:
         while script and script[0][0] <= world.time:

@@ -9,8 +9,8 @@ from experiments.walking import figures, recorded
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.reference import period_of
 from plantigrade.record import Record
-from plantigrade.workflows.harness import walk
-from plantigrade.workflows.walkers import Walker, walks_as
+from plantigrade.trials.walk_trial import walk
+from plantigrade.trials.walkers import Walker, walks_as
 from plantigrade.world import Controller
 
 PREFIX, SIDES = "square", {"left": 1.0, "right": -1.0}

@@ -30,10 +30,11 @@ from experiments.walking import summary as walking_summary
 from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.transfer import transferred
+from plantigrade.models.altered import scaled_legs
 from plantigrade.record import Record
-from plantigrade.workflows.harness import walk
-from plantigrade.workflows.other_bodies import on_body, with_legs
-from plantigrade.workflows.walkers import Walker, walks_as
+from plantigrade.trials.walk_trial import walk
+from plantigrade.trials.walkers import Walker, walks_as
 from plantigrade.world import Controller
 from plantigrade.world.grounds import ground_named
 
@@ -143,13 +144,13 @@ def kerb(controller: str, data: Path | None, cm: float, seconds: float) -> Resul
 
 def legs(controller: str, data: Path | None, times: float, seconds: float) -> Result:
     """Return a walk on other legs."""
-    record = on_body(own_walk(data), with_legs(person(*SMALL), times))
+    record = transferred(own_walk(data), scaled_legs(person(*SMALL), times))
     return figures(walk(walks_as(controller, record), duration=seconds), since=2.0)
 
 
 def body(controller: str, data: Path | None, height: float, mass: float, seconds: float) -> Result:
     """Return a walk of another body."""
-    record = on_body(own_walk(data), person(height, mass))
+    record = transferred(own_walk(data), person(height, mass))
     return figures(walk(walks_as(controller, record), duration=seconds), since=2.0)
 
 

@@ -10,15 +10,16 @@ import numpy as np
 from experiments.cached_results import Result
 from experiments.specification import Specification
 from experiments.table import ResultTable
+from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
+from plantigrade.models.altered import scaled_strength
+from plantigrade.options import is_policy
 from plantigrade.record import Record
+from plantigrade.trials.walk_outcome import WalkOutcome
+from plantigrade.trials.walkers import Walker, make_named, walker
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.motions import synthesize
-from plantigrade.workflows.other_bodies import as_strong, on_body
-from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.settings import FitSettings
-from plantigrade.workflows.walked import Walked
-from plantigrade.workflows.walkers import Walker, make_named, walker
 
 RECORDING = "cmu_asfamc/16_15.amc"
 """A straight walk of 1.1 m/s without gaps."""
@@ -62,11 +63,11 @@ def walking(
         return walker(controller)  # as its own person
     record = own_walk(data)
     if (record.human.height, record.human.mass, strength) != (height, mass, 1.0):
-        record = on_body(record, as_strong(person(height, mass), strength))
+        record = transferred(record, scaled_strength(person(height, mass), strength))
     return walker(controller, record)
 
 
-def figures(found: Walked, since: float = 0.0) -> Result:
+def figures(found: WalkOutcome, since: float = 0.0) -> Result:
     """Return what became of a walk as plain figures; speeds are those from a time on."""
     first = found.com[0] if len(found.com) else (0.0, 0.0, 0.0)
     last = found.com[-1] if len(found.com) else first
@@ -107,7 +108,7 @@ def runs(make: Callable[[Sequence[str], Path | None], Specification]) -> Callabl
 
         Args:
             data: Folder of recordings; walks are synthesised without it.
-            controllers: Words of controllers (:func:`~plantigrade.workflows.walkers.make_named`);
+            controllers: Words of controllers (:func:`~plantigrade.trials.walkers.make_named`);
                 the usual one if empty.
             options: As :meth:`~experiments.specification.Specification.run` takes it.
 

@@ -19,6 +19,9 @@ import tyro
 
 from plantigrade.errors import ParameterError
 
+LEARNED, POLICY = "learned", ".npz"
+"""Controller that is a policy of the package, and the ending of a policy of your own."""
+
 
 def number_of(kind: type, word: str) -> Any:
     """Return the number that a word of the command line is.
@@ -191,3 +194,26 @@ def _in_words(hint: Any) -> str:
         return "numbers" if Ellipsis in arguments else f"{len(arguments)} numbers"
     words = {bool: "True or False", int: "a whole number", float: "a number", str: "a text"}
     return words.get(hint, "the path of a file or folder" if hint is Path else "another value")
+
+
+def assignments(words: Iterable[str]) -> dict[str, str]:
+    """Return value by name, of words such as ``swing.clearance=0.05``.
+
+    Raises:
+        ParameterError: If a word is none, or a name comes twice.
+    """
+    found: dict[str, str] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not (equals and name.strip() and value.strip()) or name.strip() in found:
+            raise ParameterError(
+                f"set={shown(word)}: give each setting once, as NAME=VALUE; the help of a "
+                "controller lists them: plantigrade simulate --controller NAME --help"
+            )
+        found[name.strip()] = value.strip()
+    return found
+
+
+def is_policy(word: str | None) -> bool:
+    """Return whether the word of a controller names a trained policy."""
+    return word is not None and (word == LEARNED or word.endswith(POLICY))

@@ -152,8 +152,8 @@ def test_what_cannot_be_pasted_is_found(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_the_python_of_the_page_runs(tmp_path, monkeypatch, capsys):
     from plantigrade.io import write
+    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
     from plantigrade.models import Human
-    from plantigrade.workflows.textbook import recorded, textbook_walk
 
     monkeypatch.chdir(tmp_path)
     human = Human.create(1.74, 71.0, "male", joints="42")

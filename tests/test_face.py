@@ -42,7 +42,7 @@ def python(program: str, **options) -> str:
 def walk(tmp_path_factory) -> Path:
     """A recording: the textbook walk."""
     from plantigrade.io import write
-    from plantigrade.workflows.textbook import recorded, textbook_walk
+    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 
     path = tmp_path_factory.mktemp("face") / "walk.c3d"
     human = pg.Human.create(1.74, 71.0, "male", joints="42")

@@ -32,6 +32,7 @@ LAYERS = (
     ("ordered_tasks", "trajopt", "world"),
     ("control",),
     ("learn", "live", "vaulting"),
+    ("trials",),
     ("analyze",),
     ("pages",),
     ("exchange",),

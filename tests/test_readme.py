@@ -20,8 +20,8 @@ def blocks(language: str) -> list[str]:
 def walk(tmp_path_factory):
     """The file ``walk.c3d`` of the examples: a textbook walk."""
     from plantigrade.io import write
+    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
     from plantigrade.models import Human
-    from plantigrade.workflows.textbook import recorded, textbook_walk
 
     path = tmp_path_factory.mktemp("readme") / "walk.c3d"
     write(recorded(textbook_walk(Human.create(1.74, 71.0, "male"), speed=1.25), path), path)

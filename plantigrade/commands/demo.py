@@ -12,7 +12,7 @@ from plantigrade.models.person import Person
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
-    from plantigrade.workflows.textbook import TextbookWalk
+    from plantigrade.kinematics.textbook_recording import TextbookWalk
 
 KEPT = (  # of the reproduced gait's figures, in those of the demo
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "contact_drift_max_mm",
@@ -56,17 +56,17 @@ class Command(Person, RunOptions):
 
         from plantigrade.analyze.norms import SHORT
         from plantigrade.commands.progress import Progress
+        from plantigrade.dynamics.adult_walk import adult_walk
         from plantigrade.io import write
+        from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
         from plantigrade.record.folder import refuse_existing
         from plantigrade.record.run import RUNS
         from plantigrade.workflows import fit as fitting
         from plantigrade.workflows import reproduce as reproducing
-        from plantigrade.workflows.adult_walk import adult_walk
         from plantigrade.workflows.save import save
         from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.simulate import run_simulation
         from plantigrade.workflows.simulate_settings import SimulateSettings
-        from plantigrade.workflows.textbook import recorded, textbook_walk
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)

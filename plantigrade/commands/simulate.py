@@ -15,7 +15,7 @@ from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several
 from plantigrade.errors import ParameterError
-from plantigrade.options import Flag, optional
+from plantigrade.options import Flag, is_policy, optional
 from plantigrade.workflows.controller_options import (
     OPTIONS,
     AnyOptions,
@@ -24,7 +24,6 @@ from plantigrade.workflows.controller_options import (
     WalkOptions,
     users,
 )
-from plantigrade.workflows.policies import is_policy
 from plantigrade.workflows.simulate_settings import SimulateSettings
 
 PROGRAM, INDENT = "plantigrade simulate", 6 * " "

@@ -19,16 +19,16 @@ from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
+from plantigrade.learn.controller import PolicyController, policy_named
+from plantigrade.learn.policy_files import file_of
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.options import as_path
+from plantigrade.options import LEARNED, as_path, is_policy
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.folder import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
-from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.policies import is_policy, policy_of
 from plantigrade.workflows.settings import OF_RECORDINGS
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import styles_of
@@ -48,6 +48,7 @@ from plantigrade.world import (
     world_for,
 )
 from plantigrade.world.grounds import ground_named, platform_named
+from plantigrade.world.model_mismatch import ModelMismatch
 from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING = 1.0
@@ -99,7 +100,7 @@ class Start:
         return standing_on(self.human, ground, placement=self.place)
 
 
-def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
+def around(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...]]:
     """Return what is otherwise than planned, its ground with it, and what acts besides.
 
     Raises:
@@ -122,7 +123,7 @@ def around(how: SimulateSettings) -> tuple[Otherwise, tuple[Disturbance, ...]]:
     else:
         acting = pushes if plate is None else (plate, *pushes)
     level = how.ground if len(acting) == len(pushes) else "flat"
-    otherwise = Otherwise(
+    otherwise = ModelMismatch(
         mass=1.0 + 0.01 * how.mass_error_pct,
         friction=how.friction,
         ground=None if level is None else ground_named(level, seed=how.seed),
@@ -182,7 +183,7 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
     """
     if source is not None or how.motion is not None:
         raise ParameterError("a policy brings its own motion: leave out recording, run and motion")
-    policy = policy_of(how)
+    policy = _policy_of(how)
     word, lasts = str(how.controller), how.duration or LEARNED_WALK
     origin = Provenance(command, how.plain(), seed=how.seed)
     name, motion = Path(word).stem, policy.motion(lasts)
@@ -318,7 +319,7 @@ def walk_command(begin: Start, how: SimulateSettings, step: Step) -> WalkCommand
     )
 
 
-def state_of(begin: Start, otherwise: Otherwise, how: SimulateSettings) -> tuple[Array, Array]:
+def state_of(begin: Start, otherwise: ModelMismatch, how: SimulateSettings) -> tuple[Array, Array]:
     """Return where the person starts, and how fast.
 
     Who has no motion stands: laid on the ground, and settled, the soles pressed into it as far as
@@ -349,7 +350,7 @@ def state_of(begin: Start, otherwise: Otherwise, how: SimulateSettings) -> tuple
 
 def world_of(
     begin: Start,
-    otherwise: Otherwise,
+    otherwise: ModelMismatch,
     how: SimulateSettings,
     acting: Sequence[Disturbance],
     controller: Controller,
@@ -368,3 +369,19 @@ def world_of(
     )
     otherwise.change(world)
     return world
+
+
+def _policy_of(how: SimulateSettings) -> PolicyController:
+    """Return the policy that settings name.
+
+    Raises:
+        ParameterError: If they describe a person, who is that of the policy.
+        FileError: If there is no such policy.
+    """
+    known, word = dict(how.known), str(how.controller)
+    path = file_of(word, known.pop("feet", None) if word == LEARNED else None)
+    if known:
+        raise ParameterError(
+            f"a policy defines its own person: leave out {', '.join(known)}, or train one for yours"
+        )
+    return policy_named(path)

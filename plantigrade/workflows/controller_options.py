@@ -5,15 +5,14 @@ of :class:`WalkOptions` is a setting of the controller by the same name; all oth
 reached by ``--set`` and by keywords. Nothing here loads NumPy.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Any
 
 import tyro
 
 from plantigrade.bounds import Bounded
-from plantigrade.errors import ParameterError
-from plantigrade.options import Flag, Number, OptionalWord, optional, shown
+from plantigrade.options import Flag, Number, OptionalWord, optional
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,21 +90,3 @@ def given(options: Any) -> dict[str, Any]:
 def users(name: str) -> tuple[str, ...]:
     """Return the controllers that have an option of their own by this name."""
     return tuple(word for word, kind in CLASSES.items() if name in {f.name for f in fields(kind)})
-
-
-def assignments(words: Iterable[str]) -> dict[str, str]:
-    """Return value by name, of words such as ``swing.clearance=0.05``.
-
-    Raises:
-        ParameterError: If a word is none, or a name comes twice.
-    """
-    found: dict[str, str] = {}
-    for word in words:
-        name, equals, value = word.partition("=")
-        if not (equals and name.strip() and value.strip()) or name.strip() in found:
-            raise ParameterError(
-                f"set={shown(word)}: give each setting once, as NAME=VALUE; the help of a "
-                "controller lists them: plantigrade simulate --controller NAME --help"
-            )
-        found[name.strip()] = value.strip()
-    return found

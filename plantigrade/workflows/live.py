@@ -24,7 +24,6 @@ from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
-from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate import run_of
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import (
@@ -35,6 +34,7 @@ from plantigrade.world import (
     Platform,
     controller_from,
 )
+from plantigrade.world.model_mismatch import ModelMismatch
 
 BY_HAND = Info(
     "A live session: pushes by hand are contact sites of their own (push_…); friction and target "
@@ -60,7 +60,7 @@ class Stage:
     def __init__(
         self,
         begin: Start,
-        otherwise: Otherwise,
+        otherwise: ModelMismatch,
         how: SimulateSettings,
         acting: Sequence[Disturbance] = (),
         own: AnyController | None = None,

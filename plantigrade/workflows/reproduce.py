@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
+from plantigrade.analyze.recorded_walk import RecordedWalk, walk_to_reproduce
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import (
     force_figures,
@@ -35,7 +36,6 @@ from plantigrade.workflows.fit import (
     silent,
 )
 from plantigrade.workflows.settings import ReproduceSettings
-from plantigrade.workflows.walks import RecordedWalk, walk_to_reproduce
 
 TREADMILL = 0.5
 """Ground that moves further than this during a recording is a treadmill's [m]."""

@@ -25,7 +25,6 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.controller_options import CLASSES
 from plantigrade.workflows.fit import Step, personal_figures, silent
-from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, timed
 from plantigrade.world import (
@@ -36,6 +35,7 @@ from plantigrade.world import (
     World,
     controller_from,
 )
+from plantigrade.world.model_mismatch import ModelMismatch
 
 STANDS = 5.0
 """How long a person stands where no duration is named [s]."""
@@ -195,7 +195,7 @@ def _followed(motion: Motion, record: Record | None, lasts: float) -> Motion:
 
 def run_of(
     begin: Start,
-    otherwise: Otherwise,
+    otherwise: ModelMismatch,
     how: SimulateSettings,
     world: World,
     record: Record,

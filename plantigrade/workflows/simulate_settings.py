@@ -13,6 +13,8 @@ from plantigrade.options import (
     OptionalPath,
     OptionalWord,
     Seconds,
+    assignments,
+    is_policy,
     optional,
     refuse_unknown,
 )
@@ -21,13 +23,11 @@ from plantigrade.workflows.controller_options import (
     OPTIONS,
     WORDS,
     WalkOptions,
-    assignments,
     given,
 )
 from plantigrade.workflows.controller_options import users as options_of
 from plantigrade.workflows.settings import RecordingSettings
 
-LEARNED, POLICY = "learned", ".npz"
 """Controller name of the bundled policies, and the extension of policy files."""
 DRIVEN = ("torque_rise", "delay", "sensor_noise_deg")
 """Options of a simulation that need a controller that drives the joints."""
@@ -102,7 +102,7 @@ class SimulateSettings(RecordingSettings):
         if self.controller is not None:
             from plantigrade.control.choices import checked
 
-            if not (self.controller == LEARNED or self.controller.endswith(POLICY)):
+            if not is_policy(self.controller):
                 checked(self.controller)
         self.refuse(("norms",), "on a simulation; give them to plantigrade report")
         usual = ("balance",) if self.motion else ("posture", "stable-pd", "replay")

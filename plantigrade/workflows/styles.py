@@ -6,14 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.control.pendulum.command import RECORDED, Style
+from plantigrade.control.pendulum.transfer import transferred_walk
 from plantigrade.control.pendulum.upper_body import POSES, Pose
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
+from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Record, Run
 from plantigrade.workflows.fit import Step, fit_trial
-from plantigrade.workflows.other_bodies import on_body, walk_on_body
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
 
@@ -48,7 +49,7 @@ def styles_of(
         what, time = timed(word, "walk to go over to", THEN)
         record = _found(what, human, how, step)
         try:
-            walk = walk_on_body(record, human)
+            walk = transferred_walk(record, human)
         except ParameterError as error:
             raise ParameterError(f"then={word}: {error}") from error
         walks.append(Style(name=Path(what).stem, record=walk, time=time))
@@ -114,9 +115,9 @@ def _upper(word: str, human: Human, how: SimulateSettings, step: Step) -> Style:
         return Style(name=what, pose=Pose.of(human, angles), time=time)
     record = _found(what, human, how, step)
     try:
-        walk = walk_on_body(record, human)
+        walk = transferred_walk(record, human)
     except ParameterError:  # no walk
-        moved = on_body(record, human)
+        moved = transferred(record, human)
         motion = stride_of(human, moved.motion).motion(human)
         walk = Record(human, motion, notes=moved.notes)
     return Style(name=Path(what).stem, record=walk, time=time)

@@ -12,6 +12,7 @@ from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.check import check
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.analyze.verdict import Verdict
+from plantigrade.control.replay.trials import certificate, certified
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
@@ -30,7 +31,6 @@ from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import paper_motion
-from plantigrade.workflows.replays import certificate, certified
 from plantigrade.workflows.settings import (
     DEFAULT_JOINTS,
     PaperSettings,

@@ -18,6 +18,7 @@ import numpy as np
 from plantigrade.analyze.estimated_forces import estimate_signals
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
 from plantigrade.analyze.norms_of_runs import norm_files
+from plantigrade.analyze.recorded_walk import RecordedWalk
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import beyond, limit_of
 from plantigrade.analyze.trial import Trial, analyse
@@ -40,7 +41,6 @@ from plantigrade.trajopt.tasks.tracking import track as track_task
 from plantigrade.workflows.fit import fit_trial, norm_signals, silent
 from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
-from plantigrade.workflows.walks import RecordedWalk
 
 LIMITS = {"rmse_max_deg": 6.0, "rom_error_max_deg": 10.0}
 """Largest error of any rotation of hips, knees and ankles against the recorded one: root mean

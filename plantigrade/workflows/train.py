@@ -14,6 +14,7 @@ from plantigrade.io.text import not_written
 from plantigrade.learn.following import Rules
 from plantigrade.learn.mirror import EVEN, unevenness
 from plantigrade.learn.policy import Policy
+from plantigrade.learn.policy_files import file_of
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import LANDING_WEIGHTS
 from plantigrade.models import Human
@@ -21,7 +22,6 @@ from plantigrade.options import as_path
 from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import Step, fit_trial, silent
-from plantigrade.workflows.policies import file_of
 from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from plantigrade.analyze import trial
 from plantigrade.dynamics import plate_checks
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.textbook_recording import TextbookWalk, textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import ForcePlate, Recording, Subject
-from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
 
 MASS = 71.0
 FAR = 1.0  # the textbook walk does not sway: its pressure runs between the feet [m]

@@ -11,6 +11,7 @@ from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import ContactSite, foot_sites
 from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.textbook_recording import TextbookWalk, textbook_walk
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -18,7 +19,6 @@ from plantigrade.ordered_tasks import GaitReference, GaitTasks, ReproducedGait, 
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.wbc import OrderedMotion, TaskOrder
-from plantigrade.workflows.textbook import TextbookWalk, textbook_walk
 
 STEP = 0.005
 

@@ -10,9 +10,9 @@ import pytest
 
 from plantigrade.constants import GRAVITY as G
 from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import ForcePlate, Subject
-from plantigrade.workflows.textbook import recorded, textbook_walk
 from tests.analyze.plated_walk import (
     MASS,
     analyse,

@@ -318,8 +318,8 @@ def in_group(group: int) -> bool:
 def recording(tmp_path_factory):
     """A textbook walk in an empty folder."""
     from plantigrade.io import write
+    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
     from plantigrade.models import Human
-    from plantigrade.workflows.textbook import recorded, textbook_walk
 
     path = tmp_path_factory.mktemp("walks") / "walk.c3d"
     human = Human.create(1.74, 71.0, "male", joints="42")

@@ -9,11 +9,11 @@ import pytest
 
 from plantigrade.commands.main import main
 from plantigrade.io import write
+from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.models import Human
 from plantigrade.printable import UNSAFE, printable, short_name
 from plantigrade.record import Run
 from plantigrade.record.folder import metrics_json, read_metrics, write_folder
-from plantigrade.workflows.textbook import recorded, textbook_walk
 
 NAME = "\x1b]0;t\x07 <blink>\"'\n\u202e\x9b2J\udcff-é.trc"
 """Sets a title, turns the line around, clears the screen, ends a line, is no UTF-8."""

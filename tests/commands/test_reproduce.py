@@ -217,8 +217,8 @@ def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, senten
 @pytest.mark.slow
 def test_a_study_is_numbered_where_its_name_is_taken(tmp_path, monkeypatch, capsys):
     from plantigrade.io import write
+    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
     from plantigrade.models import Human
-    from plantigrade.workflows.textbook import recorded, textbook_walk
 
     monkeypatch.chdir(tmp_path)
     human = Human.create(1.74, 71.0, "male", joints="42")

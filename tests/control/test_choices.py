@@ -13,8 +13,9 @@ from plantigrade.control.choices import having, usual
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.options import LEARNED
 from plantigrade.record import Record
-from plantigrade.workflows.simulate_settings import LEARNED, SimulateSettings
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Rates, Summary, Target, World, controller_from, standing_on
 
 PAGE = Path(__file__).parents[2] / "docs" / "commands" / "simulate.md"

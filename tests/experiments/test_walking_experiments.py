@@ -17,8 +17,8 @@ from experiments import (
 from experiments.human_pushes import COLUMNS, FILE, aside, pushes
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.record import Record
-from plantigrade.workflows.walked import Landing, Walked
-from plantigrade.workflows.walkers import make_named
+from plantigrade.trials.walk_outcome import Landing, WalkOutcome
+from plantigrade.trials.walkers import make_named
 
 WALKED = {
     "survived": True,
@@ -188,7 +188,7 @@ def test_aside_is_told_from_the_stride_before_and_by_steps():
     com[:, 1] = 0.05 - 0.3 * np.exp(-(((time - 3.5) / 0.3) ** 2))
     landings = tuple(Landing(t, "r", (0.0, 0.0), True) for t in (2.0, 3.2, 3.7))
     none = np.full(600, np.nan)
-    found = Walked(True, "", time, com, none, landings, (2.4, 2.6), 1.0, 1.0, 1.0)
+    found = WalkOutcome(True, "", time, com, none, landings, (2.4, 2.6), 1.0, 1.0, 1.0)
     far, first, step = aside(found, -1.0)
     assert far == pytest.approx(0.3, abs=0.002) and step == 2.0
     assert first == pytest.approx(0.3 * np.exp(-1.0), abs=0.01)

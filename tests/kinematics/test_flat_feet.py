@@ -10,9 +10,9 @@ from plantigrade.kinematics.flat_feet import set_flat, settled
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import height_figures, heights_in_stance
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.kinematics.unseen_toes import toes_on_ground
 from plantigrade.models.landmarks import attachments
-from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 
 RATE = 100.0

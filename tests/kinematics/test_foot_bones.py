@@ -24,7 +24,7 @@ from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.rests import ContactFrames, contact_metrics, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import State
-from plantigrade.workflows.textbook import textbook_walk
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from tests.models.presets import person
 
 BODY = person("66", "multi-segment")

@@ -14,13 +14,13 @@ from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.given_ground import below_feet, suggested
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
 from plantigrade.trajopt.tasks.walking_plan import walk_plan
 from plantigrade.workflows.fit import given_ground
 from plantigrade.workflows.settings import FitSettings
-from plantigrade.workflows.textbook import recorded, textbook_walk
 
 RATE = 100.0
 

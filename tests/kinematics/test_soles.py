@@ -6,7 +6,7 @@ import pytest
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import THICKEST, on_own_soles
-from plantigrade.workflows.textbook import textbook_walk
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from tests.models.presets import person
 
 RATE = 100.0

@@ -11,11 +11,11 @@ from plantigrade.learn import Policy, PolicyController, Reference, Rules, Walk
 from plantigrade.learn.following import Following
 from plantigrade.learn.mirror import Mirror, unevenness
 from plantigrade.learn.policy import lasted
+from plantigrade.learn.policy_files import shipped
 from plantigrade.learn.transfer import carried_over
 from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
-from plantigrade.workflows.policies import shipped
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import StablePD, World
 

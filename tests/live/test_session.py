@@ -18,9 +18,9 @@ from plantigrade.models import Human
 from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
-from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller, Drawing, Rates, StablePD, Target
+from plantigrade.world.model_mismatch import ModelMismatch
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 HOW = SimulateSettings(rate=300.0, control_rate=50.0)
@@ -29,7 +29,7 @@ HOW = SimulateSettings(rate=300.0, control_rate=50.0)
 @pytest.fixture(scope="module")
 def stage():
     """What makes the worlds."""
-    return Stage(Start(HUMAN, Ground(), "standing", Provenance("", {})), Otherwise(), HOW)
+    return Stage(Start(HUMAN, Ground(), "standing", Provenance("", {})), ModelMismatch(), HOW)
 
 
 @pytest.fixture
@@ -163,7 +163,7 @@ def test_what_cannot_be_is_said_and_nothing_changes(session):
 
 def test_the_targets_and_drawings_of_a_controller_are_offered():
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, Otherwise(), HOW, own=Offering())
+    stage = Stage(begin, ModelMismatch(), HOW, own=Offering())
     session = Session(stage, stage.choice)
     assert session.choice.controller == "Offering"
     (bend,) = session.targets
@@ -178,7 +178,7 @@ def test_the_targets_and_drawings_of_a_controller_are_offered():
 
 
 def test_a_controller_that_fails_pauses_and_says_so(stage):
-    broken = Stage(stage.first, Otherwise(), HOW, own=lambda state: np.zeros(3))
+    broken = Stage(stage.first, ModelMismatch(), HOW, own=lambda state: np.zeros(3))
     session = Session(broken, broken.choice)
     session.advance(0.1)
     assert session.paused and session.world.time == 0.0 and "torque" in session.message
@@ -237,7 +237,7 @@ def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypa
         rates = Rates(physics=300.0, control=150.0)
 
     how = SimulateSettings(rate=300.0)
-    stage = Stage(stage.first, Otherwise(), how)
+    stage = Stage(stage.first, ModelMismatch(), how)
     monkeypatch.setattr(
         "plantigrade.control.choices.CONTROLLERS",
         {

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.ordered_tasks.cycle_repetition import find_loop, mirror, repeat_cycle
-from plantigrade.workflows.textbook import textbook_walk
 
 RATE = 100.0
 
@@ -136,8 +136,8 @@ def test_the_mirror_image_moves_as_the_mirrored_points_do(human, walk):
 
 
 def test_events_of_the_repetition_make_whole_strides(data):
+    from plantigrade.analyze.recorded_walk import RecordedWalk
     from plantigrade.workflows.fit import fit_trial
-    from plantigrade.workflows.walks import RecordedWalk
 
     for name, mirrored in (
         ("opensim/gait2392_subject01/normal_gait.mot", False),

@@ -5,8 +5,8 @@ import pytest
 
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import State
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.ordered_tasks import reference_of
-from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 from tests.ordered_tasks.walks import reference
 

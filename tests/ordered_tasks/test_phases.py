@@ -6,11 +6,11 @@ import pytest
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.contacts import stances
 from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.motion import GaitEvent
 from plantigrade.ordered_tasks import reference_of
 from plantigrade.ordered_tasks.gait import leg_shortest, phase_ends, shank_upright
 from plantigrade.ordered_tasks.phases import phases_between, walking_events
-from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 from tests.ordered_tasks.walks import reference
 

@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 
 from plantigrade.kinematics.state import sweep
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.ordered_tasks import TASKS, GaitReference, rebuild, reference_of
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc import OrderedMotion
-from plantigrade.workflows.textbook import textbook_walk
 from tests.models.presets import person
 
 

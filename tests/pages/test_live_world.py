@@ -17,9 +17,9 @@ from plantigrade.pages.live_world import LiveWorld
 from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
-from plantigrade.workflows.otherwise import Otherwise
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller, Drawing, StablePD, Target
+from plantigrade.world.model_mismatch import ModelMismatch
 from tests.browser import wait_for
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
@@ -31,7 +31,7 @@ CLICK = "[...document.querySelectorAll('button')].find(b => b.innerText === {!r}
 def page():
     """A page of a person who stands, not yet opened."""
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, Otherwise(), SMALL)
+    stage = Stage(begin, ModelMismatch(), SMALL)
     live = LiveWorld(Session(stage, stage.choice), Clock(), port=8460, can_save=True)
     yield live
     live.close()
@@ -163,7 +163,7 @@ def test_what_is_set_on_the_page_is_not_taken_back_before_it_is_done(page):
 
 def test_ground_of_any_friction_has_a_page():
     ice = Ground(friction=0.01)
-    stage = Stage(Start(HUMAN, ice, "standing", Provenance("", {})), Otherwise(), SMALL)
+    stage = Stage(Start(HUMAN, ice, "standing", Provenance("", {})), ModelMismatch(), SMALL)
     page = LiveWorld(Session(stage, stage.choice), Clock(), port=8462)
     page.close()
 
@@ -171,7 +171,7 @@ def test_ground_of_any_friction_has_a_page():
 def test_targets_and_drawings_of_a_controller_are_on_the_page():
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
     how = SMALL
-    stage = Stage(begin, Otherwise(), how, own=Pointing())
+    stage = Stage(begin, ModelMismatch(), how, own=Pointing())
     page = LiveWorld(Session(stage, stage.choice), Clock(), port=8461)
     try:
         page.panel.update(page.session.frame)
@@ -240,7 +240,7 @@ def test_restarts_do_not_make_the_page_grow():
         return made[-1]
 
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, Otherwise(), SMALL)
+    stage = Stage(begin, ModelMismatch(), SMALL)
 
     def director(choice, hand, place):
         return replace(stage(choice, hand, place), controller=pointing)

@@ -10,6 +10,7 @@ import pytest
 from plantigrade import Ground
 from plantigrade.contact.ground import GroundStep, Seat
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.pages.camera import VIEWS, Camera
@@ -20,7 +21,6 @@ from plantigrade.pages.scene import poses
 from plantigrade.pages.shapes import shapes_of, surface_points
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.workflows.textbook import textbook_walk
 
 SVG = "{http://www.w3.org/2000/svg}"
 PANEL_BONES = 16

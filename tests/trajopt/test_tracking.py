@@ -15,6 +15,7 @@ from plantigrade.dynamics.load_intervals import EARLY
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
@@ -23,7 +24,6 @@ from plantigrade.trajopt import ContactBody, synthesize
 from plantigrade.trajopt.tasks.recorded_stances import TOE_ROLL_TIME
 from plantigrade.trajopt.tasks.tracking import GRID, contacts_of, grounded, recorded_stances, track
 from plantigrade.trajopt.terms.limits import Limits
-from plantigrade.workflows.textbook import textbook_walk
 from plantigrade.workflows.track import LIMITS
 
 pytestmark = pytest.mark.solver
@@ -306,8 +306,8 @@ def test_flight_is_refused(data, name, seen):
 
 
 def test_what_comes_before_a_jump_is_no_flight(data):
+    from plantigrade.analyze.recorded_walk import RecordedWalk
     from plantigrade.workflows.fit import fit_trial
-    from plantigrade.workflows.walks import RecordedWalk
 
     walk = RecordedWalk.of(fit_trial(data / "deepmimic/humanoid3d_jump.txt")[1])
     walk.refuse_flight(0.0, 0.7)

@@ -24,7 +24,7 @@ SLOW = ("reproduce", "synthesize", "track", "zhakatayev2023")
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory) -> Path:
     from plantigrade.io import write
-    from plantigrade.workflows.textbook import recorded, textbook_walk
+    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 
     path = tmp_path_factory.mktemp("equal") / "walk.c3d"
     human = pg.Human.create(1.74, 71.0, "male", joints="42")

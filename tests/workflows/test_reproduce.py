@@ -20,6 +20,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
 from plantigrade.io import write
+from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import GaitEvent
 from plantigrade.ordered_tasks.phases import ordered_events, walking_events
@@ -28,7 +29,6 @@ from plantigrade.workflows import reproduce as reproducing
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import ReproduceSettings
-from plantigrade.workflows.textbook import recorded, textbook_walk
 
 PLAIN = ReproduceSettings(no_dynamics=True)
 

@@ -8,13 +8,13 @@ import pytest
 import plantigrade as pg
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import walk_of
+from plantigrade.control.pendulum.transfer import transferred_walk
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
-from plantigrade.workflows.other_bodies import walk_on_body
 from plantigrade.workflows.save import save
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, pose_of, styles_of, timed
@@ -82,7 +82,7 @@ def test_a_run_of_somebody_with_other_joints_is_refused(walk, tmp_path: Path):
 @pytest.mark.slow
 def test_a_walk_on_another_body_stands_when_and_as_heavily_as_it_did(walk):
     tall = Human.create(1.9, 90.0, "male", "42", "rigid")
-    other = walk_on_body(walk, tall)
+    other = transferred_walk(walk, tall)
     assert stride_of(tall, other.motion).cyclic
     shares = []
     for record in (walk, other):
@@ -95,4 +95,4 @@ def test_a_walk_on_another_body_stands_when_and_as_heavily_as_it_did(walk):
     np.testing.assert_allclose(load.sum(axis=1)[:, 2], other.weight, rtol=1e-6)
     part = Record(walk.human, walk.motion.frames(np.arange(30)))
     with pytest.raises(ParameterError, match="the walk cannot be repeated"):
-        walk_on_body(part, tall)
+        transferred_walk(part, tall)

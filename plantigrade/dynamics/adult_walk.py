@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from plantigrade.analyze.trial import CUTOFF
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.centroid import centroid
@@ -20,6 +19,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk
 from plantigrade.models import Human
 
+CUTOFF = 6.0  # [Hz] low-pass of the motion, usual for walking (Winter 2009)
 HARMONICS = 6  # harmonics of the stride in the path of the pelvis
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.harness import Going, world_of
-from plantigrade.workflows.walkers import Walker
+from plantigrade.trials.walk_trial import WalkTrial, world_of
+from plantigrade.trials.walkers import Walker
 from plantigrade.world import Push
 
 WAYPOINTS, SECONDS = 12, 60.0
@@ -28,7 +28,7 @@ LATE = (0.1, 0.9)
 
 
 @dataclass(frozen=True)
-class Toured:
+class TourOutcome:
     """The outcome of a tour.
 
     Attributes:
@@ -81,7 +81,7 @@ def tour(
     seed: int = 0,
     *,
     n: int = WAYPOINTS,
-) -> Toured:
+) -> TourOutcome:
     """Simulate a tour.
 
     The waypoints of a controller that follows points lead around corners; those of any other lead
@@ -100,7 +100,7 @@ def tour(
     if straight:
         goals = waypoints(walker, rng, n, straight=True)
     world = world_of(walker, controller, disturbances=acting, seed=seed)
-    going, reached, last = Going(walker, controller, world), 0, n * SECONDS / WAYPOINTS
+    going, reached, last = WalkTrial(walker, controller, world), 0, n * SECONDS / WAYPOINTS
     while going.on and reached < n and world.time < last - 1e-9:
         going.step()
         if np.linalg.norm(going.place - goals[reached]) < REACHED:
@@ -108,4 +108,4 @@ def tour(
     found = going.walked()
     end = found.end or ("" if reached == n else "too late")
     came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < world.time)
-    return Toured(not end, reached, end, world.time, straight, came)
+    return TourOutcome(not end, reached, end, world.time, straight, came)

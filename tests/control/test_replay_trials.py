@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from plantigrade.control.replay import Replay
+from plantigrade.control.replay import Replay, trials
+from plantigrade.control.replay.trials import Outcome, certified, largest_push, replay_once
 from plantigrade.record import Run
-from plantigrade.workflows import replays
-from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.workflows.replays import Outcome, certified, largest_push, replay_once
+from plantigrade.world.model_mismatch import ModelMismatch
 
 STORED = Path(__file__).parents[1] / "stored"
 
@@ -27,9 +26,9 @@ def test_a_replay_is_the_same_again_and_another_start_another_one(controller):
 def test_what_is_otherwise_than_planned_reaches_the_world(controller):
     plain = replay_once(controller, 0.02)
     cases = (
-        Otherwise(mass=1.1),
-        Otherwise(delay=0.01),
-        Otherwise(sensors=0.01),
+        ModelMismatch(mass=1.1),
+        ModelMismatch(delay=0.01),
+        ModelMismatch(sensors=0.01),
     )
     for how in cases:
         assert replay_once(controller, 0.02, otherwise=how).error != plain.error
@@ -43,7 +42,7 @@ def test_the_largest_push_is_found_by_bisection_and_legs_stay_solid(controller, 
         tried.append(force)
         return Outcome(force < 330.0, 1.0, 0.0, 0.0, {}, 0.05 if force > 270.0 else 0.015)
 
-    monkeypatch.setattr(replays, "replay_once", once)
+    monkeypatch.setattr(trials, "replay_once", once)
     forces = tuple(float(f) for f in range(50, 501, 50))
     assert largest_push(controller, 0.0, 0.0, forces) == 250.0  # deeper legs are no survival
     assert len(tried) <= 4

@@ -16,11 +16,9 @@ from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.learn.controller import PolicyController, policy_named
-from plantigrade.options import shown
+from plantigrade.learn.policy_files import shipped
+from plantigrade.options import LEARNED, assignments, is_policy, shown
 from plantigrade.record import Record
-from plantigrade.workflows.controller_options import assignments
-from plantigrade.workflows.policies import is_policy, shipped
-from plantigrade.workflows.simulate_settings import LEARNED
 from plantigrade.world import AnyController, Controller, controller_from
 
 Make = Callable[[Record], AnyController]

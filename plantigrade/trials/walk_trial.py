@@ -2,8 +2,8 @@
 
 ::
 
-    from plantigrade.workflows.harness import walk
-    from plantigrade.workflows.walkers import walker
+    from plantigrade.trials.walk_trial import walk
+    from plantigrade.trials.walkers import walker
     from plantigrade.world import PhasePush
 
     push = PhasePush(force=200.0, duration=0.4, direction=0.0, side="r", phase=0.3)
@@ -23,10 +23,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM_PREFIX
+from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP, LegOverlap
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.replays import DEEP, Legs
-from plantigrade.workflows.walked import Landing, Walked
-from plantigrade.workflows.walkers import Walker
+from plantigrade.trials.walk_outcome import Landing, WalkOutcome
+from plantigrade.trials.walkers import Walker
 from plantigrade.world import (
     Command,
     Controller,
@@ -114,7 +114,7 @@ def walk(
     watch: float = WATCH,
     seed: int = 0,
     noise: float = 0.0,
-) -> Walked:
+) -> WalkOutcome:
     """Simulate a walk with disturbances and return the outcome.
 
     Args:
@@ -129,7 +129,7 @@ def walk(
     """
     controller = walker.controller()
     world = world_of(walker, controller, ground, disturbances, seed=seed, noise=noise)
-    going = Going(walker, controller, world)
+    going = WalkTrial(walker, controller, world)
     if duration is None and not disturbances:
         duration = max(walker.period, 10.0)
     last = np.inf if duration is None else duration
@@ -145,7 +145,7 @@ def walk(
     return going.walked(pushed, NO_GAIT if waited else "")
 
 
-class Going:
+class WalkTrial:
     """A walk in progress, and what is recorded of it.
 
     Args:
@@ -163,7 +163,7 @@ class Going:
         self.frame = np.array([axis, [-axis[1], axis[0]]])
         self.state = world.reset()
         self.start = self.state.body.com[:2].copy()
-        self._legs, self._feet = Legs(world), _Feet(world)
+        self._legs, self._feet = LegOverlap(world), _Feet(world)
         self._time: list[float] = []
         self._com: list[Array] = []
         self._error: list[float] = []
@@ -191,10 +191,10 @@ class Going:
         self._time.append(world.time)
         up = place[2] - _level(world.ground, place)
         self._com.append(np.append(self.frame @ (place[:2] - self.start), up))
-        self._legs.look()
+        self._legs.update()
         self._feet.look(self.state, self.frame, self.start)
 
-    def walked(self, pushed: tuple[float, float] | None = None, end: str = "") -> Walked:
+    def walked(self, pushed: tuple[float, float] | None = None, end: str = "") -> WalkOutcome:
         """Return what became of it.
 
         Args:
@@ -202,13 +202,13 @@ class Going:
             end: Why it does not count as survived, if nothing worse happened.
         """
         world = self.world
-        if self._legs.deepest > DEEP:
+        if self._legs.deepest > MAX_LEG_OVERLAP:
             end = "one leg passed through the other"
         if world.fall is not None:
             end = str(world.fall)
         if world.diverged is not None:
             end = f"diverged at {world.diverged:.2f} s"
-        return Walked(
+        return WalkOutcome(
             not end,
             end,
             np.array(self._time),
@@ -221,7 +221,7 @@ class Going:
             self.walker.period,
         )
 
-    def copied(self) -> "Going":
+    def copied(self) -> "WalkTrial":
         """Return the same walk, to go on by itself; models and gaits are shared."""
         world, controller = self.world, self.controller
         shared = [world.model, world.human, world.ground, self.walker, self.walker.record]
@@ -229,7 +229,7 @@ class Going:
         memo: dict[int, Any] = {id(x): x for x in shared if x is not None}
         memo[id(self._legs)] = None  # it looks at the data of its own world
         other = copy.deepcopy(self, memo)
-        other._legs = Legs(other.world)
+        other._legs = LegOverlap(other.world)
         other._legs.deepest = self._legs.deepest
         return other
 
@@ -252,17 +252,17 @@ class PushedWalk:
     def __init__(self, walker: Walker, phase: float):
         self.walker, self.phase = walker, phase
         self.begin: float | None = None
-        self._fell: Walked | None = None
+        self._fell: WalkOutcome | None = None
         self._before = self._walked()
         made = type(self._before.controller).__module__
         self._copies = made.startswith("plantigrade.control.")
 
     @on_one_thread
-    def _walked(self) -> Going:
+    def _walked(self) -> WalkTrial:
         """Return the walk up to the push."""
         controller = self.walker.controller()
         world = world_of(self.walker, controller)
-        going, timer = Going(self.walker, controller, world), StrikeTimer()
+        going, timer = WalkTrial(self.walker, controller, world), StrikeTimer()
         push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase)
         mine = np.array([site.side == "r" for site in world.sites])
         while going.on and world.time < WAIT:
@@ -279,7 +279,7 @@ class PushedWalk:
     @on_one_thread
     def __call__(
         self, force: float, direction: float, duration: float, watch: float = WATCH
-    ) -> Walked:
+    ) -> WalkOutcome:
         """Return what became of a push at the trunk.
 
         Args:

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.control.gait.clearance import part_of
+from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP, LegOverlap
 from plantigrade.control.gait.person import world_sites
 from plantigrade.control.replay import Replay
 from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.otherwise import Otherwise
-from plantigrade.world import Command, Disturbance, InitialState, Push, World, world_for
+from plantigrade.world import Command, Disturbance, InitialState, Push, world_for
+from plantigrade.world.model_mismatch import ModelMismatch
 
 NOISE = 0.05
 """Of disturbed starts: standard deviation of every velocity [m/s, rad/s]."""
@@ -21,8 +21,6 @@ HOLD = 1.0
 """So long a motion that ends at rest is held [s]."""
 PUSH = 0.2
 """Length of a push [s]."""
-DEEP = 0.03
-"""Legs that are deeper in each other than this, more than flesh gives, are no longer solid [m]."""
 TRIED, AFTER = (50.0, 100.0), 1.5
 """Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
 LATEST = 2.0
@@ -59,7 +57,7 @@ def replay_once(
     seed: int = 0,
     noise: float = NOISE,
     acting: Sequence[Disturbance] = (),
-    otherwise: Otherwise | None = None,
+    otherwise: ModelMismatch | None = None,
 ) -> Outcome:
     """Carry out a motion in a world and say what became of it.
 
@@ -73,7 +71,7 @@ def replay_once(
     """
     controller = record if isinstance(record, Replay) else Replay(record)
     record = controller.record
-    how = replace(otherwise or Otherwise(), start=noise if seed else 0.0)
+    how = replace(otherwise or ModelMismatch(), start=noise if seed else 0.0)
     motion = record.motion
     qpos, qvel = how.beginning(record.human, motion, record.ground, seed)
     world = world_for(
@@ -89,13 +87,13 @@ def replay_once(
         duration = motion.duration + HOLD * controller.reference.ends
     acts, state = how.seen(controller), world.reset()
     squares: list[float] = []
-    legs = Legs(world)
+    legs = LegOverlap(world)
     while world.time < duration - 1e-6 and world.fall is None and world.diverged is None:
         command = acts(state)
         assert isinstance(command, Command)  # of a replay
         squares.append(float(np.square(command.signals["tracking_error"])))
         state = world.step(command)
-        legs.look()
+        legs.update()
     survived = world.fall is None and world.diverged is None
     figures = dict(controller.summary().figures)
     error = float(np.sqrt(np.mean(squares)))
@@ -115,7 +113,7 @@ def largest_push(
     """Return the largest push at the upper trunk that is survived from every start [N].
 
     By bisection: who survives a force is taken to survive smaller ones. 0: not even the first. A
-    push is not survived where one leg goes through the other (:data:`DEEP`).
+    push is not survived where one leg goes through the other (:data:`MAX_LEG_OVERLAP`).
 
     Args:
         controller: The replay.
@@ -129,36 +127,13 @@ def largest_push(
     def survived(force: float) -> bool:
         push = Push(force=force, duration=PUSH, direction=direction, time=time)
         found = (replay_once(controller, time + after, seed=s, acting=(push,)) for s in starts)
-        return all(each.survived and each.overlap <= DEEP for each in found)
+        return all(each.survived and each.overlap <= MAX_LEG_OVERLAP for each in found)
 
     low, high = 0, len(forces)  # so many are survived: at least, at most
     while low < high:
         middle = (low + high + 1) // 2
         low, high = (middle, high) if survived(forces[middle - 1]) else (low, middle - 1)
     return forces[low - 1] if low else 0.0
-
-
-class Legs:
-    """How deep one leg is in the other.
-
-    Args:
-        world: With the person.
-
-    Attributes:
-        deepest: So far [m].
-    """
-
-    def __init__(self, world: World):
-        model = world.model
-        kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
-        self._leg = (kind == "leg_r") * 1 + (kind == "leg_l") * 2
-        self._contact, self.deepest = world.data.contact, 0.0
-
-    def look(self) -> None:
-        """Look at the contacts of now."""
-        both = self._leg[self._contact.geom].sum(axis=1) == 3
-        if both.any():
-            self.deepest = max(self.deepest, -float(self._contact.dist[both].min()))
 
 
 def certificate(record: Record) -> dict[str, Any]:

@@ -11,14 +11,15 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
+from plantigrade.models.altered import leg_length, scaled_legs, scaled_strength, torque_limits
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.workflows.harness import PushedWalk, walk
-from plantigrade.workflows.other_bodies import as_strong, leg_of, limits_of, on_body, with_legs
-from plantigrade.workflows.tour import HARDEST, punches, tour, waypoints
-from plantigrade.workflows.walked import Walked
-from plantigrade.workflows.walkers import walker, walks_as
+from plantigrade.trials.tour import HARDEST, punches, tour, waypoints
+from plantigrade.trials.walk_outcome import WalkOutcome
+from plantigrade.trials.walk_trial import PushedWalk, walk
+from plantigrade.trials.walkers import walker, walks_as
 from plantigrade.world import Command, Controller, PhasePush, Push, Rates
 
 
@@ -37,13 +38,14 @@ def falling(record):
     return walker(lambda _: passive, record, "nothing")
 
 
-def walked(speed, height, *, survived=True, pushed=(2.0, 2.4)) -> Walked:
+def walked(speed, height, *, survived=True, pushed=(2.0, 2.4)) -> WalkOutcome:
     """A walk of 1 m/s, period 1 s and height 1 m, with these speeds and heights every 10 ms."""
     speed, height = np.array(speed), np.array(height)
     com = np.stack([0.01 * np.cumsum(speed), np.zeros(len(speed)), height], axis=1)
     time = 0.01 * np.arange(1, len(speed) + 1)
     none = np.full(len(speed), np.nan)
-    return Walked(survived, "" if survived else "fell", time, com, none, (), pushed, 1.0, 1.0, 1.0)
+    end = "" if survived else "fell"
+    return WalkOutcome(survived, end, time, com, none, (), pushed, 1.0, 1.0, 1.0)
 
 
 def test_who_is_back_to_the_gait_walks_at_its_speed_and_height_from_then_on():
@@ -130,8 +132,8 @@ def test_controllers_by_word(record, tmp_path):
 
 def test_a_walk_on_another_body_is_dynamically_similar(record):
     tall = Human.create(1.9, 90.0, "male", "42", "rigid")
-    other = on_body(record, tall)
-    scale = leg_of(tall) / leg_of(record.human)
+    other = transferred(record, tall)
+    scale = leg_length(tall) / leg_length(record.human)
     assert other.motion.duration == pytest.approx(np.sqrt(scale) * record.motion.duration)
     turned = np.abs(other.motion.qpos[:, 7:] - record.motion.qpos[:, 7:]).max(axis=0)
     legs = ("hip", "knee", "ankle", "subtalar")  # they reach for the ground
@@ -142,7 +144,7 @@ def test_a_walk_on_another_body_is_dynamically_similar(record):
     way = [r.motion.qpos[-1, 0] - r.motion.qpos[0, 0] for r in (record, other)]
     assert way[1] == pytest.approx(scale * way[0])
     speeds = [
-        walker("pendulum", r).speed for r in (record, other, on_body(record, tall, faster=1.2))
+        walker("pendulum", r).speed for r in (record, other, transferred(record, tall, faster=1.2))
     ]
     assert speeds[1] == pytest.approx(np.sqrt(scale) * speeds[0], rel=0.02)
     assert speeds[2] == pytest.approx(1.2 * speeds[1], rel=0.02)
@@ -150,7 +152,7 @@ def test_a_walk_on_another_body_is_dynamically_similar(record):
 
 def test_feet_on_longer_legs_do_not_cross_and_large_feet_keep_the_angles(record):
     human = record.human
-    long, short = (on_body(record, with_legs(human, times)) for times in (1.8, 0.6))
+    long, short = (transferred(record, scaled_legs(human, times)) for times in (1.8, 0.6))
     inward = []  # of the right foot from its hip, along the pelvis
     for own in (record, long):
         bodies = [own.human.body(f"{b}_{s}") for b in ("foot", "femur") for s in SIDES]
@@ -167,17 +169,17 @@ def test_feet_on_longer_legs_do_not_cross_and_large_feet_keep_the_angles(record)
 
 def test_longer_legs_and_stronger_joints_change_nothing_else(record):
     human = record.human
-    long = with_legs(human, 1.5)
-    assert leg_of(long) == pytest.approx(1.5 * leg_of(human)) and long.mass == human.mass
+    long = scaled_legs(human, 1.5)
+    assert leg_length(long) == pytest.approx(1.5 * leg_length(human)) and long.mass == human.mass
     assert long.dimensions.foot_length == human.dimensions.foot_length
     with pytest.raises(ParameterError, match="height"):
-        with_legs(human, 3.0)
-    strong = as_strong(human, 2.0)
+        scaled_legs(human, 3.0)
+    strong = scaled_strength(human, 2.0)
     np.testing.assert_allclose(
         strong.model.jnt_actfrcrange, 2.0 * human.model.jnt_actfrcrange, rtol=1e-6
     )
     np.testing.assert_allclose(strong.model.body_mass, human.model.body_mass)
-    assert limits_of(human)["ankle_angle"][0] < 0.0 < limits_of(human)["ankle_angle"][1]
+    assert torque_limits(human)["ankle_angle"][0] < 0.0 < torque_limits(human)["ankle_angle"][1]
 
 
 def test_a_tour_has_a_punch_on_every_way_and_turns_only_for_who_follows(record, falling):

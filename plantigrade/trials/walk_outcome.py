@@ -30,7 +30,7 @@ class Landing:
 
 
 @dataclass(frozen=True, eq=False)
-class Walked:
+class WalkOutcome:
     """The outcome of a walk.
 
     Attributes:

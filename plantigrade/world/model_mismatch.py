@@ -26,7 +26,7 @@ RATES = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Otherwise:
+class ModelMismatch:
     """What is otherwise than planned; the controller knows nothing of it but the ground's friction.
 
     Attributes:
@@ -127,7 +127,7 @@ def stands(
 class _Seen(WrappedController):
     """A controller that sees with noise and acts with delay; all else is that of its own."""
 
-    def __init__(self, controller: Controller, how: Otherwise):
+    def __init__(self, controller: Controller, how: ModelMismatch):
         super().__init__(controller)
         self._how = how
         self._waiting: deque[AnyCommand] = deque()

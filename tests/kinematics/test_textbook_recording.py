@@ -8,13 +8,9 @@ import pytest
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.clinical import clinical_angles
+from plantigrade.dynamics.adult_walk import adult_walk
 from plantigrade.kinematics.state import PointSet
-from plantigrade.models import Human
-from plantigrade.models.landmarks import attachments
-from plantigrade.motion import Motion
-from plantigrade.record import Record
-from plantigrade.workflows.adult_walk import adult_walk
-from plantigrade.workflows.textbook import (
+from plantigrade.kinematics.textbook_recording import (
     HIDDEN,
     MARKERS,
     NOISE,
@@ -23,6 +19,10 @@ from plantigrade.workflows.textbook import (
     recorded,
     textbook_walk,
 )
+from plantigrade.models import Human
+from plantigrade.models.landmarks import attachments
+from plantigrade.motion import Motion
+from plantigrade.record import Record
 
 
 @pytest.fixture(scope="module")

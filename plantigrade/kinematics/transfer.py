@@ -1,0 +1,106 @@
+"""Motions transferred to other bodies: the same angles, dynamically similar."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.kinematics.leg_inverse import LegInverse
+from plantigrade.kinematics.sole_paths import lowest, sole_paths
+from plantigrade.kinematics.state import State
+from plantigrade.models import Human
+from plantigrade.models.altered import leg_length
+from plantigrade.motion import Motion
+from plantigrade.motion.filters import lowpass
+from plantigrade.record import Record
+
+SOLES = 3.0
+"""The pelvis of a walk brought over to another body is led up and down below this frequency [Hz];
+at 6 Hz one walk would have had .1 to 1.5 times the weight on its feet, recorded with .7 to 1.3."""
+LARGE, TOGETHER = 1.25, 6.0
+"""Legs do not reach where feet are so many times as large for them as in the recording: knees would
+bend twice as far; the whole body is led up and down then, below this frequency [Hz].
+"""
+
+
+def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
+    """Return a motion transferred to another body: the same angles, dynamically similar.
+
+    Lengths go by that of the leg and times by its root, so that the ratio of inertia to weight
+    (Froude number) stays. The pelvis is led to where the feet are on the ground slowly, lest the
+    body bounce, and the legs reach for the rest: soles are as high as recorded, and feet no
+    nearer to each other than the hips are wide, lest long legs cross; feet that are large for their
+    legs keep all angles. Forces are left out.
+
+    Args:
+        record: The motion, on level ground.
+        human: The other person.
+        faster: Time goes so many times faster.
+    """
+    motion, scale = record.motion, leg_length(human) / leg_length(record.human)
+    names, values = record.human.to_coordinates(motion.qpos)
+    values = values.copy()
+    values[:, 3:6] *= scale
+    qpos = human.from_coordinates(names, values)
+    pace = float(np.sqrt(scale)) / faster
+    time = pace * (motion.time - motion.time[0])
+    own, other = human.dimensions.foot_length, record.human.dimensions.foot_length
+    large = own / other > LARGE * scale
+    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=TOGETHER if large else SOLES)
+    if not large:
+        legs = _Legs.of(record.human, motion.qpos)
+        wider = min(_Legs.of(human, qpos[:1]).hips / legs.hips, scale)
+        qpos = _reached(human, qpos, scale * (legs.sole - record.ground.height), wider * legs.aside)
+    events = tuple(replace(e, time=pace * (e.time - motion.time[0])) for e in motion.events)
+    qvel = np.zeros((len(time), human.model.nv))
+    moved = Motion(time, qpos, qvel, human.joint_names, events=events)
+    return Record(human, moved, ground=replace(record.ground, height=0.0), notes=record.notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Legs:
+    """Where feet are in postures, right and left.
+
+    Attributes:
+        ankle: Place of the foot, world [m].
+        turn: Its axes, as columns.
+        sole: Height of its lowest point [m].
+        aside: How far it is to the left of its hip [m].
+        left: Where left is, for the pelvis.
+        hips: How far the hips are apart [m].
+    """
+
+    ankle: Float[Array, "n 2 3"]
+    turn: Float[Array, "n 2 3 3"]
+    sole: Float[Array, "n 2"]
+    aside: Float[Array, "n 2"]
+    left: Float[Array, "n 3"]
+    hips: float
+
+    @classmethod
+    def of(cls, human: Human, qpos: Float[Array, "n nq"]) -> "_Legs":
+        state, still = State(human, qpos[0]), np.zeros(human.model.nv)
+        feet, hips = (np.array([human.body(f"{b}_{s}") for s in SIDES]) for b in ("foot", "femur"))
+        ankle, hip = np.zeros((2, len(qpos), 2, 3))
+        turn, left = np.zeros((len(qpos), 2, 3, 3)), np.zeros((len(qpos), 3))
+        for k, posture in enumerate(qpos):
+            state = state.moved_to(posture, still)
+            ankle[k], hip[k] = state.origins[feet], state.origins[hips]
+            turn[k] = state.rotations[feet]
+            left[k, :2] = (hip[k, 1] - hip[k, 0])[:2]
+        left /= np.linalg.norm(left, axis=1)[:, None]
+        apart = float(np.linalg.norm(hip[0, 1] - hip[0, 0]))
+        paths = sole_paths(human, qpos)
+        sole = np.stack([paths.position[:, paths.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+        return cls(ankle, turn, sole, np.einsum("nik,nk->ni", ankle - hip, left), left, apart)
+
+
+def _reached(
+    human: Human, qpos: Float[Array, "n nq"], sole: Float[Array, "n 2"], aside: Float[Array, "n 2"]
+) -> Float[Array, "n nq"]:
+    """Return postures whose soles are at heights and whose feet are so far beside their hips."""
+    now = _Legs.of(human, qpos)
+    ankle = now.ankle + (aside - now.aside)[:, :, None] * now.left[:, None]
+    ankle[:, :, 2] += sole - now.sole
+    return LegInverse(human).reach(qpos, ankle, now.turn).qpos
