@@ -18,7 +18,6 @@ are. ``plantigrade norms`` writes such a file from runs.
 
 import csv
 import difflib
-import io
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -30,6 +29,7 @@ from plantigrade.arrays import Array
 from plantigrade.charts.labels import COORDINATES, without_side
 from plantigrade.errors import FileError
 from plantigrade.io.text import read_text
+from plantigrade.io.writing import csv_text
 from plantigrade.motion.cycles import PERCENT
 
 HEADER = ("variable", "percent", "mean", "sd")
@@ -90,17 +90,12 @@ def read_norms_file(path: str | Path) -> Population:
 
 def norms_csv(population: Population) -> str:
     """Return a user's own norms as such a file."""
-    stream = io.StringIO()
-    stream.write(f"# {' '.join(population.people.split())}\n")
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(HEADER)
-    for name, (mean, sd) in population.curves.items():
-        percent = np.linspace(0.0, 100.0, len(mean))
-        writer.writerows(
-            [name, f"{p:g}", f"{m:.6g}", f"{s:.6g}"]
-            for p, m, s in zip(percent, mean, sd, strict=True)
-        )
-    return stream.getvalue()
+    rows = [
+        [name, *row]
+        for name, curves in population.curves.items()
+        for row in zip(np.linspace(0.0, 100.0, len(curves[0])), *curves, strict=True)
+    ]
+    return f"# {' '.join(population.people.split())}\n" + csv_text(HEADER, rows)
 
 
 def as_signals(population: Population) -> dict[str, Array]:

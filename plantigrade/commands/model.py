@@ -45,7 +45,7 @@ class Command(Person, PrintOptions):
             FileError: If the marker set cannot be read.
             RunExists: If the file exists and is not to be replaced.
         """
-        from plantigrade.io.text import write_whole
+        from plantigrade.io.writing import write_text
         from plantigrade.models import Human
         from plantigrade.models.mjcf import with_sites
 
@@ -62,7 +62,7 @@ class Command(Person, PrintOptions):
         if self.out.exists() and not self.overwrite:
             raise RunExists(f"{self.out} exists; choose another file or add --overwrite")
         self.out.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(self.out, xml + "\n")
+        write_text(self.out, xml + "\n")
         metrics["target_file"] = self.out
         return Outcome(text=f"{_text(human, metrics)}\nwrote {self.out}", metrics=metrics)
 

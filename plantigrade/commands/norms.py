@@ -36,7 +36,7 @@ class Command(PrintOptions):
         """Do it."""
         from plantigrade.analyze.norms_of_runs import norms_of_folder
         from plantigrade.analyze.own_norms import norms_csv, own_population
-        from plantigrade.io.text import write_text
+        from plantigrade.io.writing import write_text
 
         if not self.runs:
             raise ParameterError("no folder given: plantigrade norms FOLDER")

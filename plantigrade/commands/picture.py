@@ -68,7 +68,7 @@ class Command(PrintOptions, Bounded):
             ParameterError: If a value is not allowed, or the motion cannot be drawn.
             RunExists: If the file exists and is not to be replaced.
         """
-        from plantigrade.io.text import write_whole
+        from plantigrade.io.writing import write_text
         from plantigrade.record import Run
         from plantigrade.record.folder import replace_files
 
@@ -87,7 +87,7 @@ class Command(PrintOptions, Bounded):
         if own:
             replace_files(self.run_folder, {out.name: svg})  # it becomes one of the run's files
         else:
-            write_whole(out, svg)
+            write_text(out, svg)
         size = len(svg.encode()) / 1000
         metrics = {"status": "ok", "command": "picture", "target_file": out, **facts}
         shown = f"{facts['frames']} still frames" if self.still else _told(facts)

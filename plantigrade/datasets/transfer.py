@@ -35,7 +35,7 @@ from urllib.request import (
 from plantigrade import __version__
 from plantigrade.datasets.registry import PublicFile
 from plantigrade.errors import DownloadError, FileError, PlantigradeError
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import not_written
 from plantigrade.locks import lock
 
 ATTEMPTS = 5

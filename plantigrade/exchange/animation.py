@@ -14,7 +14,7 @@ from plantigrade.exchange.bones import Bone, bone_poses, bones_of
 from plantigrade.exchange.clock import RATES
 from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
 from plantigrade.pages.pages import title_of_run
 from plantigrade.pages.scene import VIEW_RATE, Scene, build_scene
@@ -93,10 +93,7 @@ def write_glb(
     )
     skinned = document.node("body", mesh=body, skin=0)
     content = document.glb([root, skinned], title=title_of_run(run))
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise not_written(path, error) from error
+    write_bytes(path, content)
     return ("the run holds no ground reactions to draw",) if forces and not arrows else ()
 
 

@@ -27,7 +27,7 @@ from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.text import write_text
+from plantigrade.io.writing import write_text
 from plantigrade.models.mirror import mirror_sign
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.motion.views import TRANSLATIONS

@@ -8,7 +8,7 @@ import numpy as np
 
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP
-from plantigrade.io.text import write_text
+from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Recording, SkeletonMotion
 
 

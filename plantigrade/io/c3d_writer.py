@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
 from plantigrade.io.force_plates import plate_axes
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import write_bytes
 from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subject
 
 BLOCK = 512
@@ -69,10 +69,7 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
     points[seen, :3] = 1e3 * markers.positions[seen]
     points[..., 3] = np.where(seen, 0.0, -1.0)
     content = c3d_bytes(points, samples, parameters, rate, first, path)
-    try:
-        Path(path).write_bytes(content)
-    except OSError as error:
-        raise not_written(path, error) from error
+    write_bytes(path, content)
 
 
 def c3d_bytes(

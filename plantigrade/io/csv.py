@@ -26,7 +26,8 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import UP_AXES, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
-from plantigrade.io.text import check_time, numbers, read_text, unique_labels, write_text
+from plantigrade.io.text import check_time, numbers, read_text, unique_labels
+from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Markers, Recording, Table
 
 _SURE = 1.4  # extent along the vertical over the next, of an upright body

@@ -34,14 +34,8 @@ from plantigrade.io.opensim_coordinates import (
     turn_knees,
 )
 from plantigrade.io.opensim_forces import force_groups, plates_of, plates_table
-from plantigrade.io.text import (
-    count_of,
-    numbers,
-    parse_numbers,
-    read_text,
-    unique_labels,
-    write_text,
-)
+from plantigrade.io.text import count_of, numbers, parse_numbers, read_text, unique_labels
+from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import ForcePlate, Recording, Table
 
 _ANSWERS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}

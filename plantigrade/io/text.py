@@ -5,8 +5,6 @@ through :func:`numbers`, so that a broken file gives the same error in every for
 """
 
 import codecs
-import os
-import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -122,41 +120,6 @@ def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     return text
-
-
-def write_text(path: str | Path, text: str) -> None:
-    r"""Write ``text`` as UTF-8 with ``\n`` line ends; what UTF-8 lacks is escaped, as ``\udcff``.
-
-    Raises:
-        FileError: If the file cannot be written.
-    """
-    try:
-        Path(path).write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
-    except OSError as error:
-        raise not_written(path, error) from error
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file of UTF-8, whole or not at all.
-
-    Raises:
-        FileError: If its folder does not exist.
-    """
-    if not path.parent.is_dir():
-        raise FileError(path, f"there is no folder {path.parent}", remedy="create it first")
-    with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=path.parent) as folder:
-        written = Path(folder) / path.name  # renaming works inside one file system only
-        written.write_text(text, encoding="utf-8")
-        os.replace(written, path)
-
-
-def not_written(path: str | Path, error: OSError) -> FileError:
-    """Return the error of a file that cannot be written."""
-    return FileError(
-        path,
-        f"cannot be written ({error.strerror or error})",
-        remedy="check that the folder exists and may be written to",
-    )
 
 
 def numbers(

@@ -12,15 +12,8 @@ import numpy as np
 from plantigrade.errors import FileError
 from plantigrade.io.axes import from_world, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
-from plantigrade.io.text import (
-    check_time,
-    count_of,
-    number,
-    numbers,
-    read_text,
-    unique_labels,
-    write_text,
-)
+from plantigrade.io.text import check_time, count_of, number, numbers, read_text, unique_labels
+from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Markers, Recording
 
 _HEADER_LINES = 40  # a header longer than this is none

@@ -1,9 +1,10 @@
 """The learning curve of a training, one row for each part."""
 
-import csv
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
+
+from plantigrade.io.writing import csv_text, write_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,13 +49,7 @@ def write_curve(path: Path, curve: Sequence[Progress]) -> None:
     """Write a learning curve as CSV, six digits to a number.
 
     Raises:
-        OSError: If the file cannot be written.
+        FileError: If the file cannot be written.
     """
-    with open(path, "w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, [f.name for f in fields(Progress)])
-        table.writeheader()
-        table.writerows({k: _short(v) for k, v in asdict(row).items()} for row in curve)
-
-
-def _short(value: float | int) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    names = [f.name for f in fields(Progress)]
+    write_text(path, csv_text(names, ([getattr(row, n) for n in names] for row in curve)))

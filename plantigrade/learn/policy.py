@@ -8,7 +8,6 @@ is seen is normalised (``mean``, ``scale``), one stride of the reference (``refe
 import hashlib
 import io
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -20,7 +19,7 @@ from plantigrade.arrays import Float
 from plantigrade.bounds import number
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import write_bytes
 from plantigrade.learn.action import Gains
 from plantigrade.learn.following import Following, Form, Rules
 from plantigrade.learn.reference import BESIDE, Reference
@@ -101,12 +100,7 @@ class Policy:
         arrays["about"] = np.array(json.dumps(about, sort_keys=True))
         stream = io.BytesIO()
         np.savez_compressed(stream, **arrays)
-        beside = path.with_name(f".{path.name}.part")
-        try:
-            beside.write_bytes(stream.getvalue())
-            os.replace(beside, path)
-        except OSError as error:
-            raise not_written(path, error) from error
+        write_bytes(path, stream.getvalue())
         return path
 
     @classmethod

@@ -5,7 +5,6 @@ its own, and all that it leaves is in the checkpoint: so one that was stopped an
 ends in the same policy, number for number, as one that was not.
 """
 
-import os
 import time as clock
 from collections.abc import Callable
 from dataclasses import asdict, fields
@@ -16,7 +15,7 @@ import numpy as np
 
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.extras import require
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import whole_file
 from plantigrade.learn.curve import Progress, write_curve
 from plantigrade.learn.environment import Walks
 from plantigrade.learn.following import Following, Rules
@@ -274,14 +273,10 @@ class Training:
             "curve": [asdict(row) for row in self.curve],
         }
         path = self.folder / CHECKPOINT
-        beside = path.with_name(f".{path.name}.part")
         self.policy().save(self.folder / POLICY)
-        try:
-            _torch.save(state, beside)
-            os.replace(beside, path)
-            write_curve(self.folder / CURVE, self.curve)
-        except OSError as error:
-            raise not_written(path, error) from error
+        with whole_file(path) as part:
+            _torch.save(state, part)
+        write_curve(self.folder / CURVE, self.curve)
 
     def _what(self) -> dict[str, Any]:
         """Return what decides the training, but its end."""

@@ -24,7 +24,8 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade.errors import FileError, RunExists
-from plantigrade.io.text import not_written, read_text
+from plantigrade.io.text import read_text
+from plantigrade.io.writing import write_bytes
 from plantigrade.printable import UNSAFE, printable, short_name
 
 METRICS = "metrics.json"
@@ -160,12 +161,7 @@ def replace_file(path: Path, text: str) -> Path:
     Raises:
         FileError: If it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        temporary.write_bytes(_encoded(text))
-        temporary.replace(path)
-    except OSError as error:
-        raise not_written(path, error) from error
+    write_bytes(path, _encoded(text))
     return path
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from plantigrade.errors import FileError
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import not_written
 from plantigrade.locks import lock
 from plantigrade.record.folder import plain
 

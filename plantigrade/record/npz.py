@@ -28,7 +28,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import LARGEST, Arrays
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.notes import Info
@@ -62,10 +62,7 @@ def write_npz(record: Record, path: str | Path) -> Path:
         FileError: If the file cannot be written.
     """
     path = Path(path)
-    try:
-        path.write_bytes(npz_bytes(record))
-    except OSError as error:
-        raise not_written(path, error) from error
+    write_bytes(path, npz_bytes(record))
     return path
 
 

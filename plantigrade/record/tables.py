@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Literal
 
-from plantigrade.io.text import not_written
+from plantigrade.io.writing import whole_file
 from plantigrade.printable import cell
 
 CHUNK_ROWS = 5_000
@@ -92,14 +92,8 @@ def write_tables(
 
 
 def _whole(path: Path, write: Callable[[Path], None]) -> str:
-    part = path.with_name(f".{path.name}.part")
-    try:
+    with whole_file(path) as part:
         write(part)
-        part.replace(path)
-    except OSError as error:
-        raise not_written(path, error) from error
-    finally:
-        part.unlink(missing_ok=True)
     return path.name
 
 

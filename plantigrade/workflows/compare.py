@@ -1,16 +1,14 @@
 """Runs compared: a folder with one page, a table of every curve, and the figures."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 from plantigrade import __version__
 from plantigrade.analyze.run_comparison import RunComparison, compare_runs
 from plantigrade.errors import ParameterError
+from plantigrade.io.writing import csv_text
 from plantigrade.options import as_path
 from plantigrade.pages.compare import compare_html
-from plantigrade.printable import cell
 from plantigrade.record import Run
 from plantigrade.record.folder import METRICS, write_folder
 from plantigrade.record.provenance import source_files
@@ -100,12 +98,7 @@ def default_name(found: RunComparison) -> str:
 
 def table_csv(found: RunComparison) -> str:
     """Return every curve as CSV; what is not known is empty."""
-    header, rows = found.rows()
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows(
-        [header, *([cell(value) for value in row] for row in rows)]
-    )
-    return stream.getvalue()
+    return csv_text(*found.rows())
 
 
 def summary(folder: Path, found: RunComparison) -> str:

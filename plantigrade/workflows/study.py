@@ -1,7 +1,5 @@
 """A study of several reproduced gaits: a folder with statistics and the paper's table."""
 
-import csv
-import io
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,8 +8,8 @@ from typing import Any
 from plantigrade import __version__
 from plantigrade.analyze.gait_study import Study, study
 from plantigrade.analyze.reproduction import Comparison
+from plantigrade.io.writing import csv_text
 from plantigrade.pages.study import Gait, study_html
-from plantigrade.printable import cell
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.settings import ReproduceSettings
 
@@ -93,11 +91,7 @@ class GaitStudy:
 
     def table_csv(self) -> str:
         """Return Table I as CSV; what is not known is empty."""
-        header, rows = self.table_rows()
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerows([header, *([cell(value) for value in row] for row in rows)])
-        return stream.getvalue()
+        return csv_text(*self.table_rows())
 
     def table_text(self) -> list[str]:
         """Return Table I as lines to print."""

@@ -1,7 +1,6 @@
 """Teach a person to walk after a reference; one folder for each seed."""
 
 import csv
-import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.errors import ParameterError, RunExists
-from plantigrade.io.text import not_written
+from plantigrade.io.text import read_text
+from plantigrade.io.writing import csv_text, write_text
 from plantigrade.learn.following import Rules
 from plantigrade.learn.mirror import EVEN, unevenness
 from plantigrade.learn.policy import Policy
@@ -125,24 +125,17 @@ def write_spread(path: Path, curves: list[Path]) -> None:
     Raises:
         FileError: If one cannot be read, or the file not be written.
     """
-    try:
-        tables = [list(csv.DictReader(c.read_text("utf-8").splitlines())) for c in curves]
-        rows = []
-        for k in range(max(map(len, tables))):
-            there = [table[k] for table in tables if k < len(table)]
-            row = {"decisions": there[0]["decisions"], "seeds": len(there)}
-            for name in ("reward", "falls_per_minute"):
-                values = np.array([float(each[name]) for each in there])
-                row |= {name: f"{values.mean():.6g}"}
-                row |= {f"{name}_sd": f"{values.std(ddof=1):.6g}" if len(values) > 1 else ""}
-            rows.append(row)
-        text = io.StringIO(newline="")
-        table = csv.DictWriter(text, list(rows[0]))
-        table.writeheader()
-        table.writerows(rows)
-        path.write_text(text.getvalue(), "utf-8", newline="")
-    except OSError as error:
-        raise not_written(path, error) from error
+    tables = [list(csv.DictReader(read_text(curve).splitlines())) for curve in curves]
+    rows = []
+    for k in range(max(map(len, tables))):
+        there = [table[k] for table in tables if k < len(table)]
+        row: dict[str, Any] = {"decisions": there[0]["decisions"], "seeds": len(there)}
+        for name in ("reward", "falls_per_minute"):
+            values = np.array([float(each[name]) for each in there])
+            sd = float(values.std(ddof=1)) if len(values) > 1 else None
+            row |= {name: float(values.mean()), f"{name}_sd": sd}
+        rows.append(row)
+    write_text(path, csv_text(list(rows[0]), (list(row.values()) for row in rows)))
 
 
 def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:

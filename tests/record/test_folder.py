@@ -151,7 +151,7 @@ def test_interrupted_writing_leaves_nothing(tmp_path, fault, overwrite):
 
 
 def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
-    from plantigrade.io.text import not_written
+    from plantigrade.io.writing import not_written
 
     full = OSError(28, "No space left on device")
 
