@@ -67,7 +67,7 @@ NOTES = (
 def replayed(name: str, what: str, seed: int, duration: float) -> Result:
     """Return the outcome of a motion under a mismatch."""
     repeated = duration if MOTIONS[name].repeated else None
-    return outcome(replay_once(synthesised(name), repeated, seed=seed, otherwise=EVERY[what](seed)))
+    return outcome(replay_once(synthesised(name), repeated, seed=seed, mismatch=EVERY[what](seed)))
 
 
 def _fits(name: str, what: str) -> bool:

@@ -15,44 +15,45 @@ from plantigrade.motion import Motion
 from plantigrade.motion.filters import lowpass
 from plantigrade.record import Record
 
-SOLES = 3.0
-"""The pelvis of a walk brought over to another body is led up and down below this frequency [Hz];
-at 6 Hz one walk would have had .1 to 1.5 times the weight on its feet, recorded with .7 to 1.3."""
-LARGE, TOGETHER = 1.25, 6.0
-"""Legs do not reach where feet are so many times as large for them as in the recording: knees would
-bend twice as far; the whole body is led up and down then, below this frequency [Hz].
-"""
+PELVIS_CUTOFF = 3.0
+"""Low-pass of the correction of the pelvis' height [Hz]: at 6 Hz the feet of one walk would carry
+0.1 to 1.5 times the weight; recorded were 0.7 to 1.3."""
+MAX_FOOT_RATIO = 1.25
+"""Ratio of foot to leg length, over that of the recording, above which the legs do not reach for
+the recorded soles: knees would bend twice as far. Chosen."""
+BODY_CUTOFF = 6.0
+"""Low-pass of the correction of the body's height above that ratio [Hz]. Chosen."""
 
 
 def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     """Return a motion transferred to another body: the same angles, dynamically similar.
 
-    Lengths go by that of the leg and times by its root, so that the ratio of inertia to weight
-    (Froude number) stays. The pelvis is led to where the feet are on the ground slowly, lest the
-    body bounce, and the legs reach for the rest: soles are as high as recorded, and feet no
-    nearer to each other than the hips are wide, lest long legs cross; feet that are large for their
+    Lengths scale with that of the leg and times with its square root, so that the Froude number
+    stays. A slow correction of the pelvis brings the feet to the ground without bouncing; inverse
+    kinematics of the legs corrects the rest: soles are as high as recorded, and the distance of the
+    feet is at least that of the hips, so that long legs do not cross. Feet that are large for their
     legs keep all angles. Forces are left out.
 
     Args:
         record: The motion, on level ground.
         human: The other person.
-        faster: Time goes so many times faster.
+        faster: Factor by which the motion is faster.
     """
     motion, scale = record.motion, leg_length(human) / leg_length(record.human)
     names, values = record.human.to_coordinates(motion.qpos)
     values = values.copy()
     values[:, 3:6] *= scale
     qpos = human.from_coordinates(names, values)
-    pace = float(np.sqrt(scale)) / faster
-    time = pace * (motion.time - motion.time[0])
+    time_scale = float(np.sqrt(scale)) / faster
+    time = time_scale * (motion.time - motion.time[0])
     own, other = human.dimensions.foot_length, record.human.dimensions.foot_length
-    large = own / other > LARGE * scale
-    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=TOGETHER if large else SOLES)
+    large = own / other > MAX_FOOT_RATIO * scale
+    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=BODY_CUTOFF if large else PELVIS_CUTOFF)
     if not large:
         legs = _Legs.of(record.human, motion.qpos)
         wider = min(_Legs.of(human, qpos[:1]).hips / legs.hips, scale)
         qpos = _reached(human, qpos, scale * (legs.sole - record.ground.height), wider * legs.aside)
-    events = tuple(replace(e, time=pace * (e.time - motion.time[0])) for e in motion.events)
+    events = tuple(replace(e, time=time_scale * (e.time - motion.time[0])) for e in motion.events)
     qvel = np.zeros((len(time), human.model.nv))
     moved = Motion(time, qpos, qvel, human.joint_names, events=events)
     return Record(human, moved, ground=replace(record.ground, height=0.0), notes=record.notes)
@@ -60,15 +61,15 @@ def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
 
 @dataclass(frozen=True, eq=False)
 class _Legs:
-    """Where feet are in postures, right and left.
+    """Feet in a sequence of postures, right and left.
 
     Attributes:
-        ankle: Place of the foot, world [m].
-        turn: Its axes, as columns.
+        ankle: Position of the foot, world [m].
+        turn: Axes of the foot, as columns.
         sole: Height of its lowest point [m].
-        aside: How far it is to the left of its hip [m].
-        left: Where left is, for the pelvis.
-        hips: How far the hips are apart [m].
+        aside: Lateral offset from its hip, to the left [m].
+        left: Direction to the left of the pelvis, world.
+        hips: Distance of the hips [m].
     """
 
     ankle: Float[Array, "n 2 3"]
@@ -99,7 +100,7 @@ class _Legs:
 def _reached(
     human: Human, qpos: Float[Array, "n nq"], sole: Float[Array, "n 2"], aside: Float[Array, "n 2"]
 ) -> Float[Array, "n nq"]:
-    """Return postures whose soles are at heights and whose feet are so far beside their hips."""
+    """Return postures with given heights of the soles [m] and lateral offsets of the feet [m]."""
     now = _Legs.of(human, qpos)
     ankle = now.ankle + (aside - now.aside)[:, :, None] * now.left[:, None]
     ankle[:, :, 2] += sole - now.sole

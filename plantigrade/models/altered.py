@@ -1,4 +1,4 @@
-"""People with longer legs or another strength than their body has."""
+"""People with other leg lengths or another strength."""
 
 import re
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ def leg_length(human: Human) -> float:
 
 
 def scaled_legs(human: Human, times: float) -> Human:
-    """Return a person whose thighs and shanks are so many times as long; all else stays.
+    """Return a person with scaled thighs and shanks; all other lengths stay.
 
     Raises:
         ParameterError: If there can be no such person.
@@ -29,7 +29,7 @@ def scaled_legs(human: Human, times: float) -> Human:
 
 
 def scaled_strength(human: Human, times: float) -> Human:
-    """Return a person whose joints are so many times as strong; they are not stored like that."""
+    """Return a person with scaled joint strength; a run folder does not store the scale."""
 
     def stronger(found: re.Match[str]) -> str:
         most = " ".join(f"{times * float(x):.8g}" for x in found[1].split())
@@ -41,7 +41,7 @@ def scaled_strength(human: Human, times: float) -> Human:
 
 
 def torque_limits(human: Human) -> Mapping[str, tuple[float, float]]:
-    """Return the greatest torques of the hinges of one leg and the trunk [N m]."""
+    """Return the torque limits of the hinges of one leg and the trunk [N m]."""
     ranges = np.array(human.model.jnt_actfrcrange[1:])
     named = dict(zip(human.coordinates, ranges.tolist(), strict=True))
     return {

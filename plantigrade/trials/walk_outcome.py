@@ -7,9 +7,10 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-SPEED, HEIGHT = 0.20, 0.05
-"""Who is back to the gait walks at its speed within this part of it, and carries the centre of mass
-at its height over the ground within this [m], over one stride."""
+SPEED_TOLERANCE = 0.20
+"""Largest error of the mean speed of a stride of the recorded gait, relative. Chosen."""
+HEIGHT_TOLERANCE = 0.05
+"""Largest error of the mean height of the centre of mass in such a stride [m]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -17,10 +18,10 @@ class Landing:
     """A landing of a foot.
 
     Attributes:
-        time: When [s].
-        side: Which foot.
-        place: Of its ankle, from the start, along the way and to its left [m].
-        heel: Whether it was carried behind the ankle at first.
+        time: Time of touchdown [s].
+        side: Side of the foot.
+        place: Position of the ankle from the start, ahead and to the left [m].
+        heel: Whether the centre of pressure was behind the ankle.
     """
 
     time: float
@@ -37,15 +38,15 @@ class WalkOutcome:
         survived: Whether nothing but the feet had touched the ground until the end, and no leg
             went through the other.
         end: How it ended, where it did not survive.
-        time: Of the control steps [s].
+        time: Times of the control steps [s].
         com: Centre of mass: along the way, to its left, height over the ground below it [m].
         error: Of the joints to the gait, by the controller's own account; NaN where it gives none
             [rad].
-        landings: Of the feet.
-        pushed: When what disturbed it began and ended [s]; None where nothing did.
-        speed: Of the gait that was asked for [m/s].
-        height: Of its centre of mass over the ground, mean [m].
-        period: Of a stride [s].
+        landings: Touchdowns of the feet.
+        pushed: Start and end of the disturbances [s]; None without one.
+        speed: Speed of the gait [m/s].
+        height: Mean height of its centre of mass [m].
+        period: Duration of a stride [s].
     """
 
     survived: bool
@@ -61,11 +62,11 @@ class WalkOutcome:
 
     @property
     def seconds(self) -> float:
-        """How long they were on the feet [s]."""
+        """Time on the feet [s]."""
         return float(self.time[-1]) if len(self.time) else 0.0
 
     def mean_speed(self, since: float = 0.0) -> float:
-        """Return the mean speed along the way from a time on [m/s]."""
+        """Return the mean speed along the direction of the gait from a time on [m/s]."""
         k = int(np.searchsorted(self.time, since))
         if k >= len(self.time) - 1:
             return 0.0
@@ -73,7 +74,7 @@ class WalkOutcome:
 
     @property
     def rms(self) -> float:
-        """Error of the joints, root mean square [rad]; NaN where the controller tells none."""
+        """RMS error of the joint angles [rad]; NaN where the controller reports none."""
         known = self.error[np.isfinite(self.error)]
         return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
 
@@ -81,7 +82,8 @@ class WalkOutcome:
     def as_recorded(self) -> tuple[Float[Array, " k"], Any]:
         """Ends of all windows of one stride [s], and whether the gait was the recorded one in each.
 
-        Speed within :data:`SPEED`, height of the centre of mass within :data:`HEIGHT`.
+        That is speed within :data:`SPEED_TOLERANCE` and height of the centre of mass within
+        :data:`HEIGHT_TOLERANCE`.
         """
         if len(self.time) < 3:
             return np.zeros(0), np.zeros(0, dtype=bool)
@@ -92,8 +94,8 @@ class WalkOutcome:
         speed = (self.com[n:, 0] - self.com[:-n, 0]) / (self.time[n:] - self.time[:-n])
         total = np.concatenate([[0.0], np.cumsum(self.com[:, 2])])
         height = (total[n + 1 :] - total[1:-n]) / n
-        fine = np.abs(speed - self.speed) <= SPEED * self.speed
-        return self.time[n:], fine & (np.abs(height - self.height) <= HEIGHT)
+        fine = np.abs(speed - self.speed) <= SPEED_TOLERANCE * self.speed
+        return self.time[n:], fine & (np.abs(height - self.height) <= HEIGHT_TOLERANCE)
 
     @property
     def back(self) -> float | None:
@@ -111,5 +113,5 @@ class WalkOutcome:
 
     @property
     def withstood(self) -> bool:
-        """Whether they survived and were back to the gait by the end."""
+        """Whether the person survived and returned to the gait by the end."""
         return self.back is not None

@@ -49,9 +49,9 @@ from plantigrade.world.disturbance import (
 # Settings that nobody can change are copied with their walker, which Python would refuse.
 copyreg.pickle(MappingProxyType, lambda fixed: (MappingProxyType, (dict(fixed),)))
 WATCH = 6.0
-"""So long somebody is watched after what disturbed them has ended [s]."""
+"""Duration of a trial after the last disturbance has ended [s]. Chosen."""
 WAIT = 12.0
-"""A push that waits for a phase of the gait has begun by then, or nobody walks [s]."""
+"""Time within which the phase of a push must occur [s]; otherwise there is no gait. Chosen."""
 NO_GAIT = "no gait: the phase of the push never occurred"
 
 
@@ -82,15 +82,15 @@ def world_of(
     noise: float = 0.0,
     recording: bool = False,
 ) -> World:
-    """Return a world in which a walk starts, as its controller wants it.
+    """Return the world of a walk, with the rates and sites that its controller needs.
 
     Args:
-        walker: Who walks.
-        controller: What moves them.
-        ground: What they walk on, if not on that of the gait.
-        disturbances: What acts.
-        seed: Of the noise of the start, and of the world.
-        noise: Standard deviation of what is added to every velocity of the start [m/s, rad/s].
+        walker: The walker.
+        controller: The controller.
+        ground: The ground; that of the gait if None.
+        disturbances: The disturbances.
+        seed: Seed of the initial noise and of the world.
+        noise: Standard deviation of the noise of every initial velocity [m/s, rad/s].
         recording: Whether frames are kept.
     """
     record = walker.record
@@ -118,14 +118,14 @@ def walk(
     """Simulate a walk with disturbances and return the outcome.
 
     Args:
-        walker: Who walks.
-        disturbances: What acts.
-        ground: What they walk on, if not on that of the gait.
-        duration: How long [s]; ``watch`` after the last disturbance has ended if absent, and as
+        walker: The walker.
+        disturbances: The disturbances.
+        ground: The ground; that of the gait if None.
+        duration: Duration [s]; ``watch`` after the last disturbance has ended if absent, and as
             long as the gait, repeated for 10 s, where there is none.
-        watch: How long they are watched after it [s].
-        seed: Of the noise of the start, and of the world.
-        noise: Standard deviation of what is added to every velocity of the start [m/s, rad/s].
+        watch: Duration after the last disturbance [s].
+        seed: Seed of the initial noise and of the world.
+        noise: Standard deviation of the noise of every initial velocity [m/s, rad/s].
     """
     controller = walker.controller()
     world = world_of(walker, controller, ground, disturbances, seed=seed, noise=noise)
@@ -149,12 +149,12 @@ class WalkTrial:
     """A walk in progress, and what is recorded of it.
 
     Args:
-        walker: Who walks.
-        controller: What moves them.
-        world: Where; it starts anew.
+        walker: The walker.
+        controller: The controller.
+        world: The world; it is reset.
 
     Attributes:
-        state: Of the person, now.
+        state: State of the person.
     """
 
     def __init__(self, walker: Walker, controller: Controller, world: World):
@@ -195,11 +195,11 @@ class WalkTrial:
         self._feet.look(self.state, self.frame, self.start)
 
     def walked(self, pushed: tuple[float, float] | None = None, end: str = "") -> WalkOutcome:
-        """Return what became of it.
+        """Return the outcome.
 
         Args:
-            pushed: When what disturbed it began and ended [s].
-            end: Why it does not count as survived, if nothing worse happened.
+            pushed: Start and end of the disturbances [s].
+            end: Reason why it does not count as survived, unless the person fell.
         """
         world = self.world
         if self._legs.deepest > MAX_LEG_OVERLAP:
@@ -242,11 +242,11 @@ class PushedWalk:
     every push.
 
     Args:
-        walker: Who walks.
-        phase: So much of the right foot's cycle has passed, from 0 to 1.
+        walker: The walker.
+        phase: Phase of the gait cycle of the right foot, 0 to 1.
 
     Attributes:
-        begin: When the push begins [s]; None where there was no gait.
+        begin: Start of the push [s]; None if there was no gait.
     """
 
     def __init__(self, walker: Walker, phase: float):
@@ -280,13 +280,13 @@ class PushedWalk:
     def __call__(
         self, force: float, direction: float, duration: float, watch: float = WATCH
     ) -> WalkOutcome:
-        """Return what became of a push at the trunk.
+        """Return the outcome of a push at the trunk.
 
         Args:
-            force: [N].
-            direction: Where to: 0 forward, a quarter turn to the left [rad].
-            duration: How long it acts [s].
-            watch: How long the person is watched after it [s].
+            force: Force [N].
+            direction: Direction: 0 forward, a quarter turn to the left [rad].
+            duration: Duration of the push [s].
+            watch: Duration after the push [s].
         """
         if self._fell is not None or self.begin is None:
             assert self._fell is not None
@@ -323,7 +323,7 @@ def _level(ground: Ground, place: Float[Array, " 3"]) -> float:
 
 
 class _Feet:
-    """Looks where feet come down."""
+    """Records the touchdowns of the feet."""
 
     def __init__(self, world: World):
         human = world.human
@@ -335,7 +335,7 @@ class _Feet:
         self.landings: list[Landing] = []
 
     def look(self, state: State, frame: Array, start: Array) -> None:
-        """See the loads of the feet."""
+        """Take the loads of the feet into account."""
         force = state.contact_force
         for i, side in enumerate(SIDES):
             load, off = float(force[self._mine[i], 2].sum()) / self._weight, self._off[i]

@@ -101,7 +101,7 @@ class Start:
 
 
 def around(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...]]:
-    """Return what is otherwise than planned, its ground with it, and what acts besides.
+    """Return the model mismatch, its ground included, and the disturbances.
 
     Raises:
         ParameterError: If there is no such ground, or a word is no push, rope, box, barrier or
@@ -123,7 +123,7 @@ def around(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...
     else:
         acting = pushes if plate is None else (plate, *pushes)
     level = how.ground if len(acting) == len(pushes) else "flat"
-    otherwise = ModelMismatch(
+    mismatch = ModelMismatch(
         mass=1.0 + 0.01 * how.mass_error_pct,
         friction=how.friction,
         ground=None if level is None else ground_named(level, seed=how.seed),
@@ -131,7 +131,7 @@ def around(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...
         sensors=float(np.deg2rad(how.sensor_noise_deg)),
         start=how.start_noise,
     )
-    return otherwise, acting
+    return mismatch, acting
 
 
 def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
@@ -319,15 +319,15 @@ def walk_command(begin: Start, how: SimulateSettings, step: Step) -> WalkCommand
     )
 
 
-def state_of(begin: Start, otherwise: ModelMismatch, how: SimulateSettings) -> tuple[Array, Array]:
+def state_of(begin: Start, mismatch: ModelMismatch, how: SimulateSettings) -> tuple[Array, Array]:
     """Return where the person starts, and how fast.
 
     Who has no motion stands: laid on the ground, and settled, the soles pressed into it as far as
     they will be, unless a held posture does not come to rest there.
     """
     if begin.motion is not None:
-        return otherwise.beginning(begin.human, begin.motion, begin.ground, how.seed)
-    ground = otherwise.under(begin.ground)
+        return mismatch.initial_state(begin.human, begin.motion, begin.ground, how.seed)
+    ground = mismatch.ground_of(begin.ground)
     stands = begin.standing(ground)
     world = World(
         begin.human,
@@ -344,22 +344,22 @@ def state_of(begin: Start, otherwise: ModelMismatch, how: SimulateSettings) -> t
     first = BodyState(begin.human, stands).com
     moved, speed = state.body.com - first, state.body.com_velocity
     if np.linalg.norm(moved) < NEAR and np.linalg.norm(speed) < STILL:  # not where it diverged
-        return np.array(state.qpos), otherwise.disturbed(state.qvel, how.seed)
-    return stands, otherwise.disturbed(np.zeros(begin.human.model.nv), how.seed)
+        return np.array(state.qpos), mismatch.disturbed(state.qvel, how.seed)
+    return stands, mismatch.disturbed(np.zeros(begin.human.model.nv), how.seed)
 
 
 def world_of(
     begin: Start,
-    otherwise: ModelMismatch,
+    mismatch: ModelMismatch,
     how: SimulateSettings,
     acting: Sequence[Disturbance],
     controller: Controller,
 ) -> World:
     """Return the world in which somebody starts, at the rates of their controller."""
-    ground = otherwise.under(begin.ground)
+    ground = mismatch.ground_of(begin.ground)
     world = world_for(
         controller,
-        InitialState(begin.human, ground, *state_of(begin, otherwise, how)),
+        InitialState(begin.human, ground, *state_of(begin, mismatch, how)),
         acting,
         physics_rate=how.rate,
         control_rate=how.control_rate,
@@ -367,7 +367,7 @@ def world_of(
         sites=begin.sites,
         seed=how.seed,
     )
-    otherwise.change(world)
+    mismatch.apply(world)
     return world
 
 

@@ -51,7 +51,7 @@ class Stage:
 
     Args:
         begin: Who starts.
-        otherwise: What is otherwise than planned, the ground with it.
+        mismatch: Differences from the plan, the ground included.
         how: The settings.
         acting: What acts besides.
         own: Controller of one's own; one of the table if absent.
@@ -60,13 +60,13 @@ class Stage:
     def __init__(
         self,
         begin: Start,
-        otherwise: ModelMismatch,
+        mismatch: ModelMismatch,
         how: SimulateSettings,
         acting: Sequence[Disturbance] = (),
         own: AnyController | None = None,
     ):
-        self.first, self.otherwise, self.how = begin, otherwise, how
-        self.ground = ground = otherwise.under(begin.ground)
+        self.first, self.mismatch, self.how = begin, mismatch, how
+        self.ground = ground = mismatch.ground_of(begin.ground)
         self.acting = tuple(acting)
         self.own = None if own is None else controller_from(own)
         self.begin = begin
@@ -99,9 +99,9 @@ class Stage:
         def controller(name: str) -> Controller:
             own = self.own if name == self.choice.controller else None
             own = own or controller_of(begin, self.ground, self.how, name)
-            return self.otherwise.seen(own)
+            return self.mismatch.wrapped(own)
 
-        world = world_of(begin, self.otherwise, self.how, acting, controller(choice.controller))
+        world = world_of(begin, self.mismatch, self.how, acting, controller(choice.controller))
         self.begin = begin
         return Cast(world=world, controller=controller, slope=slope, load=load)
 
@@ -142,9 +142,9 @@ class Live:
         record = replace(record, notes=(*record.notes, BY_HAND))
         seconds = clock.perf_counter() - self.began
         word = session.choice.controller
-        begin, otherwise = stage.begin, stage.otherwise
+        begin, mismatch = stage.begin, stage.mismatch
         moved_by = session.controller
-        return run_of(begin, otherwise, stage.how, session.world, record, word, seconds, moved_by)
+        return run_of(begin, mismatch, stage.how, session.world, record, word, seconds, moved_by)
 
 
 def prepare(
@@ -165,10 +165,10 @@ def prepare(
     if isinstance(controller, str):
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
-    otherwise, acting = around(how)
+    mismatch, acting = around(how)
     begin = start_of(source, how, step, command)
     own = None if controller is None or isinstance(controller, str) else controller
-    stage = Stage(begin, otherwise, how, (*acting, *disturbances), own)
+    stage = Stage(begin, mismatch, how, (*acting, *disturbances), own)
     session = Session(stage, stage.choice, until=how.duration)
     return Live(session=session, stage=stage, began=clock.perf_counter())
 

@@ -128,9 +128,9 @@ def run_simulation(
     ]
     if by_hand:
         raise ParameterError(f"then={by_hand[0]!r} needs a time, except with --live: {THEN}")
-    otherwise, acting = around(how)
+    mismatch, acting = around(how)
     begin = start_of(source, how, step, command)
-    ground = otherwise.under(begin.ground)
+    ground = mismatch.ground_of(begin.ground)
     word = how.controller or usual(begin.motion, begin.record, begin.script)
     if controller is None:
         moved_by = controller_of(begin, ground, how, word)
@@ -148,9 +148,9 @@ def run_simulation(
             )
     with step("simulating"):
         began = clock.perf_counter()
-        world = world_of(begin, otherwise, how, (*acting, *disturbances), moved_by)
+        world = world_of(begin, mismatch, how, (*acting, *disturbances), moved_by)
         try:
-            record = world.simulate(otherwise.seen(moved_by), lasts, after_fall=AFTER_FALL)
+            record = world.simulate(mismatch.wrapped(moved_by), lasts, after_fall=AFTER_FALL)
         except (ArithmeticError, ValueError, IndexError) as error:  # LinAlgError is a ValueError
             if not how.values or isinstance(error, PlantigradeError):
                 raise
@@ -160,7 +160,7 @@ def run_simulation(
                 "usual ones"
             ) from error
         seconds = clock.perf_counter() - began
-    return run_of(begin, otherwise, how, world, record, word, seconds, moved_by)
+    return run_of(begin, mismatch, how, world, record, word, seconds, moved_by)
 
 
 def _called(disturbance: Disturbance) -> str:
@@ -195,7 +195,7 @@ def _followed(motion: Motion, record: Record | None, lasts: float) -> Motion:
 
 def run_of(
     begin: Start,
-    otherwise: ModelMismatch,
+    mismatch: ModelMismatch,
     how: SimulateSettings,
     world: World,
     record: Record,
@@ -209,7 +209,7 @@ def run_of(
     waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
     missed = [sentence for sentence in waited if sentence]
     record = replace(record, notes=(*record.notes, *said, *missed, *_passed(record)))
-    record, status = otherwise.told(record), "ok"
+    record, status = mismatch.corrected(record), "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
     if world.diverged is not None:
@@ -235,7 +235,7 @@ def run_of(
         replace(record, references=references, notes=notes),
         "simulate",
         title=f"{begin.name}, simulated",
-        sentence=_sentence(begin, how, world, record, word, otherwise.words),
+        sentence=_sentence(begin, how, world, record, word, mismatch.summary),
         status=status,
         figures=figures,
         provenance=_with_numbers(begin.provenance, controller),
@@ -308,7 +308,7 @@ def _passed(record: Record) -> tuple[str, ...]:
 
 
 def _sentence(
-    begin: Start, how: SimulateSettings, world: World, record: Record, word: str, otherwise: str
+    begin: Start, how: SimulateSettings, world: World, record: Record, word: str, mismatch: str
 ) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
@@ -323,7 +323,7 @@ def _sentence(
         if words
     )
     pushes += f", with a backpack of {how.load:g} kg" if how.load else ""
-    pushes += (", on a shifting floor" if how.shift else "") + otherwise
+    pushes += (", on a shifting floor" if how.shift else "") + mismatch
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
         f"freedom and {human.feet} feet, moved by {word}{led}{pushes}: "

@@ -1,4 +1,4 @@
-"""What is otherwise than a motion was planned for, and than its controller knows."""
+"""Differences between the world and the model that a controller was planned with."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -17,26 +17,29 @@ from plantigrade.record import Record
 from plantigrade.world import Controller, State, World, WrappedController, fit_soles, on_ground
 from plantigrade.world.command import AnyCommand
 
-FARTHEST = 0.05
-"""A start whose feet are farther from the ground than this is a flight, and left as it is [m]."""
-REST, ON = 0.1, 0.02
-"""Who starts slower than this [m/s, rad/s], both feet this near to the ground [m], stands."""
-RATES = 10.0
-"""Noise of rates, by that of angles [1/s]."""
+MAX_FOOT_GAP = 0.05
+"""Distance of the feet from the ground above which a motion starts in flight [m]. Chosen."""
+MAX_STANDING_SPEED = 0.1
+"""Largest velocity of a person who stands [m/s, rad/s]. Chosen."""
+MAX_STANDING_GAP = 0.02
+"""Largest distance of both feet from the ground of a person who stands [m]. Chosen."""
+RATE_NOISE = 10.0
+"""Noise of the rates over that of the angles [1/s]. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelMismatch:
-    """What is otherwise than planned; the controller knows nothing of it but the ground's friction.
+    """Model mismatch of a simulation; a controller knows only the friction of the ground.
 
     Attributes:
-        mass: Of every segment, by what was planned; strength is as planned.
-        friction: Of the ground; None: as planned.
-        ground: Another ground; None: as planned.
-        delay: Of every command [s].
-        sensors: Standard deviation of white noise on the angles that the controller sees [rad]; on
-            their rates, and on those of the pelvis, :data:`RATES` times that [rad/s, m/s].
-        start: Standard deviation of what is added to every velocity of the start [rad/s, m/s].
+        mass: Mass of every segment over the planned one; strength is as planned.
+        friction: Friction coefficient of the ground; None: as planned.
+        ground: Ground of the simulation; None: as planned.
+        delay: Delay of every command [s].
+        sensors: Standard deviation of white noise on the angles that the controller observes [rad];
+            on
+            their rates, and on those of the pelvis, :data:`RATE_NOISE` times that [rad/s, m/s].
+        start: Standard deviation of the noise of every initial velocity [rad/s, m/s].
     """
 
     mass: float = 1.0
@@ -46,61 +49,61 @@ class ModelMismatch:
     sensors: float = 0.0
     start: float = 0.0
 
-    def under(self, planned: Ground) -> Ground:
-        """Return the ground that is there; seats of the planned one stay where they are."""
+    def ground_of(self, planned: Ground) -> Ground:
+        """Return the ground of the simulation; seats stay where they are planned."""
         ground = planned
         if self.ground is not None:
             ground = replace(self.ground, seats=planned.seats)
         return ground if self.friction is None else replace(ground, friction=self.friction)
 
-    def beginning(
+    def initial_state(
         self, human: Human, motion: Motion, planned: Ground, seed: int
     ) -> tuple[Float[Array, " nq"], Float[Array, " nv"]]:
-        """Return where a motion starts, and how fast.
+        """Return initial configuration and velocity of a motion.
 
-        Feet are brought to the ground, unless it starts in flight; who starts from standing on
-        another ground than planned has the soles fit_soles on it.
+        Feet are moved to the ground unless the motion starts in flight. A person who stands on
+        another ground than planned has the soles fitted to it.
 
         Args:
-            human: Who does it.
+            human: The person.
             motion: The motion.
-            planned: The ground it happened on.
-            seed: Of the noise of the start.
+            planned: Ground of the motion.
+            seed: Seed of the noise.
         """
-        ground, qpos, qvel = self.under(planned), motion.qpos[0], motion.qvel[0]
+        ground, qpos, qvel = self.ground_of(planned), motion.qpos[0], motion.qvel[0]
         placed = on_ground(human, ground, qpos)
         if self.ground is not None and stands(human, planned, qpos, qvel):
             qpos = fit_soles(human, ground, qpos)
-        elif self.ground is not None or abs(placed[2] - qpos[2]) <= FARTHEST:
+        elif self.ground is not None or abs(placed[2] - qpos[2]) <= MAX_FOOT_GAP:
             qpos = placed
         return qpos, self.disturbed(qvel, seed)
 
     def disturbed(self, qvel: Float[Array, " nv"], seed: int) -> Float[Array, " nv"]:
-        """Return the velocity of a start with its noise."""
+        """Return an initial velocity with noise."""
         noise = np.random.default_rng(seed).standard_normal(len(qvel))
         return qvel + self.start * noise
 
-    def change(self, world: World) -> None:
-        """Give the person of a world the mass they have."""
+    def apply(self, world: World) -> None:
+        """Scale mass and inertia of the person of a world."""
         if self.mass != 1.0:
             own = slice(1, len(world.human.body_names) + 1)
             world.model.body_mass[own] *= self.mass
             world.model.body_inertia[own] *= self.mass
             mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
 
-    def seen(self, controller: Controller) -> Controller:
-        """Return a controller that sees with noise and acts with delay."""
-        return _Seen(controller, self) if self.delay or self.sensors else controller
+    def wrapped(self, controller: Controller) -> Controller:
+        """Return the controller with sensor noise and delay."""
+        return _Disturbed(controller, self) if self.delay or self.sensors else controller
 
-    def told(self, record: Record) -> Record:
-        """Return what happened, of the person as they were."""
+    def corrected(self, record: Record) -> Record:
+        """Return the record with the mass that the person had."""
         if self.mass == 1.0:
             return record
         return replace(record, human=record.human.with_mass(self.mass * record.human.mass))
 
     @property
-    def words(self) -> str:
-        """What is otherwise, but for the ground, as a part of a sentence; empty for nothing."""
+    def summary(self) -> str:
+        """Differences besides the ground, as part of a sentence; empty if there are none."""
         share = 100.0 * (self.mass - 1.0)
         said = [
             share and f"{abs(share):g} % {'heavier' if share > 0 else 'lighter'} than planned",
@@ -115,33 +118,36 @@ class ModelMismatch:
 def stands(
     human: Human, ground: Ground, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]
 ) -> bool:
-    """Return whether somebody is at rest, both feet on the ground."""
-    if np.abs(qvel).max() > REST:
+    """Return whether a person is at rest with both feet on the ground."""
+    if np.abs(qvel).max() > MAX_STANDING_SPEED:
         return False
     sites = contact_sites(human)
     places = BodyState(human, qpos).position(PointSet.of(human, sites))
     gap = places @ ground.normal - ground.under(places) - [site.radius for site in sites]
-    return all(min(g for g, s in zip(gap, sites, strict=True) if s.side == x) < ON for x in "rl")
+    return all(
+        min(g for g, s in zip(gap, sites, strict=True) if s.side == x) < MAX_STANDING_GAP
+        for x in "rl"
+    )
 
 
-class _Seen(WrappedController):
-    """A controller that sees with noise and acts with delay; all else is that of its own."""
+class _Disturbed(WrappedController):
+    """A controller with sensor noise and delay."""
 
-    def __init__(self, controller: Controller, how: ModelMismatch):
+    def __init__(self, controller: Controller, mismatch: ModelMismatch):
         super().__init__(controller)
-        self._how = how
+        self._mismatch = mismatch
         self._waiting: deque[AnyCommand] = deque()
 
     def __call__(self, state: State) -> AnyCommand:
-        world, noise = state.world, self._how.sensors
+        world, noise = state.world, self._mismatch.sensors
         if state.time == 0.0:
             self._waiting.clear()
         if noise:
             n = len(state.qvel)
-            state.qvel = state.qvel + RATES * noise * world.random.standard_normal(n)
+            state.qvel = state.qvel + RATE_NOISE * noise * world.random.standard_normal(n)
             state.qpos = state.qpos.copy()
             state.qpos[7:] += noise * world.random.standard_normal(n - 6)
         self._waiting.append(self.inner(state))
-        if len(self._waiting) > round(self._how.delay * world.control_rate):
+        if len(self._waiting) > round(self._mismatch.delay * world.control_rate):
             return self._waiting.popleft()
         return self._waiting[0]

@@ -31,7 +31,7 @@ def test_what_is_otherwise_than_planned_reaches_the_world(controller):
         ModelMismatch(sensors=0.01),
     )
     for how in cases:
-        assert replay_once(controller, 0.02, otherwise=how).error != plain.error
+        assert replay_once(controller, 0.02, mismatch=how).error != plain.error
 
 
 def test_the_largest_push_is_found_by_bisection_and_legs_stay_solid(controller, monkeypatch):

@@ -21,9 +21,9 @@ from plantigrade.record import Record
 def transferred_walk(record: Record, human: Human) -> Record:
     """Return a closed walk transferred to another body, with the same foot contacts.
 
-    As :func:`transferred`, which leads the lowest point to the ground; then whole feet are planted
-    when they stand in the walk itself, so that none of another shape rocks or drags, and what each
-    carries is taken from there, by weight.
+    After :func:`~plantigrade.kinematics.transfer.transferred`, whole feet are planted while they
+    stand in the original walk, so that feet of another shape do not rock or slide. Each foot
+    carries the share of the weight that it has there.
 
     Args:
         record: The walk.
@@ -62,7 +62,7 @@ def transferred_walk(record: Record, human: Human) -> Record:
 
 
 def _shares(schedule: StanceSchedule, phase: float) -> Float[Array, " 2"]:
-    """Return what part of the load each foot has, right and left."""
+    """Return the load share of each foot, right and left."""
     _, alpha, _ = schedule.weights(phase)
     sides = np.array([s.side for s in schedule.stances])
     return np.array([alpha[sides == side].sum() for side in SIDES])

@@ -1,4 +1,4 @@
-"""Replays of a motion, one after the other: does it survive, and what push does it survive?"""
+"""Trials of a replayed motion: whether the person stays upright, and under which pushes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,29 +16,31 @@ from plantigrade.world import Command, Disturbance, InitialState, Push, world_fo
 from plantigrade.world.model_mismatch import ModelMismatch
 
 NOISE = 0.05
-"""Of disturbed starts: standard deviation of every velocity [m/s, rad/s]."""
+"""Standard deviation of the noise of every initial velocity [m/s, rad/s]. Chosen."""
 HOLD = 1.0
-"""So long a motion that ends at rest is held [s]."""
+"""Time for which a motion that ends at rest is held [s]. Chosen."""
 PUSH = 0.2
-"""Length of a push [s]."""
-TRIED, AFTER = (50.0, 100.0), 1.5
-"""Pushes of a certificate [N], and how long the person must stay on the feet after each [s]."""
-LATEST = 2.0
-"""A push of a certificate comes no later [s]."""
+"""Duration of a push [s]. Chosen."""
+CERTIFICATE_FORCES = (50.0, 100.0)
+"""Forces of the pushes of a certificate [N]. Chosen."""
+CERTIFICATE_WATCH = 1.5
+"""Time for which the person must stay upright after such a push began [s]. Chosen."""
+LATEST_PUSH = 2.0
+"""Latest time of such a push [s]. Chosen."""
 DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a replay.
+    """Outcome of a replay.
 
     Attributes:
-        survived: Whether the person was on the feet at the end.
-        seconds: How long they were [s].
-        error: Of the joints to the motion, root mean square [rad].
-        off_path: Of the centre of mass from the motion at the end, over the ground [m].
-        figures: Of the touchdowns.
-        overlap: How deep one leg was in the other, at most [m].
+        survived: Whether the person was upright at the end.
+        seconds: Time for which they were [s].
+        error: RMS error of the joint angles [rad].
+        off_path: Horizontal error of the centre of mass at the end [m].
+        figures: Figures of the touchdowns.
+        overlap: Largest depth of one leg in the other [m].
     """
 
     survived: bool
@@ -57,35 +59,35 @@ def replay_once(
     seed: int = 0,
     noise: float = NOISE,
     acting: Sequence[Disturbance] = (),
-    otherwise: ModelMismatch | None = None,
+    mismatch: ModelMismatch | None = None,
 ) -> Outcome:
-    """Carry out a motion in a world and say what became of it.
+    """Replay a motion in a world and return the outcome.
 
     Args:
         record: The motion, or its controller where the same one serves many replays.
-        duration: How long [s]; a motion that ends at rest is held a while if absent.
+        duration: Duration [s]; a motion that ends at rest is held a while if absent.
         seed: Of the noise; 0: an undisturbed start.
         noise: Standard deviation of what is added to every velocity of the start.
-        acting: What acts besides.
-        otherwise: What is otherwise than planned.
+        acting: Further disturbances.
+        mismatch: Differences from the plan.
     """
     controller = record if isinstance(record, Replay) else Replay(record)
     record = controller.record
-    how = replace(otherwise or ModelMismatch(), start=noise if seed else 0.0)
+    how = replace(mismatch or ModelMismatch(), start=noise if seed else 0.0)
     motion = record.motion
-    qpos, qvel = how.beginning(record.human, motion, record.ground, seed)
+    qpos, qvel = how.initial_state(record.human, motion, record.ground, seed)
     world = world_for(
         controller,
-        InitialState(record.human, how.under(record.ground), qpos, qvel),
+        InitialState(record.human, how.ground_of(record.ground), qpos, qvel),
         acting,
         recording=False,
         sites=[s for s in world_sites(record) if not s.side],
         seed=seed,
     )
-    how.change(world)
+    how.apply(world)
     if duration is None:
         duration = motion.duration + HOLD * controller.reference.ends
-    acts, state = how.seen(controller), world.reset()
+    acts, state = how.wrapped(controller), world.reset()
     squares: list[float] = []
     legs = LegOverlap(world)
     while world.time < duration - 1e-6 and world.fall is None and world.diverged is None:
@@ -150,9 +152,11 @@ def certificate(record: Record) -> dict[str, Any]:
     survived = all(each.survived for each in found)
     pushes: dict[str, float] = {}
     if survived:
-        middle = min(0.5 * record.motion.duration, LATEST)
+        middle = min(0.5 * record.motion.duration, LATEST_PUSH)
         for name, angle in DIRECTIONS.items():
-            pushes[name] = largest_push(controller, middle, angle, TRIED, after=AFTER)
+            pushes[name] = largest_push(
+                controller, middle, angle, CERTIFICATE_FORCES, after=CERTIFICATE_WATCH
+            )
     return {
         "replay_survived": survived,
         "replay_seconds": min(each.seconds for each in found),
@@ -174,7 +178,7 @@ def certified(figures: dict[str, Any]) -> str:
     held = (
         f"a push of {weakest:.0f} N for {PUSH:g} s in every direction tried"
         if weakest
-        else f"not every push of {TRIED[0]:.0f} N (weakest: {way})"
+        else f"not every push of {CERTIFICATE_FORCES[0]:.0f} N (weakest: {way})"
     )
     off, beside = figures["replay_error_rms_deg"], 100.0 * figures["replay_off_path_end_m"]
     return Info(
