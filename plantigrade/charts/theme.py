@@ -30,6 +30,14 @@ DOTTED = "2 3"
 
 BY_SIDE = (RIGHT, LEFT, MIDDLE)
 """Of forces and places on the right, on the left, and of no known side."""
+SKIN = {
+    "skin": "#cc9a7b",
+    "shirt": "#76839a",
+    "shorts": "#262b36",
+    "eye": "#ebebeb",
+    "iris": "#1a1a1a",
+}
+"""Colours of a person with skin; sleeves and the legs of the shorts have those of the sides."""
 COM = "#e0b020"
 THING, PUSHED = "#b8996f", "#b0246a"
 """Of bars, boxes and packs, and of what pushes."""

@@ -25,9 +25,10 @@ from plantigrade.pages.scene import (
     standing_height,
 )
 from plantigrade.pages.section import template_text
+from plantigrade.pages.viewer_skin import skin_data
 from plantigrade.record import Record
 
-SCRIPTS = tuple(f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_curves", ""))
+SCRIPTS = tuple(f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_skin", "_curves", ""))
 COLOURS = {
     "recorded": theme.RECORDED,
     "fitted": theme.FITTED,
@@ -83,9 +84,10 @@ def viewer_html(
         "estimated": has_cop and scene.estimated is not None,
         "plate": scene.plate,
         "pushes": bool(scene.pushes),
+        "skin": (skin := skin_data(record)) is not None,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
-    payload = page_data(record, scene) | {"curves": curves}
+    payload = page_data(record, scene) | {"curves": curves, "skin": skin}
     text = json.dumps(payload, separators=(",", ":"))
     return template.render(
         title=title,

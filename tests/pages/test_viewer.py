@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField, Seat
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.viewer import viewer_html
+from plantigrade.skin import Skin
 from tests.conftest import open_browser
 
 CLOCK = """(() => { let now = 0, due = [];
@@ -305,3 +307,42 @@ def test_the_ground_of_the_record_is_drawn(tmp_path, record, name):
         look = browser.evaluate("plantigrade.camera.target[2] - plantigrade.camera.height")
         assert look == pytest.approx(scene.level[100], abs=1e-3)
         assert browser.errors == []
+
+
+def test_the_page_moves_the_skin_as_python_does(still, record):
+    """Vertices by the bones of the page: those of Skin, within the steps of 16 bits."""
+    scene, skin = build_scene(record), Skin.of(record.human)
+    still.evaluate(
+        "const posed = skinPose; skinPose = (d) => (window.rows = posed(d)); window.seen = true; 0"
+    )
+    for frame in (0, 90, 130):
+        still.evaluate(f"plantigrade.seek({scene.time[frame]}); frame(20); 0")
+        rows = np.array(still.evaluate("Array.from(window.rows)")).reshape(-1, 8)
+        turned = Rotation.from_quat(rows[:, 4:]).as_matrix()
+        motions = np.concatenate([turned, rows[:, :3, None]], axis=2)
+        blended = np.einsum("nk,nkij->nij", skin.surface.weights, motions[skin.surface.bones])
+        seen = np.einsum("nij,nj->ni", blended[:, :, :3], skin.resting.vertices) + blended[:, :, 3]
+        desired = skin.posed(scene.positions[frame], scene.quats[frame])
+        assert np.abs(seen - desired).max() < 1e-3
+
+
+def test_skin_solids_and_x_ray_are_one_key_away(still):
+    """Each is drawn, and each differs from the others."""
+    still.evaluate("window.seen = true; plantigrade.seek(1.0); frame(20); 0")
+    pictures = [still.screenshot()]
+    for key in ("s", "x"):  # the solids; through them
+        press(still, key)
+        still.evaluate("frame(20)")
+        pictures.append(still.screenshot())
+    press(still, "s")  # skin again, the solids in it
+    still.evaluate("frame(20)")
+    pictures.append(still.screenshot())
+    press(still, "x")
+    for i, one in enumerate(pictures):
+        for other in pictures[:i]:
+            assert (np.abs(one.astype(int) - other).max(axis=2) > 30).sum() > 300
+
+
+def test_a_page_with_skin_is_small(path):
+    """Half a megabyte at most for skin, script and the walk of four seconds."""
+    assert path.stat().st_size < 600e3

@@ -14,9 +14,10 @@ function frameStep(k) { pause(); const at = frameAt(state.t); seek(time[Math.min
 const KEYS = {
   ArrowLeft: (ev) => frameStep(ev.shiftKey ? -10 : -1), ArrowRight: (ev) => frameStep(ev.shiftKey ? 10 : 1),
   Home: () => { pause(); seek(T0); }, End: () => { pause(); seek(T1); },
-  f: () => $("follow").click(), q: () => setQuality(quality.simple ? "full" : "simple"),
+  f: () => $("follow").click(), s: () => option("solids"), x: () => option("xray"), q: () => setQuality(quality.simple ? "full" : "simple"),
   "+": () => zoom(0.85), "=": () => zoom(0.85), "-": () => zoom(1 / 0.85),
 };
+function option(name) { document.querySelector(`#legend input[name=${name}]`)?.click(); }
 function press(ev) {
   if (ev.ctrlKey || ev.metaKey || ev.altKey) return;
   if (ev.key === "?") { ev.preventDefault(); help.open ? help.close() : help.showModal(); return; }

@@ -25,7 +25,7 @@ const floor = decode(D.floor) || new Float32Array(N), level = decode(D.level) ||
 const M = D.marker_names.length, K = D.contact_colours.length;
 
 const state = { t: T0, past: 0, playing: false, speed: 1, repeat: true, follow: true, dirty: true };
-const show = { body: true, xray: false, ref: !!ref, beside: false, recorded: true, fitted: true,
+const show = { body: true, solids: false, xray: false, ref: !!ref, beside: false, recorded: true, fitted: true,
   force: true, pushes: true, cop: true, com: true };
 
 /* ---- time ---- */

@@ -92,11 +92,11 @@ function arrayBuffer(data, attributes, stride) {
     offset += size;
   }
 }
-function poseTexture() {
+function poseTexture(n = NB) {
   const t = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, t);
   for (const k of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, k, gl.NEAREST);
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2 * NB, 1, 0, gl.RGBA, gl.FLOAT, null);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2 * n, 1, 0, gl.RGBA, gl.FLOAT, null);
   return t;
 }
 const SHADOW = 2048, INSTANCE = 11, SAMPLES = 4;
@@ -120,8 +120,10 @@ function shapeBuffer(shapes, simple) {
 }
 function setBody() { buffers.body = shapeBuffer(D.shapes.filter((s) => s.body && !s.thing), quality.simple); }
 function setUp() {
+  if (S) Object.assign(SHADERS, skinShaders());
   Object.keys(SHADERS).forEach(build);
   setBody();
+  if (S) { buffers.skin = skinBuffer(); buffers.skinPose = poseTexture(NS); buffers.refSkinPose = poseTexture(NS); }
   buffers.fixed = shapeBuffer(D.shapes.filter((s) => s.thing || !s.body && !s.ground));
   buffers.ground = shapeBuffer(D.shapes.filter((s) => s.ground).map((s) => ({ ...s, colour: [s.ground, 0, 0] })));
   const unit = {
@@ -207,7 +209,7 @@ const colour = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) /
 const COLOURS = Object.fromEntries(Object.entries(D.colours).map(([k, v]) => [k, colour(v)]));
 const CONTACT = D.contact_colours.map(colour), SIDE = D.side_colours.map(colour);
 const AWAY = [0, 0, -1e4], STRAIGHT = [1, 0, 0, 0];
-function upload(texture, source, at) {
+function upload(texture, source, at, skin) {
   const [a, b, s] = at, data = new Float32Array(NB * 8);
   for (let i = 0; i < NB; i++) {
     const p = mix3(source.p, NB, i, at), out = Number.isNaN(p[0]);   // a thing that is not there yet
@@ -220,8 +222,9 @@ function upload(texture, source, at) {
     const q = [0, 1, 2, 3].map((k) => qa[k] * (1 - s) + sign * qb[k] * s), l = Math.hypot(...q) || 1;
     data.set([q[1] / l, q[2] / l, q[3] / l, q[0] / l], i * 8 + 4);
   }
-  gl.bindTexture(gl.TEXTURE_2D, texture);
-  gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2 * NB, 1, gl.RGBA, gl.FLOAT, data);
+  const write = (into, n, rows) => { gl.bindTexture(gl.TEXTURE_2D, into); gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2 * n, 1, gl.RGBA, gl.FLOAT, rows); };
+  write(texture, NB, data);
+  if (skin) write(skin, NS, skinPose(data));
 }
 function put(kind, p, direction, radius, c, alpha = 1) { buffers[kind].rows.push(...p, ...direction, radius, ...c, alpha); }
 function sphere(p, radius, c) { if (!Number.isNaN(p[0])) put("sphere", p, [0, 0, radius], radius, c); }
@@ -296,8 +299,10 @@ function draw(paper = null) {
   const dark = !paper && matchMedia("(prefers-color-scheme: dark)").matches;
   COLOURS.text = dark ? [0.9, 0.9, 0.9] : [0.15, 0.15, 0.15];
   const sky = dark ? [0.086, 0.098, 0.122] : [0.945, 0.953, 0.965];
-  upload(buffers.pose, body, at);
-  if (ref) upload(buffers.refPose, ref, at);
+  upload(buffers.pose, body, at, buffers.skinPose);
+  if (ref) upload(buffers.refPose, ref, at, buffers.refSkinPose);
+  const skinned = !!S && !show.solids;
+  const [kind, pose, refPose] = skinned ? ["skin", buffers.skinPose, buffers.refSkinPose] : ["body", buffers.pose, buffers.refPose];
   collect(at, ground);
   for (const k of ["sphere", "shaft", "cone"]) {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffers[k].instances);
@@ -316,8 +321,8 @@ function draw(paper = null) {
     gl.viewport(0, 0, SHADOW, SHADOW); gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.activeTexture(gl.TEXTURE0); gl.bindTexture(gl.TEXTURE_2D, null);
     drawShapes("fixed", "bodyShadow", light, buffers.pose, [0, 0, 0]);
-    if (show.body && !show.xray) drawShapes("body", "bodyShadow", light, buffers.pose, [0, 0, 0]);
-    if (ref && show.ref && show.beside) drawShapes("body", "bodyShadow", light, buffers.refPose, sideways);
+    if (show.body && (skinned || !show.xray)) drawShapes(kind, `${kind}Shadow`, light, pose, [0, 0, 0]);
+    if (ref && show.ref && show.beside) drawShapes(kind, `${kind}Shadow`, light, refPose, sideways);
   }
   gl.bindFramebuffer(gl.FRAMEBUFFER, simple ? null : smoothed(w, h));
   gl.viewport(0, 0, w, h); gl.clearColor(...sky, 1); gl.colorMask(true, true, true, true); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -330,15 +335,16 @@ function draw(paper = null) {
     return u;
   };
   drawGround(common("ground"), view, dark);
-  const plain = (alpha = 1, under = [0, 0, 0, 0]) => { const u = common("body"); gl.uniform1f(u.uAlpha, alpha); gl.uniform4f(u.uTint, 0, 0, 0, 0); gl.uniform4fv(u.uUnder, under); };
-  plain(); drawShapes("fixed", "body", view, buffers.pose, [0, 0, 0]);
-  if (show.body && !show.xray) {
+  const plain = (name, alpha = 1, under = [0, 0, 0, 0]) => { const u = common(name); gl.uniform1f(u.uAlpha, alpha); gl.uniform4f(u.uTint, 0, 0, 0, 0); gl.uniform4fv(u.uUnder, under); };
+  plain("body"); drawShapes("fixed", "body", view, buffers.pose, [0, 0, 0]);
+  const [solid, solidPose] = show.xray ? ["body", buffers.pose] : [kind, pose];   // X-ray: the solids inside the skin
+  if (show.body && (skinned || !show.xray)) {
     if (D.ground.plane) {    // what is below the ground is seen through it, or feet would be cut off
       gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthFunc(gl.GREATER); gl.depthMask(false);
-      plain(0.5, [...D.ground.axes.slice(6), D.ground.height]); drawShapes("body", "body", view, buffers.pose, [0, 0, 0]);
+      plain(solid, 0.5, [...D.ground.axes.slice(6), D.ground.height]); drawShapes(solid, solid, view, solidPose, [0, 0, 0]);
       gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
     }
-    plain(); drawShapes("body", "body", view, buffers.pose, [0, 0, 0]);
+    plain(solid); drawShapes(solid, solid, view, solidPose, [0, 0, 0]);
   }
   gl.uniform1f(common("inst").uFade, 1);
   for (const k of ["sphere", "shaft", "cone"]) {
@@ -354,15 +360,15 @@ function draw(paper = null) {
   }
   gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
   const ghost = (texture, tint, alpha, offset) => {
-    const u = common("body"); gl.uniform1f(u.uAlpha, alpha); gl.uniform4fv(u.uTint, tint);
-    gl.colorMask(false, false, false, false); drawShapes("body", "body", view, texture, offset);
+    const u = common(kind); gl.uniform1f(u.uAlpha, alpha); gl.uniform4fv(u.uTint, tint); gl.uniform4f(u.uUnder, 0, 0, 0, 0);
+    gl.colorMask(false, false, false, false); drawShapes(kind, kind, view, texture, offset);
     gl.colorMask(true, true, true, false); gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    gl.depthFunc(gl.LEQUAL); drawShapes("body", "body", view, texture, offset); gl.depthFunc(gl.LESS); gl.disable(gl.BLEND);
+    gl.depthFunc(gl.LEQUAL); drawShapes(kind, kind, view, texture, offset); gl.depthFunc(gl.LESS); gl.disable(gl.BLEND);
   };
-  if (show.body && show.xray) ghost(buffers.pose, [0, 0, 0, 0], 0.38, [0, 0, 0]);
+  if (show.body && show.xray) ghost(pose, [0, 0, 0, 0], 0.38, [0, 0, 0]);
   if (ref && show.ref) {     // pushed back a little: where both bodies coincide the result is seen
     gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(2, 8);
-    ghost(buffers.refPose, [...COLOURS.reference, 0.8], 0.5, sideways);
+    ghost(refPose, [...COLOURS.reference, 0.8], 0.5, sideways);
     gl.disable(gl.POLYGON_OFFSET_FILL);
   }
   if (!simple) {

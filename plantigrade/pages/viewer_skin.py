@@ -1,0 +1,90 @@
+"""The skin as ``viewer.html`` takes it: the surface once, moved by the poses of the bodies."""
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.charts import theme
+from plantigrade.models import Human
+from plantigrade.pages.scene import assumed_bodies
+from plantigrade.record import Record
+from plantigrade.skin import Skin
+
+IRIS = 0.82  # of the depth of an eye, from where on forward it is dark; chosen
+
+
+def skin_data(record: Record) -> dict[str, Any] | None:
+    """Return what the page needs of a person's skin; None if the body of a record has none."""
+    if type(record.human) is not Human:
+        return None
+    skin = Skin.of(record.human)
+    surface, resting = skin.surface, skin.resting
+    low = resting.vertices.min(axis=0)
+    step = np.ptp(resting.vertices, axis=0) / 65535
+    bones, weights = bytes_of_weights(surface.bones, surface.weights)
+    assumed = {record.human.body(name) for name in assumed_bodies(record)}
+    pale = np.isin(skin.bones.body, list(assumed))[surface.bones]
+    marks = np.stack(
+        [
+            np.clip(np.round(surface.garments[:, 0] / 0.002) + 128, 0, 255),
+            np.clip(np.round(surface.garments[:, 1] / 0.002) + 128, 0, 255),
+            eye_marks(skin),
+            np.round(255 * (pale * surface.weights).sum(axis=1)),
+        ],
+        axis=1,
+    )
+    return {
+        "low": low.round(6).tolist(),
+        "step": step.tolist(),
+        "vertices": _packed(np.round((resting.vertices - low) / step), "<u2"),
+        "faces": _packed(surface.faces, "<u2"),
+        "bones": _packed(bones, "u1"),
+        "weights": _packed(weights, "u1"),
+        "marks": _packed(marks, "u1"),
+        "body": skin.bones.body.tolist(),
+        "offset": skin.bones.offset.round(5).tolist(),
+        "resting": _resting(skin).round(6).tolist(),
+        "recipes": [list(recipe) for recipe in skin.bones.recipes],
+        "shoulder": round(float(abs(_bone(skin, "humerus_l")[1])), 4),
+        "colours": theme.SKIN,
+    }
+
+
+def eye_marks(skin: Skin) -> Int[Array, " n"]:
+    """Return 0 for skin, 1 for the white of an eye, 2 for its iris."""
+    forward = skin.resting.vertices[:, 0]
+    eyes = forward[skin.eyes]
+    iris = forward > eyes.min() + IRIS * np.ptp(eyes)
+    return np.where(skin.eyes, 1 + iris, 0)
+
+
+def bytes_of_weights(
+    bones: Int[Array, "n 4"], weights: Float[Array, "n 4"]
+) -> tuple[Int[Array, "n 4"], Int[Array, "n 4"]]:
+    """Return weights in 255ths that add up to 255; a bone without weight is the first one.
+
+    Args:
+        bones: The bones of every vertex.
+        weights: Their weights, which add up to 1.
+    """
+    whole = np.floor(255 * weights).astype(int)
+    whole[np.arange(len(whole)), whole.argmax(axis=1)] += 255 - whole.sum(axis=1)
+    return np.where(whole > 0, bones, 0), whole
+
+
+def _resting(skin: Skin) -> Float[Array, "n_bones 7"]:
+    """Return position [m] and quaternion, scalar last, of every bone in the fitted surface."""
+    from scipy.spatial.transform import Rotation
+
+    quat = Rotation.from_matrix(skin.resting.rotation).as_quat()
+    return np.concatenate([skin.resting.position, quat], axis=1)
+
+
+def _bone(skin: Skin, name: str) -> Array:
+    return skin.resting.position[skin.surface.bone_names.index(name)]
+
+
+def _packed(array: Array, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(array.astype(kind)).tobytes()).decode("ascii")
