@@ -313,10 +313,11 @@ def test_the_page_moves_the_skin_as_python_does(still, record):
     """Vertices by the bones of the page: those of Skin, within the steps of 16 bits."""
     scene, skin = build_scene(record), Skin.of(record.human)
     still.evaluate(
-        "const posed = skinPose; skinPose = (d) => (window.rows = posed(d)); window.seen = true; 0"
+        "const posed = skinPose; window.seen = true;"
+        "skinPose = (d) => { const x = posed(d); window.rows ??= x; return x; }; 0"
     )
     for frame in (0, 90, 130):
-        still.evaluate(f"plantigrade.seek({scene.time[frame]}); frame(20); 0")
+        still.evaluate(f"window.rows = null; plantigrade.seek({scene.time[frame]}); frame(20); 0")
         rows = np.array(still.evaluate("Array.from(window.rows)")).reshape(-1, 8)
         turned = Rotation.from_quat(rows[:, 4:]).as_matrix()
         motions = np.concatenate([turned, rows[:, :3, None]], axis=2)
@@ -326,21 +327,27 @@ def test_the_page_moves_the_skin_as_python_does(still, record):
         assert np.abs(seen - desired).max() < 1e-3
 
 
+def picture(browser) -> np.ndarray:
+    """What is drawn at this instant, 240 by 160 pixels, in 0-255."""
+    pixels = browser.evaluate(
+        "(() => { const p = new Uint8Array(240 * 160 * 4); really({ width: 240, height: 160 });"
+        "gl.bindFramebuffer(gl.FRAMEBUFFER, null);"
+        "gl.readPixels(0, 0, 240, 160, gl.RGBA, gl.UNSIGNED_BYTE, p); return Array.from(p); })()"
+    )
+    return np.array(pixels).reshape(160, 240, 4)[..., :3]
+
+
 def test_skin_solids_and_x_ray_are_one_key_away(still):
     """Each is drawn, and each differs from the others."""
-    still.evaluate("window.seen = true; plantigrade.seek(1.0); frame(20); 0")
-    pictures = [still.screenshot()]
-    for key in ("s", "x"):  # the solids; through them
+    still.evaluate("plantigrade.seek(1.0); frame(20); 0")
+    pictures = [picture(still)]
+    for key in ("s", "x", "s"):  # the solids, through them, the skin with the solids in it
         press(still, key)
-        still.evaluate("frame(20)")
-        pictures.append(still.screenshot())
-    press(still, "s")  # skin again, the solids in it
-    still.evaluate("frame(20)")
-    pictures.append(still.screenshot())
+        pictures.append(picture(still))
     press(still, "x")
     for i, one in enumerate(pictures):
         for other in pictures[:i]:
-            assert (np.abs(one.astype(int) - other).max(axis=2) > 30).sum() > 300
+            assert (np.abs(one - other).max(axis=2) > 30).sum() > 100
 
 
 def test_a_page_with_skin_is_small(path):

