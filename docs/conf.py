@@ -14,6 +14,7 @@ extensions = [
     "alone",
     "mathml",
     "option_tables",
+    "public_names",
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",

@@ -6,7 +6,6 @@ import re
 import shlex
 import shutil
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -163,23 +162,35 @@ def test_the_python_of_the_page_runs(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == "runs/fit-walk/report.html"
 
 
-def test_the_face_is_shown_with_all_its_names():
-    """Each by the name it is documented under, which is the same object."""
-    text = (PAGES / "api" / "plantigrade.md").read_text("utf-8")
-    listed = re.findall(r"^   (plantigrade\.[\w.]+)\.(\w+)$", text, re.M)
-    assert sorted(name for _, name in listed) == sorted({*plantigrade.__all__} - {"__version__"})
-    for module, name in listed:
-        public = getattr(plantigrade, name)
-        there = getattr(importlib.import_module(module), name)
-        assert public is there or isinstance(public, ModuleType)  # a room that is called
+def test_every_name_of_the_package_is_documented_and_listed_by_need():
+    names = {f"plantigrade.{name}" for name in {*plantigrade.__all__} - {"__version__"}}
+    documented = re.findall(
+        r"^\.\. auto\w+:: (\S+)$", (PAGES / "api" / "plantigrade.md").read_text("utf-8"), re.M
+    )
+    assert sorted(documented) == sorted(names)
+    text = (PAGES / "api" / "index.md").read_text("utf-8")
+    assert {name for name in names if not re.search(rf"\b{re.escape(name)}\b", text)} == set()
 
 
 def test_every_module_of_the_api_exists_and_comes_once():
-    text = (PAGES / "api" / "index.md").read_text("utf-8")
+    text = (PAGES / "api" / "modules.md").read_text("utf-8")
     names = re.findall(r"^   (plantigrade[\w.]*)$", text, re.M)
     assert len(names) > 50 and len(set(names)) == len(names)
     for name in names:
         importlib.import_module(name)
+
+
+def test_the_api_by_need_lists_packages_that_say_what_they_offer():
+    text = (PAGES / "api" / "index.md").read_text("utf-8")
+    packages = re.findall(r"^\.\. public-names:: (\S+)$", text, re.M)
+    assert len(packages) > 10 and len(set(packages)) == len(packages)
+    for name in packages:
+        assert importlib.import_module(name).__all__
+
+
+def test_pages_have_no_words_of_the_house():
+    for page in (*WRITTEN, *PAGES.glob("api/*.md"), ROOT / "README.md"):
+        assert not re.search(r"\b(rooms?|face)\b", page.read_text("utf-8")), page.name
 
 
 def test_the_gallery_shows_what_its_commands_make(tmp_path, monkeypatch):
@@ -207,11 +218,11 @@ def test_there_are_no_pictures_that_no_page_shows():
     assert images == {name for name in images if f"images/{name})" in pages}
 
 
-@pytest.mark.parametrize("name", ["install.md", "tutorial.md", "index.md", "gallery.md"])
-def test_links_between_pages_lead_somewhere(name):
-    text = (PAGES / name).read_text("utf-8")
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: page.stem)
+def test_links_between_pages_lead_somewhere(page):
+    text = page.read_text("utf-8")
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", text):
-        assert (PAGES / target).exists(), target
+        assert (page.parent / target).exists(), target
 
 
 @pytest.mark.slow
@@ -247,10 +258,10 @@ def test_conventions_name_every_coordinate():
 
 
 def test_every_package_with_public_names_has_a_page_of_the_api():
-    text = (PAGES / "api" / "index.md").read_text("utf-8")
+    text = (PAGES / "api" / "modules.md").read_text("utf-8")
     for path in MODULES:
         if path.parent == MODULES[0].parent:
-            continue  # the face, below
+            continue  # the names of the package itself, above
         if path.name == "__init__.py" and "__all__" in path.read_text("utf-8"):
             name = ".".join(path.parent.relative_to(Path(plantigrade.__file__).parent.parent).parts)
             assert f"\n   {name}\n" in text, name
