@@ -149,5 +149,7 @@ def _pretend(parsed, command: str) -> None:
         stem = name or parsed.files[0].stem
         folder = parsed.out or Path("runs") / f"{command}-{stem}"
         assert parsed.out is None or parsed.overwrite or not folder.exists(), folder
-        folder.mkdir(parents=True, exist_ok=True)
+        if folder.exists():  # the command would number its folder
+            return
+        folder.mkdir(parents=True)
         (folder / "metrics.json").write_text(json.dumps({"format": 2}))

@@ -46,10 +46,10 @@ def test_joints_stay_within_their_ranges(page, name):
 
 def test_the_hand_arrives_and_had_far_to_go(page):
     human, motion = page["human"], page["motion"]
-    palm, thing = page["palm"], page["thing"]
+    palm, target = page["palm"], page["target"]
     first, last = (State(human, motion.qpos[k]).position(palm)[0] for k in (0, -1))
-    assert np.linalg.norm(last - thing) < 0.01
-    assert np.linalg.norm(first - thing) > 0.5
+    assert np.linalg.norm(last - target) < 0.01
+    assert np.linalg.norm(first - target) > 0.5
     np.testing.assert_allclose(motion.qpos[0], page["standing"], atol=0.02)  # no jump at the start
 
 
@@ -89,7 +89,7 @@ def test_its_jacobian_and_bias_acceleration_are_rates(page):
     import mujoco
 
     human, rng = page["human"], np.random.default_rng(0)
-    task = page["Reach"](page["palm"], page["thing"])
+    task = page["Reach"](page["palm"], page["target"])
     q, v, h = page["motion"].qpos[200], rng.normal(size=human.model.nv), 1e-5
     states = []
     for way in (-h, h):

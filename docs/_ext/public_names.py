@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx.ext.autosummary import Autosummary
 
@@ -67,10 +68,18 @@ class PublicNames(Autosummary):
     required_arguments, has_content = 1, False
 
     def run(self) -> list:
-        """Return the table."""
+        """Return the table, and below it the links of constants, which have no first sentence."""
+        names = public_names(self.arguments[0])
         self.options["nosignatures"] = None
-        self.content = StringList(public_names(self.arguments[0]), source="")
-        return super().run()
+        self.content = StringList([n for n in names if _definition(n)], source="")
+        made = super().run() if self.content else []
+        constants = [f":py:obj:`~{name}`" for name in names if not _definition(name)]
+        if constants:
+            inline, messages = self.state.inline_text(
+                f"Constants: {', '.join(constants)}.", self.lineno
+            )
+            made += [nodes.paragraph("", "", *inline), *messages]
+        return made
 
 
 def setup(app: Any) -> dict:
