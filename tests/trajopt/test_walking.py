@@ -225,3 +225,10 @@ def test_both_ends_of_an_interval_in_which_a_step_is_crossed_are_above_it():
                 assert low[i - 1, k] >= level and low[i, k] >= level
                 crossings += 1
     assert crossings == 2 * len([s for s in given.sites if s.side == "r"])
+
+
+def test_palms_face_the_thighs():
+    """People walk with forearms pronated by about 80°; at 0° the palms face forward."""
+    motion = solved().record().motion
+    for side in ("r", "l"):
+        assert 60.0 < np.rad2deg(motion[f"pro_sup_{side}"]).mean() < 100.0

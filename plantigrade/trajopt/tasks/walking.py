@@ -98,6 +98,7 @@ STANDING = {
     "lumbar_extension": PELVIS_LEAN / 2,
     "thorax_extension": PELVIS_LEAN / 2,
     "elbow_flex": 0.35,
+    "pro_sup": 1.4,
     "arm_add": -0.14,
 }
 """Postures that are not zero [rad]."""
