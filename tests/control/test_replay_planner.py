@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Ground
-from plantigrade.contact.ground import GroundStep as GroundStep
+from plantigrade.contact.ground import Ground, GroundStep
+from plantigrade.control.gait.divergent import offset_weights
 from plantigrade.control.gait.edges import lifts, on_one_side
-from plantigrade.control.gait.offsets import offset_weights
 from plantigrade.control.gait.planner import FootstepLimits, FootstepSettings, next_step
 from plantigrade.control.gait.swing import SwingOffset
 

@@ -6,7 +6,8 @@ import pytest
 from experiments.standing import Standing, is_standing
 from plantigrade.control.balance.controller import slow_at_stops
 from plantigrade.control.balance.settings import JointStopSettings
-from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
+from plantigrade.control.gait.pendulum_state import PendulumState
+from plantigrade.control.gait.step import StepPlanner, StepSettings
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.world import Push
 

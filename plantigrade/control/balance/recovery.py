@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
 from plantigrade.control.balance.reference import ContactDetectionSettings
 from plantigrade.control.gait.disturbance import DisturbanceEstimator, DisturbanceSettings
+from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.person import leg_length
-from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
-from plantigrade.control.gait.support import beyond, inside, nearest
+from plantigrade.control.gait.step import StepPlanner, StepSettings
+from plantigrade.control.gait.support import beyond, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.control.gait.tasks import TaskSettings
 from plantigrade.kinematics.state import CROSS, PointSet
@@ -67,8 +68,6 @@ class RecoverySettings:
     momentum_reach: float = 0.05
     """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen
     (±20 %: deviation 37 %)."""
-    rest_speed: float = 0.15
-    """Speed of the centre of mass below which it is [m/s]. Chosen (±20 %: below 2 %)."""
     landing_weight: float = 10.0
     """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²]. The heel
     of a foot that trails in a long stance cannot come down, and must not outweigh balance."""
@@ -222,7 +221,7 @@ class Recovery:
         s, since = self.settings, state.time - self._touchdown
         if since <= s.step.load_transfer_duration:
             return
-        slow = np.linalg.norm(state.body.com_velocity) < s.rest_speed
+        slow = np.linalg.norm(state.body.com_velocity) < s.step.rest_speed
         if self.rest_angles is None and self.stepped and slow:
             self.rest_angles = np.array(state.angles)
         near = sphere_heights(state, self.contact)[0] < s.support_height
@@ -236,23 +235,12 @@ class Recovery:
 
     def pendulum(self, body: BodyState, spheres: Array, contacts: FootContacts) -> PendulumState:
         """Return the person as a pendulum."""
-        com, velocity, steps = body.com, body.com_velocity, self.settings.step
-        ground = float(np.mean(contacts.touching.place[:, 2])) if len(contacts.spheres) else 0.0
-        height = max(float(com[2] - ground), steps.min_pendulum_height)
-        capture_point = com[:2] + velocity[:2] / np.sqrt(GRAVITY / height)
-        pressure = [
-            inside(spheres[own, :2], capture_point, steps.support_margin)
-            for own in self.foot_spheres
-        ]
-        return PendulumState(
-            com[:2],
-            velocity[:2],
-            height,
-            self.soles(body)[:, :2],
-            np.array(pressure),
-            _heading(body),
-            self.disturbance.acceleration,
-        )
+        place = contacts.touching.place
+        ground = float(np.mean(place[:, 2])) if len(place) else 0.0
+        soles, feet = [spheres[own] for own in self.foot_spheres], self.soles(body)[:, :2]
+        steps, disturbance = self.settings.step, self.disturbance.acceleration
+        limits = steps.min_pendulum_height, steps.support_margin
+        return PendulumState.of(body, ground, soles, feet, _heading(body), *limits, disturbance)
 
     def lowering(self, body: BodyState) -> float:
         """Return how much lower the centre of mass is for the legs to reach the feet [m].
@@ -265,9 +253,8 @@ class Recovery:
         ahead, offset = _heading(body), (soles - body.com)[:, :2]
         forward, left = offset @ ahead, offset @ np.array([-ahead[1], ahead[0]])
         aside = np.maximum(np.abs(left) - 0.5 * self._stance_width, 0.0)
-        reach = min(float(np.hypot(forward, aside).max()), self.planner.max_extension)
         crouch = self.settings.crouch * self.leg_length
-        return float(self.leg_length - np.sqrt(self.leg_length**2 - reach**2) + crouch)
+        return self.planner.lowering(float(np.hypot(forward, aside).max())) + crouch
 
     def com_acceleration(
         self, body: BodyState, contacts: FootContacts, goal: Float[Array, " 3"]

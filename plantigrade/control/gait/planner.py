@@ -3,8 +3,8 @@ r"""Offset and time of the next footstep from the divergent component of motion.
 During a swing the deviation of the divergent component from the motion grows about the effective
 pivot of this step, so that it is known for the instant of touchdown. The next foot steps where the
 deviation left then is just what the offsets of the feet explain
-(:mod:`plantigrade.control.gait.offsets`), so that the motion goes on from there undisturbed. A step
-taken sooner leaves less to explain.
+(:mod:`plantigrade.control.gait.divergent`), so that the motion goes on from there undisturbed. A
+step taken sooner leaves less to explain.
 
 The step after the next, of the other foot, corrects the error that a step within the limits leaves:
 it has room on the other side. The planner takes the rate with the least cost of both steps
@@ -22,6 +22,7 @@ from math import hypot
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.divergent import effective_pivot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,8 +135,8 @@ def next_step(
         later_weight: Weight of the next stance and those after it.
         limits: Where the foot can step.
     """
-    growth = np.exp(omega * left)
-    pivot = (xi_touchdown - growth * xi_now) / (1.0 - growth)
+    growth = float(np.exp(omega * left))
+    pivot = effective_pivot(xi_now, xi_touchdown, growth)
     growth = np.exp(omega * left / limits.rates)[:, None]
     deviation = growth * (xi - pivot - pivot_offset) + pivot + pivot_offset - xi_touchdown
     offsets = (deviation - standing_weight * standing_offset) / later_weight

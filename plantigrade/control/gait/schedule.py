@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
-from plantigrade.control.gait.offsets import offset_weights
+from plantigrade.control.gait.divergent import offset_weights
 
 
 @dataclass(frozen=True, kw_only=True)

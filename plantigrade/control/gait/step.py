@@ -19,12 +19,13 @@ steps out again. A foot stays on its own side of the other: legs are solid.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.control.gait.pendulum_state import PendulumState
+from plantigrade.control.gait.support import drawn_to
 
 N_AHEAD, N_ASIDE = 8, 6  # grid of positions among which the planner chooses
 
@@ -76,6 +77,9 @@ class StepSettings:
     capture_error_cost: float = 0.5
     """Cost of the capture error after this step, that after the last one costing 1. Chosen (±20 %:
     not met)."""
+    rest_speed: float = 0.15
+    """Speed of the centre of mass below which the body may be at rest after its steps [m/s].
+    Chosen (±20 %: below 2 %)."""
     duration_cost: float = 0.3
     """Cost of the swing duration [m/s]. Chosen (±20 %: not met)."""
     min_pendulum_height: float = 0.3
@@ -89,74 +93,6 @@ class StepSettings:
     def reached(self, duration: float) -> float:
         """Return how far a foot gets in a time, on a cubic from rest to rest [m]."""
         return self.max_foot_acceleration * duration**2 / 6
-
-
-@dataclass(frozen=True, eq=False)
-class PendulumState:
-    """The state a plan starts from; positions over the ground.
-
-    Attributes:
-        com: Centre of mass [m].
-        velocity: Its velocity [m/s].
-        height: Height of the centre of mass above the ground [m].
-        feet: Middle of the sole of each foot, right first [m].
-        pressure: Best centre of pressure in each foot [m].
-        heading: Direction in which the person faces.
-        disturbance: Acceleration by forces other than the ground's [m/s²].
-    """
-
-    com: Float[Array, " 2"]
-    velocity: Float[Array, " 2"]
-    height: float
-    feet: Float[Array, "2 2"]
-    pressure: Float[Array, "2 2"]
-    heading: Float[Array, " 2"]
-    disturbance: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
-
-    @property
-    def omega(self) -> float:
-        """Rate at which it diverges [1/s]."""
-        return float(np.sqrt(GRAVITY / self.height))
-
-    @property
-    def capture_point(self) -> Float[Array, " 2"]:
-        """Point over which it would come to rest without a disturbance [m]."""
-        return self.com + self.velocity / self.omega
-
-    @property
-    def disturbance_shift(self) -> Float[Array, " 2"]:
-        """Distance of pressure beyond the capture point that balances the disturbance [m]."""
-        return self.disturbance / self.omega**2
-
-    @property
-    def left(self) -> Float[Array, " 2"]:
-        """Direction to the left of the heading."""
-        return np.array([-self.heading[1], self.heading[0]])
-
-    def moved(
-        self, pivot: Array, capture: Array, com: Array, time: float, disturbed: float
-    ) -> tuple[Array, Array]:
-        """Return capture point and centre of mass a time from now, about a centre of pressure.
-
-        Args:
-            pivot: The centre of pressure [m].
-            capture: Capture point now [m].
-            com: Centre of mass now [m].
-            time: How far ahead [s].
-            disturbed: Time for which the disturbance lasts [s].
-        """
-        during = min(max(disturbed, 0.0), time)
-        for duration, shift in ((during, self.disturbance_shift), (time - during, np.zeros(2))):
-            growth, centre = np.exp(self.omega * duration), pivot - shift
-            # c' = omega (xi - c): the offset of c decays, and xi draws it along.
-            com = centre + (com - centre) / growth
-            com = com + 0.5 * (growth - 1 / growth) * (capture - centre)
-            capture = centre + (capture - centre) * growth
-        return capture, com
-
-    def remaining_shift(self, disturbed: float) -> Float[Array, " 2"]:
-        """Return the distance of a foot beyond the capture point for the rest of a disturbance."""
-        return self.disturbance_shift * (1.0 - np.exp(-self.omega * max(disturbed, 0.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +137,15 @@ class StepPlanner:
         y = leg_length * np.linspace(s.min_step_width, s.max_step_width, N_ASIDE)
         self._grid = x[:, None, None], y[None, :, None]
 
+    def lowering(self, distance: float) -> float:
+        """Return how much lower the hips are for a leg to reach a foot at a distance [m].
+
+        Args:
+            distance: Horizontal distance of the foot from the hips [m].
+        """
+        reach = min(distance, self.max_extension)
+        return self.leg_length - float(np.sqrt(self.leg_length**2 - reach**2))
+
     def plan(self, now: PendulumState, sides: Sequence[int] = (0, 1)) -> Footstep:
         """Return the footstep with the least cost.
 
@@ -242,13 +187,13 @@ class StepPlanner:
             tried = self.within_reach(now, side, desired[None])
             if velocity is not None:
                 glides = now.feet[side] + velocity * duration * 2 / 3
-                tried = _near(tried, glides, accelerated)
+                tried = drawn_to(tried, glides, accelerated)
         else:
             x, y = self._grid
             grid = now.feet[other] + (x * now.heading + y * _outward(now, side)).reshape(-1, 2)
             tried = self.within_reach(now, side, np.vstack([desired, grid]))
-            tried = _near(tried, now.feet[side], accelerated)
-        tried = self.within_reach(now, side, _near(tried, com, self.max_extension))
+            tried = drawn_to(tried, now.feet[side], accelerated)
+        tried = self.within_reach(now, side, drawn_to(tried, com, self.max_extension))
         first = self._error(desired, now.feet[other], tried)
         feet = np.empty((len(tried), 2, 2))
         feet[:, side], feet[:, other] = tried, now.feet[other]
@@ -276,13 +221,15 @@ class StepPlanner:
             left = disturbed - elapsed
             stance = feet[:, side]
             aims = np.broadcast_to(capture + now.remaining_shift(left), stance.shape)
-            pivots = stance + _near(aims - stance, np.zeros(2), s.sole_radius)
+            pivots = stance + drawn_to(aims - stance, np.zeros(2), s.sole_radius)
             duration = swing + 2 * s.load_transfer_duration
             capture, _ = now.moved(pivots, capture, capture, duration, left)
             elapsed += duration
             aim = self._overshot(capture, pivots) + now.remaining_shift(disturbed - elapsed)
             side = 1 - side
-            limited = _near(self._reached(stance, now, side, aim), feet[:, side], s.reached(swing))
+            limited = drawn_to(
+                self._reached(stance, now, side, aim), feet[:, side], s.reached(swing)
+            )
             feet[:, side] = self._reached(stance, now, side, limited)
             # A captured body needs no further step.
             error = np.where(error < 1e-9, 0.0, self._error(aim, stance, feet[:, side]))
@@ -324,10 +271,3 @@ class StepPlanner:
 def _outward(now: PendulumState, side: int) -> Array:
     """Return the direction from the other foot to a foot."""
     return -now.left if side == 0 else now.left
-
-
-def _near(positions: Array, middle: Array, radius: float) -> Array:
-    """Return positions, drawn to a circle about a middle where they are outside of it."""
-    offset = positions - middle
-    distance = np.linalg.norm(offset, axis=-1, keepdims=True)
-    return middle + offset * np.minimum(1.0, radius / np.maximum(distance, 1e-9))

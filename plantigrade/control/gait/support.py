@@ -58,3 +58,12 @@ def beyond(points: Float[Array, "k 2"], position: Float[Array, " 2"]) -> float:
     if not len(points):
         return np.inf
     return float((position @ _OUTWARD - (points @ _OUTWARD).max(axis=0)).max())
+
+
+def drawn_to(
+    positions: Float[Array, "*k 2"], middle: Float[Array, "*k 2"], radius: float | Array
+) -> Float[Array, "*k 2"]:
+    """Return positions, drawn to a circle about a middle where they are outside of it."""
+    offset = positions - middle
+    distance = np.linalg.norm(offset, axis=-1, keepdims=True)
+    return middle + offset * np.minimum(1.0, radius / np.maximum(distance, 1e-9))

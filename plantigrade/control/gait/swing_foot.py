@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.phase import GaitSettings
-from plantigrade.control.gait.step import Footstep, PendulumState, StepPlanner
+from plantigrade.control.gait.step import Footstep, StepPlanner
 from plantigrade.control.gait.swing import SwingOffsetSettings
 
 

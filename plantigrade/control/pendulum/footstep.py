@@ -6,6 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.planner import FootstepLimits, least_cost
+from plantigrade.control.gait.support import drawn_to
 from plantigrade.control.pendulum.landing_laws import (
     LandingLaw,
     ReferenceTouchdown,
@@ -145,10 +146,7 @@ class Reach(FootstepLimits):
     def _in_reach(self, position: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
         """Return the offsets of positions, no farther away than the leg reaches."""
         if self.hips is not None and self.spans is not None:
-            away = position - self.hips
-            far = np.sqrt((away * away).sum(axis=1))
-            part = np.minimum(self.spans / np.maximum(far, 1e-9), 1.0)
-            position = self.hips + part[:, None] * away
+            position = drawn_to(position, self.hips, self.spans[:, None])
         return position - self.nominal
 
     def _detour(self, offset: Float[Array, "m 2"]) -> Float[Array, " m"]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.divergent import effective_pivot
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Foot, Gait
@@ -243,7 +244,7 @@ class StepPlan:
         """
         omega = self.reference.omega
         now, later = ((x.com + x.com_velocity / omega)[:2] for x in (ref, then))
-        pivot = (later - growth * now) / (1.0 - growth) + self.offset[:2]
+        pivot = effective_pivot(now, later, growth) + self.offset[:2]
         if self._turned[k]:
             back = turned_axes(-self._turned[k])
             pivot = feet[k, :2] + (pivot - feet[k, :2]) @ back

@@ -24,9 +24,6 @@ class StandingSettings:
     %: not met)."""
     max_turn_rate: float = 0.05
     """Greatest rate of turn at which it may stop [rad/s]. Chosen (±20 %: not met)."""
-    contact_height: float = 0.01
-    """Height below which a part of a sole counts as a support for that [m]. Chosen (±20 %: not
-    met)."""
     weight_shift_time: float = 1.5
     """Time from the last step to quiet standing, and greatest time in which the weight is shifted
     to the first stance foot [s]. Chosen (±20 %: deviation 13 %)."""

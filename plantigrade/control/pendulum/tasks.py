@@ -10,7 +10,6 @@ tasks at once.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, sqrt
 
 import numpy as np
 
@@ -18,11 +17,12 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.tasks import TaskWeights, root_error, within_foot
+from plantigrade.control.pendulum.foot_task import FootTask
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
-from plantigrade.wbc.tasks import LinearMomentumTask, Task
+from plantigrade.wbc.tasks import LinearMomentumTask
 from plantigrade.wbc.tasks.task import Target
 
 
@@ -134,60 +134,6 @@ class WalkingTaskSettings:
     def foot_time(self) -> float:
         """Time in which the velocity of a foot is reached [s]."""
         return 0.25 / self.foot_gain
-
-
-class FootTask(Task):
-    """Position or rotation of a foot, as a desired velocity that is reached in a time.
-
-    Args:
-        part: Which rows of the motion of its body: rotation, or position.
-        gain: Desired velocity by error [1/s].
-        time: Time in which it is reached [s].
-        weight: Root of the cost of a squared unit missed.
-        max_error: Error beyond which the desired velocity grows no further.
-    """
-
-    points: RigidPoints
-
-    def __init__(
-        self, part: slice, gain: float, time: float, weight: float, max_error: float = inf
-    ):
-        super().__init__("foot", weight=weight**2)
-        self.part, self.gain, self.time, self.max_error = part, gain, time, max_error
-
-    def of(self, points: RigidPoints, i: int, target: Target) -> "FootTask":
-        """Return the task of a foot.
-
-        Args:
-            points: The origins of the feet.
-            i: Which of them.
-            target: Error that is left to undo, target velocity and target acceleration.
-        """
-        self.points, self._body, self.target = points, points.owner[i], target
-        return self
-
-    def error(self, state, time):
-        """Return the error."""
-        error = -self.aim(time)[0]
-        return error * min(1.0, self.max_error / max(sqrt(error @ error), 1e-9))
-
-    def jacobian(self, state, time):
-        """Return the Jacobian of the foot."""
-        return self.points.body_jacobian[self._body, self.part]
-
-    def velocity(self, state, time, jacobian=None):
-        """Return its velocity."""
-        return self.points.body_velocity[self._body, self.part]
-
-    def bias_acceleration(self, state, time):
-        """Return its acceleration where nothing accelerates."""
-        return self.points.body_bias[self._body, self.part]
-
-    def acceleration(self, state, time, jacobian=None):
-        """Return the desired acceleration."""
-        _, desired, acceleration = self.aim(time)
-        desired = desired - self.gain * self.error(state, time)
-        return acceleration + (desired - self.velocity(state, time)) / self.time
 
 
 class WalkingTasks:

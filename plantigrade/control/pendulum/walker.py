@@ -301,7 +301,10 @@ class Walker(Controller):
         body = self._observed(state).body
         xi = (body.com + body.com_velocity / self.pendulum.reference.omega)[:2]
         low, height, _ = self.pendulum.soles
-        return beyond(low[height < own.contact_height, :2], xi) < -own.min_margin
+        return (
+            beyond(low[height < self.settings.gait.contact.max_planned_height, :2], xi)
+            < -own.min_margin
+        )
 
     def _stop(self, state: State) -> None:
         """Hand over to balance."""

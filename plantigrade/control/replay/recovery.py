@@ -12,10 +12,10 @@ from math import exp
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
+from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.phase import Foot, Gait, Touchdown
-from plantigrade.control.gait.step import PendulumState, StepPlanner, StepSettings
-from plantigrade.control.gait.support import beyond, inside
+from plantigrade.control.gait.step import StepPlanner, StepSettings
+from plantigrade.control.gait.support import beyond
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.kinematics.state import State as BodyState
@@ -32,17 +32,8 @@ class WaitingSettings:
     """Time until the motion's next lift-off from which it has no step of its own [s]. Chosen."""
     min_dcm_error: float = 0.08
     """Error of the divergent component from which a step is taken [m]. Chosen."""
-    rest_speed: float = 0.2
-    """Speed of the centre of mass below which the person rests [m/s]. Chosen."""
     rest_time: float = 0.2
     """Time for which they do before the motion goes on [s]. Chosen."""
-    rest_margin: float = 0.02
-    """Distance of the capture point inside the support while they do [m]. Chosen."""
-    max_upright_distance: float = 0.2
-    """Horizontal distance of a foot from the centre of mass up to which the body stays upright [leg
-    lengths]. Chosen."""
-    max_lowering_distance: float = 0.6
-    """Distance beyond that from which the body is lowered no further [leg lengths]. Chosen."""
     lowering_decay_time: float = 0.3
     """Time constant of the return to full height when the motion moves the feet again [s].
     Chosen."""
@@ -118,28 +109,24 @@ class RecoverySteps:
             rested = time - self._last_touchdown > steps.load_transfer_duration
             if outside > steps.capture_threshold and dcm_error > own.min_dcm_error and rested:
                 self._lift_off(time, now, touching)
-            slow = float(np.linalg.norm(now.velocity)) < own.rest_speed
-            if not (outside < -own.rest_margin and slow):
+            slow = float(np.linalg.norm(now.velocity)) < steps.rest_speed
+            if not (outside < -steps.capture_margin and slow):
                 self._rest_start = time
             elif time - self._rest_start > own.rest_time:
                 self.waiting = False
                 self._stances = [foot.stance for foot in self.gait.feet]
         if not self.waiting:
             return
-        leg = self.leg_length
-        far = float(np.linalg.norm(now.feet - now.com, axis=1).max())
-        far = min(max(far - own.max_upright_distance * leg, 0.0), own.max_lowering_distance * leg)
-        self.lowering = leg - float(np.sqrt(leg**2 - far**2))
+        distance = float(np.linalg.norm(now.feet - now.com, axis=1).max())
+        self.lowering = self.planner.lowering(distance)
 
     def _pendulum(self, body: BodyState, low, heading: Array) -> PendulumState:
         """Return the person as a pendulum."""
-        com, velocity, steps = body.com, body.com_velocity, self.planner.settings
-        height = float(com[2]) - min(float(own[:, 2].min()) for own in low)
-        height = max(height, steps.min_pendulum_height)
-        xi = com[:2] + velocity[:2] * np.sqrt(height / GRAVITY)
+        ground = min(float(own[:, 2].min()) for own in low)
         feet = np.array([own[:, :2].mean(axis=0) for own in low])
-        pressure = np.array([inside(own[:, :2], xi, steps.support_margin) for own in low])
-        return PendulumState(com[:2], velocity[:2], height, feet, pressure, heading)
+        steps = self.planner.settings
+        limits = steps.min_pendulum_height, steps.support_margin
+        return PendulumState.of(body, ground, low, feet, heading, *limits)
 
     def _motion_stands(self) -> bool:
         """Return whether both feet are in stance, and the motion lifts none of them soon."""

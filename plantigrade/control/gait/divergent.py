@@ -1,4 +1,4 @@
-r"""How much each foot's offset moves the divergent component of motion.
+r"""The divergent component of motion: its growth, and how much the offset of each foot moves it.
 
 Every stance :math:`k` of a motion has a horizontal offset :math:`o_k`: where the foot really is,
 less where the motion has it. With :math:`\alpha_k` the share of the load that stance carries (sum
@@ -40,3 +40,18 @@ def offset_weights(
         beta[i] = now
     total = beta.sum(axis=1, keepdims=True)
     return np.divide(beta, total, out=np.zeros_like(beta), where=total > 0)
+
+
+def effective_pivot(
+    xi: Float[Array, " 2"], later: Float[Array, " 2"], growth: float
+) -> Float[Array, " 2"]:
+    r"""Return the constant pivot about which the divergent component grows to another value.
+
+    .. math:: \xi_T = p + (\xi - p) \, e^{\omega T}
+
+    Args:
+        xi: Divergent component now [m].
+        later: The same after a time :math:`T` [m].
+        growth: :math:`e^{\omega T}`.
+    """
+    return (later - growth * xi) / (1.0 - growth)

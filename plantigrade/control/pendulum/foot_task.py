@@ -1,0 +1,61 @@
+"""A foot of a walk as a whole-body task: a desired velocity that is reached in a time."""
+
+from math import inf, sqrt
+
+from plantigrade.kinematics.rigid_points import RigidPoints
+from plantigrade.wbc.tasks import Task
+from plantigrade.wbc.tasks.task import Target
+
+
+class FootTask(Task):
+    """Position or rotation of a foot, as a desired velocity that is reached in a time.
+
+    Args:
+        part: Which rows of the motion of its body: rotation, or position.
+        gain: Desired velocity by error [1/s].
+        time: Time in which it is reached [s].
+        weight: Root of the cost of a squared unit missed.
+        max_error: Error beyond which the desired velocity grows no further.
+    """
+
+    points: RigidPoints
+
+    def __init__(
+        self, part: slice, gain: float, time: float, weight: float, max_error: float = inf
+    ):
+        super().__init__("foot", weight=weight**2)
+        self.part, self.gain, self.time, self.max_error = part, gain, time, max_error
+
+    def of(self, points: RigidPoints, i: int, target: Target) -> "FootTask":
+        """Return the task of a foot.
+
+        Args:
+            points: The origins of the feet.
+            i: Which of them.
+            target: Error that is left to undo, target velocity and target acceleration.
+        """
+        self.points, self._body, self.target = points, points.owner[i], target
+        return self
+
+    def error(self, state, time):
+        """Return the error."""
+        error = -self.aim(time)[0]
+        return error * min(1.0, self.max_error / max(sqrt(error @ error), 1e-9))
+
+    def jacobian(self, state, time):
+        """Return the Jacobian of the foot."""
+        return self.points.body_jacobian[self._body, self.part]
+
+    def velocity(self, state, time, jacobian=None):
+        """Return its velocity."""
+        return self.points.body_velocity[self._body, self.part]
+
+    def bias_acceleration(self, state, time):
+        """Return its acceleration where nothing accelerates."""
+        return self.points.body_bias[self._body, self.part]
+
+    def acceleration(self, state, time, jacobian=None):
+        """Return the desired acceleration."""
+        _, desired, acceleration = self.aim(time)
+        desired = desired - self.gain * self.error(state, time)
+        return acceleration + (desired - self.velocity(state, time)) / self.time
