@@ -34,13 +34,15 @@ class DisturbanceEstimator:
 
     Args:
         settings: Its filter.
+        held: Whether the ground force holds during a tick, as torques do; with springs and dampers
+            it changes from one tick to the next.
 
     Attributes:
         acceleration: Estimated acceleration by forces other than the ground's [m/s²].
     """
 
-    def __init__(self, settings: DisturbanceSettings):
-        self.settings, self.acceleration = settings, np.zeros(2)
+    def __init__(self, settings: DisturbanceSettings, *, held: bool = False):
+        self.settings, self._held, self.acceleration = settings, held, np.zeros(2)
         self._samples: deque[Array] = deque([np.zeros(2)] * settings.n_samples, settings.n_samples)
         self._before: tuple[Array, Array] | None = None
 
@@ -55,7 +57,7 @@ class DisturbanceEstimator:
 
         Args:
             body: The person now.
-            ground: Forces of the ground now, which hardly change while a command holds [N].
+            ground: Forces of the ground now [N].
             step: Time since the last sample [s].
             rotation: From the axes of then to those of now, where they turn.
         """
@@ -65,7 +67,8 @@ class DisturbanceEstimator:
             if rotation is not None:
                 before, force_before = rotation @ before, rotation @ force_before
             if np.linalg.norm(force - force_before) < s.max_force_change * body.mass * GRAVITY:
-                self._samples.append((velocity - before) / step - force / body.mass)
+                mean = force if self._held else 0.5 * (force + force_before)
+                self._samples.append((velocity - before) / step - mean / body.mass)
         self._before = velocity, force
         ordered, n = np.sort(self._samples, axis=0), s.n_samples
         median = 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])  # faster than np.median

@@ -147,7 +147,7 @@ class Pendulum(Controller):
         inertia = 0.5 / world.control_rate * (torque - damped)
         self.program = WholeBody(self.human, armature=world.actuators.armature + inertia)
         self.footfalls, self._now = [], 0.0
-        self.disturbance = DisturbanceEstimator(own.disturbance)
+        self.disturbance = DisturbanceEstimator(own.disturbance, held=True)
         self.position = self._from = state.body.com[:2].copy()
         self.resume(state.body, 0.0)
 
