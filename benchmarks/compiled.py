@@ -1,4 +1,4 @@
-"""Derivatives of a body's dynamics at all nodes of a motion: vectors beside the interpreter.
+"""Derivatives of a body's dynamics at all nodes of a motion: vectors compared with the interpreter.
 
 What an iteration of a trajectory optimisation evaluates: the rows of the dynamics of a body with
 contact forces at both feet, their Jacobian, and the Hessian of their product with multipliers.

@@ -55,9 +55,9 @@ def timed(envs, noise: float) -> tuple[float, float]:
         began = time.process_time()
         _, _, terminated, truncated, _ = envs.step(action)
         spent += time.process_time() - began
-        for world, kept, over in zip(worlds, before, terminated | truncated, strict=True):
+        for world, state, over in zip(worlds, before, terminated | truncated, strict=True):
             if not over:
-                states.append((*kept, world.data.ctrl.copy()))
+                states.append((*state, world.data.ctrl.copy()))
     alone, model, own = 0.0, worlds[0].model, mujoco.MjData(worlds[0].model)
     for qpos, qvel, warm, ctrl in states:
         own.qpos[:], own.qvel[:], own.qacc_warmstart[:], own.ctrl[:] = qpos, qvel, warm, ctrl

@@ -1,4 +1,4 @@
-"""Inverse kinematics per frame, beside OpenSim's where that is installed."""
+"""Inverse kinematics per frame, compared with OpenSim's if it is installed."""
 
 import json
 import shutil
@@ -96,7 +96,7 @@ def solve(path: Path) -> Solved:
 
 
 def opensim_rows(data: Path, python: str) -> Iterator[Row]:
-    """Yield ours beside OpenSim's inverse kinematics on the same markers, in the same run."""
+    """Yield our and OpenSim's inverse kinematics on the same markers, in the same run."""
     what = "beside OpenSim"
     theirs, why = solve_with_opensim(data, python)
     if theirs is None:

@@ -29,7 +29,7 @@ with connect(sys.argv[1], subprotocols=["viser-v" + viser.__version__], max_size
 
 
 def rows() -> Iterator[Row]:
-    """Yield how well real time is kept, and what physics and drawing take."""
+    """Yield the real-time factor, and the times of physics and drawing."""
     session = prepare(joints="66").session
     clock, stop, spent = Clock(), Event(), {}
     page = LiveWorld(session, clock, port=8099)

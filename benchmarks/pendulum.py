@@ -66,7 +66,7 @@ def walk() -> Record:
 def walked(record: Record, tick: float) -> tuple[np.ndarray, float, int]:
     """Return what each 20 ms took, in parts [ms], programs in each, and how often they fell.
 
-    Who falls begins anew: what is timed is walking.
+    After a fall the walk starts again, so that walking alone is timed.
     """
     controller, motion = Pendulum(record, settings=PendulumSettings(tick=tick)), record.motion
     world = World(

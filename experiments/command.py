@@ -1,4 +1,4 @@
-"""Recompute a published table or figure, our numbers beside the published ones."""
+"""The options of ``plantigrade experiment``: one experiment, all of them, or a comparison."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ OPTIONS = {
     "jobs": "--jobs",
     "controllers": "--controller",
 }
-"""What an experiment may take, and what the command line calls it."""
+"""Option of an experiment → its name on the command line."""
 COMMANDS = {
     "demo": ("demo",),  # with it fit and reproduce
     "synthesize": ("synthesize", "sit-to-stand"),
 }
-"""Whole commands whose figures stand beside those of all experiments."""
+"""Commands whose figures are measured together with those of all experiments."""
 
 
 def _listed(names: Iterable[str], word: str = "or") -> str:
@@ -77,7 +77,7 @@ class Command(PrintOptions, Bounded):
             help=f"Run only this part of {_listed(taking('parts'))}; an unknown part lists all.",
         ),
     ] = ()
-    """Only these parts of an experiment."""
+    """Parts of an experiment that are run."""
     controllers: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]],
         tyro.conf.arg(
@@ -87,7 +87,7 @@ class Command(PrintOptions, Bounded):
             "simulate, pendulum:LAW, or your own as FILE.py:NAME. The default is pendulum.",
         ),
     ] = ()
-    """Controllers that are to walk."""
+    """Controllers of an experiment on walking."""
     overwrite: Flag = False
     """Discard results already in --out and measure again."""
 
@@ -97,16 +97,16 @@ class Command(PrintOptions, Bounded):
             "N", f"Number of parallel runs of {_listed(taking('jobs'))}; -1 for one per core."
         ),
     ] = None
-    """How many runs at once."""
+    """Number of parallel runs."""
 
     def __post_init__(self):
-        """Refuse what cannot be, before any work."""
+        """Refuse impossible values before any work."""
         super().__post_init__()
         if self.jobs == 0:
             raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
 
     def run(self) -> Outcome:
-        """Do it."""
+        """Run the command."""
         from plantigrade.commands.progress import Progress
 
         say = Progress(quiet=self.quiet).say
@@ -132,7 +132,7 @@ class Command(PrintOptions, Bounded):
         return Outcome(table.text(), table.metrics())
 
     def _refuse_but(self, allowed: tuple[str, ...], what: str) -> None:
-        """Raise if an option is given that means nothing here."""
+        """Raise if an option is given that has no effect here."""
         for option, flag in OPTIONS.items():
             if getattr(self, option) and option not in allowed:
                 raise ParameterError(f"{flag} has no effect with {what}")
@@ -140,7 +140,7 @@ class Command(PrintOptions, Bounded):
     def _table(
         self, experiment: Experiment, out: Path, *, overwrite: bool, say: Callable[[str], None]
     ) -> "ResultTable":
-        """Run an experiment with what it needs and takes."""
+        """Run an experiment with its options."""
         jobs = 1 if self.jobs is None else self.jobs
         values: dict[str, Any] = {
             "out": out,

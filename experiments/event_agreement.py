@@ -19,7 +19,7 @@ LONGEST_MATCH = 0.15  # events further apart than this are different events [s]
 
 
 def event_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
-    """Hold the events found from the motion alone against plates and the file's own.
+    """Compare events found from the motion alone with plates and the file's own.
 
     Plates whose force was low-passed before it was stored rise before the foot lands: they are
     shown without a goal.
@@ -84,9 +84,9 @@ def event_sheet(title: str, rows: Iterable[Row]) -> str:
     found: dict[str, list[tuple[int, float, float]]] = {}
     errors: dict[tuple[str, str], tuple[int, float]] = {}
     for row in rows:
-        told = re.fullmatch(r"((?:heel|toe).*), mean error \((\d+)\)", row.quantity)
-        if told and row.value is not None:
-            errors[row.subject, told[1]] = (int(told[2]), row.value)
+        match_ = re.fullmatch(r"((?:heel|toe).*), mean error \((\d+)\)", row.quantity)
+        if match_ and row.value is not None:
+            errors[row.subject, match_[1]] = (int(match_[2]), row.value)
         what, _, which = row.quantity.rpartition(", ")
         if which == "bias" and row.value is not None and (row.subject, what) in errors:
             count, mean = errors[row.subject, what]

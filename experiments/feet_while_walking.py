@@ -1,4 +1,4 @@
-"""What the kind of foot does for walking: on bumps, pushed, and to the ankle moment.
+"""Effect of the kind of foot on walking: on bumps, pushed, and on the ankle moment.
 
 Secs. 6.2 and 6.3 and Fig. 8 of [Park2020]_, with every foot.
 """
@@ -61,13 +61,13 @@ NOTES = (
 
 @cache
 def walking_on(controller: str, data: Path | None, feet: str) -> Walker:
-    """Return somebody with a kind of feet; of the package's policies that of such feet."""
+    """Return the walk with a kind of feet; of the package's policies that of such feet."""
     if controller == LEARNED:
         return walker(f"{LEARNED}:{feet}")
     who = person(feet=feet)
     if data is None or not (data / RECORDING).exists():
-        told = {"speed": SPEED, "periodic": True, "height": who.height, "mass": who.mass}
-        return walks_as(controller, synthesize("walk", feet=feet, **told).record)
+        options = {"speed": SPEED, "periodic": True, "height": who.height, "mass": who.mass}
+        return walks_as(controller, synthesize("walk", feet=feet, **options).record)
     return walks_as(controller, transferred(recorded(data / RECORDING, feet), who))
 
 
@@ -114,7 +114,7 @@ def bumps(controller: str, data: Path | None, feet: str, seed: int, seconds: flo
 
 
 def pushed(controller: str, data: Path | None, feet: str, force: float, phase: float) -> Result:
-    """Return what became of a push from the right."""
+    """Return the outcome of a push from the right."""
     found = PushedWalk(walking_on(controller, data, feet), phase)(force, np.pi / 2, PUSH)
     return {**figures(found), "withstood": found.withstood}
 

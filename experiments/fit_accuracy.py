@@ -1,9 +1,9 @@
-"""How close fits come: to markers, to OpenSim, to Plug-in Gait, to force plates.
+"""Accuracy of fits: agreement with markers, OpenSim, Plug-in Gait and force plates.
 
-Every trial of the data folder with markers is fitted as a user would call it, with its file name
-alone; then its angles in all planes, moments and events are held against what other software and
-the plates say. The people on whom constants of the fit were settled (:data:`SETTLED`) stand in a
-table of their own, so that the other tells what to expect of new recordings.
+Every trial of the data folder with markers is fitted with its file name alone; its angles in all
+planes, moments and events are compared with those of other software and of the plates. The people
+of the calibration set (:data:`SETTLED`), on whom constants of the fit were chosen, have a table of
+their own; the other one is the validation set.
 """
 
 import time
@@ -146,7 +146,7 @@ def run(
 
 
 def com_mean(who: str, rows: Iterable[Row]) -> list[Row]:
-    """Return how far ahead of the forces the centre of mass is on average of the walks."""
+    """Return the mean distance of the centre of mass ahead of the forces over the walks."""
     ahead = [r.value for r in rows if r.quantity == COM_AHEAD and r.subject in WALKS]
     mean = float(np.mean([v for v in ahead if v is not None])) if ahead else None
     return [] if mean is None else [between(who, f"{COM_AHEAD}, mean", mean, -10, 10, "mm")]
@@ -189,7 +189,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
 
 
 def posture_rows(name: str, figures: Mapping[str, float]) -> list[Row]:
-    """Return how the body stands: lumbar joint, trunk, head, arms; nothing of assumed parts."""
+    """Return the posture: lumbar joint, trunk, head, arms; nothing of assumed parts."""
     behind = figures["lumbar_behind_hips_mm"]
     row = at_most(name, "", abs(behind - 45), 25)
     rows = [Row(name, "lumbar joint behind the hips", behind, "mm", "20 to 70 mm", row.met)]
@@ -250,7 +250,7 @@ def frame_time_ms(trial: Trial) -> float:
 
 
 def opensim_moment_rows(name: str, trial: Trial, moments: Path) -> list[Row]:
-    """Hold moments against OpenSim's."""
+    """Compare moments with OpenSim's."""
     rows: list[Row] = []
     if trial.moments is None or trial.forces is None:
         return rows
@@ -275,7 +275,7 @@ def opensim_moment_rows(name: str, trial: Trial, moments: Path) -> list[Row]:
 
 
 def plug_in_gait_moment_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
-    """Hold sagittal moments against Plug-in Gait's, stored in the file."""
+    """Compare sagittal moments with Plug-in Gait's, stored in the file."""
     rows: list[Row] = []
     fit, markers = trial.fit, recording.markers
     if markers is None or trial.moments is None or trial.forces is None:
@@ -306,6 +306,6 @@ def plug_in_gait_moment_rows(name: str, trial: Trial, recording: Recording) -> l
 
 
 def roughness(values: np.ndarray) -> float:
-    """Return how much of a curve is frame-to-frame noise: its second differences to its spread."""
+    """Return the noise of a curve: standard deviation of second differences over its own."""
     x = values[np.isfinite(values)]
     return float(np.std(np.diff(x, 2)) / np.std(x)) if len(x) > 10 else float("nan")

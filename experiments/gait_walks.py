@@ -16,8 +16,8 @@ from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.record import Record
 from plantigrade.workflows.fit import fit_trial
 
-# Everybody in the collection whose walk on even ground is more than a fragment; by name. Who walks
-# in OpenSim's three files is not said; the plates carry 66, 75 and 85 kg.
+# All people of the collection with more than a fragment of a walk on even ground, by name. The
+# people of OpenSim's three files are not named; the plates carry 66, 75 and 85 kg.
 PEOPLE = {
     "CMU 02": ("cmu_asfamc/02_01.amc", "cmu_asfamc/02_02.amc"),
     "CMU 07": (

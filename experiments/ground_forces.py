@@ -1,9 +1,9 @@
-"""Forces without plates: ground reactions estimated from the motion, beside the measured ones.
+"""Forces without plates: ground reactions estimated from the motion against measured ones.
 
-Each recording is fitted with its file name alone; its plates are then withheld, and what the whole
-trial's quadratic program gives is held against them, also with noise added to the motion, of one
-foot beside the plates of the other, and at the ends of recordings cut at many instants. Constants
-were settled on one half of the people and are judged by the other.
+Each recording is fitted with its file name alone; its plates are then withheld, and the forces of
+the whole trial's quadratic program are compared with them, also with noise added to the motion,
+for one foot with the plates of the other, and at the ends of recordings cut at many instants.
+Constants were chosen on one half of the people and are validated on the other.
 """
 
 import time
@@ -63,7 +63,7 @@ PREFIXES = {
     BESIDE: " of each foot beside the plates of the other",
     GIVEN: " on given ground, of generated walks",
 }
-"""How figures begin, and what is said of them over a table."""
+"""Prefix of figures → its words in the title of a table."""
 
 
 NOTES = (
@@ -75,7 +75,7 @@ NOTES = (
     "coordinate of the fitted motion; held against the plates and inverse dynamics without it.",
     "OpenGRF: what Di Pietro, Di Puccio and Modenese (2025) print of level walking of seven "
     "adults; other people and another protocol.",
-    "Beside one plate: what the plates of one foot told is known, that of the other is withheld.",
+    "Beside one plate: the plates of one foot are known, those of the other are withheld.",
     "Movements other than walking have rows of their own and are in no mean of a half.",
     "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
     "the faults of a laboratory; without --quick.",
@@ -155,12 +155,12 @@ def beside_one_plate(trial: Trial) -> ForceComparison:
     assert motion.qacc is not None
     feet, found = [], None
     for k, side in enumerate(SIDES):
-        told = np.array(forces.valid_side)
-        told[:, k] = False
-        if not np.any(forces.force[told[:, 1 - k], 1 - k]):
+        known = np.array(forces.valid_side)
+        known[:, k] = False
+        if not np.any(forces.force[known[:, 1 - k], 1 - k]):
             continue
-        seen = replace(forces, valid_side=told, valid=told.all(axis=1))
-        ground = estimate_forces(human, motion, measured=seen)
+        measured = replace(forces, valid_side=known, valid=known.all(axis=1))
+        ground = estimate_forces(human, motion, measured=measured)
         moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, ground.forces)
         record = replace(trial, ground=ground, moments=moments).record()
         found = compare_forces(record, trial.measured, belt=_belt(trial))

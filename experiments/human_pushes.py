@@ -29,7 +29,7 @@ from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"
 PEOPLE, FEW = 26, 2
-"""How many pushes are usually given, evenly out of all; and in the short form."""
+"""Number of pushes, spread evenly over all, by default and in the short form."""
 WALKS = (
     "cmu_asfamc/49_01.amc",
     "cmu_asfamc/07_05.amc",
@@ -39,7 +39,7 @@ WALKS = (
 )
 """Walks of 0.85 to 1.4 m/s; the one nearest to a speed is taken."""
 FASTEST, SLOWEST = 1.25, 0.75
-"""A walk is made so many times faster at most, and slower."""
+"""Greatest and least factor of a walk's speed."""
 SURVIVE = 95.0  # goal: share of pushes survived [%]
 COLUMNS = (
     "height", "weight", "sex", "actual_speed", "push_force_not_normalized", "push_duration",
@@ -63,9 +63,9 @@ class Pushed:
         side: The side it came from, that of the foot that stood.
         phase: When it began, of the cycle of that foot.
         crouch: Whether the person was told to crouch.
-        detour: How far the body went aside, at most [m].
-        first: And until the first step after the push [m].
-        step: In which step after it the body was farthest aside.
+        detour: Greatest lateral displacement [m].
+        first: Lateral displacement at the first step after the push [m].
+        step: Number of the step of the greatest displacement.
     """
 
     number: int
@@ -130,7 +130,7 @@ def walk_at(data: Path, human: Human, speed: float) -> Record:
 
 
 def give(controller: str, data: Path, pushed: Pushed) -> Result:
-    """Return what became of a simulated person."""
+    """Return the outcome of a push of a simulated person."""
     human = Human.create(pushed.height, pushed.mass, pushed.sex)  # pyright: ignore[reportArgumentType]
     one = walks_as(controller, walk_at(data, human, pushed.speed))
     towards = -1.0 if pushed.side == "l" else 1.0
@@ -159,9 +159,9 @@ def give(controller: str, data: Path, pushed: Pushed) -> Result:
 
 
 def aside(found: WalkOutcome, towards: float) -> tuple[float, float, float]:
-    """Return how far a push moved the body aside, at most and until the first step, and when.
+    """Return the lateral displacement by a push: the greatest, at the first step, and when.
 
-    From its mean place over the stride before.
+    It is measured from the mean position in the stride before.
 
     Returns:
         The greatest distance [m], that at the first landing after the push began [m], and the
@@ -198,7 +198,7 @@ def people_cases(
 
 
 def pushed_summary(result: Result) -> str:
-    """Return what became of a person in a few words."""
+    """Return one line about a pushed person."""
     if not result["survived"]:
         return str(result["end"])
     people = 100 * result["people"][0]

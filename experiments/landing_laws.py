@@ -1,12 +1,15 @@
-"""The laws by which a pendulum's feet land, on one small battery: a part of ``walk-battery``.
+"""Landing laws of the pendulum controller on one small battery: a part of ``walk-battery``.
 
-The paper lands by the energy that is to be left [Tsai2010]_ (Eqs. 5–7), in the plane of the walk
-(``energy``) or in both planes (``energy-both``); ``divergent`` by the extrapolated centre of mass.
+The paper places the foot by the desired remaining energy [Tsai2010]_ (Eqs. 5–7), in the plane of
+the walk (``energy``) or in both planes (``energy-both``); ``divergent`` places it by the
+extrapolated centre of mass.
 """
 
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from experiments.cached_results import Result
 from experiments.specification import Cases
@@ -19,14 +22,14 @@ from plantigrade.world import PhasePush
 from plantigrade.world.grounds import ground_named
 
 PREFIX = "laws "
-"""What the names of these walks begin with."""
+"""Prefix of the labels of these walks."""
 PEOPLE = ((HEIGHT, MASS), (1.60, 55.0))
-"""Who walks [m, kg]."""
+"""Stature and mass of the people [m, kg]."""
 GROUNDS = ("flat", "ramp:-10", "ramp:10", "tiles:3")
-SECONDS = 9.0
-"""How long they walk on each [s]."""
-FORCE, LASTS, PHASE = 100.0, 0.4, 0.3
-"""Of a push at the trunk [N, s], and so much of a cycle after the right foot's strike."""
+DURATION = 9.0
+"""Duration of a walk [s]."""
+FORCE, PUSH_DURATION, PHASE = 100.0, 0.4, 0.3
+"""Force [N], duration [s] and phase of the right foot's cycle of a push at the trunk."""
 DIRECTIONS = {"forward": 0.0, "left": 90.0, "backward": 180.0, "right": 270.0}
 
 
@@ -40,28 +43,28 @@ def on_ground(
 
 
 def pushed(law: str, data: Path | None, height: float, mass: float, direction: float) -> Result:
-    """Return a pushed walk by one law; fine is who is back to the gait."""
-    turn = 0.017453292519943295 * direction
-    push = PhasePush(force=FORCE, duration=LASTS, direction=turn, side="r", phase=PHASE)
+    """Return a pushed walk by one law; it is fine if it returns to the gait."""
+    angle = float(np.deg2rad(direction))
+    push = PhasePush(force=FORCE, duration=PUSH_DURATION, direction=angle, side="r", phase=PHASE)
     found = walk(walking(law, data, height, mass), (push,))
     return {**figures(found), "fine": found.survived and found.back is not None}
 
 
 def cases(quick: bool, data: Path | None) -> Cases:
-    """Return what is walked, by name."""
+    """Return all walks by key."""
     found: Cases = {}
     for height, mass in PEOPLE[:1] if quick else PEOPLE:
-        who = f"{height:.2f} m"
+        person = f"{height:.2f} m"
         for ground in GROUNDS[:2] if quick else GROUNDS:
-            seconds = 4.0 if quick else SECONDS
+            seconds = 4.0 if quick else DURATION
             for law in LAWS:
                 name = f"pendulum:{law}"
-                key = f"{name}/{PREFIX}{who}, {ground}/{seconds:g} s"
+                key = f"{name}/{PREFIX}{person}, {ground}/{seconds:g} s"
                 found[key] = partial(on_ground, name, data, height, mass, ground, seconds)
         for what, direction in list(DIRECTIONS.items())[: 1 if quick else None]:
             for law in LAWS:
                 name = f"pendulum:{law}"
-                key = f"{name}/{PREFIX}{who}, {FORCE:g} N {what}/{SECONDS:g} s"
+                key = f"{name}/{PREFIX}{person}, {FORCE:g} N {what}/{DURATION:g} s"
                 found[key] = partial(pushed, name, data, height, mass, direction)
     return found
 
@@ -83,7 +86,7 @@ def _of_laws(cells: Cells) -> dict[str, dict[str, Result]]:
 def grid(cells: Cells) -> Grid:
     """Return the table of the laws."""
     found = _of_laws(cells)
-    lines = [[what, *(_told(row.get(law)) for law in LAWS)] for what, row in found.items()]
+    lines = [[what, *(_cell(row.get(law)) for law in LAWS)] for what, row in found.items()]
     every = [
         [r for row in found.values() if (r := row.get(law)) is not None and "error" not in r]
         for law in LAWS
@@ -94,7 +97,7 @@ def grid(cells: Cells) -> Grid:
     return Grid("Landing laws", ("", *LAWS), lines)
 
 
-def _told(result: Result | None) -> str:
+def _cell(result: Result | None) -> str:
     if result is None:
         return ""
     if "error" in result:
@@ -102,8 +105,8 @@ def _told(result: Result | None) -> str:
     if not result["survived"]:
         return f"{result['end']}"
     share = 100.0 * result["speed"] / max(result["asked"], 1e-9)
-    told = "" if result["rms_deg"] is None else f", {result['rms_deg']:.1f}°"
-    return f"{share:.0f} %{told}" + ("" if result["fine"] else ", not back to its gait")
+    error = "" if result["rms_deg"] is None else f", {result['rms_deg']:.1f}°"
+    return f"{share:.0f} %{error}" + ("" if result["fine"] else ", not back to its gait")
 
 
 def rows(cells: Cells) -> Iterator[Row]:

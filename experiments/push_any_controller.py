@@ -24,14 +24,14 @@ NOTES = (
     "Pushes as in the experiment push-map: 0.4 s at the trunk, back to the gait within six "
     "seconds. A tour is twelve waypoints in 60 s, as far apart as 0.8 of the recorded speed asks "
     "for, with a punch on every way: up to 600 N × 0.08 s over the ground, at a random body, "
-    "direction and time. Who follows no waypoints goes straight on. 34 policies of a humanoid "
+    "direction and time. Controllers without waypoints go straight on. 34 policies of a humanoid "
     "robot were compared in this form in 2026: the best completed 77 %, many 0 to 5 %; its body, "
     "30 to 35 kg, is another, so that figures are not comparable but by form.",
 )
 
 
 def toured(controller: str, data: Path | None, seed: int, n: int) -> Result:
-    """Return what became of a tour."""
+    """Return the outcome of a tour."""
     found = tour(walking(controller, data), seed, n=n)
     return {
         "completed": found.completed,

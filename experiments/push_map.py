@@ -99,7 +99,7 @@ def _pushed(one: Any, phase: float) -> PushedWalk:
 
 
 def standing(degrees: float, step: float) -> Result:
-    """Return the largest push of who stands and may step."""
+    """Return the largest push of a standing person who may step."""
     situation = Standing(formulation="stepping", height=HEIGHT, mass=MASS)
     test = PushTest(situation=situation, duration=FORCE, watch_time=5.0, withstood=is_standing)
     found = test.limit(float(np.deg2rad(degrees)), guess=200.0, step=step, below=(0.5,))
@@ -132,7 +132,7 @@ def map_cases(
 
 
 def standing_cases(quick: bool) -> Cases:
-    """Return all directions of who stands."""
+    """Return all directions for a standing person."""
     degrees = (0.0,) if quick else _size(False, True)[1]
     step = 2 * COARSE if quick else STEP
     return {f"standing/{d:g}/{step:g}": partial(standing, d, step) for d in degrees}

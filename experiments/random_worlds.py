@@ -159,9 +159,9 @@ def run(
     Args:
         quick: Only :data:`FEW` of them, without cached results.
         say: Called with a line for what is done.
-        out: Folder to keep the outcomes in, piece by piece: a run that was stopped goes on. Those
-            of other code of the world than today's are made anew.
-        overwrite: Make all anew.
+        out: Folder for the cached outcomes, so that an interrupted run continues. Outcomes of
+            earlier code are computed again.
+        overwrite: Whether to discard cached outcomes.
     """
     n = FEW if quick else WORLDS
     path = None if quick or out is None else out / FILE

@@ -1,9 +1,9 @@
 """Sensitivity of a controller to its settings: each one changed by a fifth, over a short battery.
 
-A walk is carried out on level ground, pushed, along a course, at speeds and heights that change,
-and on bumps; somebody who stands is left alone, pushed forward, sideways and out of their place,
-and has the floor moved. A setting matters if a change of it costs or saves time on the feet, or
-changes the deviation by :data:`MATTERS`.
+Walking: on level ground, pushed, along a path, at changing speeds and heights, and on bumps.
+Standing: undisturbed, pushed forward, sideways and off balance, and on a moving floor. A setting
+matters if a change of it costs or saves time on the feet, or changes the deviation by
+:data:`MATTERS`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -56,11 +56,11 @@ class WalkCase:
     """A walk of the battery.
 
     Attributes:
-        duration: How long [s].
-        disturbances: What acts.
+        duration: Duration [s].
+        disturbances: The disturbances.
         ground: Name of the ground.
-        points: What is walked to [m].
-        script: Time [s], target and value of changes.
+        points: Points of the path [m].
+        script: Time [s], target and value of commands.
     """
 
     duration: float
@@ -90,7 +90,7 @@ WALKS: Mapping[str, WalkCase] = {
         ),
     ),
 }
-"""The battery of those who walk."""
+"""The battery of walking controllers."""
 STANDS: Mapping[str, tuple[tuple[Disturbance, ...], bool]] = {
     "quiet": ((), False),
     "pushed forward": ((Push(force=60.0, duration=0.2, direction=0.0, time=0.2),), False),
@@ -98,9 +98,9 @@ STANDS: Mapping[str, tuple[tuple[Disturbance, ...], bool]] = {
     "shifted": ((FloorShift(distance=0.05, duration=0.3, direction=0.0, time=0.2),), False),
     "stepping": ((Push(force=220.0, duration=0.2, direction=0.5, time=0.2),), True),
 }
-"""The battery of those who stand: what acts, and whether they may step."""
+"""The battery of standing controllers: disturbances, and whether steps are allowed."""
 STAND = 2.0
-"""How long somebody stands [s]."""
+"""Duration of standing [s]."""
 
 
 @on_one_thread
@@ -165,7 +165,7 @@ def _result(found: Sequence[tuple[float, float]]) -> Result:
 
 
 def _tried(measure: Callable[..., Result], *arguments: Any) -> Result:
-    """Return a result; what a setting must not be is one, too."""
+    """Return a result; a refused setting is one, too."""
     try:
         return measure(*arguments)
     except ParameterError as error:
@@ -224,7 +224,7 @@ def _able() -> list[str]:
 
 @dataclass(frozen=True)
 class Effect:
-    """What changes of a setting do.
+    """Effect of a changed setting.
 
     Attributes:
         controller: The controller.
@@ -250,7 +250,7 @@ class Effect:
 
 
 def effects(cached: CachedResults) -> list[Effect]:
-    """Return what is known of settings, the greatest first."""
+    """Return the effects of settings, the greatest first."""
     found = []
     for key, first in cached.results.items():
         controller, setting, *sign = key.split("/")

@@ -1,4 +1,4 @@
-"""Recorded walks led round the corners of a square, to the left and to the right."""
+"""Recorded walks along the path of a square, to the left and to the right."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ SIDE, DURATION, ROUNDS = 4.0, 25.0, 4
 
 
 def square(controller: str, data: Path, name: str, way: str, seconds: float) -> Result:
-    """Return a recorded walk along a square; the speed is that along its own way."""
+    """Return a recorded walk along a square; the speed is that along its path."""
     one = walks_as(controller, recorded(data / name))
     if period_of(one.record)[0] is None or not one.controller().follow(_corners(way)):
         return {"left_out": "is walked once, or cannot be led"}
@@ -29,7 +29,7 @@ def square(controller: str, data: Path, name: str, way: str, seconds: float) -> 
 
 
 def _round(one: Walker, way: str) -> Walker:
-    """Return somebody who is led along a square."""
+    """Return a walker that follows a square."""
 
     def make(_: Record) -> Controller:
         made = one.controller()
@@ -40,6 +40,6 @@ def _round(one: Walker, way: str) -> Walker:
 
 
 def _corners(way: str) -> Float[Array, "n 2"]:
-    """Return the corners of a square, to be walked to in turn [m]."""
+    """Return the corners of a square in the order of the path [m]."""
     corners = SIDE * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * ROUNDS)
     return corners * [1.0, SIDES[way]]

@@ -102,7 +102,7 @@ _OPENSIM = (
 
 @dataclass(frozen=True)
 class Agreement:
-    """How one angle of ours agrees with a stored one.
+    """Agreement of one of our angles with a stored one.
 
     Attributes:
         angle: Our name of it, with its side.
@@ -148,7 +148,7 @@ def our_angles(trial: Trial) -> Table:
 
 
 def against_plug_in_gait(trial: Trial, recording: Recording) -> Iterator[Agreement]:
-    """Hold all planes against the angles that Plug-in Gait stored in the file."""
+    """Compare all planes with the angles that Plug-in Gait stored in the file."""
     ours, markers = our_angles(trial), recording.markers
     assert markers is not None
     for angle, (output, column, *signs) in _PLUG_IN_GAIT.items():
@@ -164,7 +164,7 @@ def against_plug_in_gait(trial: Trial, recording: Recording) -> Iterator[Agreeme
 
 
 def against_opensim(trial: Trial, theirs: Table) -> Iterator[Agreement]:
-    """Hold all planes against OpenSim's coordinates [rad] of the same trial."""
+    """Compare all planes with OpenSim's coordinates [rad] of the same trial."""
     ours, theirs = our_angles(trial), turned(theirs, trial.fit.heading)
     for angle in _OPENSIM:
         for name in (angle, *(f"{angle}_{side}" for side in SIDES)):
@@ -224,7 +224,7 @@ def shared(a: Table, b: Table, column: str) -> tuple[np.ndarray, np.ndarray]:
     return np.interp(b.time[inside], a.time, a[column]), b[column][inside]
 
 
-def on_clock(clock: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def on_clock(clock: np.ndarray, values: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return a signal at the samples of another clock that lie on it; NaN elsewhere."""
-    index = np.rint(np.interp(wanted, clock, np.arange(len(clock)))).astype(int)
-    return np.where(np.abs(clock[index] - wanted) < 1e-3, values[index], np.nan)
+    index = np.rint(np.interp(times, clock, np.arange(len(clock)))).astype(int)
+    return np.where(np.abs(clock[index] - times) < 1e-3, values[index], np.nan)

@@ -1,4 +1,4 @@
-"""How walks from tasks look in all planes, beside norms and published ranges."""
+"""Walks from tasks in all planes, compared with norms and published ranges."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -18,20 +18,20 @@ ANGLES += ("hip_rotation", "knee_angle", "ankle_angle")
 LOADS = ("hip_flexion_moment", "hip_adduction_moment", "knee_angle_moment", "ankle_angle_moment")
 LOADS += ("hip_flexion_power", "knee_angle_power", "ankle_angle_power")
 OPPOSITE = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
-"""Angles that are looked at as the other foot strikes, half way through the cycle."""
+"""Angles at the heel strike of the other foot, half way through the cycle."""
 
 ANKLE_MOMENT = (1.5, 0.15)
-"""Of adults at free speed, about [N m/kg], and by what part of it ours may differ."""
+"""Peak of adults at free speed [N m/kg], and the allowed relative difference."""
 
-JUDGED = (1.0, 1.6)
-"""Speeds between which walks are held against goals [m/s]."""
+GOAL_SPEEDS = (1.0, 1.6)
+"""Range of speeds with goals [m/s]."""
 
-SWINGS = 0.8
-"""Speed from which arms swing once a stride, against the legs [m/s]."""
+ARM_SWING_SPEED = 0.8
+"""Speed from which arms swing once per stride, opposite to the legs [m/s]."""
 
 
 def planes_of(run: Run, speed: float, kind: str) -> dict[str, Any]:
-    """Return figures of all planes, agreement of curves with norms, and what is usual.
+    """Return figures of all planes, agreement of curves with norms, and published ranges.
 
     Args:
         run: A periodic walk.
@@ -90,7 +90,7 @@ SHOWN = (
     ("step m", "step_length", "{:.2f}"),
     ("steps/min", "cadence", "{:.0f}"),
 )
-BORNE = (
+LOAD_FIGURES = (
     ("hip early", "hip_extensor_early_nm_kg", "{:.2f}"),
     ("hip late swing", "hip_extensor_late_swing_nm_kg", "{:.2f}"),
     ("hip abductor", "hip_abductor_nm_kg", "{:.2f}"),
@@ -109,7 +109,7 @@ def plane_grids(results: Mapping[str, Result]) -> tuple[Grid, ...]:
     """Return figures of all planes, what joints bear, and how near curves are to norms."""
     there = {key: r["planes"] for key, r in results.items() if "planes" in r}
     grids = []
-    for title, shown in (("All planes", SHOWN), ("Moments [N m/kg], powers, forces", BORNE)):
+    for title, shown in (("All planes", SHOWN), ("Moments [N m/kg], powers, forces", LOAD_FIGURES)):
         lines = []
         for key, p in there.items():
             lines.append([key, *(_cell(p["figures"], name, form) for _, name, form in shown)])
@@ -142,11 +142,11 @@ def plane_grids(results: Mapping[str, Result]) -> tuple[Grid, ...]:
 def plane_rows(key: str, planes: Mapping[str, Any], speed: float) -> Iterator[Row]:
     """Return what a walk is held against in all planes."""
     figures, usual, near = planes["figures"], planes["usual"], planes["agreement"]
-    if speed >= SWINGS and "arm_swing_deg" in figures:
+    if speed >= ARM_SWING_SPEED and "arm_swing_deg" in figures:
         yield between(key, "arm against leg", figures["arm_phase_deg"], 150.0, 210.0, "deg")
         low, high = usual["arm_swing_deg"]
         yield between(key, "arm swing", figures["arm_swing_deg"], low, high, "deg")
-    if not JUDGED[0] <= speed <= JUDGED[1]:
+    if not GOAL_SPEEDS[0] <= speed <= GOAL_SPEEDS[1]:
         return
     yield at_most(key, "trunk lean, either way", figures["trunk_lean_deg"], 3.0, "deg")
     yield at_most(key, "head lean, either way", figures["head_lean_deg"], 2.0, "deg")
@@ -176,7 +176,7 @@ def growth_row(results: Mapping[str, Result]) -> Iterator[Row]:
         for key, r in results.items()
         if key.startswith("speeds/") and "planes" in r
     }
-    there = [up[v] for v in sorted(up) if JUDGED[0] <= v <= JUDGED[1]]
+    there = [up[v] for v in sorted(up) if GOAL_SPEEDS[0] <= v <= GOAL_SPEEDS[1]]
     if len(there) > 1:
         least = float(np.diff(there).min())
         quantity = "centre of mass up and down, growth from speed to speed"

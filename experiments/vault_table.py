@@ -61,8 +61,8 @@ def run(
     Args:
         quick: Two starts each, fewer vaults, and no sensitivity.
         out: Folder to keep results in; without one nothing is cached.
-        overwrite: Search anew what is there.
-        say: Called with a line for all that is done.
+        overwrite: Whether to discard the results in the folder.
+        say: Called with a line about each search.
     """
     starts, evaluations = (FEW, QUICK) if quick else (STARTS, EVALUATIONS)
     path = None if out is None else out / RESULTS

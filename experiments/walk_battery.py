@@ -1,4 +1,4 @@
-"""One frozen setting walks everywhere: long, on slopes, tiles and steps, on all bodies and walks.
+"""Walking with one setting: long, on slopes, tiles and steps, with all bodies and recordings.
 
 What Sec. 5.3 of the pendulum paper shows [Tsai2010]_, with its numbers and those of a feasibility
 study beside ours; any controller can be put to it.
@@ -39,13 +39,13 @@ from plantigrade.world import Controller
 from plantigrade.world.grounds import ground_named
 
 FLAT, LONG, HILL, UNEVEN, OTHER, LOOPED = 60.0, 600.0, 20.0, 14.0, 12.0, 30.0
-"""How long walks last: level, long, on slopes, on tiles and steps, on other bodies, looped [s]."""
+"""Duration of walks: level, long, on slopes, on tiles and steps, other bodies, looped [s]."""
 SHORT, QUICK_DURATIONS = 6.0, {"slopes": 9.0, "squares": 8.0}
 """Duration of walks in the short form [s]; of parts that take another one."""
 FAR = 1e4
-"""So far on is the point that walks on level ground are led to [m]."""
+"""Distance of the target point of walks on level ground [m]."""
 LEVEL = 4.0
-"""So much level ground comes before a slope or a step [m]."""
+"""Length of the level ground before a slope or a step [m]."""
 SLOPES = (-15, -10, -5, 5, 10, 15)
 TILES, SEEDS, FEW = (1, 2, 3, 5, 8), 10, 3
 STEP = 10
@@ -70,8 +70,8 @@ MORE = (
 of other formats."""
 RECORDINGS = (*(name for names in PEOPLE.values() for name in names), *MORE)
 QUICK = ("cmu_asfamc/49_01.amc",)
-STANDS = 0.1
-"""Who is slower does not walk [m/s]."""
+MIN_SPEED = 0.1
+"""Lowest speed of a walk; slower recordings stand [m/s]."""
 KEEP, SLOWEST, RMS, DRIFT, SHARE = 0.95, 0.6, 4.0, 0.2, 90.0  # goals: speeds, [deg], [m], [%]
 STUDY = {
     "flat": "60 s, 0.99 m/s of 1.06, RMS 3.5 to 4.1°, 0.25 m aside",
@@ -160,7 +160,7 @@ def recording(controller: str, data: Path, name: str, seconds: float) -> Result:
     Standing trials, and walks that were not recorded on level ground, are said to be so.
     """
     one = walks_as(controller, recorded(data / name))
-    if one.speed < STANDS:
+    if one.speed < MIN_SPEED:
         return {"left_out": "stands, no walk"}
     try:
         one.controller()

@@ -24,11 +24,11 @@ from plantigrade.workflows.settings import FitSettings
 RECORDING = "cmu_asfamc/16_15.amc"
 """A straight walk of 1.1 m/s without gaps."""
 HEIGHT, MASS = 1.75, 81.4
-"""Of the person who walks: the paper's mass; the paper does not say the height [m, kg]."""
+"""Stature and mass of the person [m, kg]; the paper states the mass alone."""
 SPEED = 1.1
-"""Of the walk that is synthesised where there are no recordings [m/s]."""
+"""Speed of the walk that is synthesised without recordings [m/s]."""
 CONTROLLERS = ("pendulum",)
-"""What walks where no controller is named."""
+"""Default controllers."""
 
 
 @cache
@@ -58,7 +58,7 @@ def walking(
     mass: float = MASS,
     strength: float = 1.0,
 ) -> Walker:
-    """Return somebody of a size who walks the walk of these experiments, moved by a controller."""
+    """Return the walk of these experiments on a body of a size, moved by a controller."""
     if is_policy(controller.partition(":")[0]):
         return walker(controller)  # as its own person
     record = own_walk(data)
@@ -68,7 +68,7 @@ def walking(
 
 
 def figures(found: WalkOutcome, since: float = 0.0) -> Result:
-    """Return what became of a walk as plain figures; speeds are those from a time on."""
+    """Return the figures of a walk; its mean speed is that from a time on [s]."""
     first = found.com[0] if len(found.com) else (0.0, 0.0, 0.0)
     last = found.com[-1] if len(found.com) else first
     return {
@@ -86,7 +86,7 @@ def figures(found: WalkOutcome, since: float = 0.0) -> Result:
 
 
 def summary(result: Result) -> str:
-    """Return what became of a walk in a few words."""
+    """Return one line about a walk."""
     if not result["survived"]:
         return str(result["end"])
     share = 100.0 * result["speed"] / max(result["asked"], 1e-9)
