@@ -137,7 +137,7 @@ def _shell(words: list[str], target: str | None) -> None:
 def _needs(parsed, words: list[str]) -> None:
     for each in fields(parsed):
         value = getattr(parsed, each.name)
-        if each.name in INPUTS and value is not None:
+        if each.name in INPUTS and not isinstance(value, bool | None):
             for path in value if isinstance(value, tuple) else (value,):
                 assert Path(path).exists(), f"{path} is not there for {shlex.join(words)}"
 
