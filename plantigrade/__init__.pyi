@@ -67,6 +67,8 @@ def export(
     rate: float | None = None,
     forces: bool = False,
     solids: bool = False,
+    view: str = "side",
+    height_px: int = 480,
     marker_set: str | None = None,
 ) -> tuple[str, ...]: ...
 def fit(

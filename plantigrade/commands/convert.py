@@ -15,6 +15,8 @@ from plantigrade.commands.progress import Progress
 from plantigrade.errors import FileError, RunExists
 from plantigrade.options import Flag, OptionalPath, OptionalWord, optional
 
+View = Literal["side", "left", "front", "back", "quarter"]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
@@ -22,11 +24,11 @@ class Command(PrintOptions, Bounded):
 
     Data that the target format cannot hold is left out with a warning; force plates are then
     written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh, .glb,
-    .c3d, .trc or .mot.
+    .mp4, .gif, .c3d, .trc or .mot.
     """
 
     activity = "a recording"
-    ranges = {"rate": (1, 10_000, "Hz")}
+    ranges = {"rate": (1, 10_000, "Hz"), "height_px": (120, 2160, "pixels")}
 
     source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="IN")]
     """File to read, or run folder."""
@@ -50,6 +52,10 @@ class Command(PrintOptions, Bounded):
     """Draw ground reactions in a run's .glb as arrows."""
     solids: Flag = False
     """Draw the solids that physics sees in a run's .glb, in place of the skin."""
+    view: Annotated[View | None, optional("{side,left,front,back,quarter}")] = None
+    """View of a run's film: right side, left side, front, back, or three-quarter front."""
+    height_px: Annotated[int | None, optional("PIXELS")] = None
+    """Height of a run's film [pixels]."""
     unit: Annotated[Literal["m", "cm", "mm"] | None, optional("{m,cm,mm}")] = None
     """Unit of length of a .bvh file, which does not state it: to read it, or to write a run's."""
     overwrite: Flag = False

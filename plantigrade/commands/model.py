@@ -1,7 +1,7 @@
 """Write a human as MJCF, or print its segments, joints and strengths."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -20,6 +20,7 @@ Lengths = Annotated[
     tyro.conf.arg(metavar="NAME=METRES", help_behavior_hint=""),
     tyro.conf.UseAppendAction,
 ]
+Stiffness = Annotated[float | None, optional("N/M")]
 SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 
@@ -32,6 +33,15 @@ class Command(Person, PrintOptions):
     marker_set: SetOrFile = None
     """Marker set to add as sites: plug-in-gait, oxford-foot-model, gait2392, rajagopal, or your own
     TOML file."""
+    actuators: Annotated[Literal["torque", "position"] | None, optional("{torque,position}")] = None
+    """Write a model that can be stepped at once: on the ground, with motors, or servos that hold
+    angles. Its key frame standing holds the controls too."""
+    sensors: tuple[Literal["feet"], ...] = ()
+    """Sensors of a model with actuators: feet (ground reaction on each foot)."""
+    foot_stiffness: Stiffness = None
+    """Stiffness of the soles of a model with actuators, at each contact point [N/m]."""
+    ground_stiffness: Stiffness = None
+    """Stiffness of the ground of a model with actuators, under each contact point [N/m]."""
     out: OptionalPath = None
     """MJCF file to write; - prints it instead of the summary."""
     overwrite: Flag = False
@@ -53,7 +63,7 @@ class Command(Person, PrintOptions):
             raise ParameterError("--overwrite has no effect without --out")
         human = Human.create(**self.known, lengths=own_lengths(self.lengths))
         markers = _markers(human, self.marker_set)
-        xml = with_sites(human.xml, {n: (p.body, p.position) for n, p in markers.items()})
+        xml = with_sites(self._xml(human), {n: (p.body, p.position) for n, p in markers.items()})
         metrics = {"status": "ok", "command": "model", **summary(human, markers)}
         if self.out is None:
             return Outcome(text=_text(human, metrics), metrics=metrics)
@@ -65,6 +75,22 @@ class Command(Person, PrintOptions):
         write_text(self.out, xml + "\n")
         metrics["target_file"] = self.out
         return Outcome(text=f"{_text(human, metrics)}\nwrote {self.out}", metrics=metrics)
+
+    def _xml(self, human: "Human") -> str:
+        """Return the model, with actuators where they are asked for."""
+        from plantigrade.contact.simulation_model import simulation_xml
+
+        options = {
+            "sensors": self.sensors,
+            "foot_stiffness": self.foot_stiffness,
+            "ground_stiffness": self.ground_stiffness,
+        }
+        if self.actuators is not None:
+            return simulation_xml(human, actuators=self.actuators, **options)
+        for name, value in options.items():
+            if value not in (None, ()):
+                raise ParameterError(f"--{name.replace('_', '-')} needs --actuators")
+        return human.xml
 
 
 def own_lengths(words: tuple[str, ...]) -> dict[str, float]:

@@ -187,7 +187,7 @@ def _body_surfaces(
         if not 0 < shape.body < human.model.nbody:
             continue
         k = _nearest_bone(shape, human, bones, first)
-        solid = _surface_of(shape)
+        solid = surface_of(shape)
         here = bones[k].rest - bones[k].position  # the body's origin, from the hips
         count = len(solid.vertices)
         moved = np.zeros((count, 4), dtype=int)
@@ -215,7 +215,7 @@ def _add_surroundings(document: Document, scene: Scene, bodies: int) -> list[int
     """Add the ground and the things about the body, and return their nodes."""
     nodes, still = [], [shape for shape in scene.shapes if shape.body == 0]
     if not scene.plate:
-        still_surfaces = [(_surface_of(shape), shape.paint) for shape in still]
+        still_surfaces = [(surface_of(shape), shape.paint) for shape in still]
         if not scene.ground.steps:
             still_surfaces.append((_floor(scene), rgb(theme.FLOOR)))
         parts = [(part, document.material("ground", paint)) for part, paint in still_surfaces]
@@ -225,7 +225,7 @@ def _add_surroundings(document: Document, scene: Scene, bodies: int) -> list[int
         if shape.body < bodies:
             continue
         name = shape.name or "thing"
-        mesh = document.mesh(name, [(_surface_of(shape), document.material(name, shape.paint))])
+        mesh = document.mesh(name, [(surface_of(shape), document.material(name, shape.paint))])
         node = document.node(name, mesh=mesh)
         document.animate(node, "translation", scene.positions[:, shape.body])
         document.animate(
@@ -276,7 +276,7 @@ def _arrow() -> Surface:
     shaft, head, straight = 0.03, 0.07, np.array([1.0, 0.0, 0.0, 0.0])
     size = np.array([shaft, 0.4, 0.0])
     middle = np.array([0.0, 0.0, 0.4])
-    cylinder = _surface_of(Shape("cylinder", size, middle, straight, None, 0, ""))
+    cylinder = surface_of(Shape("cylinder", size, middle, straight, None, 0, ""))
     turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     ring = np.column_stack([head * np.cos(turn), head * np.sin(turn), np.full(AROUND, 0.8)])
     vertices = np.vstack([ring, [0.0, 0.0, 1.0], [0.0, 0.0, 0.8]])
@@ -295,7 +295,7 @@ def _pointing(direction: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
     return _continuous(np.column_stack([across, half[:, 2]]))
 
 
-def _surface_of(shape: Shape) -> Surface:
+def surface_of(shape: Shape) -> Surface:
     """Return the surface of a shape in the frame of its body."""
     vertices, faces = mesh_of(shape, around=AROUND)
     vertices = vertices @ rotation_matrix(shape.quat).T + shape.position

@@ -44,6 +44,7 @@ FORMATS = (
     Format("CSV", (".csv",), "tables:write_table"),
     Format("BVH", (".bvh",), "skeleton:write_skeleton"),
     Format("glTF", (".glb",), "animation:write_glb"),
+    Format("film", (".mp4", ".gif"), "film:write_film"),
     Format("C3D", (".c3d",), "markers:write_markers_c3d"),
     Format("TRC", (".trc",), "markers:write_markers_trc"),
     Format("MOT/STO", (".mot", ".sto"), "markers:write_coordinates"),

@@ -106,3 +106,14 @@ def test_bad_input_is_one_sentence(capsys, words, message):
     code, out, err = run(capsys, *words)
     assert code == 2 and not out
     assert message in err and err.count("\n") == 1
+
+
+def test_a_model_with_actuators_is_written_whole(tmp_path, capsys):
+    out = tmp_path / "robot.xml"
+    words = ["model", "--out", str(out), "--sensors", "feet", "--foot-stiffness", "2e5"]
+    assert cli.main([*words]) == 2
+    assert "--sensors needs --actuators" in capsys.readouterr().err and not out.exists()
+    assert cli.main([*words, "--actuators", "position"]) == 0
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert model.nu == model.nv - 6 and model.nsensor == 2
+    assert np.array_equal(model.key_ctrl[0], model.key_qpos[0][7:])
