@@ -12,7 +12,7 @@ import plantigrade
 from experiments.table import ResultTable, sheet
 from plantigrade.errors import FileError
 from plantigrade.io.text import read_text
-from plantigrade.record.folder import metrics_json
+from plantigrade.record.metrics import metrics_json
 
 FILE = "figures.json"
 TIME_SUFFIXES = (

@@ -14,7 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts.labels import without_side
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.record import Record, Run
-from plantigrade.record.folder import METRICS
+from plantigrade.record.metrics import METRICS
 from plantigrade.record.run import MOTION
 
 FEWEST = 2

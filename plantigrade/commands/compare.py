@@ -28,7 +28,7 @@ class Command(RunOptions):
     def run(self) -> Outcome:
         """Do it."""
         from plantigrade.commands.progress import Progress
-        from plantigrade.record.folder import read_metrics
+        from plantigrade.record.metrics import read_metrics
         from plantigrade.workflows.compare import compare, default_name, summary, write
 
         if not self.runs:

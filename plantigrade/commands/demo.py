@@ -13,6 +13,8 @@ from plantigrade.models.person import Person
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
     from plantigrade.kinematics.textbook_recording import TextbookWalk
+    from plantigrade.record import Run
+    from plantigrade.workflows.simulate_settings import SimulateSettings
 
 KEPT = (  # of the reproduced gait's figures, in those of the demo
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "contact_drift_max_mm",
@@ -50,7 +52,6 @@ class Command(Person, RunOptions):
 
     def run(self) -> Outcome:
         """Walk, record, fit, reproduce, walk on."""
-        import shlex
         import tempfile
         import time
 
@@ -66,7 +67,6 @@ class Command(Person, RunOptions):
         from plantigrade.workflows.save import save
         from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.simulate import run_simulation
-        from plantigrade.workflows.simulate_settings import SimulateSettings
 
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)
@@ -94,17 +94,10 @@ class Command(Person, RunOptions):
                     recording, trial, settings, title="Textbook walk, reproduced", **told
                 )
         with progress.step("simulating the walk with a push"):
-            pushed = run_simulation(
-                fitted,
-                SimulateSettings(
-                    controller="pendulum",
-                    own=(("speed", f"{SLOWER * self.speed:.3g}"),),
-                    push=(PUSH,),
-                    duration=LASTS,
-                ),
-                command=told["command"],
+            pushed = replace(
+                run_simulation(fitted, self._push(), command=told["command"]),
+                title="Textbook walk, pushed",
             )
-            pushed = replace(pushed, title="Textbook walk, pushed")
         more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}
         fitted = replace(
             fitted,
@@ -121,26 +114,43 @@ class Command(Person, RunOptions):
         with progress.step("writing the reports and the viewers"):
             fitted = save(fitted, self.out, overwrite=self.overwrite, files=kept, beside=BESIDE)
             out = fitted.folder or Path()
-            rebuilt = out.with_name(out.name + BESIDE)
-            save(gait, rebuilt, overwrite=self.overwrite)
-            walked = out.with_name(out.name + PUSHED)
-            save(pushed, walked, overwrite=self.overwrite)
-        metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING))
-        text = (
-            f"{fit.summary(out, metrics)}\n  angle error    "
-            f"{metrics['angle_error_mean_deg']:.1f}° from the true joint angles, "
-            f"{metrics['angle_error_offset_removed_deg']:.1f}° without offsets\n"
-            f"{reproduce.summary(rebuilt, gait.metrics)}\n"
-            f"{walked}: simulated, pushed with 100 N for 0.2 s: "
-            f"{'keeps walking' if pushed.ok else pushed.status}\n"
-            f"  viewer           {walked / 'viewer.html'}\n"
-            f"next, run the same recording on its own, then yours:\n"
-            f"  plantigrade fit {kept_file}\n"
-            f"  plantigrade reproduce {kept_file}"
-        )
+            gait = save(gait, out.with_name(out.name + BESIDE), overwrite=self.overwrite)
+            pushed = save(pushed, out.with_name(out.name + PUSHED), overwrite=self.overwrite)
+        metrics = fitted.metrics
         if not gait.ok:
             metrics["status"] = f"reproduced gait: {gait.status}"
-        return Outcome(text, metrics)
+        return Outcome(_text(fitted, gait, pushed), metrics)
+
+    def _push(self) -> "SimulateSettings":
+        """Return the settings of the simulation with a push."""
+        from plantigrade.workflows.simulate_settings import SimulateSettings
+
+        return SimulateSettings(
+            controller="pendulum",
+            own=(("speed", f"{SLOWER * self.speed:.3g}"),),
+            push=(PUSH,),
+            duration=LASTS,
+        )
+
+
+def _text(fitted: "Run", gait: "Run", pushed: "Run") -> str:
+    """Return the summaries of the three runs, and what to run next."""
+    import shlex
+
+    out, rebuilt, walked = (run.folder or Path() for run in (fitted, gait, pushed))
+    metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING))
+    return (
+        f"{fit.summary(out, metrics)}\n  angle error    "
+        f"{metrics['angle_error_mean_deg']:.1f}° from the true joint angles, "
+        f"{metrics['angle_error_offset_removed_deg']:.1f}° without offsets\n"
+        f"{reproduce.summary(rebuilt, gait.metrics)}\n"
+        f"{walked}: simulated, pushed with 100 N for 0.2 s: "
+        f"{'keeps walking' if pushed.ok else pushed.status}\n"
+        f"  viewer           {walked / 'viewer.html'}\n"
+        f"next, run the same recording on its own, then yours:\n"
+        f"  plantigrade fit {kept_file}\n"
+        f"  plantigrade reproduce {kept_file}"
+    )
 
 
 def errors(walk: "TextbookWalk", trial: "Trial") -> dict[str, float]:

@@ -141,7 +141,7 @@ def run(words: Sequence[str]) -> int:
     with _output_to_errors() if command.json else contextlib.nullcontext():
         outcome: Outcome = command.run()
     if command.json:
-        from plantigrade.record.folder import metrics_json
+        from plantigrade.record.metrics import metrics_json
 
         if outcome.text:
             print(printable(outcome.text), file=sys.stderr)

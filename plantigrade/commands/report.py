@@ -27,7 +27,7 @@ class Command(PrintOptions, Bounded):
 
     def run(self) -> Outcome:
         """Do it."""
-        from plantigrade.record.folder import read_metrics
+        from plantigrade.record.metrics import read_metrics
         from plantigrade.workflows.save import report
 
         page = report(self.run_folder, norms=self.norms, age=self.age)

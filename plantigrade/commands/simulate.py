@@ -98,7 +98,7 @@ class Command(
 
     def _sources(self) -> tuple[list[Path], bool]:
         """Return the recordings and runs that are simulated, and whether they make a batch."""
-        from plantigrade.record.folder import METRICS
+        from plantigrade.record.metrics import METRICS
         from plantigrade.workflows.fit_many import recordings
 
         runs = [path for path in self.sources if (path / METRICS).is_file()]

@@ -38,7 +38,7 @@ class Command(PrintOptions, Bounded):
         from plantigrade.pages.pages import title_of_run
         from plantigrade.pages.section import Subject
         from plantigrade.record import Run
-        from plantigrade.record.folder import read_metrics
+        from plantigrade.record.metrics import read_metrics
 
         run = Run.load(self.run_folder)
         serve(

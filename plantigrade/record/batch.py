@@ -22,16 +22,9 @@ from plantigrade.errors import FileError, RunExists
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.options import shown
 from plantigrade.printable import printable
-from plantigrade.record.folder import (
-    FORMAT,
-    METRICS,
-    metrics_json,
-    read_metrics,
-    refuse_existing,
-    remove_stale_parts,
-    replace_file,
-)
+from plantigrade.record.folder import FORMAT, refuse_existing, remove_stale_parts, replace_file
 from plantigrade.record.journal import NAME, Journal
+from plantigrade.record.metrics import METRICS, metrics_json, read_metrics
 from plantigrade.record.tables import Kind, columns_of, write_tables
 
 KIND = "batch"

@@ -10,36 +10,29 @@ folder that holds anything else is never replaced.
 
 import contextlib
 import hashlib
-import json
-import math
 import os
 import platform
 import re
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
-from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 from plantigrade.errors import FileError, RunExists
-from plantigrade.io.text import read_text
 from plantigrade.io.writing import write_bytes
 from plantigrade.printable import UNSAFE, printable, short_name
+from plantigrade.record.metrics import METRICS, metrics_json, read_metrics
 
-METRICS = "metrics.json"
 FORMAT = 2
 """Version of the folder; results of another one are not read."""
-DEEPEST = 32
-"""Most lists and objects of metrics.json within each other."""
 
 _CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
 _REMEDY = "choose another folder with --out, or free disk space"
 _OWNER = "-{host}-{pid}-"  # machine and process that write a part
 _PART = re.compile(r"-(?P<host>[0-9a-f]{8})-(?P<pid>\d+)-[^-]*\.part$")
 _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]*")
-_METRICS_LIMIT = 20 * 2**20  # [bytes]
 
 
 def write_folder(
@@ -81,7 +74,7 @@ def write_folder(
     if not numbered:
         refuse_existing(out, overwrite)
     metrics_json(metrics)  # fails before anything is written
-    temporary, writing = None, ""
+    temporary = None
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         remove_stale_parts(out.parent)
@@ -89,14 +82,7 @@ def write_folder(
         temporary = Path(tempfile.mkdtemp(prefix=part, suffix=".part", dir=out.parent))
         if more is not None:
             more(temporary)
-        for name, content in files.items():
-            writing = name
-            raw = _encoded(content) if isinstance(content, str) else content
-            (temporary / name).write_bytes(raw)
-        writing = METRICS
-        marked = {"format": FORMAT, **metrics, "files": sorted(_contents(temporary))}
-        (temporary / METRICS).write_text(metrics_json(marked) + "\n", encoding="utf-8")
-        writing = ""
+        _fill(temporary, metrics, files)
         os.chmod(temporary, 0o777 & ~_umask())  # mkdtemp makes it private
         if numbered:
             out = _put_in_next_place(temporary, out, beside)
@@ -112,11 +98,19 @@ def write_folder(
         inside = error.path.relative_to(temporary)
         raise FileError(out / inside, error.problem, remedy=_REMEDY) from error
     except OSError as error:
-        raise _unwritable(out, str(error.strerror or error), writing) from error
+        raise _unwritable(out, str(error.strerror or error)) from error
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
     return out
+
+
+def _fill(folder: Path, metrics: Mapping[str, Any], files: Mapping[str, str | bytes]) -> None:
+    """Write files and ``metrics.json`` into a folder; a FileError names the file that failed."""
+    for name, content in files.items():
+        write_bytes(folder / name, _encoded(content) if isinstance(content, str) else content)
+    marked = {"format": FORMAT, **metrics, "files": sorted(_contents(folder))}
+    write_bytes(folder / METRICS, (metrics_json(marked) + "\n").encode())
 
 
 def remove_stale_parts(folder: Path) -> None:
@@ -163,64 +157,6 @@ def replace_file(path: Path, text: str) -> Path:
     """
     write_bytes(path, _encoded(text))
     return path
-
-
-def metrics_json(metrics: Mapping[str, Any]) -> str:
-    """Return ``metrics`` as JSON that every parser reads: NaN and infinity become null.
-
-    What a terminal would obey, and bytes of file names that are no UTF-8, are escaped in its way.
-
-    Example:
-        >>> print(metrics_json({"status": "ok", "speed_m_s": float("nan")}))
-        {
-          "status": "ok",
-          "speed_m_s": null
-        }
-    """
-    text = json.dumps(plain(metrics), indent=2, allow_nan=False, ensure_ascii=False)
-    return UNSAFE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)  # JSON has them in words only
-
-
-def read_metrics(folder: str | Path) -> dict[str, Any]:
-    """Return the contents of ``metrics.json`` of a folder of results.
-
-    Raises:
-        FileError: If there is no such folder or file, or it is broken.
-    """
-    folder = Path(folder).expanduser()
-    if not folder.is_dir():
-        what = "is not a folder" if folder.exists() else "there is no such folder"
-        raise FileError(folder, what, remedy="name a run folder, as --out made it")
-    path = folder / METRICS
-    if not path.is_file():
-        problem = f"is not a run folder: {METRICS} is missing"
-        raise FileError(folder, problem, remedy="name a folder that a plantigrade command wrote")
-    text = read_text(path, _METRICS_LIMIT)
-    broken = partial(FileError, path, remedy="run the command again")
-    try:
-        metrics = json.loads(text, parse_int=_whole)
-        _check_depth(metrics)
-    except (ValueError, RecursionError) as error:
-        where = f"line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
-        raise broken(f"is not JSON ({error})", where=where) from error
-    if not isinstance(metrics, dict):
-        raise broken("holds no object of metrics", where="line 1")
-    return metrics
-
-
-def _whole(word: str) -> int | float:
-    """Return a whole number as JSON's readers have it: a float where it has many digits."""
-    value = int(word)
-    return value if abs(value) < 2**63 else float(word)
-
-
-def _check_depth(value: Any, depth: int = 0) -> None:
-    """Refuse what is nested more deeply than anything that is ever written."""
-    if depth > DEEPEST:
-        raise ValueError("nested too deeply")
-    if isinstance(value, dict | list):
-        for part in value.values() if isinstance(value, dict) else value:
-            _check_depth(part, depth + 1)
 
 
 def refuse_unwritable(out: str | Path) -> None:
@@ -294,9 +230,8 @@ def foreign_files(folder: Path) -> list[str]:
     return sorted(foreign)
 
 
-def _unwritable(out: Path, why: str, name: str = "") -> FileError:
-    what = f"{name} of the run folder" if name else "the run folder"
-    return FileError(out, f"{what} cannot be written ({why})", remedy=_REMEDY)
+def _unwritable(out: Path, why: str) -> FileError:
+    return FileError(out, f"the run folder cannot be written ({why})", remedy=_REMEDY)
 
 
 def _contents(folder: Path) -> set[str]:
@@ -346,19 +281,6 @@ def _put_in_next_place(temporary: Path, out: Path, beside: str) -> Path:
             raise
         return place
     raise AssertionError("numbers do not end")
-
-
-def plain(value: Any) -> Any:
-    """Return ``value`` for JSON: arrays as lists, NaN and infinity as null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
 def _place(out: str | Path) -> Path:

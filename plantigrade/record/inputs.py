@@ -8,7 +8,7 @@ from pathlib import Path
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.text import read_text
 from plantigrade.options import as_path
-from plantigrade.record.folder import METRICS
+from plantigrade.record.metrics import METRICS
 
 LIST_LIMIT = 200e6
 """Largest list that is read [bytes]: a million paths."""

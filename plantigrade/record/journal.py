@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 from plantigrade.errors import FileError
 from plantigrade.io.writing import not_written
 from plantigrade.locks import lock
-from plantigrade.record.folder import plain
+from plantigrade.record.metrics import plain
 
 NAME = "name"
 """Key by which a line replaces an earlier one."""

@@ -12,7 +12,8 @@ from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
 from plantigrade.notes import Info
 from plantigrade.options import as_path
-from plantigrade.record.folder import FORMAT, METRICS, read_metrics, write_folder
+from plantigrade.record.folder import FORMAT, write_folder
+from plantigrade.record.metrics import METRICS, read_metrics
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
 from plantigrade.record.record import Record

@@ -18,8 +18,8 @@ from plantigrade.extras import require
 from plantigrade.options import as_path
 from plantigrade.pages.batch import PAGE, BatchKind, page_html_of
 from plantigrade.record.batch import BatchFolder, Row
-from plantigrade.record.folder import METRICS
 from plantigrade.record.jobs import Done, Workers
+from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import sha256_of
 from plantigrade.workflows.batch_items import Group, Item, Result
 from plantigrade.workflows.batch_pace import Pace

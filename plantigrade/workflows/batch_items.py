@@ -8,7 +8,7 @@ from typing import Any
 
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
-from plantigrade.record.folder import metrics_json, read_metrics
+from plantigrade.record.metrics import metrics_json, read_metrics
 
 
 @dataclass(frozen=True)

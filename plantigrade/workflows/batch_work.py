@@ -18,7 +18,7 @@ from plantigrade.charts.labels import without_side
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.record.batch import Curve
-from plantigrade.record.folder import metrics_json
+from plantigrade.record.metrics import metrics_json
 from plantigrade.workflows.batch_items import Item
 from plantigrade.workflows.save import save
 

@@ -25,7 +25,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.options import LEARNED, as_path, is_policy
 from plantigrade.record import Provenance, Record, Run
-from plantigrade.record.folder import METRICS
+from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import Step, fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance

@@ -10,7 +10,8 @@ from plantigrade.io.writing import csv_text
 from plantigrade.options import as_path
 from plantigrade.pages.compare import compare_html
 from plantigrade.record import Run
-from plantigrade.record.folder import METRICS, write_folder
+from plantigrade.record.folder import write_folder
+from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.record.run import RUNS
 

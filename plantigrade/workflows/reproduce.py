@@ -20,7 +20,7 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
 from plantigrade.notes import Info
-from plantigrade.ordered_tasks.gait import gait_tasks
+from plantigrade.ordered_tasks.gait import GaitTasks, gait_tasks
 from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.record import Record, Run
@@ -124,11 +124,7 @@ def run_of(
     assumed = {name: s for name, s in trial.record().signals.items() if name == ASSUMED}
     others: dict[str, Record] = {}
     if not settings.no_dynamics:
-        forced = rebuild(reference, tasks, forces=True).record()
-        if walk.measured is not None:
-            measured = measured_signals(forced, walk.measured)
-            forced = replace(forced, signals={**forced.signals, **measured})
-        others["forces"] = forced
+        others["forces"] = forced = _moved_by_forces(walk, reference, tasks)
         figures |= force_figures(forced, compare(forced), walk.measured, walk.ground)
         if figures["dynamics_status"] != "ok":
             notes.append(
@@ -148,6 +144,14 @@ def run_of(
         seconds=_seconds(made.motion, held, seconds),
         name=f"reproduce-{recording.source.stem}",
     )
+
+
+def _moved_by_forces(walk: RecordedWalk, reference: GaitReference, tasks: GaitTasks) -> Record:
+    """Return the gait moved by forces, with the measured forces as signals."""
+    forced = rebuild(reference, tasks, forces=True).record()
+    if walk.measured is None:
+        return forced
+    return replace(forced, signals={**forced.signals, **measured_signals(forced, walk.measured)})
 
 
 def _seconds(motion: OrderedMotion, held: Comparison, seconds: float) -> dict[str, float]:

@@ -11,7 +11,8 @@ from plantigrade.exchange.tables import cycle_table
 from plantigrade.options import as_path
 from plantigrade.pages.pages import pages
 from plantigrade.record import Run
-from plantigrade.record.folder import METRICS, replace_files
+from plantigrade.record.folder import replace_files
+from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.record.run import COORDINATES, MODEL, MOTION
 from plantigrade.workflows.settings import FitSettings

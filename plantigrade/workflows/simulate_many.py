@@ -10,9 +10,9 @@ from plantigrade.control.balance import script_named
 from plantigrade.errors import ParameterError
 from plantigrade.pages.batch import SIMULATIONS
 from plantigrade.record import Run
-from plantigrade.record.folder import METRICS
 from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
+from plantigrade.record.metrics import METRICS
 from plantigrade.record.run import MODEL, MOTION
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Plan

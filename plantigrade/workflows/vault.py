@@ -162,18 +162,6 @@ def run_of(
     notes = ()
     if share > 100.0:
         notes = (f"{hinge}, which is rigid in the model, would need {share:.0f} % of its strength",)
-    status = verdict.status
-    if not vaulted.contact.left:
-        tried = sum(f.evaluations for f in every)
-        status = (
-            f"in {tried} vaults the hands never left the table within {MAX_CONTACT_TIME:g} s: "
-            "arrive faster, or on a stiffer table"
-        )
-    elif vaulted.contact.rise <= 0.0:
-        status = (
-            f"the best of the vaults leaves the table with the centre of mass falling at "
-            f"{-vaulted.contact.rise:.1f} m/s: arrive faster, or with more rise"
-        )
     human, words = gymnast.segments.human, f"{gymnast.segments.count} segments"
     sentence = (
         f"Contact with the vaulting table of a gymnast of {human.height:.2f} m and "
@@ -187,12 +175,28 @@ def run_of(
         "vault",
         f"Vault with {words}",
         sentence,
-        status,
+        _failure(vaulted, every) or verdict.status,
         {**figures, **verdict.figures()},
         Provenance(command, how.plain(), {}, how.seed),
         seconds={"search": seconds, **_seconds(every)},
         name=f"vault-{gymnast.segments.count}-segments",
     )
+
+
+def _failure(vaulted: VaultResult, every: tuple[SearchResult, ...]) -> str:
+    """Return why the best vault is none, and what to do; empty if it is one."""
+    if not vaulted.contact.left:
+        tried = sum(f.evaluations for f in every)
+        return (
+            f"in {tried} vaults the hands never left the table within {MAX_CONTACT_TIME:g} s: "
+            "arrive faster, or on a stiffer table"
+        )
+    if vaulted.contact.rise <= 0.0:
+        return (
+            f"the best of the vaults leaves the table with the centre of mass falling at "
+            f"{-vaulted.contact.rise:.1f} m/s: arrive faster, or with more rise"
+        )
+    return ""
 
 
 def recorded(gymnast: Vault, found: SearchResult) -> VaultResult:

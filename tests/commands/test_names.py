@@ -13,7 +13,8 @@ from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.models import Human
 from plantigrade.printable import UNSAFE, printable, short_name
 from plantigrade.record import Run
-from plantigrade.record.folder import metrics_json, read_metrics, write_folder
+from plantigrade.record.folder import write_folder
+from plantigrade.record.metrics import metrics_json, read_metrics
 
 NAME = "\x1b]0;t\x07 <blink>\"'\n\u202e\x9b2J\udcff-é.trc"
 """Sets a title, turns the line around, clears the screen, ends a line, is no UTF-8."""

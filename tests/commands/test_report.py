@@ -10,7 +10,7 @@ from plantigrade.commands import main as cli
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
-from plantigrade.record.folder import read_metrics
+from plantigrade.record.metrics import read_metrics
 
 
 @pytest.fixture

@@ -34,8 +34,9 @@ from plantigrade.pages.batch import FITS, page_html_of
 from plantigrade.pages.pages import pages
 from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
-from plantigrade.record.folder import FORMAT, METRICS
+from plantigrade.record.folder import FORMAT
 from plantigrade.record.inputs import inputs
+from plantigrade.record.metrics import METRICS
 from plantigrade.trajopt import read_task_file
 from tests import nasty
 from tests.nasty import npz, runs, seeds

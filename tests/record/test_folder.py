@@ -12,12 +12,12 @@ from plantigrade.commands.options import RunOptions
 from plantigrade.errors import FileError, RunExists
 from plantigrade.record import folder as run_folder
 from plantigrade.record.folder import (
-    read_metrics,
     refuse_existing,
     refuse_unwritable,
     replace_files,
     write_folder,
 )
+from plantigrade.record.metrics import read_metrics
 
 
 def write(out, **more):
@@ -166,7 +166,7 @@ def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
         raise full
 
     monkeypatch.setattr(run_folder.Path, "write_bytes", refuse)
-    with pytest.raises(FileError, match=r"page.html of the run folder .*No space left"):
+    with pytest.raises(FileError, match=r"run.page\.html: cannot be written .*No space left"):
         write(tmp_path / "run")
 
 
