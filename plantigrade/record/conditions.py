@@ -1,4 +1,4 @@
-"""What a task demands of a motion, as data: stated by the task, kept on the Record, judged later.
+"""Conditions of a task as data: stated by the task, stored in the Record, checked later.
 
 Times are those of the Record's motion, so a condition of a periodic task is stated once per lap,
 mirrored where the motion is. Angles are in radians.

@@ -1,7 +1,7 @@
 """A folder of results, written whole or not at all.
 
 Everything is written to a temporary sibling that is renamed once complete, so a folder under its
-final name is whole; where that name is taken and no other was asked for, the folder is numbered.
+final name is whole; if the default name is taken, the folder is numbered.
 ``metrics.json`` marks a folder as ours: it holds the ``format`` and lists the other ``files``, and
 the ``folders`` in it that are folders of results themselves. With ``overwrite`` an existing folder
 of results is moved aside, the new one takes its name, and only then is the old one deleted; a

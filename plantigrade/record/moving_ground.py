@@ -1,4 +1,4 @@
-"""Ground that moves, as a record has it: level at rest, and the signal ``ground.place``."""
+"""Moving ground of a record: level at rest, with the signal ``ground.place``."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -56,7 +56,7 @@ class GroundPath:
 
     @cached_property
     def _rates(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
-        """Velocity of the origin, and what takes a place from it to its velocity beside."""
+        """Velocity of the origin, and the matrix of the angular velocity."""
         speed = np.gradient(self.shift, self.time, axis=0, edge_order=2)
         rate = np.gradient(self.rotation, self.time, axis=0, edge_order=2)
         return speed, rate @ self.rotation.transpose(0, 2, 1)

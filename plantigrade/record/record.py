@@ -27,14 +27,14 @@ from plantigrade.record.signals import check_signals
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """What a motion must keep to; None where the Human says it, or where nothing limits.
+    """Limits of a motion; None for those of the Human, or for no limit.
 
     Attributes:
         coordinate: Lower and upper limits of the hinges [rad]; None: the Human's own.
-        velocity: Greatest speed of the hinges, one number or one each [rad/s]; None: no limit.
+        velocity: Largest speed of the hinges, one number or one each [rad/s]; None: no limit.
         torque: Lower and upper limits of the hinges' torques [N m]; None: the Human's own.
-        force: Greatest normal force at one site [N]; None: no limit.
-        overlap: How deep one part of the body may be in another [m]; None: not judged, as in fitted
+        force: Largest normal force at one site [N]; None: no limit.
+        overlap: Largest penetration between parts of the body [m]; None: not checked, as in fitted
             motions, whose solids are not the person's.
     """
 
@@ -54,7 +54,7 @@ class FootForce:
         centre_of_pressure: Where it acts, world [m]; NaN without load.
         torque: Free moment about that point, world [N m].
         known: Where the force is known at all, measured or estimated.
-        measured: Where it was not estimated beside the plates (``forces.measured``).
+        measured: Where the force was measured, not estimated (``forces.measured``).
     """
 
     force: Float[Array, "n_frames 3"]
@@ -73,15 +73,15 @@ class Record:
         motion: The motion.
         qfrc_actuator: Generalised force of the joints [N m]; its first six entries hold what the
             dynamics leave unexplained at the root (residual), world force [N], body moment [N m].
-        sites: Where the body was touched.
+        sites: Contact sites of the body.
         contact_force: Ground reaction on the body at each site, world [N].
         contact_point: Where it acts, world [m]; NaN where the force is zero.
         contact_torque: Free moment at that point, world [N m], where known.
         contact_known: Where the force at a site is known at all; None: everywhere. A foot
             beside its force plate carries a force that was not measured.
-        contact_planned: When each site was planned to stand; None where there was no plan.
-        ground: What the body stood on.
-        limits: What the motion had to keep to.
+        contact_planned: When each site was planned to be in contact; None without a plan.
+        ground: The ground.
+        limits: Limits of the motion.
         conditions: Conditions of the task, on the clock of ``motion``.
         signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
             history of a solver, the state of a controller. Their names, units and shapes are those
@@ -195,8 +195,8 @@ class Record:
         known = np.ones(n, dtype=bool)
         if self.contact_known is not None:
             known = np.all(self.contact_known[:, mine], axis=1)
-        told = self.signals.get("forces.measured")
-        measured = known if told is None else known & told[:, SIDES.index(side)].astype(bool)
+        plates = self.signals.get("forces.measured")
+        measured = known if plates is None else known & plates[:, SIDES.index(side)].astype(bool)
         return FootForce(total, centre, torque, np.asarray(known), np.asarray(measured))
 
     def group(self, prefix: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Things about a person, as a record has them: the signals ``things.*``."""
+"""Objects in the world, as a record has them: the signals ``things.*``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ PLACES = "things.place"
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A thing, and where it was.
+    """An object and its path.
 
     Attributes:
-        thing: What it is.
+        thing: Shape and size.
         pose: Its middle, world [m], and rotation ``wxyz`` in every frame; NaN while it is not
             there.
     """
@@ -33,12 +33,14 @@ class Placed:
 
 
 def things_of(record: Record) -> tuple[Placed, ...]:
-    """Return the things of a record."""
+    """Return the objects of a record."""
     if PLACES not in record.signals:
         return ()
-    told = record.group("things")
-    places = np.asarray(told["place"], dtype=float)
-    shapes = zip(told["name"], told["kind"], np.asarray(told["size"], dtype=float), strict=True)
+    signals = record.group("things")
+    places = np.asarray(signals["place"], dtype=float)
+    shapes = zip(
+        signals["name"], signals["kind"], np.asarray(signals["size"], dtype=float), strict=True
+    )
     return tuple(
         Placed(SceneObject(str(name), str(kind), (float(x), float(y), float(z))), places[:, i])
         for i, (name, kind, (x, y, z)) in enumerate(shapes)
@@ -46,7 +48,7 @@ def things_of(record: Record) -> tuple[Placed, ...]:
 
 
 def described(things: Sequence[SceneObject]) -> dict[str, Array]:
-    """Return the signals that say what things are; :data:`PLACES` says where."""
+    """Return the signals of names, shapes and sizes; :data:`PLACES` holds the poses."""
     return {
         "things.name": np.array([thing.name for thing in things], dtype=str),
         "things.kind": np.array([thing.kind for thing in things], dtype=str),

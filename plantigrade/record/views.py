@@ -1,4 +1,4 @@
-"""A Record and a Run as a reader wants them: figures and tables.
+"""Figures and tables of a Record and a Run.
 
 The classes call these functions, so nothing here imports them.
 """

@@ -1,4 +1,4 @@
-"""How a simulation starts: who, on what, where, how fast."""
+"""Start of a simulation: person, ground, initial state, controller."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -51,14 +51,16 @@ from plantigrade.world.grounds import ground_named, platform_named
 from plantigrade.world.model_mismatch import ModelMismatch
 from plantigrade.world.world import CONTROL_RATE, RATE
 
-SETTLING = 1.0
-"""So long a person stands before the first frame, until soles and springs are at rest [s]."""
+SETTLING_TIME = 1.0
+"""Time for which a person stands before the first frame, until soles and springs rest [s]."""
 LEARNED_WALK = 10.0
-"""How long a policy walks where no duration is named [s]."""
-DEEP = 0.3
-"""Nobody starts with the feet so far below the ground [m]."""
-STILL, NEAR = 0.05, 0.05
-"""It has, if its centre of mass is then slower [m/s] and has moved less than this [m]."""
+"""Default duration of the walk of a policy [s]."""
+MAX_START_DEPTH = 0.3
+"""Largest depth of the feet below the ground at the start [m]. Chosen."""
+MAX_SETTLED_SPEED = 0.05
+"""Largest speed of the centre of mass of a person who has settled [m/s]. Chosen."""
+MAX_SETTLED_SHIFT = 0.05
+"""Largest displacement of the centre of mass while settling [m]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -212,12 +214,12 @@ def _recording(source: Any) -> Path | None:
 def _over_the_feet(begin: Start) -> Start:
     """Return a start whose motion is one that the feet can carry."""
     assert begin.motion is not None
-    asked = MotionReference(begin.human, begin.motion, ground=begin.ground)
-    motion = feasible_motion(begin.human, asked)
-    script = MotionReference(begin.human, motion, asked.contact)
-    moved = 1e3 * float(np.linalg.norm((script.com - asked.com)[:, :2], axis=1).max())
-    said = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet can carry it."
-    return replace(begin, motion=motion, script=script, notes=(*begin.notes, said))
+    desired = MotionReference(begin.human, begin.motion, ground=begin.ground)
+    motion = feasible_motion(begin.human, desired)
+    script = MotionReference(begin.human, motion, desired.contact)
+    moved = 1e3 * float(np.linalg.norm((script.com - desired.com)[:, :2], axis=1).max())
+    note = f"The centre of mass was moved by up to {moved:.0f} mm to where the feet can carry it."
+    return replace(begin, motion=motion, script=script, notes=(*begin.notes, note))
 
 
 def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
@@ -239,7 +241,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
     record, folder = source.record, source.folder
     first = record.motion.qpos[0]
     sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])
-    if sunk > DEEP:
+    if sunk > MAX_START_DEPTH:
         raise ParameterError(
             f"the motion starts {sunk:.2f} m below its ground; give a run whose feet are on it"
         )
@@ -339,11 +341,13 @@ def state_of(begin: Start, mismatch: ModelMismatch, how: SimulateSettings) -> tu
     )
     hold = Posture(stands, settings=settings_among(how.values, STANDING))
     state = world.reset()
-    while world.time < SETTLING and world.fall is None and world.diverged is None:
+    while world.time < SETTLING_TIME and world.fall is None and world.diverged is None:
         state = world.step(hold(state))
     first = BodyState(begin.human, stands).com
     moved, speed = state.body.com - first, state.body.com_velocity
-    if np.linalg.norm(moved) < NEAR and np.linalg.norm(speed) < STILL:  # not where it diverged
+    if (
+        np.linalg.norm(moved) < MAX_SETTLED_SHIFT and np.linalg.norm(speed) < MAX_SETTLED_SPEED
+    ):  # not where it diverged
         return np.array(state.qpos), mismatch.disturbed(state.qvel, how.seed)
     return stands, mismatch.disturbed(np.zeros(begin.human.model.nv), how.seed)
 

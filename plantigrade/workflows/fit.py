@@ -118,8 +118,8 @@ def fit_recording(
         FitError: If it cannot be fitted; the message says why.
     """
     person = Person(**settings.known)
-    told = filled(Subject(age=settings.age), recording.subject)
-    recording = replace(recording, subject=told)
+    subject = filled(Subject(age=settings.age), recording.subject)
+    recording = replace(recording, subject=subject)
     ground = given_ground(settings)
     if recording.markers is not None and recording.markers.names:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
@@ -192,7 +192,7 @@ def fit_trial(
         FitError: If it cannot be fitted; the message says why.
     """
     settings, path = settings or FitSettings(), as_path(path, "a recording")
-    norm_signals(settings)  # what is wrong with them is said before the work
+    norm_signals(settings)  # refuses wrong norms before the work
     given_ground(settings)
     with step(f"reading {path.name}"):
         recording = load(path, settings)

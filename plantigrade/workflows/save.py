@@ -105,15 +105,17 @@ def compared_anew(run: Run, norms: str | Path | None, age: float | None) -> Run:
         ParameterError: If they are a folder without runs of people who walk, or the age is not
             allowed.
     """
-    told = FitSettings(norms=None if norms is None else as_path(norms, "norms"), age=age)
+    compared = FitSettings(norms=None if norms is None else as_path(norms, "norms"), age=age)
     record, figures = run.record, {k: v for k, v in run.figures.items() if not _of_norms(k)}
     settings, files = dict(run.provenance.settings), dict(run.provenance.source_files)
-    if told.age is not None:
-        figures["age_years"] = settings["age"] = told.age
-    if told.norms is not None:
-        record = replace(record, signals={**record.signals, **as_signals(read_norms(told.norms))})
-        settings["norms"] = str(told.norms)
-        files |= source_files(norm_files(told.norms))
+    if compared.age is not None:
+        figures["age_years"] = settings["age"] = compared.age
+    if compared.norms is not None:
+        record = replace(
+            record, signals={**record.signals, **as_signals(read_norms(compared.norms))}
+        )
+        settings["norms"] = str(compared.norms)
+        files |= source_files(norm_files(compared.norms))
     return replace(
         run,
         record=record,

@@ -77,7 +77,7 @@ def simulate(
         settings: What decides the result; options replace its fields.
         controller: One of :data:`plantigrade.control.CONTROLLERS` by name, or your own
             ``controller(state) -> command``.
-        disturbances: What acts beside the pushes of the settings.
+        disturbances: Disturbances besides those of the settings.
         options: Fields of ``SimulateSettings``.
 
     Returns:
@@ -114,7 +114,7 @@ def run_simulation(
         source: A recording, a run or its folder, or None for a person who stands.
         how: What decides the result.
         controller: A controller in place of the one that the settings name.
-        disturbances: What acts beside the pushes of the settings.
+        disturbances: Disturbances besides those of the settings.
         step: Shows progress.
         command: The command line, for the provenance.
 
@@ -205,10 +205,10 @@ def run_of(
 ) -> Run:
     """Return the run of a simulation, with what its controller says of it."""
     summary = controller.summary()
-    said = map(Info, summary.sentences)
+    sentences = map(Info, summary.sentences)
     waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
     missed = [sentence for sentence in waited if sentence]
-    record = replace(record, notes=(*record.notes, *said, *missed, *_passed(record)))
+    record = replace(record, notes=(*record.notes, *sentences, *missed, *_passed(record)))
     record, status = mismatch.corrected(record), "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
