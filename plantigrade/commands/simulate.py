@@ -13,7 +13,7 @@ from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
-from plantigrade.commands.simulate_batch import several
+from plantigrade.commands.simulate_batch import several, varied
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, is_policy, optional
 from plantigrade.workflows.controller_options import (
@@ -82,7 +82,8 @@ class Command(
             return self.show()
         sources, folders = self._sources()
         if folders or len(sources) > 1 or self.seeds > 1 or self.vary:
-            return several(self, sources)
+            settings = SimulateSettings.of(self)
+            return several(self, settings, sources, varied(self.vary), self.seeds)
         self.refuse_batch_options("name several recordings, or add --seeds or --vary")
         progress = Progress(quiet=self.quiet)
         source = sources[0] if sources else None

@@ -1,25 +1,36 @@
 """Many simulations by one command: what ``simulate --seeds`` and ``--vary`` do."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
-from plantigrade.commands.batch_options import batch_folder, batch_outcome
-from plantigrade.commands.options import command_line
+from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
+from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.simulate_settings import SimulateSettings
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
-    from plantigrade.commands.simulate import Command
+def several(
+    options: BatchOptions,
+    settings: SimulateSettings,
+    sources: Sequence[Path],
+    vary: Mapping[str, Sequence[Any]],
+    seeds: int,
+) -> Outcome:
+    """Simulate all combinations, and write their table.
 
-
-def several(options: "Command", sources: "Sequence[Path]") -> Outcome:
-    """Simulate all combinations, and write their table."""
+    Args:
+        options: Options of the batch and of its folder.
+        settings: What all simulations have in common.
+        sources: Recordings and runs; none for a person who stands.
+        vary: Option → its values.
+        seeds: Number of seeds of each combination.
+    """
     from plantigrade.commands.progress import Progress
     from plantigrade.workflows.simulate_many import simulate_batch
 
+    assert isinstance(options, RunOptions)
     progress = Progress(quiet=options.quiet)
     name = f"{sources[0].stem}" if sources else "standing"
     if len(sources) > 1:
@@ -29,15 +40,15 @@ def several(options: "Command", sources: "Sequence[Path]") -> Outcome:
         f"simulations-{name}",
         lambda out: simulate_batch(
             list(sources) or None,
-            SimulateSettings.of(options),
-            varied(options.vary),
-            options.seeds,
+            settings,
+            vary,
+            seeds,
             options.batch_settings(out, progress),
             command=command_line(),
         ),
     )
     outcome = batch_outcome(batch, progress)
-    if options.seeds > 1 and batch.seeds_alike:
+    if seeds > 1 and batch.seeds_alike:
         progress.warn(
             "all seeds gave the same result: nothing in this simulation is random (--start-noise, "
             "--sensor-noise-deg and uneven ground such as bumps:2 are)"

@@ -1,7 +1,6 @@
 """What somebody does to a person by hand: a body dragged on a rope, and a push."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -9,9 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.world import Disturbance
 from plantigrade.world.disturbance import body_index
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 REACH = 0.25
 """A rope that is so long pulls with all the force that is allowed [m]."""
@@ -68,11 +65,11 @@ class Hand(Disturbance):
         along = np.array([np.cos(direction), np.sin(direction), 0.0])
         self._push = until, self.most * along
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Let go."""
         self.rope = self._push = None
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Pull, and push."""
         for name, value in self.said.items():
             world.record_signal(name, value)
@@ -87,7 +84,7 @@ class Hand(Disturbance):
             world.push(rope.body, *self.pull(world, rope))
 
     def pull(
-        self, world: "plantigrade.world.world.World", rope: Rope
+        self, world: SimulatedWorld, rope: Rope
     ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
         """Return the force of a rope [N], and where it acts from the centre of mass [m]."""
         model, data = world.model, world.data

@@ -1,15 +1,12 @@
 """Ground that tilts as somebody wants it to."""
 
 from math import hypot
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.world.platform import Platform
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 FAR = 60.0
 """Half its length and width: people walk on it [m]."""
@@ -32,13 +29,13 @@ class Slope(Platform):
         self.wanted = np.zeros(2)
         self._still()
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Lie level: a person who starts stands on level ground."""
         self.wanted = np.zeros(2)
         self._still()
         super().reset(world)
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Follow what is wanted, the more slowly the farther the person is from its middle."""
         x, y = world.data.qpos[:2].tolist()
         self._fastest = LIFTS / max(hypot(x, y), 1e-2)

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -43,13 +43,11 @@ from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.memory import require_memory
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
+from plantigrade.workflows.shared_body import Shared
 from plantigrade.world.grounds import ground_named
 
 MAX_HEADING = 45.0
 """Largest angle between the rise of a given slope and the walking direction [deg]."""
-
-if TYPE_CHECKING:
-    from plantigrade.workflows.one_subject import Shared
 
 Step = Callable[[str], contextlib.AbstractContextManager]
 """Opened around each step of a job, with what is done in it: shows progress."""
@@ -110,7 +108,7 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
 
 
 def fit_recording(
-    recording: Recording, settings: RecordingSettings, shared: "Shared | None" = None
+    recording: Recording, settings: RecordingSettings, shared: Shared | None = None
 ) -> Fit:
     """Fit a recording of any kind; ``shared`` is what it has in common with other trials.
 
@@ -176,7 +174,7 @@ def fit_trial(
     path: str | Path,
     settings: RecordingSettings | None = None,
     step: Step = silent,
-    shared: "Shared | None" = None,
+    shared: Shared | None = None,
 ) -> tuple[Recording, Trial]:
     """Read, fit and analyse a recording; return it as it was read, and the trial.
 
@@ -237,7 +235,7 @@ def run_fit(
     *,
     step: Step = silent,
     command: str = "",
-    shared: "Shared | None" = None,
+    shared: Shared | None = None,
 ) -> Run:
     """Fit a recording with given settings: what :func:`fit` and the command do.
 

@@ -22,8 +22,9 @@ from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.fit import run_fit
-from plantigrade.workflows.one_subject import Shared, by_subject, share
+from plantigrade.workflows.one_subject import by_subject, share
 from plantigrade.workflows.settings import FitSettings, Settings
+from plantigrade.workflows.shared_body import Shared
 
 Subjects = Literal["auto", "one", "each"]
 """Grouping of recordings by subject: by name and marker distances, all together, or none."""

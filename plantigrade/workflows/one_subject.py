@@ -1,7 +1,7 @@
 """Trials of one subject: one body for all, and one body mass."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from plantigrade.io.subjects import MAX_DIFFERENCE, difference, same_size, subje
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.prepare import Prepared, prepare
 from plantigrade.kinematics.result import filled
-from plantigrade.kinematics.scaled_body import ScaledBody, scale
+from plantigrade.kinematics.scaled_body import scale
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording, Subject
@@ -23,38 +23,11 @@ from plantigrade.notes import Info
 from plantigrade.record.jobs import Workers
 from plantigrade.workflows.fit import given_ground, load
 from plantigrade.workflows.settings import FitSettings
+from plantigrade.workflows.shared_body import Shared
 
 MAX_STANDING_ERROR = 0.015
 """Largest marker error of a standing trial on the body of the moving trials [m]; 4 to 8 mm where
 they are of one session."""
-
-
-@dataclass(frozen=True)
-class Shared:
-    """What the trials of one subject have in common.
-
-    Attributes:
-        body: Lengths, marker places, soles.
-        subject: What their files say of the subject; the mass is that of all trials.
-        files: The trials, by name.
-        notes: What the user should know, one sentence each.
-    """
-
-    body: ScaledBody
-    subject: Subject
-    files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
-
-    def into(self, recording: Recording) -> Recording:
-        """Return one of the recordings as one of this subject's."""
-        others = tuple(path for path in self.files if path != recording.source)
-        own = replace(self.subject, date=recording.subject.date)
-        return replace(
-            recording,
-            subject=own,
-            companions=(*recording.companions, *others),
-            warnings=(*recording.warnings, *self.notes),
-        )
 
 
 def by_subject(paths: Sequence[Path], workers: Workers | None = None) -> list[tuple[int, ...]]:

@@ -24,6 +24,7 @@ from plantigrade.world.falls import Fall
 from plantigrade.world.load import Load
 from plantigrade.world.platform import FloorShift, Platform, Tilting
 from plantigrade.world.rope import Rope
+from plantigrade.world.simulated_world import SimulatedWorld
 from plantigrade.world.standing import fit_soles, on_ground, standing_on
 from plantigrade.world.state import State
 from plantigrade.world.target import Target
@@ -49,6 +50,7 @@ __all__ = [
     "Push",
     "Rates",
     "Rope",
+    "SimulatedWorld",
     "StablePD",
     "State",
     "Summary",

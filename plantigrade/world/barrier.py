@@ -1,7 +1,6 @@
 """A bar across the path, low enough that a person must stoop to pass."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -11,10 +10,8 @@ from plantigrade.bounds import number
 from plantigrade.contact.scene_object import SceneObject
 from plantigrade.models import Human
 from plantigrade.world.disturbance import Disturbance, parse_numbers
+from plantigrade.world.simulated_world import SimulatedWorld
 from plantigrade.world.world_model import LIMB_BIT
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
 
 BAR_RADIUS = 0.02  # [m]
 BAR_HALF_LENGTH = 1.5  # [m]
@@ -78,7 +75,7 @@ class Barrier(Disturbance):
             friction=[0.3, 0.005, 0.0001],
         )
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Find the geoms of the bar and of the body surface."""
         own = [d for d in world.disturbances if isinstance(d, Barrier)]
         bar = world.model.geom(f"{NAME}_{next(i for i, d in enumerate(own) if d is self)}").id
@@ -87,7 +84,7 @@ class Barrier(Disturbance):
         skin = (body > 0) & (body <= n) & (np.array(model.geom_contype) == 0)
         world.memory[self] = bar, np.flatnonzero(skin)
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Record the clearance."""
         if abs(float(world.data.subtree_com[1, 0]) - self.ahead) < MEASURED_DISTANCE:
             world.record_signal("barrier.clearance", clearance(world, *world.memory[self]))
@@ -97,13 +94,13 @@ class Barrier(Disturbance):
         """The bar."""
         return SceneObject(NAME, "capsule", (BAR_RADIUS, BAR_HALF_LENGTH, 0.0))
 
-    def pose(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+    def pose(self, world: SimulatedWorld) -> Float[Array, " 7"]:
         """Return the pose of the bar, which lies across the path."""
         half = np.sqrt(0.5)
         return np.array([self.ahead, 0.0, self.height + BAR_RADIUS, half, half, 0.0, 0.0])
 
 
-def clearance(world: "plantigrade.world.world.World", bar: int, skin: Array) -> float:
+def clearance(world: SimulatedWorld, bar: int, skin: Array) -> float:
     """Return the distance between bar and body surface, negative if they overlap [m]."""
     ends = np.zeros(6)
     return min(

@@ -1,7 +1,6 @@
 """Boxes that are dropped or thrown at a person."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -19,10 +18,8 @@ from plantigrade.world.disturbance import (
     body_index,
     parse_numbers,
 )
+from plantigrade.world.simulated_world import SimulatedWorld
 from plantigrade.world.world_model import LIMB_BIT
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
 
 FLIGHT_DISTANCE = 1.5  # [m] of a thrown box: in sight, and short enough not to drop far
 DROP_HEIGHT = 0.5  # [m] of a dropped box, above the crown
@@ -86,7 +83,7 @@ class Box(Disturbance):
             friction=[0.6, 0.005, 0.0001],
         )
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Find the joint of the box; boxes have the order of the disturbances."""
         boxes = [d for d in world.disturbances if isinstance(d, Box)]
         number = next(i for i, box in enumerate(boxes) if box is self)
@@ -97,7 +94,7 @@ class Box(Disturbance):
         """Return the time of release [s]."""
         return (self.time,)
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Keep the box parked until its release."""
         q, v, thrown = world.memory[self]
         if thrown:
@@ -117,16 +114,14 @@ class Box(Disturbance):
         x, y, z = (0.5 * edge for edge in self.size)
         return SceneObject("box", "box", (x, y, z))
 
-    def pose(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+    def pose(self, world: SimulatedWorld) -> Float[Array, " 7"]:
         """Return the pose of the box after its release."""
         _, v, thrown = world.memory[self]
         body = int(world.model.dof_bodyid[v])
         pose = np.concatenate([world.data.xpos[body], world.data.xquat[body]])
         return pose if thrown else np.full(7, np.nan)
 
-    def flight(
-        self, world: "plantigrade.world.world.World"
-    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
+    def flight(self, world: SimulatedWorld) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
         """Return the initial position [m] and velocity [m/s]."""
         return np.array(self.position), np.array(self.velocity)
 
@@ -178,9 +173,7 @@ class ThrownBox(Box):
         turned = float(np.deg2rad(direction))
         return ThrownBox(mass=mass, size=(edge, edge, edge), speed=speed, direction=turned, time=at)
 
-    def flight(
-        self, world: "plantigrade.world.world.World"
-    ) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
+    def flight(self, world: SimulatedWorld) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
         """Return the initial position [m] and velocity [m/s]."""
         data, body = world.data, body_index(world.human)
         place, speed = data.xipos[body].copy(), np.zeros(6)

@@ -1,7 +1,7 @@
 """Disturbances of a person: their interface, and pushes."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -12,9 +12,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 TRUNK_BODIES = ("thorax", "torso")
 LIFTED_LOAD = 0.01  # [body weights] below which a foot is off the ground
@@ -67,14 +65,14 @@ class Disturbance:
     def add(self, spec: mujoco.MjSpec, human: Human) -> None:
         """Add bodies or tendons to the model of the world, after the person."""
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Prepare the disturbance at the start of a simulation."""
 
     def edges(self) -> tuple[float, ...]:
         """Return start and end times [s]; physics steps end there."""
         return ()
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Act until the next call, after :attr:`interval`: call :meth:`World.push`."""
 
     @property
@@ -82,7 +80,7 @@ class Disturbance:
         """Visible object of the disturbance; None if there is none."""
         return None
 
-    def pose(self, world: "plantigrade.world.world.World") -> Float[Array, " 7"]:
+    def pose(self, world: SimulatedWorld) -> Float[Array, " 7"]:
         """Return centre, world [m], and rotation ``wxyz`` of that object; NaN if absent."""
         return np.full(7, np.nan)
 
@@ -157,7 +155,7 @@ class Push(Disturbance):
         """The force, world [N]."""
         return self.force * np.array([np.cos(self.direction), np.sin(self.direction), 0.0])
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Check that the body exists."""
         self.on(world.human)
 
@@ -165,7 +163,7 @@ class Push(Disturbance):
         """Return the start and end time [s]."""
         return (self.time, self.time + self.duration)
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Push from start to end."""
         if self.time - 1e-9 <= world.time < self.time + self.duration - 1e-9:
             world.push(self.on(world.human), self.vector)
@@ -196,7 +194,7 @@ class PhasePush(Push):
         if self.side not in SIDES or not 0.0 <= self.phase <= 1.0:
             raise ParameterError(f"{self}: side must be 'r' or 'l', and phase from 0 to 1")
 
-    def missed(self, world: "plantigrade.world.world.World") -> str:
+    def missed(self, world: SimulatedWorld) -> str:
         """Return a message if the push has not come, else an empty string."""
         begin = world.memory[self].push_time
         if begin is not None and begin < world.time:
@@ -207,7 +205,7 @@ class PhasePush(Push):
             "it needs two heel strikes of that foot."
         )
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Prepare the detection of heel strikes."""
         super().reset(world)
         world.memory[self] = StrikeTimer()
@@ -216,7 +214,7 @@ class PhasePush(Push):
         """Return no edges, because the start time is not known in advance."""
         return ()
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Update the detection, and push from start to end."""
         timer: StrikeTimer = world.memory[self]
         mine = np.array([site.side == self.side for site in world.sites])

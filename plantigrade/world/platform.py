@@ -6,7 +6,6 @@ a person along.
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -17,9 +16,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world.disturbance import MAX_ANGLE, MAX_TIME, Disturbance, parse_numbers
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 PLATE_MASS = 2e4  # [kg], and inertia [kg m²] of the plate: feet cannot move it
 HALF_THICKNESS = 0.2  # [m] of the plate
@@ -77,7 +74,7 @@ class Platform(Disturbance):
         )
         spec.delete(floor)
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Move the plate to the start of its path."""
         if world.ground != Ground(friction=world.ground.friction):
             raise ParameterError("moving ground must be level, at height zero, without a seat")
@@ -86,7 +83,7 @@ class Platform(Disturbance):
         q, v = world.memory[self]
         world.data.qpos[q : q + 4], world.data.qvel[v : v + 4], _ = self.path(0.0)
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Track the path by its acceleration and a feedback of position and velocity errors."""
         q, v = world.memory[self]
         data = world.data

@@ -1,7 +1,6 @@
 """A rope that pulls at a person."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from plantigrade.world.disturbance import (
     body_index,
     parse_numbers,
 )
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 MAX_ANCHOR = 1e3  # [m] from the origin, along any axis
 
@@ -65,7 +62,7 @@ class Rope(Disturbance):
         force, x, y, z, at, *lasts = parse_numbers(word, "rope", form, 5, 6)
         return Rope(force=force, anchor=(x, y, z), time=at, duration=lasts[0] if lasts else np.inf)
 
-    def reset(self, world: "plantigrade.world.world.World") -> None:
+    def reset(self, world: SimulatedWorld) -> None:
         """Check that the body exists."""
         body_index(world.human, self.body)
 
@@ -73,7 +70,7 @@ class Rope(Disturbance):
         """Return when it begins and ends to pull [s]."""
         return tuple(t for t in (self.time, self.time + self.duration) if np.isfinite(t))
 
-    def act(self, world: "plantigrade.world.world.World") -> None:
+    def act(self, world: SimulatedWorld) -> None:
         """Pull from start to end."""
         if self.time - 1e-9 <= world.time < self.time + self.duration - 1e-9:
             body = body_index(world.human, self.body)

@@ -1,16 +1,13 @@
 """The state of a world that is passed to its controller."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 
 class State:
@@ -23,7 +20,7 @@ class State:
         world: The world, with MuJoCo's ``model`` and ``data`` and the ``ground``.
     """
 
-    def __init__(self, world: "plantigrade.world.world.World"):
+    def __init__(self, world: SimulatedWorld):
         """Copy the present state of a world."""
         human = world.human
         self.world, self.time = world, world.time

@@ -25,7 +25,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Record
-from plantigrade.record.signal_registry import CONTROLLER, signal_of
+from plantigrade.record.signal_registry import CONTROLLER
 from plantigrade.record.things import PLACES
 from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
@@ -35,6 +35,7 @@ from plantigrade.world.controller import AnyController, Rates, controller_from
 from plantigrade.world.disturbance import Disturbance
 from plantigrade.world.falls import Fall, FallWatch
 from plantigrade.world.recorder import Recorder
+from plantigrade.world.simulated_world import SimulatedWorld
 from plantigrade.world.standing import standing_on
 from plantigrade.world.state import State
 from plantigrade.world.world_model import world_model
@@ -47,7 +48,7 @@ TORQUE_RISE_INTERVAL = 0.002  # [s] between updates of rate-limited torques
 MAX_DURATION = 3600.0  # [s] of a simulation
 
 
-class World:
+class World(SimulatedWorld):
     """A person on a ground, with disturbances, simulated by MuJoCo.
 
     Args:
@@ -133,11 +134,6 @@ class World:
         self._qpos = standing_on(human, self.ground) if qpos is None else _finite("qpos", qpos, nq)
         self._qvel = np.zeros(nv) if qvel is None else _finite("qvel", qvel, nv)
         self.reset()
-
-    @property
-    def time(self) -> float:
-        """Time since the start [s]."""
-        return self._steps / self.rate
 
     def reset(
         self,
@@ -325,46 +321,6 @@ class World:
         if poses := [d.pose(self) for d in self.disturbances if d.scene_object is not None]:
             signals[PLACES] = np.array(poses)
         recorder.after(data, step_contacts, tau, motor, pushed, signals)
-
-    def push(
-        self, body: int, force: Float[Array, " 3"], arm: Float[Array, " 3"] | None = None
-    ) -> None:
-        """Apply a force to a body until the next control step or edge of a disturbance.
-
-        For disturbances and interactive forces; call it before :meth:`step`.
-
-        Args:
-            body: Index of the body.
-            force: Force, world [N].
-            arm: Lever arm from the centre of mass of the body, world [m]; zero if absent.
-        """
-        lever = np.zeros(3) if arm is None else np.array(arm, dtype=float)
-        self._pushed.append((body, np.array(force, dtype=float), lever))
-
-    @property
-    def pushes(self) -> Float[Array, "n 2 3"]:
-        """Points [m] and forces [N] of the pushes at the end of the last control step."""
-        place = self.data.xipos
-        acted = [(place[body] + arm, force) for body, force, arm in self._last_pushes]
-        return np.array(acted).reshape(-1, 2, 3)
-
-    def record_signal(self, name: str, value: float | Array) -> None:
-        """Record a number or array of a disturbance as a signal.
-
-        Raises:
-            ParameterError: If no signal has this name; your own begin with ``user.``.
-        """
-        signal_of(name)
-        self._signals[name] = value
-
-    def contact_force(self) -> Float[Array, "n_sites 3"]:
-        """Return the ground reaction force at each contact sphere in the last step [N]."""
-        return self.contacts.forces(self.data)
-
-    def evaluated(self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> BodyState:
-        """Return the evaluated body at a configuration and velocity."""
-        self._body = self._body.moved_to(qpos, qvel)
-        return self._body
 
 
 def _ignore_warning(_: str) -> None:

@@ -1,7 +1,5 @@
 """Conversion of recorded frames of a world to a Record."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from plantigrade.arrays import Array
@@ -10,12 +8,10 @@ from plantigrade.record import Record
 from plantigrade.record.moving_ground import MOVED, PLACE
 from plantigrade.record.things import PLACES, described
 from plantigrade.world.recorder import Recorder
-
-if TYPE_CHECKING:
-    import plantigrade.world.world
+from plantigrade.world.simulated_world import SimulatedWorld
 
 
-def record_of(world: "plantigrade.world.world.World", recorder: Recorder) -> Record:
+def record_of(world: SimulatedWorld, recorder: Recorder) -> Record:
     """Return the Record of the frames that a recorder kept.
 
     Signals: ``world.motor``, torques of the motors alone [N m]; ``world.push``, sum of pushes

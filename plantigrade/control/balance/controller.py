@@ -29,11 +29,11 @@ from plantigrade.world import (
     Controller,
     Drawing,
     Rates,
+    SimulatedWorld,
     StablePD,
     State,
     Summary,
     Target,
-    World,
 )
 
 
@@ -55,7 +55,7 @@ class Balance(Controller):
         self, reference: Reference | None = None, *, settings: BalanceSettings | None = None
     ):
         self.reference, self.settings = reference, settings or BalanceSettings()
-        self._world: World | None = None
+        self._world: SimulatedWorld | None = None
         self.targets = (
             Target("weight forward", -6.0, 8.0, 0.0, "cm"),
             Target("weight to the left", -12.0, 12.0, 0.0, "cm"),

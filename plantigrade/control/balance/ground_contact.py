@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.wbc.whole_body import Touching
-from plantigrade.world import State, World
+from plantigrade.world import SimulatedWorld, State
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class GroundContact:
         settings: Which contacts count.
     """
 
-    def __init__(self, world: World, settings: GroundContactSettings):
+    def __init__(self, world: SimulatedWorld, settings: GroundContactSettings):
         self.world, self.model = world, world.model
         self.friction = settings.friction_share * world.ground.friction
         names = [GEOM_PREFIX + site.name for site in world.sites if site.side]

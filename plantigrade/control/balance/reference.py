@@ -17,7 +17,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.point import axis_error
-from plantigrade.world import World
+from plantigrade.world import SimulatedWorld
 
 PLATFORM = "platform"  # name of the body that moves in worlds that have one
 
@@ -120,7 +120,7 @@ def _at_rest(body: State, qvel: Array, spheres: PointSet) -> ReferenceState:
     return ReferenceState(qpos, qvel, qacc, body.com, velocity, np.zeros(3), positions, contact)
 
 
-def posture_reference(world: World, qpos: Float[Array, " nq"]) -> Reference:
+def posture_reference(world: SimulatedWorld, qpos: Float[Array, " nq"]) -> Reference:
     """Return the reference of a posture held in a world, on a platform if it has one."""
     if mujoco.mj_name2id(world.model, mujoco.mjtObj.mjOBJ_BODY, PLATFORM) < 0:
         return PostureReference(world.human, np.array(qpos))
@@ -135,7 +135,7 @@ class PlatformReference(Reference):
         qpos: The posture, feet on the platform as it is now.
     """
 
-    def __init__(self, world: World, qpos: Float[Array, " nq"]):
+    def __init__(self, world: SimulatedWorld, qpos: Float[Array, " nq"]):
         human, solver = world.human, PostureSolverSettings()
         self._data, self._platform = world.data, world.model.body(PLATFORM).id
         self._start = self._body = body = State(human, qpos)

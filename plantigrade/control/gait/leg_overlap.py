@@ -3,7 +3,7 @@
 import numpy as np
 
 from plantigrade.control.gait.clearance import part_of
-from plantigrade.world import World
+from plantigrade.world import SimulatedWorld
 
 MAX_LEG_OVERLAP = 0.03  # [m] depth that flesh could yield; deeper, legs are no longer solid
 
@@ -18,7 +18,7 @@ class LegOverlap:
         deepest: Greatest depth so far [m].
     """
 
-    def __init__(self, world: World):
+    def __init__(self, world: SimulatedWorld):
         model = world.model
         kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
         self._leg = (kind == "leg_r") * 1 + (kind == "leg_l") * 2

@@ -34,10 +34,10 @@ from plantigrade.world import (
     Drawing,
     InitialState,
     Rates,
+    SimulatedWorld,
     StablePD,
     State,
     Summary,
-    World,
 )
 
 
@@ -87,7 +87,7 @@ class Pendulum(Controller):
         self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)
         self._damping = own.gait.joint_damping * self.person.strength
-        self._world: World | None = None
+        self._world: SimulatedWorld | None = None
         self.footstep: Footstep | None = None
         self.footfalls: list[Footfall] = []
 

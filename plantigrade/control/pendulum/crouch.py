@@ -10,7 +10,7 @@ from plantigrade.control.gait.person import leg_length
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
-from plantigrade.world import Barrier, World
+from plantigrade.world import Barrier, SimulatedWorld
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class CrouchSettings:
     """Distance before and behind a barrier over which the head stays low [m]. Chosen (±20 %: not
     met)."""
 
-    def barriers(self, world: World) -> list[tuple[float, float]]:
+    def barriers(self, world: SimulatedWorld) -> list[tuple[float, float]]:
         """Return how far ahead barriers of a world are [m], and the depth under them [cm].
 
         Raises:
@@ -106,7 +106,7 @@ class CrouchControl:
         ParameterError: If a barrier is too low.
     """
 
-    def __init__(self, human: Human, world: World, settings: CrouchSettings):
+    def __init__(self, human: Human, world: SimulatedWorld, settings: CrouchSettings):
         self.settings, self.barriers = settings, settings.barriers(world)
         self._deepest, self._depth = Crouch.of(human, settings), 0.0
         self._greatest = 0.01 * max((depth for _, depth in self.barriers), default=0.0)

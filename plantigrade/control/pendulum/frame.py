@@ -14,7 +14,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.control.balance.reference import PLATFORM
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.spatial.conventions import about_vertical
-from plantigrade.world import State, World
+from plantigrade.world import SimulatedWorld, State
 
 
 class Frame:
@@ -103,7 +103,7 @@ class Terrain:
         frame: The frame.
     """
 
-    def __init__(self, world: World, frame: Frame):
+    def __init__(self, world: SimulatedWorld, frame: Frame):
         self._world, self._frame = world, frame
         self.ground: Ground = world.ground
         self.friction, self.steps = self.ground.friction, self.ground.steps

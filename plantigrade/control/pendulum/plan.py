@@ -1,9 +1,8 @@
 """The step plan of a walk: the next footstep, and the error of the centre of mass."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import atan, cos, exp, sin, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,35 +15,15 @@ from plantigrade.control.gait.phase import Foot, Gait
 from plantigrade.control.pendulum.footstep import Footstep, Reach, next_footstep
 from plantigrade.control.pendulum.landing_laws import LAWS, ReferenceTouchdown
 from plantigrade.control.pendulum.reference import ScaledReference
+from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State
-
-if TYPE_CHECKING:
-    from plantigrade.control.pendulum.settings import PendulumSettings
 
 MIN_PHASE = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
 
 Foothold = Callable[[int, Array, Array, float], Array]
 """Shift of a footstep to where a sole lies well [m]: side, footstep, stance foot [m], time [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlanSettings:
-    """How a walk returns to its path and reaches footsteps; values were chosen."""
-
-    max_path_error: float = 0.4
-    """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
-    lost beyond it stays lost."""
-    path_gain: float = 0.15
-    """Rate at which a lasting offset from the path is countered [1/s]."""
-    recovery_error: float = 0.1
-    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
-    leaves the recorded path, and a late one comes down where it is."""
-    max_lowering: float = 0.2
-    """Greatest lowering of the body for a far footstep [leg lengths]."""
-    rise_time: float = 0.5
-    """Time constant with which it rises again [s]: faster, it was thrown up between steps."""
 
 
 class StepPlan:
@@ -74,7 +53,7 @@ class StepPlan:
         reference: ScaledReference,
         person: Person,
         step: float,
-        settings: "PendulumSettings",
+        settings: PendulumSettings,
     ):
         self.gait, self.reference, self.person, self.step = gait, reference, person, step
         self.settings = settings

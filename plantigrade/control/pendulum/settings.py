@@ -12,7 +12,7 @@ from plantigrade.control.pendulum.footstep import ReachSettings
 from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
-from plantigrade.control.pendulum.plan import PlanSettings
+from plantigrade.control.pendulum.plan_settings import PlanSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.standing import StandingSettings
 from plantigrade.control.pendulum.swing import SwingPathSettings

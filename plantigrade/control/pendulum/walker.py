@@ -26,10 +26,10 @@ from plantigrade.world import (
     Controller,
     Drawing,
     InitialState,
+    SimulatedWorld,
     State,
     Summary,
     Target,
-    World,
     standing_on,
 )
 
@@ -190,7 +190,7 @@ class Walker(Controller):
     def _begin(self, state: State) -> None:
         """Start anew."""
         own, pendulum = self.settings, self.pendulum
-        self._world: World | None = state.world
+        self._world: SimulatedWorld | None = state.world
         self.frame = Frame()
         self.styles.begin()
         pendulum.reference.start(1.0, 0.0, 0.0)

@@ -1,0 +1,21 @@
+"""Settings of the plan of a walk on the inverted pendulum."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanSettings:
+    """How a walk returns to its path and reaches footsteps; values were chosen."""
+
+    max_path_error: float = 0.4
+    """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
+    lost beyond it stays lost."""
+    path_gain: float = 0.15
+    """Rate at which a lasting offset from the path is countered [1/s]."""
+    recovery_error: float = 0.1
+    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
+    leaves the recorded path, and a late one comes down where it is."""
+    max_lowering: float = 0.2
+    """Greatest lowering of the body for a far footstep [leg lengths]."""
+    rise_time: float = 0.5
+    """Time constant with which it rises again [s]: faster, it was thrown up between steps."""
