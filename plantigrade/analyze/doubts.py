@@ -16,7 +16,7 @@ from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.ball_joints import BallJoint
-from plantigrade.dynamics.loading import FASTER
+from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
 from plantigrade.kinematics.shoulders import arms_of
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -73,7 +73,9 @@ class Doubts:
     @classmethod
     def of(cls, trial: Trial) -> "Doubts":
         """Return those of an analysed recording."""
-        noise_factor = FASTER if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
+        noise_factor = (
+            RUNNING_FREQUENCY_RATIO if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
+        )
         fast = too_fast(trial.fit.human, trial.motion)
         return cls(_residual(trial), fast, noise_factor, seems_mirrored(trial))
 

@@ -15,7 +15,7 @@ from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics
-from plantigrade.dynamics.loading import FASTER
+from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError, SolverError
 from plantigrade.kinematics.given_ground import suggested
@@ -74,7 +74,7 @@ def estimate(
     why = _refusal(found, *left_over(human, motion, found, moments))
     if why:
         return None, None, (CANNOT + why,)
-    band, more = knee_band(human, found), FASTER if found.flies else 1.0
+    band, more = knee_band(human, found), RUNNING_FREQUENCY_RATIO if found.flies else 1.0
     if found.noise > more * NOISY or band > more * WIDE:
         noisy = f"is {found.noise:.1f} times as noisy as assumed"
         why = (
@@ -161,7 +161,9 @@ def _refusal(found: GroundForces, force: float, moment: float) -> str:
         "something else seems to carry the body too (a hand on a rail, a step), or the "
         "motion is too noisy."
     )
-    more = FASTER if found.flies else 1.0  # a motion filtered less keeps more noise
+    more = (
+        RUNNING_FREQUENCY_RATIO if found.flies else 1.0
+    )  # a motion filtered less keeps more noise
     if not force <= more * MOST_FORCE:
         return f"{force:.2f} body weights of net force are left over; {carries}"
     if not moment <= more * MOST_MOMENT:

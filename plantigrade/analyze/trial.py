@@ -25,7 +25,6 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Seat
 from plantigrade.contact.site import ContactSite
-from plantigrade.dynamics.carriers import segment_forces
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import GroundForces
@@ -33,6 +32,7 @@ from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics,
 from plantigrade.dynamics.loading import leaves_the_ground
 from plantigrade.dynamics.plate_clock import MIN_CORRECTION, clock_note, clock_offset, on_one_clock
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
+from plantigrade.dynamics.segment_loads import segment_forces
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.soles import height_figures

@@ -1,1 +1,1 @@
-"""Inverse dynamics and contact wrenches."""
+"""Inverse dynamics, ground reactions and symbolic equations of motion."""

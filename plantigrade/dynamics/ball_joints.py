@@ -1,8 +1,8 @@
-r"""Shoulders that come near the singularity of their angles, as rotations.
+r"""Shoulders near the singularity of their angles, treated as rotations.
 
-Where an arm is abducted to the horizontal, its flexion and rotation turn by up to half a circle
-within a few frames although the arm hardly moves, and filtering these angles would move it. Such a
-shoulder is filtered and differentiated as a quaternion, like the root, and its angles
+With the arm abducted to the horizontal, flexion and rotation change by up to 180° within a few
+frames although the arm hardly moves, and filtering these angles would distort the motion. The
+shoulder is then filtered and differentiated as a quaternion, like the root, and its angles
 :math:`q` follow from rotation :math:`R(q)`, angular velocity and acceleration in the frame of the
 upper arm,
 
@@ -25,12 +25,12 @@ from plantigrade.models import Human
 from plantigrade.models.human import coordinate_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
-MIN_SINE = np.sin(np.deg2rad(60.0))
+MIN_ABDUCTION_SINE = np.sin(np.deg2rad(60.0))
 """Sine of the abduction above which a shoulder is treated as one rotation."""
 SINGULAR_COSINE = 1e-6
 """Cosine of the abduction below which a rotation does not determine the angles."""
-DAMPING = 0.01
-"""Damping of the inverse of the axes: rates stay finite within 0.6° of the singularity."""
+INVERSE_DAMPING = 0.01
+"""Damping of the inverse of the axes [1]; rates stay finite within 0.6° of the singularity."""
 
 
 class BallJoint:
@@ -47,15 +47,15 @@ class BallJoint:
         self._sign = np.array([axis.sum() for axis in axes])  # along y, x, z, either way
 
     def quaternions(self, angles: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
-        """Return the rotations of the upper arm, ``wxyz``, without changes of sign."""
+        """Return the rotations of the upper arm, ``wxyz``, with continuous sign."""
         quat = xyzw_to_wxyz(Rotation.from_euler("YXZ", angles * self._sign).as_quat())
         dots = np.einsum("ij,ij->i", quat[1:], quat[:-1])
         quat[1:] *= np.cumprod(np.where(dots < 0, -1.0, 1.0))[:, None]
         return quat
 
     def angles(self, quat: Float[Array, "n 4"], near: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
-        """Return the triples of angles of rotations nearest to given angles [rad]."""
-        with warnings.catch_warnings():  # of frames that are exactly singular; they keep theirs
+        """Return the angles of rotations nearest to given angles [rad]."""
+        with warnings.catch_warnings():  # exactly singular frames keep the given angles
             warnings.simplefilter("ignore", UserWarning)
             one = self._sign * Rotation.from_quat(wxyz_to_xyzw(quat)).as_euler("YXZ")
         locked = np.abs(np.cos(one[:, 1])) < SINGULAR_COSINE
@@ -92,7 +92,7 @@ class BallJoint:
         axes = self.axes(angles)
         u1, u2, u3 = np.moveaxis(axes, 2, 0)
         across = np.swapaxes(axes, 1, 2)
-        inverse = across @ np.linalg.inv(axes @ across + DAMPING**2 * np.eye(3))
+        inverse = across @ np.linalg.inv(axes @ across + INVERSE_DAMPING**2 * np.eye(3))
         rate = np.einsum("nij,nj->ni", inverse, velocity)
         a, b, c = rate.T[..., None]
         turned = (b * np.cross(u1, u2) + c * np.cross(u1, u3)) * a + c * np.cross(u2, u3) * b
@@ -100,9 +100,9 @@ class BallJoint:
 
 
 def ball_joints(human: Human, qpos: Float[Array, "n_frames nq"]) -> list[BallJoint]:
-    """Return the shoulders that come near the singularity of their angles in a motion."""
+    """Return the shoulders near the singularity of their angles in a motion."""
     return [
         BallJoint(side, hinges)
         for side, hinges in zip(SIDES, arms_of(human), strict=False)
-        if np.abs(np.sin(qpos[:, 7 + hinges[1]])).max(initial=0.0) > MIN_SINE
+        if np.abs(np.sin(qpos[:, 7 + hinges[1]])).max(initial=0.0) > MIN_ABDUCTION_SINE
     ]

@@ -1,9 +1,9 @@
 r"""Centre of mass, momentum, zero-moment point and centre of pressure over a motion.
 
-The ground must supply the force :math:`F = m(\ddot c - g)` and the moment :math:`\dot L` about
-the centre of mass :math:`c`. Both follow exactly from the motion: they are what inverse dynamics
-without contacts leaves at the root. The zero-moment point is where on a level plane at height
-:math:`z` that wrench has no horizontal moment,
+The ground must supply the force :math:`F = m(\ddot c - g)` and the moment :math:`\dot L` about the
+centre of mass :math:`c`. Both follow exactly from the motion, as the root wrench of inverse
+dynamics without contacts. The zero-moment point is the point of a level plane at height :math:`z`
+about which this wrench has no horizontal moment,
 
 .. math:: p_x = c_x - \frac{(c_z - z) F_x + \dot L_y}{F_z}, \qquad
     p_y = c_y - \frac{(c_z - z) F_y - \dot L_x}{F_z}.
@@ -28,15 +28,14 @@ class Centroid:
     r"""Whole-body quantities over time, world axes."""
 
     com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
-    com_vel: Float[Array, "n_frames 3"]  #: Its velocity [m/s]
+    com_vel: Float[Array, "n_frames 3"]  #: Velocity of the centre of mass [m/s]
     angular_momentum: Float[Array, "n_frames 3"]  #: About the centre of mass [kg m²/s]
-    #: Force the ground must supply, :math:`m(\ddot c - g)` [N]; None without accelerations, as
-    #: are the next two
+    #: Required ground force, :math:`m(\ddot c - g)` [N]; None without accelerations, like the next
+    #: two
     force: Float[Array, "n_frames 3"] | None = None
-    #: Moment about the centre of mass it must supply, :math:`\dot L` [N m]
+    #: Required moment about the centre of mass, :math:`\dot L` [N m]
     moment: Float[Array, "n_frames 3"] | None = None
-    #: Zero-moment point on the ground plane [m]; NaN where the force does not push up by a
-    #: hundredth of body weight
+    #: Zero-moment point on the ground plane [m]; NaN for a vertical force below 1 % of body weight
     zmp: Float[Array, "n_frames 3"] | None = None
 
 
@@ -51,14 +50,14 @@ def centroid(
     """Return centre of mass, momentum and, with accelerations, the zero-moment point.
 
     Args:
-        human: Whose motion.
+        human: The person.
         qpos: Configurations.
         qvel: Velocities.
         qacc: Accelerations.
         ground: Height of the ground plane [m].
 
     Raises:
-        ParameterError: If the arrays do not belong together.
+        ParameterError: If the arrays are inconsistent.
     """
     check_motion(human, qpos, qvel, qacc)
     n = len(qpos)
@@ -71,8 +70,8 @@ def centroid(
     if root is None:
         return Centroid(com, com_vel, momentum)
     force, moment = root_wrench_at(root, qpos, com)
-    least = 0.01 * human.mass * GRAVITY
-    points = zero_moment_point(force, moment, com, ground, least=least)
+    min_force = 0.01 * human.mass * GRAVITY
+    points = zero_moment_point(force, moment, com, ground, min_force=min_force)
     return Centroid(com, com_vel, momentum, force, moment, points)
 
 
@@ -82,18 +81,18 @@ def zero_moment_point(
     about: Float[Array, "n_frames 3"],
     ground: float,
     *,
-    least: float,
+    min_force: float,
 ) -> Float[Array, "n_frames 3"]:
     """Return the point of a level plane at which a wrench has no horizontal moment [m].
 
     Args:
         force: Force [N], world axes.
-        moment: Its moment [N m] about the points ``about``.
-        about: Those points [m].
+        moment: Moment [N m] about the points ``about``.
+        about: Reference points of the moment [m].
         ground: Height of the plane [m].
-        least: Vertical force below which there is no such point (NaN) [N].
+        min_force: Vertical force below which the point is undefined (NaN) [N].
     """
-    up = np.where(force[:, 2] > least, force[:, 2], np.nan)
+    up = np.where(force[:, 2] > min_force, force[:, 2], np.nan)
     drop = about[:, 2] - ground
     x = about[:, 0] - (drop * force[:, 0] + moment[:, 1]) / up
     y = about[:, 1] - (drop * force[:, 1] - moment[:, 0]) / up
@@ -104,20 +103,20 @@ def centre_of_pressure(
     force: Float[Array, "n_frames n_contacts 3"],
     point: Float[Array, "n_frames n_contacts 3"],
     *,
-    least: float = 20.0,
+    min_force: float = 20.0,
 ) -> Float[Array, "n_frames 3"]:
-    """Return the common centre of pressure of all contacts [m]: their points weighted by load.
+    """Return the load-weighted mean of all contact points, the centre of pressure [m].
 
     Args:
         force: Force of the ground on the body at each contact [N].
-        point: Where it acts [m]; may be NaN where the force is zero.
-        least: Total vertical force below which there is none (NaN) [N].
+        point: Points of application [m]; may be NaN for zero force.
+        min_force: Total vertical force below which the result is NaN [N].
     """
     load = np.where(np.isfinite(point[..., 2]), np.maximum(force[..., 2], 0.0), 0.0)
     total = load.sum(axis=1)
     weighted = (load[..., None] * np.nan_to_num(point)).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where((total > least)[:, None], weighted / total[:, None], np.nan)
+        return np.where((total > min_force)[:, None], weighted / total[:, None], np.nan)
 
 
 def root_wrench_at(

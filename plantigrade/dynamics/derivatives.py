@@ -1,20 +1,20 @@
 r"""Velocities and accelerations of a motion, in MuJoCo's tangent space.
 
 The root's quaternion :math:`q` is smoothed and differentiated component by component (a linear
-filter commutes with turning the world, so no direction is preferred) and normalised again. With
-quintic splines through the samples for :math:`\dot q` and :math:`\ddot q`, the angular velocity
-and acceleration in body axes are
+filter commutes with rotations of the world, so no direction is preferred) and normalised again.
+With quintic splines through the samples for :math:`\dot q` and :math:`\ddot q`, the angular
+velocity and acceleration in body axes are
 
 .. math:: \omega = 2\,\mathrm{vec}(\bar q\,\dot q), \qquad
     \dot\omega = 2\,\mathrm{vec}(\bar q\,\ddot q),
 
 the second because :math:`\dot{\bar q} \dot q` is a pure scalar. Shoulders near the singularity of
-their angles are treated alike (:mod:`plantigrade.dynamics.ball_joints`).
+their angles are treated likewise (:mod:`plantigrade.dynamics.ball_joints`).
 
-A filter that reflects the signal at its ends bends it straight there: accelerations, and with them
-moments, go to zero in the first and last tenths of a second. Before filtering, a cubic with the
-signal's own curvature at either end is therefore taken out and afterwards put back; the filter
-passes cubics unchanged.
+A filter that reflects the signal at its ends removes its curvature there: accelerations and moments
+approach zero in the first and last tenths of a second. A cubic with the signal's curvature at both
+ends is therefore subtracted before filtering and added afterwards; the filter passes cubics
+unchanged.
 """
 
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ def differentiate(
     """Return a motion's velocities and accelerations.
 
     Args:
-        human: Whose motion.
+        human: The person.
         time: Time of each frame [s], increasing; evenly spaced if ``cutoff`` is given.
         qpos: Configurations; either sign of the quaternion.
         cutoff: Zero-lag fourth-order low-pass of everything before differentiation [Hz]; None

@@ -1,15 +1,15 @@
-r"""How sure estimated ground reactions are: bands from the quadratic program's own rows.
+r"""Confidence bands of estimated ground reactions from the rows of the quadratic program.
 
-Every row of the program has an error: the motion its noise, the true forces a bend that is not
-zero, the person a path of the centre of pressure that is not the mean. Errors of the size of each
-row's scale, correlated over time as such errors are, are drawn many times; each draw moves the
+Every row of the program has an error, from the noise of the motion, the curvature of the true
+forces or the deviation of a person's centre-of-pressure path from the mean. Errors with the scale
+of each row and a realistic correlation over time are drawn repeatedly; each draw displaces the
 optimum by
 
 .. math:: \delta x = (P + G^T \tfrac{z}{s} G)^{-1} A^T e,
 
-with the rows :math:`A` over their scales, inequalities :math:`G` by their multipliers :math:`z` and
-slacks :math:`s`. One factorisation serves all draws. Their spread, times a factor for each
-quantity, is the band.
+with the rows :math:`A` divided by their scales, inequalities :math:`G`, multipliers :math:`z` and
+slacks :math:`s`. One factorisation serves all draws. Their standard deviation times a factor for
+each quantity is the band.
 """
 
 from dataclasses import dataclass
@@ -19,27 +19,32 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
-from plantigrade.dynamics.carriers import Carriers
-from plantigrade.dynamics.force_needs import ForceNeeds
+from plantigrade.dynamics.required_forces import RequiredForces
+from plantigrade.dynamics.segment_loads import SegmentLoads
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 
-DRAWS = 32  # Monte Carlo draws; their number scatters a band by an eighth
-NINETY = 1.645  # standard deviations of the half-width of a 90 % band
-# Over how long the errors of rows are alike [s]
-NOISE_TIME = 0.04  # of the motion, filtered at some 6 Hz
-BEND_TIME = 0.04  # of forces and of joint moments
-PATH_TIME = 0.25  # of the centre of pressure's path: a person keeps to their own
-# Where nobody walks: how far persons are from the least activation, of that activation, and from
-# the foot's axis, of what a rolling foot may be
-ACTIVATION, ASIDE = 2.0, 0.5
-# What the spreads are multiplied by, so that the bands hold what plates measured
-FORCE, POINT, TORQUE, MOMENT = 1.3, 1.7, 1.6, 1.6
-TIMING = 0.010  # standard deviation of gait events found from the motion [s]
-# Standard deviation of the vertical force at an end of the recording, beyond which the filter does
-# not know the motion [BW], and its decay: time constant of a low-pass at 6 Hz [s]
-END_SPREAD, END_TIME = 0.25, 0.027
-NEAR_EVENT = 0.15  # within this of landing and leaving the instant matters [s]
+N_DRAWS = 32  # [1] Monte Carlo draws; the sampling error of a band is one eighth
+HALF_WIDTH_90 = 1.645  # [1] half-width of a 90 % band in standard deviations
+# Correlation times of the errors.
+NOISE_TIME = 0.04  # [s] motion filtered at about 6 Hz
+BEND_TIME = 0.04  # [s] forces and joint moments
+PATH_TIME = 0.25  # [s] path of the centre of pressure, which is individual
+# Without gait: deviation from minimum activation relative to that activation, and of the path from
+# the foot's axis relative to that of a rolling foot.
+ACTIVATION_SPREAD = 2.0  # [1]
+FLAT_PATH_SPREAD = 0.5  # [1]
+# Factors of the standard deviations, so that the bands contain the measurements of plates.
+FORCE_FACTOR = 1.3  # [1]
+POINT_FACTOR = 1.7  # [1]
+TORQUE_FACTOR = 1.6  # [1]
+MOMENT_FACTOR = 1.6  # [1]
+EVENT_SPREAD = 0.010  # [s] standard deviation of gait events detected from the motion
+# [BW] standard deviation of the vertical force at an end of the recording, where the filter lacks
+# data
+END_SPREAD = 0.25
+END_TIME = 0.027  # [s] decay time of this error, that of a low-pass at 6 Hz
+EVENT_WINDOW = 0.15  # [s] time around landing and take-off affected by errors of events
 
 
 @dataclass(frozen=True)
@@ -60,47 +65,47 @@ def drawn_errors(
     dt: float,
     pace: float = 1.0,
 ) -> Float[Array, "n_rows n_draws"]:
-    """Return errors of all rows, in their scales, by block; the shift's are independent.
+    """Return random errors of all rows in units of their scales.
 
     Args:
         blocks: Rows by name.
-        place: Frame and carrier of the rows of a block.
+        place: Frame and support of the rows of a block.
         n: Number of frames.
         dt: Time between frames [s].
-        pace: How many times higher the frequencies of the motion are than those of walking.
+        pace: Ratio of the motion's frequencies to those of walking.
     """
     rng = np.random.default_rng(0)
-    errors = np.empty((max(s.stop for s in blocks.values()), DRAWS))
+    errors = np.empty((max(s.stop for s in blocks.values()), N_DRAWS))
     for name, rows in blocks.items():
         if name.startswith(("shift", "offset")):  # once for the recording
-            errors[rows] = rng.normal(size=(rows.stop - rows.start, DRAWS))
+            errors[rows] = rng.normal(size=(rows.stop - rows.start, N_DRAWS))
             continue
-        alike = BEND_TIME / pace
+        correlation_time = BEND_TIME / pace
         if name.startswith(("force", "moment", "noise")):
-            alike = NOISE_TIME / pace
+            correlation_time = NOISE_TIME / pace
         elif name.startswith(("path", "free", "effort")):
-            alike = PATH_TIME
+            correlation_time = PATH_TIME
         frame, foot = place[name]
         for k in np.unique(foot):
             own = np.flatnonzero(foot == k)
-            drawn = _smooth_noise(rng, n + 2, alike / dt)
+            drawn = _smooth_noise(rng, n + 2, correlation_time / dt)
             errors[rows.start + own] = np.sqrt(dt) * drawn[frame[own]]
     return errors
 
 
-def calm_errors(
+def errors_without_gait(
     errors: Float[Array, "n_rows n_draws"],
     blocks: dict[str, slice],
     missed: Float[Array, " n_rows"],
 ) -> Float[Array, "n_rows n_draws"]:
-    """Return the errors of a motion that is no gait, slower than one perhaps.
+    """Return the errors for a motion that is not gait and possibly slower.
 
-    Moments and forces that change less than the scales of walking allow err less, too.
+    Moments and forces with smaller rates than the scales of walking have smaller errors.
 
     Args:
         errors: From :func:`drawn_errors`.
         blocks: Rows by name.
-        missed: By how much the rows are missed, in their scales.
+        missed: Residuals of the rows in units of their scales.
     """
     out = errors.copy()
     for kind in ("rate", "bend"):
@@ -109,41 +114,41 @@ def calm_errors(
             out[rows] *= min(1.0, float(np.sqrt(np.mean(missed[rows] ** 2))))
     effort = np.concatenate([np.r_[s] for n, s in blocks.items() if n.startswith("effort")])
     if len(effort):
-        out[effort] *= ACTIVATION * float(np.sqrt(np.mean(missed[effort] ** 2)))
+        out[effort] *= ACTIVATION_SPREAD * float(np.sqrt(np.mean(missed[effort] ** 2)))
     for name, rows in blocks.items():
         if name.startswith("path"):
-            out[rows] *= ASIDE
+            out[rows] *= FLAT_PATH_SPREAD
     return out
 
 
 def _smooth_noise(rng, n: int, width: float) -> np.ndarray:
-    """Return unit noise (n, draws), alike over about ``width`` frames."""
+    """Return unit noise (n, draws) with a correlation length of about ``width`` frames."""
     from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-    white = rng.standard_normal((n, DRAWS), dtype=np.float32)
+    white = rng.standard_normal((n, N_DRAWS), dtype=np.float32)
     if width < 8:
         white = gaussian_filter1d(white, width, axis=0, mode="nearest")
-    else:  # two boxes spread by as much, and take less time
+    else:  # two box filters of the same width are faster
         for _ in range(2):
             white = uniform_filter1d(white, round(np.sqrt(6.0) * width), axis=0, mode="nearest")
     return white / white.std()
 
 
 def spread_of(
-    needs: ForceNeeds,
+    needs: RequiredForces,
     wrench: Float[Array, "n k 6"],
     moved: Float[Array, "n k 6 n_draws"],
     least: float,
 ) -> Spread:
-    """Return the spread of everything that follows from the wrenches.
+    """Return the standard deviations of all results derived from the wrenches.
 
     Forces and centres of pressure are in world axes.
 
     Args:
-        needs: The motion.
+        needs: Required forces.
         wrench: The estimate [BW, BW m].
-        moved: How far each draw moves it.
-        least: Load from which the centre of pressure is told [BW].
+        moved: Displacement of the estimate by each draw [BW, BW m].
+        least: Minimum load for a centre of pressure [BW].
     """
     load = np.maximum(wrench[..., 2], least)
     x, y = -wrench[..., 4] / load, wrench[..., 3] / load
@@ -174,7 +179,7 @@ def spread_of(
 
 
 def half_widths(
-    needs: ForceNeeds,
+    needs: RequiredForces,
     wrench: Float[Array, "n k 6"],
     spread: Spread,
     contacts: tuple[ContactInterval, ...],
@@ -184,35 +189,35 @@ def half_widths(
 ) -> dict[str, Array]:
     """Return the half-widths of the 90 % bands of the feet at instants [N, m, N m].
 
-    Joints within a foot have none (NaN): how its segments share the load is not known.
+    Joints within a foot have no band (NaN), because the load of its segments is unknown.
 
     Args:
-        needs: The motion.
+        needs: Required forces.
         wrench: The estimate [BW, BW m].
         spread: From :func:`spread_of`.
-        contacts: When the feet may carry load.
-        time: Instants [s].
-        known: Where plates told the force of a foot.
-        human: Whose motion.
+        contacts: Intervals in which the feet may carry load.
+        time: Times of the bands [s].
+        known: Frames with measured force of each foot.
+        human: The person.
     """
     force = wrench[:, :2, :3] @ needs.to_world.T
-    timing = np.abs(np.gradient(force, needs.time, axis=0)) * TIMING
+    timing = np.abs(np.gradient(force, needs.time, axis=0)) * EVENT_SPREAD
     near = np.zeros((len(needs.time), 2, 1))
     for each in contacts:
         if each.side:
             k = SIDES.index(each.side)
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
                 if seen:
-                    near[np.abs(needs.time - edge) < NEAR_EVENT, k] = 1.0
-    force = np.hypot(FORCE * spread.force[:, :2], near * timing)
+                    near[np.abs(needs.time - edge) < EVENT_WINDOW, k] = 1.0
+    force = np.hypot(FORCE_FACTOR * spread.force[:, :2], near * timing)
     to_end = np.minimum(needs.time - needs.time[0], needs.time[-1] - needs.time)
     blurred = END_SPREAD * np.exp(-to_end / END_TIME)[:, None] * (wrench[:, :2, 2] > 0)
     force[..., 2] = np.hypot(force[..., 2], blurred)
-    weight = NINETY * needs.weight
+    weight = HALF_WIDTH_90 * needs.weight
     bands = {
         "force_band": weight * force,
-        "point_band": NINETY * POINT * spread.point[:, :2],
-        "torque_band": weight * TORQUE * spread.torque[:, :2],
+        "point_band": HALF_WIDTH_90 * POINT_FACTOR * spread.point[:, :2],
+        "torque_band": weight * TORQUE_FACTOR * spread.torque[:, :2],
     }
     result = {}
     for name, band in bands.items():
@@ -221,13 +226,13 @@ def half_widths(
         result[name] = here
     nv = human.model.nv
     moment = np.zeros((len(time), nv))
-    moment[:, :6] = resampled(needs.time, weight * MOMENT * spread.root, time)
-    joints = resampled(needs.time, weight * MOMENT * spread.joints, time)
+    moment[:, :6] = resampled(needs.time, weight * MOMENT_FACTOR * spread.root, time)
+    joints = resampled(needs.time, weight * MOMENT_FACTOR * spread.joints, time)
     joints[known] = 0.0
     for k, side in enumerate(SIDES):
         moment[:, needs.columns[k]] = joints[:, k]
         within = PointSet(human, [f"foot_{side}"], np.zeros((1, 3))).moved[0, 0]
-        for body in Carriers(human).bodies():
+        for body in SegmentLoads(human).bodies():
             if human.body_names[body - 1].endswith(f"_{side}"):
                 name = human.body_names[body - 1]
                 own = PointSet(human, [name], np.zeros((1, 3))).moved[0, 0]
@@ -239,7 +244,7 @@ def half_widths(
 def resampled(
     old: Float[Array, " n"], values: Float[Array, " n *more"], new: Float[Array, " n_new"]
 ) -> Float[Array, " n_new *more"]:
-    """Return values at other instants, on straight lines between the old ones."""
+    """Return linearly interpolated values at other instants."""
     if len(old) == len(new):
         return np.array(values, dtype=float)
     place = np.interp(new, old, np.arange(len(old)))

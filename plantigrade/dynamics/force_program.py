@@ -11,85 +11,88 @@ from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import (
     NOISE_TIME,
     Spread,
-    calm_errors,
     drawn_errors,
+    errors_without_gait,
     spread_of,
 )
-from plantigrade.dynamics.force_needs import ForceNeeds
-from plantigrade.dynamics.force_rows import LAST, Layout, PathPrior, limits, objective
+from plantigrade.dynamics.force_rows import N_GLOBAL, Layout, PathPrior, limits, objective
 from plantigrade.dynamics.load_intervals import Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
+from plantigrade.dynamics.required_forces import RequiredForces
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 
-LIGHT = 0.01  # centres of pressure and free moments are told above this load [BW]
-NET = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
-NOISE_ROWS = [0, 1, 3, 4]  # rows of the net wrench that tell the noise of the motion
-ROUNDS = 3  # times that the program is solved, as the noise turns out
-# Noise alike at all frequencies up to 5 Hz: RMS of its second derivative, over its own [1/s²]
-ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
-# By what rows are missed in recordings of little noise, over what their errors leave
-USUAL = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
-# Path of the centre of pressure from the ankle over a stance, forward and outward in lengths of the
-# foot: mean of three people, five stances
-SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
-OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
-# Force towards the other foot over a stance [BW], of the same stances
-INWARD = (0.0, 0.0, 0.053, 0.058, 0.045, 0.036, 0.042, 0.054, 0.047, 0.005, 0.0)
-# How far they stray from their own mean path [m]
-STRAY_FORWARD = (
+MIN_PRESSURE_LOAD = 0.01  # [BW] minimum load for centre of pressure and free moment
+NET_ROWS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+NOISE_ROWS = [0, 1, 3, 4]  # components of the net wrench used to estimate the noise of the motion
+MAX_NOISE_ROUNDS = 3  # [1] maximum number of solutions while the noise estimate converges
+# [1/s²] RMS of the second derivative over that of white noise up to 5 Hz
+NOISE_ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
+# [1] residuals of the rows in recordings with little noise, relative to the expected ones
+USUAL_RESIDUALS = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
+# Mean path of the centre of pressure over a stance, forward and lateral from the ankle in foot
+# lengths; five stances of three people.
+STANCE_SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+COP_FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
+COP_OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
+# [BW] medial force over the same stances
+FORCE_INWARD = (0.0, 0.0, 0.053, 0.058, 0.045, 0.036, 0.042, 0.054, 0.047, 0.005, 0.0)
+# [m] standard deviation about each person's mean path, over the share of stance
+COP_FORWARD_SPREAD = (
     (0.0, 0.1, 0.4, 0.5, 0.75, 0.9, 1.0),
     (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
 )
-STRAY_OUTWARD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
-FLAT = (0.02, 0.009)  # outward of a foot that does not roll: share of its length, and astray [m]
-HAND_OVER, HAND_OVER_TIME = 5.0, 0.1  # forces bend so much more so near seat-off [s] and seat-on
-# Factor by which forces may bend more in a double support whose load goes over abruptly
+COP_OUTWARD_SPREAD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
+FLAT_FOOT_COP = (0.02, 0.009)  # lateral position for a flat foot [foot lengths] and its SD [m]
+SEAT_BENDING = 5.0  # [1] factor of the curvature of forces near seat-off and seat-on
+SEAT_BENDING_TIME = 0.1  # [s] duration of this factor
+# [1] factor of the curvature of forces in a double support with abrupt load transfer
 ABRUPT_BENDING = 3.0
-# Fall of the misfit that this must bring [squared standard deviations of independent rows]: six
-# recordings gain up to 6, with 1 mm and 0.3° of noise up to 10; abrupt hand-overs gain 10 to 50
+# [1] minimum decrease of the misfit for this factor, in squared standard deviations of independent
+# rows; six recordings gain up to 6, with 1 mm and 0.3° of noise up to 10, abrupt transfers 10 to 50
 MIN_MISFIT_GAIN = 12.0
-MISFIT_MARGIN = 0.03  # time before and after a double support that counts for its misfit [s]
+MISFIT_MARGIN = 0.03  # [s] margin of a double support for its misfit
 MOTION_BLOCKS = ("force", "moment", "noise", "path", "side", "free")  # rows of motion and feet
-SEATED = (0.04, 0.035)  # on a seat, from the ischia: standard deviation [m]
+# [m] standard deviation of the centre of pressure on a seat, forward and lateral
+SEAT_COP_SPREAD = (0.04, 0.035)
 
 
 @dataclass(frozen=True)
 class ForceScales:
-    """By what the rows of the program are divided; forces in body weights (BW)."""
+    """Scales of the rows of the program; forces in body weights (BW)."""
 
     force: tuple[float, float, float] = (0.005, 0.005, 0.01)  #: Net force [BW]
     moment: float = 0.004  #: Net moment about the centre of mass [BW m]
     sway: tuple[float, float, float] = (0.02, 0.02, 0.025)  #: Noise of the net force [BW]
     turn: float = 0.01  #: Noise of the net moment [BW m]
-    shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Of the centre of mass [m]
-    rate: float = 0.7  #: Change of joint moments [BW m/s]
-    bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Bend of forces [BW/s²]
-    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)  #: Bend of foot moments [BW m/s²]
+    shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Shift of the centre of mass [m]
+    rate: float = 0.7  #: Rate of joint moments [BW m/s]
+    bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Second derivative of forces [BW/s²]
+    #: Second derivative of foot moments [BW m/s²]
+    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)
     free: float = 0.007  #: Free moment [BW m]
     shear: float = 0.1  #: Horizontal force of a seat [BW]
-    path: float = 1.5  #: Centre of pressure from its usual path, in its standard deviations
-    side: float = 0.02  #: Force to the side from the usual one [BW]
-    offset: tuple[float, float] = (0.010, 0.010)  #: Of a foot's path, for the recording [m]
-    effort: float = np.inf  #: Joint moments, as a share of the joint's strength
-    loading: float = 20.0  #: Fastest growth of the load, from contact on [BW/s]
-    pace: float = 1.0  #: How many times higher the motion's frequencies are than in walking
-    most_free: float = 0.02  #: Most of the free moment, by vertical force [m]
+    path: float = 1.5  #: Deviation of the centre of pressure from its mean path, in its SD [1]
+    side: float = 0.02  #: Deviation of the lateral force from its mean [BW]
+    offset: tuple[float, float] = (0.010, 0.010)  #: Constant offset of a foot's path [m]
+    effort: float = np.inf  #: Joint moments relative to strength [1]
+    loading: float = 20.0  #: Maximum rate of loading after contact [BW/s]
+    pace: float = 1.0  #: Ratio of the motion's frequencies to those of walking [1]
+    most_free: float = 0.02  #: Maximum free moment per vertical force [m]
 
     @classmethod
     def of(cls, *, walks: bool, pace: float = 1.0) -> "ForceScales":
-        """Return the scales for what a person does.
+        """Return the scales for an activity.
 
-        Where nobody walks, both feet may stand for long, and the motion alone does not tell how
-        they share the load or press against each other: of all that explain it, the least sum of
-        squared activations is taken [Crowninshield1981]_.
+        Without walking, both feet may stand for long, and the motion does not determine their load
+        sharing and internal forces; the minimum sum of squared activations is then selected
+        [Crowninshield1981]_.
 
-        With flight (running, jumps) the motion keeps higher frequencies, ``pace`` times those of
-        walking. Rates are ``pace`` times and bends ``pace**2`` times as large, and so are
-        accelerations and the errors of the net wrench by masses and soft tissue. A load grows by
-        up to 100 BW/s when a runner or a jumper lands.
+        Running and jumps contain higher frequencies, ``pace`` times those of walking. Rates are
+        ``pace`` times and second derivatives ``pace**2`` times as large; the same factor applies to
+        errors of the net wrench from masses and soft tissue. The loading rate of landing runners
+        and jumpers reaches 100 BW/s.
         """
         usual = cls(effort=np.inf if walks else 1.0)
         if pace == 1.0:
@@ -107,28 +110,28 @@ class ForceScales:
 
 
 class ForceProgram:
-    """The program of one recording: made from a motion, solved, asked for its bands.
+    """Quadratic program of one recording with its solution and confidence bands.
 
     Args:
-        human: Whose motion.
-        needs: What it says.
-        contacts: When feet and supports may carry load.
-        supports: What may carry load besides the feet.
-        data: Wrenches that plates measured, on the frames of the program.
-        scales: What the program weighs by.
+        human: The person.
+        needs: Required forces.
+        contacts: Intervals in which feet and supports may carry load.
+        supports: Supports other than the feet.
+        data: Measured wrenches on the frames of the program.
+        scales: Scales of the rows.
 
     Attributes:
         wrench: The estimate (n, k, 6) [BW, BW m].
         shift: Shift of the centre of mass [m].
-        noise: How many times noisier force x, y, z and moment x, y, z are than assumed.
-        missed_force: Root mean square of the net force that is missed beside the noise [BW].
-        missed_moment: The same of the pitch and roll moment [BW m].
+        noise: Noise of force x, y, z and moment x, y, z relative to the assumed noise [1].
+        residual_force: Root mean square of the net force that is missed beside the noise [BW].
+        residual_moment: The same of the pitch and roll moment [BW m].
     """
 
     def __init__(
         self,
         human: Human,
-        needs: ForceNeeds,
+        needs: RequiredForces,
         contacts: tuple[ContactInterval, ...],
         supports: tuple[Support, ...],
         data: FootForces | None,
@@ -172,19 +175,19 @@ class ForceProgram:
             G, self.h = limits(wide, self.layout, free, ramp, FRICTION, scales.most_free).system()
         self.G = G[:, self.unknown].tocsr()
         time = wide.time
-        #: How much more forces and joint moments bend than usual, in every frame
+        #: Factor of the curvature of forces and joint moments in every frame
         self.bending = np.ones(len(time))
         for each in contacts:
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
                 if seen and not each.side:
-                    self.bending[np.abs(time - edge) < HAND_OVER_TIME] = HAND_OVER
+                    self.bending[np.abs(time - edge) < SEAT_BENDING_TIME] = SEAT_BENDING
 
     def weights(self, noise: np.ndarray) -> np.ndarray:
-        """Return what each row is multiplied by, for noise of force x, y, z and moment x, y, z."""
+        """Return the weight of each row for relative noise of force x, y, z and moment x, y, z."""
         s, w = self.scales, np.empty(len(self.b))
         white = np.array([*s.force, *(s.moment,) * 3])
-        scale = dict(zip(NET, white * noise, strict=True))
-        sway = np.array([*s.sway, *(s.turn,) * 3]) * noise / ROUGHNESS
+        scale = dict(zip(NET_ROWS, white * noise, strict=True))
+        sway = np.array([*s.sway, *(s.turn,) * 3]) * noise / NOISE_ROUGHNESS
         scale |= {f"noise{i}": v for i, v in enumerate(sway)}
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
         scale |= {"free": s.free, "path_x": s.path, "path_y": s.path, "side": s.side}
@@ -204,25 +207,25 @@ class ForceProgram:
         return w
 
     def _recorded(self, name: str) -> np.ndarray:
-        """Return which rows of a block belong to frames of the recording."""
+        """Return the mask of the rows of a block within the recording."""
         frame = self.place[name][0]
         last = frame + 1 if name.startswith("rate") else frame
         return (frame >= self.inside.start) & (last < self.inside.stop)
 
     def _recorded_rows(self, name: str) -> np.ndarray:
-        """Return the numbers of these rows."""
+        """Return the indices of the rows of a block within the recording."""
         rows = self.blocks[name]
         return np.arange(rows.start, rows.stop)[self._recorded(name)]
 
     def solve(self) -> None:
-        """Find wrenches and shift; three times at most, as the noise turns out."""
+        """Solve for wrenches and shift, repeatedly until the noise estimate converges."""
         solution = None
         place = np.searchsorted(self.unknown, self.layout.noise)
         self.sways = [place + i for i in range(6)]
         frames = len(self.layout.start)
         self.errors = drawn_errors(self.blocks, self.place, frames, self.dt, self.scales.pace)
         noise = np.ones(6)
-        for _ in range(ROUNDS):
+        for _ in range(MAX_NOISE_ROUNDS):
             solution, w = self._optimum(noise, solution)
             missed = self.A @ solution.x - self.b
             self.moved = solution.response(self.scaled.T @ self.errors)
@@ -231,33 +234,33 @@ class ForceProgram:
                 break
         assert solution is not None
         if self.scales.effort < np.inf:
-            errors = calm_errors(self.errors, self.blocks, self.missed)
+            errors = errors_without_gait(self.errors, self.blocks, self.missed)
             self.moved = solution.response(self.scaled.T @ errors)
         elif self._hands_over_abruptly(solution):
             solution, _ = self._optimum(self.noise, solution)
             self.moved = solution.response(self.scaled.T @ self.errors)
         missed = self.A @ solution.x - self.b
-        net = [missed[self._recorded_rows(name)] for name in NET]
-        self.missed_force, self.missed_moment = _rms(net[:3]), _rms(net[3:5])
+        net = [missed[self._recorded_rows(name)] for name in NET_ROWS]
+        self.residual_force, self.residual_moment = _rms(net[:3]), _rms(net[3:5])
         x = self.x.copy()
         x[self.unknown] = solution.x
         self.wrench, self.shift = self._by_foot(x), x[self.layout.shift].copy()
 
     def _optimum(self, noise: np.ndarray, start: Any) -> tuple[Any, np.ndarray]:
-        """Return the optimum with so much noise, and what its rows were multiplied by."""
+        """Return the optimum for a noise level and the weights of its rows."""
         w = self.weights(noise)
         self.scaled = self.A.multiply(w[:, None]).tocsr()
         P = (self.scaled.T @ self.scaled).tocsr()
         q = -(self.scaled.T @ (w * self.b))
-        solution = solve_quadratic(P, q, self.G, self.h, border=LAST, start=start)
+        solution = solve_quadratic(P, q, self.G, self.h, border=N_GLOBAL, start=start)
         self.missed = (self.A @ solution.x - self.b) * w / np.sqrt(self.dt)
         return solution, w
 
     def _hands_over_abruptly(self, solution: Any) -> bool:
-        """Mark double supports whose motion contradicts a smooth hand-over; return if any do.
+        """Mark double supports with abrupt load transfer and return whether there are any.
 
-        In these, rows of the motion and of the feet have a smaller misfit if forces and joint
-        moments may change faster. Double supports on a force plate are not examined.
+        In these, rows of the motion and of the feet have a smaller misfit with faster changes of
+        forces and joint moments. Double supports on a force plate are excluded.
         """
         there = self.layout.start[:, :2] >= 0
         both = np.asarray(there.all(axis=1) & ~self.known[:, :2].any(axis=1))
@@ -280,10 +283,7 @@ class ForceProgram:
         return bool(np.any(self.bending != usual))
 
     def _misfit(self, run: slice) -> float:
-        """Return the misfit of rows of motion and feet around a double support.
-
-        It is the sum of squares, in their scales, of rows whose errors are independent.
-        """
+        """Return the misfit around a double support, the sum of squares of independent rows."""
         around, total = round(MISFIT_MARGIN / self.dt), 0.0
         for name in self.blocks:
             if name.startswith(MOTION_BLOCKS):
@@ -297,40 +297,40 @@ class ForceProgram:
     def _noise(
         self, noise: np.ndarray, x: np.ndarray, missed: np.ndarray, w: np.ndarray
     ) -> np.ndarray:
-        """Return how noisy the motion is: rows missed by more than their errors leave them.
+        """Return the relative noise, the ratio of actual to expected residuals of the net wrench.
 
-        That of each row, by half (in logarithms) that of all four that tell.
+        Each component is the geometric mean of its own ratio and that of all four components.
         """
         found = np.ones(6)
         for i in NOISE_ROWS:
-            rows, own = self._recorded_rows(NET[i]), self.blocks[f"noise{i}"]
+            rows, own = self._recorded_rows(NET_ROWS[i]), self.blocks[f"noise{i}"]
             bend = self.A[rows][:, self.sways[i]]
             total = missed[rows] - bend @ x[self.sways[i]]
             left = (self.scaled[rows] @ self.moved - self.errors[rows]) / w[rows, None]
             left -= bend @ (self.moved[self.sways[i]] - self.errors[own] / w[own, None])
-            found[i] = noise[i] * np.sqrt(np.mean(total**2) / np.mean(left**2)) / USUAL[i]
+            found[i] = noise[i] * np.sqrt(np.mean(total**2) / np.mean(left**2)) / USUAL_RESIDUALS[i]
         k = float(np.sqrt(np.mean(found[NOISE_ROWS] ** 2)))
         found = np.sqrt(found * k)
         found[2], found[5] = np.sqrt(k), k
         return np.maximum(1.0, found)
 
     def _by_foot(self, x: np.ndarray) -> np.ndarray:
-        """Return the unknowns of each carrier and frame (n, k, 6, …); zero where there are none."""
+        """Return the unknowns of each support and frame (n, k, 6, …); zero without contact."""
         start = self.layout.start
         values = x[np.maximum(start, 0)[..., None] + np.arange(6)]
         values[start < 0] = 0.0
         return values[self.inside]
 
     @property
-    def told_noise(self) -> float:
-        """How many times noisier the rows that tell it are than assumed, on the mean."""
+    def mean_noise(self) -> float:
+        """Mean noise of the estimated components relative to the assumed noise [1]."""
         return float(self.noise[NOISE_ROWS].mean())
 
     def spread(self) -> Spread:
-        """Return the spread of everything that follows from the wrenches."""
+        """Return the standard deviations of all results."""
         whole = np.zeros((self.layout.size, self.moved.shape[1]))
         whole[self.unknown] = self.moved
-        return spread_of(self.needs, self.wrench, self._by_foot(whole), LIGHT)
+        return spread_of(self.needs, self.wrench, self._by_foot(whole), MIN_PRESSURE_LOAD)
 
 
 def _rms(parts: list[np.ndarray]) -> float:
@@ -338,13 +338,13 @@ def _rms(parts: list[np.ndarray]) -> float:
 
 
 def _lasting(contact: ContactInterval, more: float) -> ContactInterval:
-    """Return a contact that lasts beyond the end of the recording that cuts it, by ``more`` [s]."""
+    """Return a contact, extended by ``more`` [s] beyond an end of the recording that cuts it."""
     start = contact.start if contact.begins else contact.start - more
     return replace(contact, start=start, stop=contact.stop if contact.ends else contact.stop + more)
 
 
-def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, length: float):
-    """Return frames of contact, the most that may be carried (n, k), and what is usual."""
+def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScales, length: float):
+    """Return contact frames and maximum loads (n, k), and the path prior."""
     time = needs.time
     names = (*SIDES, *(support.name for support in supports))
     n, m = len(time), len(names)
@@ -363,26 +363,26 @@ def _contact_frames(needs: ForceNeeds, contacts, supports, scales: ForceScales, 
         ramp[here, k] = 0.01 + scales.loading * limit
         if not each.side:
             ramp[here, k] = np.inf
-            mean[here, k], spread[here, k] = 0.0, np.array(SEATED)
+            mean[here, k], spread[here, k] = 0.0, np.array(SEAT_COP_SPREAD)
             continue
         outward = -1.0 if each.side == "r" else 1.0
-        mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT[0], FLAT[1]
+        mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT_FOOT_COP[0], FLAT_FOOT_COP[1]
         if each.rolls and len(t):
             s = each.share(t, usual)
-            mean[here, k, 0] = length * np.interp(s, SHARE, FORWARD)
-            spread[here, k, 0] = np.interp(s, *STRAY_FORWARD)
-            if scales.pace > 1.0:  # runners land on the heel like walkers, but step in one line
+            mean[here, k, 0] = length * np.interp(s, STANCE_SHARE, COP_FORWARD)
+            spread[here, k, 0] = np.interp(s, *COP_FORWARD_SPREAD)
+            if scales.pace > 1.0:  # runners land on the heel like walkers but step in one line
                 continue
-            mean[here, k, 1] = outward * length * np.interp(s, SHARE, OUTWARD)
-            spread[here, k, 1] = np.interp(s, *STRAY_OUTWARD)
-            side[here, k] = -outward * np.interp(s, SHARE, INWARD)
+            mean[here, k, 1] = outward * length * np.interp(s, STANCE_SHARE, COP_OUTWARD)
+            spread[here, k, 1] = np.interp(s, *COP_OUTWARD_SPREAD)
+            side[here, k] = -outward * np.interp(s, STANCE_SHARE, FORCE_INWARD)
             ahead = needs.rotation[here, :2, 0].mean(axis=0)
             forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
     return contact, ramp, PathPrior(mean, spread, side, forward)
 
 
-def _told(data: FootForces, needs: ForceNeeds):
-    """Return where plates tell the wrench, the wrench itself, and where it is not zero."""
+def _told(data: FootForces, needs: RequiredForces):
+    """Return the frames with known wrench, the wrench, and the frames in which it is not zero."""
     known = np.array(data.valid_side)
     force = data.force / needs.weight
     carried = np.isfinite(data.point).all(axis=-1) & (force[..., 2] > 0)

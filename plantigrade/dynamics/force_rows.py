@@ -1,4 +1,4 @@
-"""Rows of the quadratic program of ground forces: what is wanted, and what must hold."""
+"""Rows of the quadratic program of ground forces: objective and constraints."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,12 +7,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.dynamics.force_needs import ForceNeeds
+from plantigrade.dynamics.required_forces import RequiredForces
 
-TURNING = 0.02  # sideways force of a turn that makes the usual one doubtful [BW]
-STRIDE = 0.4  # standard deviation of the mean over about a stride [s]
-LAST = 7  # unknowns of the whole recording
-HIP = 3  # flexion, adduction and rotation of the hip come first among the joints of a leg
+TURN_FORCE_SCALE = (
+    0.02  # [BW] lateral force of a turn at which the weight of the mean force is halved
+)
+STRIDE_SPREAD = 0.4  # [s] standard deviation of the averaging filter, about a stride wide
+N_GLOBAL = 7  # [1] unknowns of the whole recording
+N_HIP_JOINTS = 3  # [1] flexion, adduction and rotation of the hip, first among the leg joints
 
 
 class Rows:
@@ -37,9 +39,9 @@ class Rows:
         *terms: tuple[np.ndarray, np.ndarray],
         place: np.ndarray | None = None,
     ) -> None:
-        """Add rows; each term has columns (rows, m), below zero for none, and values alike.
+        """Add rows; each term has columns (rows, m), negative for none, and values of this shape.
 
-        ``place`` tells frame and foot of each row (2, rows); by default the frames in order.
+        ``place`` holds frame and foot of each row (2, rows); by default the frames in order.
         """
         n = len(right)
         self.blocks[name] = slice(self.count, self.count + n)
@@ -63,11 +65,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the unknowns are.
+    """Order of the unknowns.
 
-    In each frame, and one before and after, six of the motion's noise; then six of each carrier in
-    contact; last of all the shift of the centre of mass and, for each foot, by how much its
-    centre of pressure lies forward and to the left of the usual path.
+    Each frame, plus one before and one after, has six unknowns of the motion's noise, then six per
+    support in contact. The last unknowns are the shift of the centre of mass and, for each foot,
+    the offset of its centre of pressure forward and to the left of the mean path.
     """
 
     start: np.ndarray  #: First unknown of a foot in a frame (n, k); -1 where it has no contact
@@ -80,12 +82,12 @@ class Layout:
         sizes = np.concatenate([[6], 6 + 6 * contact.sum(axis=1), [6]])
         noise = np.cumsum(sizes) - sizes
         start = np.where(contact, noise[1:-1, None] + 6 * np.cumsum(contact, axis=1), -1)
-        return cls(start, noise, int(sizes.sum()) + LAST)
+        return cls(start, noise, int(sizes.sum()) + N_GLOBAL)
 
     @property
     def shift(self) -> np.ndarray:
         """Return the three unknowns of the shift of the centre of mass."""
-        return self.size - LAST + np.arange(3)
+        return self.size - N_GLOBAL + np.arange(3)
 
     def offset(self, i: int) -> np.ndarray:
         """Return the offsets of both feet from their paths, 0 forward or 1 to the left."""
@@ -93,7 +95,7 @@ class Layout:
 
     @property
     def held(self) -> np.ndarray:
-        """Return the frames in which something besides the feet carries, (n,)."""
+        """Return the frames with a loaded support other than the feet (n,)."""
         return np.asarray((self.start[:, 2:] >= 0).any(axis=1))
 
     def columns(self, i: int) -> np.ndarray:
@@ -103,25 +105,25 @@ class Layout:
 
 @dataclass(frozen=True)
 class PathPrior:
-    """What walking usually does: path of the centre of pressure, and force to the side."""
+    """Mean path of the centre of pressure and mean lateral force in walking."""
 
-    #: Centre of pressure from the base in the carrier's heading, forward and left [m]; NaN where it
-    #: is not known
+    #: Centre of pressure from the base in the support's heading, forward and left [m]; NaN if
+    #: unknown
     mean: Float[Array, "n k 2"]
-    spread: Float[Array, "n k 2"]  #: Its standard deviation [m]
-    side: Float[Array, "n k"]  #: Force to the left in straight walking [BW]; NaN if not known
-    forward: Float[Array, "n k 2"]  #: Where the person walks, over the floor; unit vectors
+    spread: Float[Array, "n k 2"]  #: Standard deviation [m]
+    side: Float[Array, "n k"]  #: Force to the left in straight walking [BW]; NaN if unknown
+    forward: Float[Array, "n k 2"]  #: Horizontal unit vectors of the walking direction
 
 
-def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: bool) -> Rows:
-    """Return the rows that are wanted; their names tell the scale of each.
+def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort: bool) -> Rows:
+    """Return the rows of the objective; their names select their scales.
 
     Args:
-        needs: The motion.
+        needs: Required forces.
         layout: The unknowns.
-        path: Usual path of the centre of pressure.
-        effort: Whether joint moments should be small beside the joints' strength where two
-            carriers share the load.
+        path: Mean path of the centre of pressure.
+        effort: Whether to minimise joint moments relative to strength while two supports share the
+            load.
     """
     rows = Rows(layout.size)
     dt = needs.time[1] - needs.time[0]
@@ -130,8 +132,8 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
     rows.add("shift", np.zeros(3), (shift[:, None], np.ones((3, 1))))
     for i, name in enumerate(("offset_x", "offset_y")):
         rows.add(name, np.zeros(2), (layout.offset(i)[:, None], np.ones((2, 1))))
-    held = layout.held  # a seat carries the thighs too, unknown how
-    shared = (layout.start >= 0).sum(axis=1) > 1  # where the motion alone does not tell
+    held = layout.held  # a seat also carries the thighs, by an unknown load
+    shared = (layout.start >= 0).sum(axis=1) > 1  # load sharing undetermined by the motion
     columns = np.stack([layout.columns(i) for i in range(6)], axis=-1)  # (n, k, 6)
     for k in (0, 1):  # d/dt of the joint moments
         own = columns[:, k]
@@ -139,7 +141,7 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
             rate = np.diff(needs.joints[:, k, j]) / dt
             before, after = needs.arms[:-1, k, j] / dt, needs.arms[1:, k, j] / dt
             some = (own[:-1, 0] >= 0) | (own[1:, 0] >= 0)
-            if j < HIP:
+            if j < N_HIP_JOINTS:
                 some &= ~(held[:-1] | held[1:])
             rows.add(
                 f"rate{k}{j}",
@@ -151,13 +153,13 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
         for j in range(needs.joints.shape[2]) if effort else ():
             strong = needs.strength[k, j]
             some = shared & (own[:, 0] >= 0)
-            if j < HIP:
+            if j < N_HIP_JOINTS:
                 some &= ~held
             joint, arm = needs.joints[some, k, j] / strong, needs.arms[some, k, j] / strong
             frames = np.flatnonzero(some)
             place = np.stack([frames, np.full(len(frames), k)])
             rows.add(f"effort{k}{j}", joint, (own[some], arm), place=place)
-    for i in range(6):  # second differences, zero where a foot carries nothing
+    for i in range(6):  # second differences, with zero load out of contact
         own = columns[:, :, i]
         trio = np.stack([own[:-2], own[1:-1], own[2:]], axis=-1).reshape(-1, 3)
         some = (trio >= 0).any(axis=1)
@@ -169,7 +171,7 @@ def objective(needs: ForceNeeds, layout: Layout, path: PathPrior, *, effort: boo
     return rows
 
 
-def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout, dt: float) -> None:
+def _net_wrench(rows: Rows, needs: RequiredForces, layout: Layout, dt: float) -> None:
     n = len(needs.time)
     ones = np.ones(needs.base.shape[:2])
     trio = np.stack([layout.noise[:-2], layout.noise[1:-1], layout.noise[2:]], axis=1)
@@ -177,7 +179,7 @@ def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout, dt: float) -> Non
     for i, axis in enumerate("xyz"):
         rows.add(f"force_{axis}", needs.force[:, i], (layout.columns(i), ones), (trio + i, bend))
     arm = needs.base - needs.com[:, None]
-    held = layout.held  # backrest, arms and thighs hide where the centre of mass is
+    held = layout.held  # loads of backrest, arms and thighs bias the centre of mass
     for i, axis in enumerate("xyz"):
         a, b = (i + 1) % 3, (i + 2) % 3  # (r x F)_i = r_a F_b - r_b F_a
         d_a, d_b = (np.where(held, -1, layout.shift[i])[:, None] for i in (a, b))
@@ -195,7 +197,7 @@ def _net_wrench(rows: Rows, needs: ForceNeeds, layout: Layout, dt: float) -> Non
         rows.add(f"noise{i}", np.zeros(n + 2), (layout.noise[:, None] + i, np.ones((n + 2, 1))))
 
 
-def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> None:
+def _path(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) -> None:
     """Add free moments and the path of the centre of pressure."""
     here = layout.start >= 0
     c = [layout.columns(i)[here][:, None] for i in range(6)]
@@ -224,15 +226,15 @@ def _path(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
             (c[3], about_x / spread),
             (c[4], about_y / spread),
             (c[2], -mean / spread),
-            (offset, -usual[some][:, None] / spread),  # acts by the load, itself unknown
+            (offset, -usual[some][:, None] / spread),  # multiplied by the load, which is unknown
             place=place,
         )
 
 
-def _side(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> None:
-    """Add forces to the side: those of straight walking, and what a turn needs over a stride.
+def _side(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) -> None:
+    """Add lateral forces: those of straight walking plus the mean over a stride for turns.
 
-    How the feet share what a turn needs is not known: the row is weaker by as much.
+    The distribution of the latter over the feet is unknown and reduces the row's weight.
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -240,25 +242,25 @@ def _side(rows: Rows, needs: ForceNeeds, layout: Layout, path: PathPrior) -> Non
     if not here.any():
         return
     dt = needs.time[1] - needs.time[0]
-    turn = gaussian_filter1d(needs.force[:, :2], STRIDE / dt, axis=0, mode="nearest")
+    turn = gaussian_filter1d(needs.force[:, :2], STRIDE_SPREAD / dt, axis=0, mode="nearest")
     left = np.stack([-path.forward[..., 1], path.forward[..., 0]], axis=-1)
     pull = (left * turn[:, None]).sum(axis=-1)
     mean = path.side + pull * _usual_load(needs, layout)
-    width = np.hypot(1.0, pull / TURNING)[here]
+    width = np.hypot(1.0, pull / TURN_FORCE_SCALE)[here]
     c = [layout.columns(i)[here][:, None] for i in (0, 1)]
     lx, ly = left[here].T[..., None]
     x, y, place = lx / width[:, None], ly / width[:, None], np.stack(np.nonzero(here))
     rows.add("side", mean[here] / width, (c[0], x), (c[1], y), place=place)
 
 
-def _usual_load(needs: ForceNeeds, layout: Layout) -> np.ndarray:
-    """Return what each carrier bears where those in contact share the net force (n, k) [BW]."""
+def _usual_load(needs: RequiredForces, layout: Layout) -> np.ndarray:
+    """Return the load of each support for equal shares of those in contact (n, k) [BW]."""
     contact = layout.start >= 0
     return contact * np.maximum(needs.force[:, 2:], 0.0) / np.maximum(contact.sum(1), 1)[:, None]
 
 
 def limits(
-    needs: ForceNeeds,
+    needs: RequiredForces,
     layout: Layout,
     free: Bool[Array, "n k"],
     ramp: Float[Array, "n k"],
@@ -268,13 +270,12 @@ def limits(
     """Return the inequalities ``G x <= h`` of the feet and frames that are free.
 
     Args:
-        needs: The motion.
+        needs: Required forces.
         layout: The unknowns.
-        free: Feet and frames whose wrench is unknown.
-        ramp: Most that a foot may carry so soon after landing and before leaving [BW]; infinite
-            where there is no such limit.
-        friction: Coefficient of friction, along each axis.
-        twist: Most of the free moment, by vertical force [m].
+        free: Feet and frames with unknown wrench.
+        ramp: Maximum load shortly after landing and before take-off [BW]; infinite for no limit.
+        friction: Coefficient of friction along each axis.
+        twist: Maximum free moment per vertical force [m].
     """
     rows = Rows(layout.size)
     c = [layout.columns(i)[free][:, None] for i in range(6)]
@@ -292,7 +293,7 @@ def limits(
     rows.add("back", zero, (c[3], -hy), (c[4], hx), (c[2], back))
     rows.add("left", zero, (c[3], hx), (c[4], hy), (c[2], -left))
     rows.add("right", zero, (c[3], -hx), (c[4], -hy), (c[2], right))
-    most = ramp[free]
-    some = np.isfinite(most)
-    rows.add("ramp", most[some], (c[2][some], one[some]))
+    max_load = ramp[free]
+    some = np.isfinite(max_load)
+    rows.add("ramp", max_load[some], (c[2][some], one[some]))
     return rows

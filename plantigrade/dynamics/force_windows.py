@@ -1,4 +1,4 @@
-"""The program of ground forces over a long recording: in windows that overlap.
+"""Program of ground forces over a long recording, in overlapping windows.
 
 A frame affects the forces of about one stride around it. The shift of the centre of mass and the
 offsets of the feet's paths are global; every window estimates them anew. Memory is that of one
@@ -14,17 +14,17 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import Spread
-from plantigrade.dynamics.force_needs import ForceNeeds
 from plantigrade.dynamics.force_program import ForceProgram, ForceScales
 from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.plates import FootForces
+from plantigrade.dynamics.required_forces import RequiredForces
 from plantigrade.models import Human
 
 MAX_WINDOW_FRAMES = 2000
-"""Most frames that are solved at once [frames]: 40 s at 50 Hz, some 100 MB."""
+"""Maximum number of frames per window [1]; 40 s at 50 Hz, about 100 MB."""
 WINDOW_OVERLAP_S = 1.5
-"""Time by which a window reaches into its neighbours [s]: more than a stride. The ends of a window,
-like those of a recording, are less sure."""
+"""Overlap of a window with each neighbour [s]; more than a stride, because the ends of a window are
+less certain."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ class ForceSolution:
     spread: Spread  #: Its standard deviations
     shift: Float[Array, " 3"]  #: Shift of the centre of mass, mean over windows [m]
     noise: float  #: Noise of the motion over the assumed noise, mean over windows
-    missed_force: float  #: Root mean square of the net force in excess of the noise [BW]
-    missed_moment: float  #: The same of the pitch and roll moment [BW m]
+    residual_force: float  #: Root mean square of the net force in excess of the noise [BW]
+    residual_moment: float  #: The same of the pitch and roll moment [BW m]
 
 
 def solve_in_windows(
     human: Human,
-    needs: ForceNeeds,
+    needs: RequiredForces,
     contacts: tuple[ContactInterval, ...],
     supports: tuple[Support, ...],
     data: FootForces | None,
@@ -52,9 +52,9 @@ def solve_in_windows(
     Args:
         human: The person.
         needs: Net force and moment that the motion requires.
-        contacts: When feet and supports may carry load.
-        supports: What may carry load besides the feet.
-        data: Wrenches that plates measured, on the frames of the program.
+        contacts: Intervals in which feet and supports may carry load.
+        supports: Supports other than the feet.
+        data: Measured wrenches on the frames of the program.
         scales: Scales by which its residuals are weighted.
 
     Raises:
@@ -71,7 +71,7 @@ def solve_in_windows(
         program = ForceProgram(human, here, own, supports, measured, scales)
         program.solve()
         spread = [getattr(program.spread(), f.name)[kept] for f in fields(Spread)]
-        residuals = [program.missed_force**2, program.missed_moment**2, program.told_noise]
+        residuals = [program.residual_force**2, program.residual_moment**2, program.mean_noise]
         parts.append((program.wrench[kept], program.shift, residuals, spread))
     wrenches, shifts, residuals, spreads = zip(*parts, strict=True)
     share = np.array([len(wrench) for wrench in wrenches]) / len(needs.time)

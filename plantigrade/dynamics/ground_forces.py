@@ -1,28 +1,30 @@
-r"""Ground reactions from motion, with or without plates: one quadratic program over time.
+r"""Ground reactions from motion, with or without plates, by one quadratic program over time.
 
-Unknown are the wrench of each foot in every frame of its contacts, force :math:`F` and moment
-:math:`M` about a point of the floor below the ankle, the noise :math:`\eta` of the motion, and for
-the whole recording one shift :math:`d` of the centre of mass and one constant by which the centre
-of pressure of each foot lies beside its usual path. With the net wrench :math:`F_n, M_n` about the
-model's centre of mass :math:`c` and the joint moments :math:`\tau_0` that the motion needs,
-minimise the time integral of
+The unknowns are the wrench of each foot in every frame of its contacts (force :math:`F` and moment
+:math:`M` about a point of the floor below the ankle), the noise :math:`\eta` of the motion, and for
+the whole recording one shift :math:`d` of the centre of mass and one constant offset of each foot's
+centre of pressure from its mean path. With the required net wrench :math:`F_n, M_n` about the
+model's centre of mass :math:`c` and the joint moments :math:`\tau_0` without ground reactions, the
+objective is the time integral of
 
 * :math:`\sum F - F_n - \ddot\eta_F` and :math:`\sum (p - c) \times F + M - M_n - d \times F_n -
-  \ddot\eta_M`: the net wrench. Held exactly, what the motion has of noise would go into the centre
-  of pressure;
-* :math:`\eta`: places are off by much the same at all frequencies, accelerations therefore the
-  more the higher the frequency. What changes slowly, such as body weight, is told well;
-* :math:`\frac{d}{dt}(\tau_0 - J^T w)` of the joints of each leg: joint moments change slowly;
-* :math:`\ddot F` and :math:`\ddot M`, zero outside the contacts: forces are smooth;
-* the free moment, and in walking the distance of the centre of pressure from its usual path,
+  \ddot\eta_M`, the net wrench; as an exact constraint it would transfer the noise of the motion to
+  the centre of pressure;
+* :math:`\eta`, because position noise is similar at all frequencies and acceleration noise grows
+  with frequency; slow components such as body weight are accurate;
+* :math:`\frac{d}{dt}(\tau_0 - J^T w)` of the joints of each leg, because joint moments change
+  slowly;
+* :math:`\ddot F` and :math:`\ddot M`, with zero wrench outside the contacts, because forces are
+  smooth;
+* the free moment, and in walking the distance of the centre of pressure from its mean path,
 
-each squared and over its scale, subject to :math:`F_z \ge 0`, friction, and a centre of pressure
-within the part of the sole that is on the floor. Wrenches that plates measured are no unknowns.
+each squared and divided by its scale, subject to :math:`F_z \ge 0`, friction, and a centre of
+pressure within the part of the sole on the floor. Measured wrenches are given, not unknown.
 
-**Noise.** How far the net wrench is missed is compared with what errors of the sizes assumed would
-leave of themselves (drawn as for the bands, :mod:`plantigrade.dynamics.force_bands`). Where it is
-missed by more, the motion is noisier: the scales of that row are taken :math:`k` times (vertical
-force :math:`\sqrt k`), and the program is solved again, twice at most.
+**Noise.** The residual of the net wrench is compared with the residual expected for the assumed
+errors (drawn as for the bands, :mod:`plantigrade.dynamics.force_bands`). A larger residual means a
+noisier motion: the scales of that row are multiplied by :math:`k` (vertical force :math:`\sqrt k`),
+and the program is solved again, at most twice.
 
 A long recording is solved in windows (:mod:`plantigrade.dynamics.force_windows`).
 """
@@ -36,43 +38,46 @@ from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import half_widths, resampled
-from plantigrade.dynamics.force_needs import ForceNeeds, force_needs
-from plantigrade.dynamics.force_program import LIGHT, ForceScales
+from plantigrade.dynamics.force_program import MIN_PRESSURE_LOAD, ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
 from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.plates import FootForces
+from plantigrade.dynamics.required_forces import RequiredForces, required_forces
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
-FASTEST = 150.0  # frames are left out above this rate [Hz]
-MANY, SLOWEST = 800, 50.0  # more frames than so many are left out too, down to this rate [Hz]
+MAX_RATE = 150.0  # [Hz] maximum frame rate of the program; faster recordings are decimated
+MAX_FRAMES = 800  # [1] number of frames above which recordings are decimated further
+MIN_RATE = 50.0  # [Hz] minimum frame rate of this decimation
 
 
 @dataclass(frozen=True)
 class GroundForces:
     """Ground reactions of both feet over a motion, with confidence bands; sides r, l."""
 
-    forces: FootForces  #: Every foot in every frame
-    measured: Bool[Array, "n_frames 2"]  #: Where plates told them
+    forces: FootForces  #: Forces on both feet in every frame
+    measured: Bool[Array, "n_frames 2"]  #: Frames with measured force
     #: Half-width of the 90 % band of the force [N]
     force_band: Float[Array, "n_frames 2 3"]
-    point_band: Float[Array, "n_frames 2 2"]  #: The same of the centre of pressure, x and y [m]
-    torque_band: Float[Array, "n_frames 2"]  #: The same of the free moment [N m]
-    #: The same of the generalised forces of inverse dynamics with these forces [N, N m]
+    point_band: Float[Array, "n_frames 2 2"]  #: Half-width for the centre of pressure, x and y [m]
+    torque_band: Float[Array, "n_frames 2"]  #: Half-width for the free moment [N m]
+    #: Half-width for the generalised forces of inverse dynamics with these forces [N, N m]
     moment_band: Float[Array, "n_frames nv"]
-    com_shift: Float[Array, " 3"]  #: Where the true centre of mass lies from the model's [m]
-    noise: float  #: How many times noisier the motion is than assumed; 1 as assumed
-    #: Root mean square of the net force that is missed beside the noise of the motion [BW]
+    com_shift: Float[
+        Array, " 3"
+    ]  #: Estimated offset of the true centre of mass from the model's [m]
+    noise: float  #: Noise of the motion relative to the assumed noise [1]
+    #: RMS residual of the net force in excess of the noise of the motion [BW]
     residual_force: float
-    residual_moment: float  #: The same of the pitch and roll moment [BW m]
+    residual_moment: float  #: RMS residual of the pitch and roll moment [BW m]
     contacts: tuple[ContactInterval, ...] = field(repr=False)  #: When feet and supports were loaded
-    supports: tuple[Support, ...]  #: Supports besides the feet
+    supports: tuple[Support, ...]  #: Supports other than the feet
     support_force: Float[Array, "n_frames n_supports 3"]  #: Force of each on the body [N]
-    #: Its centre of pressure [m]; NaN where it carries nothing
+    #: Centre of pressure of each support [m]; NaN if unloaded
     support_point: Float[Array, "n_frames n_supports 3"]
-    support_torque: Float[Array, "n_frames n_supports 3"]  #: Its free moment [N m]
+    support_torque: Float[Array, "n_frames n_supports 3"]  #: Free moment of each support [N m]
     flies: bool = False  #: Whether the person runs or jumps
 
 
@@ -89,18 +94,18 @@ def estimate_forces(
     """Return the ground reaction on each foot in every frame.
 
     Args:
-        human: Whose motion.
+        human: The person.
         motion: The motion, filtered, with accelerations and gait events.
-        measured: What plates tell; it is kept, where ``valid_side`` says it is known.
-        contacts: When each foot or support may carry load; as the motion tells if absent
-            (:func:`~plantigrade.dynamics.loading.find_loading`).
-        supports: What may carry load besides the feet, where ``contacts`` say so.
-        scales: What the program weighs by; what suits the activity if absent.
+        measured: Measured forces, kept in the frames of ``valid_side``.
+        contacts: Intervals in which each foot or support may carry load; by default detected from
+            the motion (:func:`~plantigrade.dynamics.loading.find_loading`).
+        supports: Supports other than the feet, loaded according to ``contacts``.
+        scales: Scales of the program; by default those of the activity.
         ground: Ground under the feet. On a slope the program is stated in the axes of the slope.
 
     Raises:
-        ParameterError: If the motion has no accelerations, is too short, nothing ever carries, or
-            the measured forces are not on its frames.
+        ParameterError: If the motion has no accelerations, is too short, has no contacts, or the
+            measured forces are not on its frames.
         SolverError: If the program cannot be solved.
     """
     qacc = _check(human, motion, measured)
@@ -119,7 +124,7 @@ def estimate_forces(
         )
     step = _step(motion)
     coarse = motion.frames(slice(None, None, step))
-    needs = force_needs(human, coarse, qacc[::step], contacts, supports, ground)
+    needs = required_forces(human, coarse, qacc[::step], contacts, supports, ground)
     data = None
     if measured is not None:
         told = measured.frames(slice(None, None, step))
@@ -149,8 +154,8 @@ def estimate_forces(
         **half_widths(needs, found.wrench, found.spread, contacts, motion.time, known, human),
         com_shift=needs.to_world @ found.shift,
         noise=found.noise,
-        residual_force=found.missed_force,
-        residual_moment=found.missed_moment,
+        residual_force=found.residual_force,
+        residual_moment=found.residual_moment,
         contacts=contacts,
         supports=supports,
         support_force=force[:, 2:],
@@ -160,10 +165,10 @@ def estimate_forces(
     )
 
 
-def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the wrenches, world: forces [N] at centres of pressure [m], free moments [N m]."""
+def _at_pressure(time, needs: RequiredForces, wrench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return forces [N], centres of pressure [m] and free moments [N m], world."""
     w, base = resampled(needs.time, wrench, time), resampled(needs.time, needs.base, time)
-    load = w[..., 2] > LIGHT
+    load = w[..., 2] > MIN_PRESSURE_LOAD
     with np.errstate(invalid="ignore", divide="ignore"):
         x, y = -w[..., 4] / w[..., 2], w[..., 3] / w[..., 2]
     point = base + np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -176,9 +181,9 @@ def _at_pressure(time, needs: ForceNeeds, wrench) -> tuple[np.ndarray, np.ndarra
 
 
 def _step(motion: Motion) -> int:
-    """Return every how manieth frame is taken: fewer of fast and of long recordings."""
-    step = np.ceil(motion.rate / FASTEST)
-    longer = min(np.ceil(motion.n_frames / MANY), motion.rate // SLOWEST)
+    """Return the decimation factor for fast and long recordings."""
+    step = np.ceil(motion.rate / MAX_RATE)
+    longer = min(np.ceil(motion.n_frames / MAX_FRAMES), motion.rate // MIN_RATE)
     return max(1, int(max(step, longer)))
 
 

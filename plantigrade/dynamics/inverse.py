@@ -1,18 +1,18 @@
-r"""Inverse dynamics: the joint moments that explain a motion and its measured ground reactions.
+r"""Inverse dynamics: joint moments from a motion and its measured ground reactions.
 
 With the equations of motion of the free-floating body,
 
 .. math:: M(q)\,\dot v + h(q, v) = \tau + \sum_k J_k^T w_k,
 
-:math:`\tau` is what remains after the external wrenches :math:`w_k` (ground on body) act through
-the Jacobians :math:`J_k` of the segments that carry them. Its hinge part is the internal joint
-moments; its root part should be zero and is what the measurements leave unexplained: the residual.
+:math:`\tau` is the generalised force that remains after the external wrenches :math:`w_k` (ground
+on body) with the Jacobians :math:`J_k` of the loaded segments. Its hinge part is the internal joint
+moments; its root part, zero for perfect measurements, is the residual.
 
 :math:`\tau` is computed from MuJoCo's equations of motion without contacts and joint limits. The
-model has no passive joint moments: what ligaments and soft tissue do is part of :math:`\tau`.
+model has no passive joint moments; those of ligaments and soft tissue are part of :math:`\tau`.
 
 The moments of a leg follow from the forces under that leg alone, those of the trunk and arms from
-the motion alone; only the residual needs both feet to be measured
+the motion alone; only the residual requires measurements of both feet
 (:attr:`~plantigrade.dynamics.plates.FootForces.valid_side`).
 """
 
@@ -22,9 +22,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.carriers import Carriers
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at
 from plantigrade.dynamics.plates import FootForces
+from plantigrade.dynamics.segment_loads import SegmentLoads
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -35,7 +35,9 @@ from plantigrade.spatial.conventions import (
     rotation_matrix,
 )
 
-CARRIED = 0.8  # of what the motion needs: with less, a chair or an unmeasured foot carries too
+MIN_CARRIED_SHARE = (
+    0.8  # [1] minimum share of the required force; with less, a chair or another foot carries load
+)
 ROOT_NAMES = tuple(f"root_{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
 
 
@@ -48,11 +50,11 @@ class Moments:
     #: m], positive in the sense of their coordinate (flexion, dorsiflexion, …)
     tau: Float[Array, "n_frames nv"]
     names: tuple[str, ...]  #: One name per column: those of the root, then the coordinates
-    power: Float[Array, "n_frames nv"]  #: Power of each, ``tau * qvel`` [W]; positive generates
+    power: Float[Array, "n_frames nv"]  #: Power ``tau * qvel`` [W]; positive generates
     residual_force: Float[Array, "n_frames 3"]  #: Residual force at the root, world [N]
     #: Residual moment about the centre of mass of the body, world axes [N m]
     residual_moment: Float[Array, "n_frames 3"]
-    com: Float[Array, "n_frames 3"]  #: That centre of mass [m]
+    com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
 
     def __getitem__(self, name: str) -> Float[Array, " n_frames"]:
         """Return the column of a coordinate or of the root.
@@ -75,14 +77,14 @@ def inverse_dynamics(
     """Return joint moments and root residuals of a motion.
 
     Args:
-        human: Whose motion.
+        human: The person.
         qpos: Configurations.
         qvel: Velocities.
         qacc: Accelerations.
         forces: Ground reactions on the frames of the motion, smoothed like it; none if absent.
 
     Raises:
-        ParameterError: If the arrays do not belong together.
+        ParameterError: If the arrays are inconsistent.
     """
     check_motion(human, qpos, qvel, qacc)
     n = len(qpos)
@@ -90,7 +92,7 @@ def inverse_dynamics(
         raise ParameterError(
             f"the forces have {len(forces.force)} frames, the motion {n}; put both on one clock"
         )
-    carriers = Carriers(human)
+    carriers = SegmentLoads(human)
     tau, com = np.empty((n, human.model.nv)), np.empty((n, 3))
     for f, state in enumerate(sweep(human, qpos, qvel)):
         tau[f], com[f] = state.inverse_dynamics(qacc[f]), state.com
@@ -111,11 +113,11 @@ def inverse_dynamics(
 def opensim_moments(
     qpos: Float[Array, "n_frames nq"], moments: Moments
 ) -> tuple[tuple[str, ...], Float[Array, "n_frames nv"]]:
-    r"""Return the generalised forces under OpenSim's names and for its pelvis coordinates.
+    r"""Return the generalised forces with OpenSim's names and pelvis coordinates.
 
-    Joint moments are the same numbers. A force of a pelvis translation is the world force in
-    OpenSim's axes; a moment of a pelvis angle is the moment about the pelvis' origin projected on
-    the axis of that angle, so that power is the same: :math:`\tau^T v = Q^T \dot q`.
+    Joint moments are identical. The force of a pelvis translation is the world force in OpenSim's
+    axes; the moment of a pelvis angle is the moment about the pelvis' origin projected on the axis
+    of that angle, so that power is preserved, :math:`\tau^T v = Q^T \dot q`.
 
     Args:
         qpos: Configurations.
@@ -142,11 +144,11 @@ def opensim_moments(
 
 
 def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
-    """Return how well forces and motion agree, over the frames whose forces are complete.
+    """Return the residuals of forces and motion over the frames with complete forces.
 
     The usual bounds are a residual force of 5 % of the peak ground reaction and a residual moment
-    of 1 % of that times the height of the centre of mass [Hicks2015]_; the shares returned
-    here are of these two references.
+    of 1 % of that times the height of the centre of mass [Hicks2015]_; the returned shares refer
+    to these two quantities.
 
     Args:
         moments: From :func:`inverse_dynamics`.
@@ -179,12 +181,12 @@ def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
 def com_metrics(
     moments: Moments, forces: FootForces, qpos: Float[Array, "n_frames nq"]
 ) -> dict[str, float]:
-    r"""Return how far the body's centre of mass lies from where the forces place it [mm].
+    r"""Return the offset of the model's centre of mass from that of the measured forces [mm].
 
-    A centre of mass that lies ahead of the true one by :math:`d` leaves a residual moment
-    :math:`d \times F`; the mean over the frames in which the plates carry the whole person tells
-    :math:`d`, forward of the pelvis and to its left. The horizontal force is taken from the motion
-    (:math:`m a`): a plate that is off by 10 N there would shift the result by more than 10 mm.
+    An offset :math:`d` leaves a residual moment :math:`d \times F`; its mean over the frames in
+    which the plates carry the whole person gives :math:`d` forward and to the left in the pelvis
+    frame. The horizontal force is that of the motion (:math:`m a`), because an error of 10 N of a
+    plate would shift the result by more than 10 mm.
 
     Args:
         moments: From :func:`inverse_dynamics`.
@@ -192,16 +194,20 @@ def com_metrics(
         qpos: Configurations of the motion, for its heading.
 
     Returns:
-        ``com_ahead_mm`` and ``com_left_mm``; empty where fewer than ten frames tell.
+        ``com_ahead_mm`` and ``com_left_mm``; empty for fewer than ten usable frames.
     """
-    push = forces.force.sum(axis=1)
-    inertial = push + moments.residual_force  # m (a + g)
+    measured = forces.force.sum(axis=1)
+    inertial = measured + moments.residual_force  # m (a + g)
     level = np.nanmin(forces.point[..., 2]) if np.isfinite(forces.point).any() else 0.0
-    whole = np.asarray(forces.valid) & (push[:, 2] > CARRIED * inertial[:, 2]) & (push[:, 2] > 0)
+    whole = (
+        np.asarray(forces.valid)
+        & (measured[:, 2] > MIN_CARRIED_SHARE * inertial[:, 2])
+        & (measured[:, 2] > 0)
+    )
     if whole.sum() < 10:
         return {}
     arm = moments.com[whole, 2] - level
-    load, slip = push[whole, 2], moments.residual_force[whole]
+    load, slip = measured[whole, 2], moments.residual_force[whole]
     off = (
         np.stack(
             [

@@ -9,7 +9,7 @@ from plantigrade.arrays import Array
 from plantigrade.errors import ParameterError
 from plantigrade.spatial.conventions import rotation_matrix
 
-_ROUNDING = 1e-13  # constants this much smaller than their neighbours are rounding of zero
+_ROUNDING = 1e-13  # [1] relative size below which constants are rounded to zero
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ def inertia(link: Link) -> Array:
 
 
 def links_of(model: mujoco.MjModel) -> tuple[Link, ...]:
-    """Return the bodies of a model, the pelvis' angles as the hinges of the first.
+    """Return the bodies of a model, with the pelvis angles as hinges of the first body.
 
     Raises:
-        ParameterError: If the model is more than a free body with hinges at the bodies' origins.
+        ParameterError: If the model is not a free body with hinges at the bodies' origins.
     """
     hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
     passive = (model.dof_damping, model.dof_armature, model.dof_frictionloss, model.jnt_stiffness)
@@ -83,6 +83,6 @@ def links_of(model: mujoco.MjModel) -> tuple[Link, ...]:
 
 
 def _clean(values: Array, scale: float) -> Array:
-    """Return values with those that are only rounding beside ``scale`` set to zero."""
+    """Return values with rounding errors relative to ``scale`` set to zero."""
     values = np.array(values, float)
     return np.where(np.abs(values) < _ROUNDING * scale, 0.0, values)

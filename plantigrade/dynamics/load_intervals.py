@@ -9,21 +9,23 @@ from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.contacts import stances
 from plantigrade.motion.motion import Motion
 
-EARLY, LATE = 0.010, 0.015  # a load that begins and ends smoothly is not noticed at once [s]
-USUAL_STANCE = 0.65  # where none was seen whole [s]
-# Length of a double support over that of a stance: 11 and 61 % of a gait cycle, with EARLY and LATE
-USUAL_HAND_OVER = 0.21
+EARLY_LOAD = 0.010  # [s] time before the detected heel strike at which load may begin
+LATE_LOAD = 0.015  # [s] time after the detected toe-off at which load may end
+USUAL_STANCE = 0.65  # [s] duration of a stance if none is complete in the recording
+# [1] duration of a double support relative to a stance, 11 and 61 % of a gait cycle, including
+# EARLY_LOAD and LATE_LOAD
+DOUBLE_SUPPORT_RATIO = 0.21
 
 
 @dataclass(frozen=True)
 class Support:
-    """Something besides the feet that may carry load, such as the seat of a chair.
+    """A support other than the feet, such as the seat of a chair.
 
     Attributes:
-        name: Its name.
-        body: Segment that it carries.
+        name: Name of the support.
+        body: Supported segment.
         point: Middle of the contact in that segment's frame [m].
-        reach: How far from there the centre of pressure may lie, forward or backward and to
+        reach: Maximum distance of the centre of pressure from there, forward or backward and to
             either side [m].
     """
 
@@ -34,16 +36,16 @@ class Support:
 
 
 def walking_intervals(
-    motion: Motion, *, early: float = EARLY, late: float = LATE
+    motion: Motion, *, early: float = EARLY_LOAD, late: float = LATE_LOAD
 ) -> tuple[ContactInterval, ...]:
-    """Return the stances of a gait by its events, a little longer at both ends.
+    """Return the stances of a gait from its events, slightly extended at both ends.
 
-    A foot without any event is taken to stand all the time, not rolling.
+    A foot without events stands throughout, flat.
 
     Args:
         motion: The motion with its events.
-        early: By how much they begin before heel strike [s].
-        late: By how much they end after toe off [s].
+        early: Extension before heel strike [s].
+        late: Extension after toe-off [s].
     """
     first, last = float(motion.time[0]), float(motion.time[-1])
     events = sorted(motion.events, key=lambda e: e.time)
@@ -61,7 +63,7 @@ def walking_intervals(
 
 
 def usual_length(intervals: tuple[ContactInterval, ...]) -> float:
-    """Return how long the contacts that were seen whole last, their median [s]."""
+    """Return the median duration of the complete contacts [s]."""
     whole = [c.stop - c.start for c in intervals if c.whole]
     return float(np.median(whole)) if whole else USUAL_STANCE
 
@@ -69,21 +71,21 @@ def usual_length(intervals: tuple[ContactInterval, ...]) -> float:
 def completed(
     intervals: tuple[ContactInterval, ...], first: float, last: float
 ) -> tuple[ContactInterval, ...]:
-    """Return the stances that a recording cuts in double support, with their likely other ends.
+    """Return stances cut by the recording in double support with their estimated ends.
 
-    A foot that still stands when the other has landed leaves after a double support of the median
-    length of this recording, or of a usual length if none was seen; correspondingly at the start.
-    Those instants lie outside the recording.
+    A foot that still stands after the other has landed leaves after the median double support of
+    this recording, or after a usual one if there is none; correspondingly at the start. These
+    instants lie outside the recording.
 
     Args:
         intervals: Contacts.
         first: Start of the recording [s].
-        last: Its end [s].
+        last: End of the recording [s].
     """
     steps = [c for c in intervals if c.rolls]
     pairs = [(a, b) for a in steps for b in steps if a.side != b.side and b.begins and a.ends]
     seen = [a.stop - b.start for a, b in pairs if a.start < b.start < a.stop < b.stop]
-    length = float(np.median(seen)) if seen else USUAL_HAND_OVER * usual_length(intervals)
+    length = float(np.median(seen)) if seen else DOUBLE_SUPPORT_RATIO * usual_length(intervals)
     found = []
     for each in intervals:
         others = [c for c in steps if each in steps and c.side != each.side]

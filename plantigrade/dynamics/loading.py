@@ -1,15 +1,15 @@
-r"""When each foot carries load, and when a seat does: what the motion itself tells.
+r"""Intervals in which feet and a seat carry load, detected from the motion.
 
-**Feet.** In gait a foot is loaded from heel strike to toe off. Without gait events the height of
-its sole tells: a foot is in the air from when its lowest point is :data:`CLEAR` above what it stood
-on, if it gets :data:`HIGH` in that flight; landings and take-offs of a jump are timed so to about
-10 ms. What it stood on is the ground, or a box: a raised level is one on which a foot comes to rest
-while the other is not on the ground (a foot held up beside a standing one stands on nothing).
+**Feet.** In gait a foot is loaded from heel strike to toe-off. Without gait events the height of
+its sole decides: a foot is in the air while its lowest point is :data:`MIN_AIR_HEIGHT` above its
+support level, if it reaches :data:`MIN_FLIGHT_HEIGHT` in that flight; the timing error of landings
+and take-offs of a jump is about 10 ms. The support level is the ground or a box: a raised level on
+which a foot rests while the other foot is off the ground.
 
-**Seat.** A person sits while the thighs are about level, the pelvis is at rest, and the wrench that
-the motion needs cannot come from the feet: its zero-moment point is outside their base of support.
-The seat carries as long as the ischia are less than :data:`GIVE` above their height at rest, which
-is what cushion and buttocks give way.
+**Seat.** A person sits while the thighs are about level, the pelvis is at rest, and the feet alone
+cannot supply the required wrench, because its zero-moment point is outside their base of support.
+The seat carries load while the ischia are less than :data:`SEAT_COMPRESSION`, the compression of
+cushion and buttocks, above their height at rest.
 """
 
 from collections.abc import Iterator
@@ -24,8 +24,8 @@ from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.contact.seat import ISCHIAL_DISTANCE, SEATED_PELVIS_TILT, seat_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.load_intervals import (
-    EARLY,
-    LATE,
+    EARLY_LOAD,
+    LATE_LOAD,
     Support,
     usual_length,
     walking_intervals,
@@ -38,32 +38,33 @@ from plantigrade.motion import Motion
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import crossing, runs
 
-FASTER = 2.5  # running and jumps keep frequencies so much higher: 15 Hz, not 6 (see analyse)
-RUNNING_STANCE = 0.30  # stance of a run with these frequencies, at about 3 m/s [s]
+# [1] ratio of the frequencies of running and jumps to those of walking, 15 to 6 Hz (see analyse)
+RUNNING_FREQUENCY_RATIO = 2.5
+RUNNING_STANCE = 0.30  # [s] stance of a run with these frequencies, at about 3 m/s
 
-CLEAR = 0.010  # the lowest point of a foot in the air is higher than this [m] …
-HIGH = 0.030  # … and at some time than this
-SHORTEST = 0.06  # shorter flights and contacts are noise [s]
-FLIGHT = 0.08  # both feet this long off the ground: a jump [s]
-LONGEST_REST = 0.3  # a foot on a box rests this long at some time [s]
+MIN_AIR_HEIGHT = 0.010  # [m] minimum height of the lowest point of a foot in the air
+MIN_FLIGHT_HEIGHT = 0.030  # [m] minimum peak of this height in a flight
+MIN_DURATION = 0.06  # [s] minimum duration of flights and contacts; shorter ones are noise
+MIN_JUMP_TIME = 0.08  # [s] minimum time with both feet off the ground in a jump
+MIN_BOX_REST = 0.3  # [s] minimum rest of a foot on a box
 
-LEVEL = 0.75  # hip above knee, of the thigh's length: more is no sitting
-CALM = 0.15  # a pelvis slower than this is at rest [m/s]
-SITTING = 0.25  # shortest rest on a seat [s]
-BESIDE = 0.03  # a zero-moment point further than this from the soles is not theirs [m]
+MAX_SEATED_RISE = 0.75  # [1] maximum height of the hip above the knee in sitting, in thigh lengths
+MAX_SEATED_SPEED = 0.15  # [m/s] maximum speed of the pelvis in sitting
+MIN_SEATED_TIME = 0.25  # [s] minimum rest on a seat
+ZMP_MARGIN = 0.03  # [m] distance of the zero-moment point from the soles that requires a seat
 SEAT = "seat"  # name of the support
-REACH = 0.12  # of buttocks and thighs on a seat, before and behind the ischia, of stature
-GIVE = 0.03  # the seat lets go when the ischia are this much above their rest [m]
+SEAT_REACH = 0.12  # [1] extent of the contact before and behind the ischia, relative to stature
+SEAT_COMPRESSION = 0.03  # [m] height of the ischia above their rest at which the seat unloads
 
 
 @dataclass(frozen=True)
 class Loading:
-    """What carries a person, and when.
+    """Contact intervals and supports of a person.
 
     Attributes:
-        contacts: When each foot may carry load, and when a seat does (:data:`SEAT`).
-        supports: The seat, where there is one.
-        flies: Whether the person runs or jumps, so that load comes and goes fast.
+        contacts: Intervals in which feet and seat (:data:`SEAT`) may carry load.
+        supports: The seat, if there is one.
+        flies: Whether the person runs or jumps, with fast loading and unloading.
     """
 
     contacts: tuple[ContactInterval, ...]
@@ -77,28 +78,34 @@ class Loading:
 
     @property
     def pace(self) -> float:
-        """How many times higher the frequencies of the motion are than in walking.
+        """Ratio of the motion's frequencies to those of walking [1].
 
-        Those of running go with the inverse of the time on the ground.
+        Those of running are proportional to the inverse of the stance time.
         """
         if not self.flies:
             return 1.0
-        return FASTER * (RUNNING_STANCE / usual_length(self.contacts) if self.walks else 1.0)
+        return RUNNING_FREQUENCY_RATIO * (
+            RUNNING_STANCE / usual_length(self.contacts) if self.walks else 1.0
+        )
 
 
 def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) -> Loading:
-    """Return when feet and seat may carry in a motion.
+    """Return contact intervals and supports of a motion.
 
     Args:
         human: The person.
-        motion: Their motion, filtered; accelerations tell of a seat.
-        ground: What the feet stand on.
+        motion: The motion, filtered; a seat is detected only with accelerations.
+        ground: The ground.
     """
     time, soles = motion.time, sole_paths(human, motion.qpos, ground)
     seat = seat_intervals(human, motion)
     supports = (seat_support(human),) if seat else ()
     if motion.events and is_running(motion.events):
-        steps = walking_intervals(motion, early=EARLY / FASTER, late=LATE / FASTER)
+        steps = walking_intervals(
+            motion,
+            early=EARLY_LOAD / RUNNING_FREQUENCY_RATIO,
+            late=LATE_LOAD / RUNNING_FREQUENCY_RATIO,
+        )
         return Loading((*steps, *seat), supports, True)
     loaded, levels = on_the_ground(time, soles)
     found = [step for step in walking_intervals(motion) if step.rolls]
@@ -111,32 +118,32 @@ def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) ->
 
 
 def seat_support(human: Human) -> Support:
-    """Return the seat: between the ischia, with the reach of buttocks and thighs around it."""
+    """Return the seat with its contact between the ischia and the reach around it."""
     right, left = seat_sites(human)
     middle = 0.5 * (np.array(right.position) + np.array(left.position))
     middle -= right.radius * np.array([np.sin(SEATED_PELVIS_TILT), 0.0, np.cos(SEATED_PELVIS_TILT)])
     x, y, z = (float(each) for each in middle)
-    reach = REACH * human.height, ISCHIAL_DISTANCE * human.height
+    reach = SEAT_REACH * human.height, ISCHIAL_DISTANCE * human.height
     return Support(SEAT, "pelvis", (x, y, z), reach)
 
 
 def leaves_the_ground(time: Float[Array, " n_frames"], soles: SolePaths) -> bool:
-    """Return whether both feet are in the air together at some time, as in a jump."""
+    """Return whether there is a flight phase, as in a jump."""
     return bool(flights(time, soles))
 
 
 def flights(time: Float[Array, " n_frames"], soles: SolePaths) -> tuple[tuple[float, float], ...]:
-    """Return from when to when both feet are in the air together, as in a jump [s]."""
+    """Return start and end of the flight phases [s]."""
     loaded, _ = on_the_ground(time, soles)
     air = runs(np.asarray(~loaded.any(axis=1)))
     spans = ((float(time[run.start]), float(time[run.stop - 1])) for run in air)
-    return tuple((start, stop) for start, stop in spans if stop - start >= FLIGHT)
+    return tuple((start, stop) for start, stop in spans if stop - start >= MIN_JUMP_TIME)
 
 
 def on_the_ground(
     time: Float[Array, " n_frames"], soles: SolePaths
 ) -> tuple[Bool[Array, "n_frames 2"], Float[Array, "n_frames 2"]]:
-    """Return when the soles tell that a foot is loaded (right, left), and the level under it [m].
+    """Return loaded frames of the feet (right, left) and the level below them [m].
 
     Args:
         time: Time of each frame [s].
@@ -155,9 +162,9 @@ def on_the_ground(
         near = np.abs(low[:, k]) < NEAR
         level = float(np.median(low[near, k])) if near.any() else 0.0
         ground[:, k] = level
-        air = low[:, k] - level > CLEAR
+        air = low[:, k] - level > MIN_AIR_HEIGHT
         for run in runs(air):
-            air[run] = low[run, k].max() - level > HIGH
+            air[run] = low[run, k].max() - level > MIN_FLIGHT_HEIGHT
         loaded[:, k] = _without_short(time, ~air)
     floor = loaded.copy()
     for k in (0, 1):
@@ -165,17 +172,17 @@ def on_the_ground(
             rests = runs(speed[run, k] < STILL)
             longest = max((time[run][r.stop - 1] - time[run][r.start] for r in rests), default=0.0)
             alone = ~floor[run, 1 - k]
-            if longest >= LONGEST_REST and alone.sum() > 0.5 * len(alone):
+            if longest >= MIN_BOX_REST and alone.sum() > 0.5 * len(alone):
                 loaded[run, k], ground[run, k] = True, np.median(low[run, k])
     return loaded, ground
 
 
 def seat_intervals(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
-    """Return when a seat carries; see the module's text.
+    """Return the intervals in which a seat carries load.
 
     Args:
         human: The person.
-        motion: Their motion, with accelerations; without them nobody is told to sit.
+        motion: The motion; without accelerations there are no intervals.
     """
     time = motion.time
     if motion.qacc is None or len(time) < 4:
@@ -183,11 +190,11 @@ def seat_intervals(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     joints = PointSet(human, ["femur_r", "femur_l", "tibia_r", "tibia_l"], np.zeros((4, 3)))
     hip, knee = np.split(joints.path(motion.qpos), 2, axis=1)
     rise = (hip[..., 2] - knee[..., 2]).max(axis=1)
-    calm = point_speed(time, hip.mean(axis=1)) < CALM
+    calm = point_speed(time, hip.mean(axis=1)) < MAX_SEATED_SPEED
     rests = [
         run
-        for run in runs((rise < LEVEL * human.dimensions.thigh) & calm)
-        if time[run.stop - 1] - time[run.start] >= SITTING
+        for run in runs((rise < MAX_SEATED_RISE * human.dimensions.thigh) & calm)
+        if time[run.stop - 1] - time[run.start] >= MIN_SEATED_TIME
     ]
     if not rests:
         return ()
@@ -196,8 +203,8 @@ def seat_intervals(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     height = (ischia.path(motion.qpos)[..., 2] - ischia.radius).mean(axis=1)
     found: list[ContactInterval] = []
     for run in rests:
-        above = height - float(np.median(height[run])) - GIVE + CLEAR
-        low = above <= CLEAR
+        above = height - float(np.median(height[run])) - SEAT_COMPRESSION + MIN_AIR_HEIGHT
+        low = above <= MIN_AIR_HEIGHT
         for part in runs(low):
             at_rest = slice(max(part.start, run.start), min(part.stop, run.stop))
             low[part] = at_rest.start < at_rest.stop and outside[at_rest].mean() > 0.5
@@ -206,7 +213,7 @@ def seat_intervals(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
 
 
 def _beyond_feet(human: Human, motion: Motion, soles: SolePaths) -> Bool[Array, " n_frames"]:
-    """Return where the zero-moment point is outside the rectangle around both soles."""
+    """Return the frames with the zero-moment point outside the rectangle around both soles."""
     assert motion.qacc is not None
     point = centroid(human, motion.qpos, motion.qvel, motion.qacc).zmp
     assert point is not None
@@ -218,12 +225,12 @@ def _beyond_feet(human: Human, motion: Motion, soles: SolePaths) -> Bool[Array, 
         place = np.einsum("nkj,nj->nk", soles.position[..., :2], axis)
         at = np.einsum("nj,nj->n", point[:, :2], axis)
         with np.errstate(invalid="ignore"):
-            outside |= (at < place.min(axis=1) - BESIDE) | (at > place.max(axis=1) + BESIDE)
+            outside |= (at < place.min(axis=1) - ZMP_MARGIN) | (at > place.max(axis=1) + ZMP_MARGIN)
     return outside
 
 
 def _heading(soles: SolePaths, side: str) -> Float[Array, "n_frames 2"]:
-    """Return where a foot points, from its heel to its toes."""
+    """Return the horizontal vector of a foot from heel to toes."""
     toes, heel = (
         soles.position[:, soles.of(side, region), :2].mean(axis=1) for region in ("toes", "heel")
     )
@@ -231,7 +238,7 @@ def _heading(soles: SolePaths, side: str) -> Float[Array, "n_frames 2"]:
 
 
 def _joined(intervals: list[ContactInterval]) -> Iterator[ContactInterval]:
-    """Yield intervals in order, those that overlap as one."""
+    """Yield intervals in order, merging those that overlap."""
     for group in grouped(intervals):
         last = max(group, key=lambda c: c.stop)
         yield replace(group[0], stop=last.stop, ends=last.ends)
@@ -242,19 +249,19 @@ def _without_short(time, loaded):
     for value in (False, True):
         for run in runs(loaded == value):
             inner = run.start > 0 and run.stop < len(time)
-            if inner and time[run.stop] - time[run.start] < SHORTEST:
+            if inner and time[run.stop] - time[run.start] < MIN_DURATION:
                 loaded[run] = not value
     return loaded
 
 
 def _intervals(time, loaded, above, side, region) -> Iterator[ContactInterval]:
-    """Yield the spans of frames, their ends where the height ``above`` passes :data:`CLEAR`."""
+    """Yield intervals of frames, with ends where ``above`` crosses :data:`MIN_AIR_HEIGHT`."""
     for run in runs(loaded):
         begins, ends = run.start > 0, run.stop < len(time)
         start, stop = float(time[run.start]), float(time[run.stop - 1])
-        if begins and above[run.start - 1] > CLEAR >= above[run.start]:
-            start = crossing(time, above, run.start - 1, CLEAR)
-        if ends and above[run.stop] > CLEAR >= above[run.stop - 1]:
-            stop = crossing(time, above, run.stop - 1, CLEAR)
+        if begins and above[run.start - 1] > MIN_AIR_HEIGHT >= above[run.start]:
+            start = crossing(time, above, run.start - 1, MIN_AIR_HEIGHT)
+        if ends and above[run.stop] > MIN_AIR_HEIGHT >= above[run.stop - 1]:
+            stop = crossing(time, above, run.stop - 1, MIN_AIR_HEIGHT)
         if stop > start:
             yield ContactInterval(side, region, start, stop, begins, ends)

@@ -1,4 +1,4 @@
-r"""Moments of joints at rest: what tissue does before any muscle is asked.
+r"""Passive joint moments of ligaments and soft tissue.
 
 For the sagittal joints of the legs the double exponentials of [Riener1999]_ (Eqs. 1 to 3, mean of
 ten healthy men; ankle dorsiflexion :math:`\varphi_A`, knee flexion :math:`\varphi_K` and hip
@@ -14,8 +14,8 @@ flexion :math:`\varphi_H` in degrees, moments positive in these directions):
         - e^{1.3403 - 0.0226\varphi_K + 0.0305\varphi_H} + 8.072
 
 Other joints have a linear stiffness about their zero and all joints a linear damping, in
-:data:`STIFFNESS` and :data:`DAMPING`; where no measurement is cited there, the number is an
-estimate. Moments go with mass times height, as strengths do.
+:data:`STIFFNESS` and :data:`DAMPING`; numbers without a cited measurement are estimates. Moments
+scale with mass times height, like strengths.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,19 +47,19 @@ STIFFNESS: Mapping[str, float] = {
     "wrist_dev": 1.0,
     "fingers_flex": 1.0,
 }
-"""Stiffness about zero [N m/rad], of a person of the reference mass and height."""
+"""Stiffness about zero [N m/rad] for the reference mass and height."""
 
 DAMPING: Mapping[str, float] = {"lumbar": 2.0, "thorax": 2.0, "": 0.5}
-"""Damping [N m s/rad], by the beginning of the name."""
+"""Damping [N m s/rad] by prefix of the name."""
 
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
-"""Joints of a leg whose moments depend on each other's angles."""
+"""Leg joints with coupled passive moments."""
 
 _DEG = 180.0 / np.pi
 
 
 def scale(mass: float, height: float) -> float:
-    """Return by how much a person's passive moments differ from the reference's."""
+    """Return the ratio of a person's passive moments to the reference's."""
     return mass * height / (REFERENCE_MASS * REFERENCE_HEIGHT)
 
 
@@ -68,12 +68,12 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
 
     Args:
         names: Names of the hinges.
-        q: Their angles, indexable: CasADi expressions or arrays [rad].
-        qd: Their rates [rad/s].
+        q: Angles, CasADi expressions or arrays [rad].
+        qd: Rates of the angles [rad/s].
         factor: From :func:`scale`.
 
     Returns:
-        One moment a hinge.
+        One moment per hinge.
     """
     at = {n: i for i, n in enumerate(names)}
     exp = _exponential(q)
@@ -95,14 +95,14 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
 def sagittal_springs(
     angles: Float[Array, "3 n_legs"], factor: float = 1.0
 ) -> tuple[Float[Array, "3 n_legs"], Float[Array, "3 n_legs"]]:
-    """Return passive moments of hips, knees and ankles at rest, and how stiff they are there.
+    """Return static passive moments of hips, knees and ankles, and their stiffness.
 
     Args:
-        angles: Their angles, one row for each of :data:`SAGITTAL` [rad].
+        angles: Angles, one row for each of :data:`SAGITTAL` [rad].
         factor: From :func:`scale`.
 
     Returns:
-        Moments [N m], and by how much each falls with its own angle, never negative [N m/rad].
+        Moments [N m], and their decrease with the joint's own angle, never negative [N m/rad].
     """
     values = np.exp(_POWERS @ (angles * _DEG) + _POWERS_AT_ZERO)
     moments = _SIGNS @ values + _OFFSETS
@@ -110,10 +110,10 @@ def sagittal_springs(
 
 
 def _terms(H: Any, K: Any, A: Any) -> tuple[tuple[tuple, float], ...]:
-    """Return the exponentials of hip, knee and ankle and what is added to them.
+    """Return the exponentials and offsets of hip, knee and ankle.
 
-    Of each: its sign, its exponent's derivative by the joint's own angle, and its exponent; angles
-    in degrees.
+    Each exponential has a sign, the exponent's derivative by the joint's own angle, and the
+    exponent; angles in degrees.
     """
     hip = (
         (1.0, -0.0750, 1.4655 - 0.0034 * K - 0.0750 * H),
@@ -132,7 +132,7 @@ def _terms(H: Any, K: Any, A: Any) -> tuple[tuple[tuple, float], ...]:
 
 
 def _as_matrices() -> tuple[Array, Array, Array, Array, Array]:
-    """Return the exponents by angle and at zero, and how moments and slopes are sums of terms."""
+    """Return exponents by angle and at zero, and the matrices of moments, slopes and offsets."""
     at_zero, *at_one = (_terms(*x) for x in np.vstack([np.zeros(3), np.eye(3)]))
     joint = np.repeat(np.arange(3), [len(terms) for terms, _ in at_zero])
     flat = [term for terms, _ in at_zero for term in terms]
@@ -148,7 +148,7 @@ _POWERS, _POWERS_AT_ZERO, _SIGNS, _SLOPES, _OFFSETS = _as_matrices()
 
 
 def _exponential(q: Any):
-    """Return the exponential of what ``q`` is made of."""
+    """Return NumPy's or CasADi's exponential according to the type of ``q``."""
     if isinstance(q, np.ndarray | list | tuple):
         return np.exp
     import casadi

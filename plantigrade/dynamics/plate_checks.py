@@ -1,23 +1,23 @@
-r"""What is wrong with a loading of a force plate: frames whose force is not that of one foot.
+r"""Checks of plate loadings for frames whose force is not that of one foot.
 
-A contact is held against three things that are known without the plate: where the feet are, what
-the plate covers, and how much force the motion of the whole body needs, :math:`m\,(g + \ddot z)`.
+A contact is compared with the positions of the feet, the area of the plate, and the force that the
+motion of the whole body requires, :math:`m\,(g + \ddot z)`.
 """
 
 import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plate_loadings import PlateLoading
-from plantigrade.dynamics.plate_owner import HEAVY, OUTSIDE, distance, longer
+from plantigrade.dynamics.plate_owner import MAX_SOLE_DISTANCE, MIN_PEAK_SHARE, distance, longer
 
-MOST_OUTSIDE = 0.1  # part of a contact's impulse that may lie there: the first and last instants
-SHORTEST_JUDGED = 0.06  # a foot that has just landed is not judged [s]
-LANDING = 0.1  # a foot may carry this long before and after it looks at rest [s]
-BESIDE = 0.02  # how far a point of the sole must rest outside a plate to count as beside it [m]
-LIGHT = 0.85  # a foot that stands alone on its plate carries at least this fraction of the weight
-WHOLE = 0.9  # two feet on one plate carry at least this fraction of it throughout
-SHORTEST_ALONE = 0.1  # shortest single support that is weighed [s]
-SHORTEST_SHARED = 0.06  # feet that land and leave at the same time are not both carrying [s]
+MAX_OUTSIDE_IMPULSE = 0.1  # [1] share of a contact's impulse outside the sole at start and end
+MIN_CHECKED_TIME = 0.06  # [s] minimum duration of contact for a check
+LANDING_MARGIN = 0.1  # [s] possible load before and after the foot appears at rest
+MIN_OVERHANG = 0.02  # [m] distance of a sole point outside a plate that counts as beside it
+MIN_SINGLE_LOAD = 0.85  # [1] minimum load of a foot standing alone on its plate, of the weight
+MIN_SHARED_LOAD = 0.9  # [1] minimum load of two feet on one plate, of the weight
+MIN_SINGLE_TIME = 0.1  # [s] minimum duration of a single support for the load check
+MIN_SHARED_TIME = 0.06  # [s] minimum duration of two feet on one plate
 
 
 def needed_force(
@@ -27,22 +27,22 @@ def needed_force(
     lift: np.ndarray | None,
     mass: float | None,
 ) -> np.ndarray:
-    """Return the vertical force that the motion of the body needs, (n_frames,) [N]; NaN if unknown.
+    """Return the vertical force that the motion requires, (n_frames,) [N]; NaN if unknown.
 
-    The mass is the largest that a foot standing alone carries on any plate: less arrives where a
-    plate carries a part only. With a single such contact it is the given one.
+    The mass is the largest load of a foot standing alone on any plate, because partial contacts
+    have less. With a single such contact the given mass is used.
 
     Args:
         time: Time of each frame [s].
         loadings: Contacts with their owners.
         touch: Frames in which each foot touches the ground, (n_frames, 2).
         lift: Vertical acceleration of the centre of mass and gravity [m/s²].
-        mass: Body mass, where it is known [kg].
+        mass: Body mass, if known [kg].
     """
     if lift is None:
         return np.full(len(time), np.nan)
-    carried = [carried_alone(time, loading, k, touch, lift) for loading in loadings for k in (0, 1)]
-    seen = [each for each in carried if np.isfinite(each)]
+    masses = [carried_alone(time, loading, k, touch, lift) for loading in loadings for k in (0, 1)]
+    seen = [each for each in masses if np.isfinite(each)]
     largest = max(seen) if len(seen) > 1 else mass
     return lift * (np.nan if largest is None else largest)
 
@@ -51,19 +51,19 @@ def carried_alone(time, loading, k, touch, lift) -> float:
     """Return the mass that foot ``k`` carries on a plate while the other is in the air [kg]."""
     frames = loading.frames
     alone = (loading.owner == k) & ~touch[frames, 1 - k] & touch[frames, k] & (lift[frames] > 1.0)
-    if alone.sum() * np.median(np.diff(time)) < SHORTEST_ALONE:
+    if alone.sum() * np.median(np.diff(time)) < MIN_SINGLE_TIME:
         return float("nan")
     return float(loading.force[alone, 2].sum() / lift[frames[alone]].sum())
 
 
 def exclude_light(time, loading, touch, lift, need, excluded) -> None:
-    """Mark a contact that carries too little while the other foot is in the air."""
+    """Exclude a contact with too little load in single support."""
     if lift is None:
         return
     mass = float(np.nanmedian(need / lift)) if np.isfinite(need).any() else float("nan")
     for k in (0, 1):
         share = carried_alone(time, loading, k, touch, lift) / mass
-        if share < LIGHT:
+        if share < MIN_SINGLE_LOAD:
             excluded[loading.frames[loading.owner == k], k] = True
             loading.problem = loading.problem or (
                 f"it carries {100 * share:.0f} % of the weight while the other foot is in the air "
@@ -72,28 +72,28 @@ def exclude_light(time, loading, touch, lift, need, excluded) -> None:
 
 
 def leave_out_far(time, loading, loadings, points, touch, excluded) -> None:
-    """Leave out a contact whose centre of pressure lies outside the sole.
+    """Exclude a contact with its centre of pressure outside the sole.
 
-    Frames in which it lies between both feet while the other one lands, stands or leaves are no
-    reason: they are those of two feet on the plate.
+    Frames with the centre of pressure between both feet while the other one lands, stands or leaves
+    are attributed to two feet on the plate.
     """
     for k in (0, 1):
         mine = loading.owner == k
         load = loading.force[:, 2]
         heavy = mine & _heavy(loading, loadings) & ~excluded[loading.frames, k]
-        if heavy.sum() * np.median(np.diff(time)) < SHORTEST_JUDGED:
+        if heavy.sum() * np.median(np.diff(time)) < MIN_CHECKED_TIME:
             continue
         far = distance(points[k][loading.frames], loading.cop)
-        out = heavy & (far > OUTSIDE)
+        out = heavy & (far > MAX_SOLE_DISTANCE)
         soles = np.concatenate([p[loading.frames] for p in points], axis=1)
-        step = int(round(LANDING / np.median(np.diff(time))))
+        step = int(round(LANDING_MARGIN / np.median(np.diff(time))))
         other = np.convolve(touch[:, 1 - k], np.ones(2 * step + 1), "same") > 0.5
-        both = out & (distance(soles, loading.cop) < OUTSIDE) & other[loading.frames]
+        both = out & (distance(soles, loading.cop) < MAX_SOLE_DISTANCE) & other[loading.frames]
         if loading.plate.side not in SIDES and both.sum() >= 3:
             excluded[loading.frames[both]] = True
             loading.problem = loading.problem or "both feet were on it"
             out, heavy = out & ~both, heavy & ~both
-        if load[out].sum() <= MOST_OUTSIDE * load[heavy].sum():
+        if load[out].sum() <= MAX_OUTSIDE_IMPULSE * load[heavy].sum():
             continue
         excluded[loading.frames[mine], k] = True
         loading.left_out = True
@@ -105,12 +105,12 @@ def leave_out_far(time, loading, loadings, points, touch, excluded) -> None:
 
 
 def exclude_shared(time, loading, loadings, points, resting, touch, need, excluded) -> None:
-    """Mark frames in which the other foot also stands on this plate.
+    """Exclude frames in which the other foot also stands on this plate.
 
-    ``need`` is the vertical force that the motion of the body needs [N]; NaN where it is unknown.
+    ``need`` is the vertical force that the motion requires [N]; NaN if unknown.
     """
-    nobody = loading.owner < 0
-    excluded[loading.frames[nobody]] = True
+    without_foot = loading.owner < 0
+    excluded[loading.frames[without_foot]] = True
     if loading.plate.side in SIDES:
         return
     shared = np.zeros(len(loading.frames), dtype=bool)
@@ -127,24 +127,24 @@ def exclude_shared(time, loading, loadings, points, resting, touch, need, exclud
         if loading.plate.corners is not None:
             inside = outside_of(loading.plate.corners, points[1 - k][frames]) < -0.01
             on = (inside & resting[1 - k][frames]).any(axis=1)
-            # Beside a second plate that also carries it, a foot on the edge is no third case.
+            # a foot at the edge with load on a second plate is no third case
             shared |= mine & on & ~(elsewhere & (distance(points[k][frames], loading.cop) < 0.02))
         else:
             far = distance(points[k][frames], loading.cop)
-            off = (far > OUTSIDE) & _heavy(loading, loadings)
-            # The foot behind hands its load over within a double support, unless to the same plate.
-            whole = mine & ~elsewhere & (loading.force[:, 2] > WHOLE * need[frames])
-            whole = longer(time[frames], whole, SHORTEST_SHARED)
+            off = (far > MAX_SOLE_DISTANCE) & _heavy(loading, loadings)
+            # the trailing foot transfers its load within a double support, unless to the same plate
+            whole = mine & ~elsewhere & (loading.force[:, 2] > MIN_SHARED_LOAD * need[frames])
+            whole = longer(time[frames], whole, MIN_SHARED_TIME)
             shared |= mine & ~elsewhere & (off | whole)
-    # The instants around heel strike and toe off, where low and slow is not yet carrying, hurt
-    # nobody; a real double support lasts longer.
+    # Instants around heel strike and toe-off, low and slow but unloaded, are harmless; a real
+    # double support lasts longer.
     if shared.sum() >= 3:
         excluded[loading.frames[shared]] = True
         loading.problem = loading.problem or "both feet were on it"
 
 
 def exclude_partial(loading, plates, points, resting, excluded) -> None:
-    """Mark a loading during which its foot rests partly beside every plate."""
+    """Exclude a loading with its foot partly outside every plate."""
     if loading.plate.corners is None or loading.plate.side in SIDES:
         return
     for k in (0, 1):
@@ -154,7 +154,7 @@ def exclude_partial(loading, plates, points, resting, excluded) -> None:
         outside = [
             outside_of(p.corners, points[k][frames]) for p in plates if p.corners is not None
         ]
-        beside = np.min(outside, axis=0) > BESIDE
+        beside = np.min(outside, axis=0) > MIN_OVERHANG
         partly = (beside & resting[k][frames]).any(axis=1)
         if partly.mean() > 0.1:
             excluded[frames, k] = True
@@ -162,12 +162,12 @@ def exclude_partial(loading, plates, points, resting, excluded) -> None:
 
 
 def _heavy(loading, loadings) -> np.ndarray:
-    """Return the frames in which a plate carries enough for its centre of pressure to be known."""
-    return loading.force[:, 2] > HEAVY * max(each.peak for each in loadings)
+    """Return the frames with enough load for a reliable centre of pressure."""
+    return loading.force[:, 2] > MIN_PEAK_SHARE * max(each.peak for each in loadings)
 
 
 def outside_of(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far points are outside a plate, negative inside, (n_frames, n_points) [m]."""
+    """Return the distance of points outside a plate, negative inside (n_frames, n_points) [m]."""
     c = corners[:, :2]
     centre = c.mean(axis=0)
     far = np.full(points.shape[:2], -np.inf)

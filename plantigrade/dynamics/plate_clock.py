@@ -1,9 +1,9 @@
 r"""The offset between the clocks of force plates and markers, estimated from dynamics.
 
-The net ground reaction on all feet is what the centre of mass needs, :math:`m (a - g)`. Where the
-plates carry the whole person the two are one signal, and the shift at which they correlate best is
-the offset of the clocks. Soft tissue delays the vertical component alone, by up to 13 ms; an offset
-of the clocks shows in the vertical and the horizontal component alike.
+The net ground reaction equals the force required by the centre of mass, :math:`m (a - g)`. While
+the plates carry the whole person, the shift with the best correlation of both signals is the offset
+of the clocks. Soft tissue delays only the vertical component, by up to 13 ms; an offset of the
+clocks affects the vertical and the horizontal component.
 """
 
 from collections.abc import Sequence
@@ -40,15 +40,14 @@ def clock_offset(
     """Return the delay of the clock of plates relative to that of the motion [s].
 
     Args:
-        plates: The plates; all are taken to be on one clock.
+        plates: The plates, all on one clock.
         time: Time of each frame of the motion [s].
-        needed: Force that the motion needs, filtered [N].
+        needed: Force required by the motion, filtered [N].
         carried: Frames in which the plates carry the whole person.
         cutoff: Low-pass of the motion [Hz].
 
     Returns:
-        The offset, positive where the plates show a force later than the body needs it; None
-        where it cannot be estimated.
+        The offset, positive for delayed plates; None if it cannot be estimated.
     """
     if len(time) < 2 or not plates or min(len(plate.time) for plate in plates) < 12:
         return None
@@ -69,7 +68,7 @@ def clock_offset(
     if inner.sum() < MIN_CARRIED_TIME * rate_of(time):
         return None
     level = needed[inner, :2] - needed[inner, :2].mean(axis=0)
-    way = np.linalg.eigh(level.T @ level)[1][:, -1]  # along which the body brakes and pushes off
+    way = np.linalg.eigh(level.T @ level)[1][:, -1]  # direction of braking and propulsion
     shifts = np.arange(-MAX_OFFSET, MAX_OFFSET + SEARCH_STEP / 2, SEARCH_STEP)
     found = []
     for axis in (np.array([0.0, 0.0, 1.0]), np.array([*way, 0.0])):

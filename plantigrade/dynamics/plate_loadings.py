@@ -1,4 +1,4 @@
-"""Loadings of force plates: each contact of a plate, smoothed by itself and on the frames."""
+"""Loadings of force plates, each smoothed separately and resampled to the frames."""
 
 from dataclasses import dataclass
 
@@ -43,7 +43,7 @@ def loadings_of(
             continue
         inside, force, cop = inside[known], force[known], cop[known]
         time = plate.time[inside]
-        about = cop.mean(axis=0)  # the fixed point: near the foot, for the sake of round-off
+        about = cop.mean(axis=0)  # reference point near the foot, to limit round-off
         moment = np.cross(cop - about, force)
         moment[:, 2] += plate.free_moment[inside]
         load = (force[:, 2] * (cop[:, 2] - about[2]))[:, None]

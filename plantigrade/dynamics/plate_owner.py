@@ -1,4 +1,4 @@
-"""Which foot a loading of a force plate belongs to."""
+"""Assignment of plate loadings to feet."""
 
 import numpy as np
 
@@ -8,18 +8,18 @@ from plantigrade.motion.filters import derivative, lowpass, runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import rate_of
 
-OUTSIDE = 0.03  # a centre of pressure further outside the sole is not that of the foot alone [m]
-HEAVY = 0.1  # a centre of pressure counts where a plate carries this fraction of the greatest load
-CHANGE = 0.10  # this near one sole and this far from the other, a load changed feet [m]
-NOBODY = 0.30  # a centre of pressure further from both feet is that of something else [m]
-LOW = 0.03  # height above the ground below which a point of the sole may touch it [m]
-SLOW = 0.35  # speed relative to the ground below which it does [m/s]
-EDGE = 0.10  # a foot that rests this much longer than its plate is loaded is partly beside it [s]
-MARGIN = 0.05  # a foot beside the plates may carry this long before and after it looks at rest [s]
+MAX_SOLE_DISTANCE = 0.03  # [m] maximum distance of the centre of pressure from a single foot's sole
+MIN_PEAK_SHARE = 0.1  # [1] minimum load relative to the peak for a reliable centre of pressure
+CHANGE_DISTANCE = 0.10  # [m] distance to both soles (below, above) that marks a change of feet
+MAX_FOOT_DISTANCE = 0.30  # [m] maximum distance of the centre of pressure from a foot
+MAX_CONTACT_HEIGHT = 0.03  # [m] maximum height above the ground of a sole point in contact
+MAX_CONTACT_SPEED = 0.35  # [m/s] maximum speed relative to the ground of a sole point in contact
+MAX_UNLOADED_REST = 0.10  # [s] maximum rest of a foot before and after its plate is loaded
+UNMEASURED_MARGIN = 0.05  # [s] possible load of an unmeasured foot before and after its rest
 
 
 def resting_points(time, points: list[np.ndarray], level: float) -> list[np.ndarray]:
-    """Return per side which points of the sole rest on the ground, (n_frames, n_points)."""
+    """Return which sole points are at rest on the ground, per side (n_frames, n_points)."""
     ends = [np.stack([p[:, i] for p in points[::-1]], axis=1) for i in (0, -1)]  # left, right
     ground = ground_velocity(time, *ends)
     resting = []
@@ -30,14 +30,14 @@ def resting_points(time, points: list[np.ndarray], level: float) -> list[np.ndar
             speed = np.linalg.norm(derivative(time, smooth) - ground[:, None], axis=-1)
         else:
             speed = np.zeros(p.shape[:2])
-        # The level at which the sole comes to rest takes up what the model's foot is off the real
-        # one's, but no more than a foot can be off: a foot that stays in the air does not rest.
-        still = speed.min(axis=1) < SLOW / 2
+        # The rest level compensates for the model's error of the foot, within a limit, so that a
+        # foot in the air is not at rest.
+        still = speed.min(axis=1) < MAX_CONTACT_SPEED / 2
         lowest = z.min(axis=1)
         floor = float(np.median(lowest[still])) if still.any() else float(lowest.min())
         if np.isfinite(level):
             floor = float(np.clip(floor, level - 0.05, level + 0.05))
-        resting.append((z < floor + LOW) & (speed < SLOW))
+        resting.append((z < floor + MAX_CONTACT_HEIGHT) & (speed < MAX_CONTACT_SPEED))
     return resting
 
 
@@ -53,7 +53,7 @@ def longer(time, flags, shortest) -> np.ndarray:
 def distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
     """Return the horizontal distance of each point from a sole, (n_frames,) [m].
 
-    A sole is the set of all lines between its points: dense enough for a foot.
+    A sole is represented by all lines between its points, which is dense enough for a foot.
     """
     p, c = sole[..., :2], cop[:, None, :2]
     i, j = np.triu_indices(p.shape[1], 1)
@@ -66,7 +66,7 @@ def distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
 
 
 def find_owner(loading: PlateLoading, points: list[np.ndarray], touch: np.ndarray) -> None:
-    """Find whose foot is at the centre of pressure, frame by frame where it changes."""
+    """Assign the foot at the centre of pressure, frame by frame if it changes."""
     frames = loading.frames
     if loading.plate.side in SIDES:
         loading.owner[:] = SIDES.index(loading.plate.side)
@@ -77,19 +77,21 @@ def find_owner(loading: PlateLoading, points: list[np.ndarray], touch: np.ndarra
     best = int(np.argmin(typical))
     other = 1 - best
     loading.owner[:] = best
-    # One foot after the other without the plate coming free in between: a belt, a long plate.
-    changes = (far[:, other] < CHANGE) & (far[:, best] > CHANGE) & touch[frames, other]
+    # one foot after the other without an unloaded interval, as on a belt or a long plate
+    changes = (
+        (far[:, other] < CHANGE_DISTANCE) & (far[:, best] > CHANGE_DISTANCE) & touch[frames, other]
+    )
     if load[changes].sum() > 0.1 * load.sum():
         nearer = np.where(far[:, best] <= far[:, other], best, other)
         stands = touch[frames]
         nearer = np.where(stands[:, best] & ~stands[:, other], best, nearer)
         nearer = np.where(stands[:, other] & ~stands[:, best], other, nearer)
         apart = far[np.arange(len(frames)), nearer]
-        between = (apart > OUTSIDE) & (load > HEAVY * loading.peak)
+        between = (apart > MAX_SOLE_DISTANCE) & (load > MIN_PEAK_SHARE * loading.peak)
         loading.owner[:] = np.where(between, -1, nearer)
         if between.any():
             loading.problem = "both feet were on it"
-    elif not typical[best] < NOBODY:
+    elif not typical[best] < MAX_FOOT_DISTANCE:
         loading.owner[:] = -1
         loading.problem = "no foot was at the centre of pressure"
 
@@ -101,11 +103,11 @@ def _weighted_median(values, weights) -> float:
 
 
 def unmeasured_frames(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Return frames in which a foot rests on the ground and no plate says with what force.
+    """Return frames in which a foot rests on the ground without a measured force.
 
-    Where a foot was on a plate the plate knows best when: the part of a rest before and after
-    the loading is forgiven up to :data:`EDGE`. Where it was on none, :data:`MARGIN` is added,
-    unless that reaches into a loading.
+    For a foot on a plate, rest before and after the loading counts only beyond
+    :data:`MAX_UNLOADED_REST`. For a foot on no plate, :data:`UNMEASURED_MARGIN` is added, except
+    within a loading.
     """
     missing = np.zeros_like(touch)
     for k in (0, 1):
@@ -113,12 +115,12 @@ def unmeasured_frames(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarr
             frames = np.arange(run.start, run.stop)
             on = measured[frames, k]
             if not on.any():
-                missing[:, k] |= (time >= time[run.start] - MARGIN) & (
-                    time <= time[run.stop - 1] + MARGIN
+                missing[:, k] |= (time >= time[run.start] - UNMEASURED_MARGIN) & (
+                    time <= time[run.stop - 1] + UNMEASURED_MARGIN
                 )
                 continue
             for gap in runs(~on):
                 a, b = frames[gap.start], frames[gap.stop - 1]
-                if time[b] - time[a] > EDGE:
+                if time[b] - time[a] > MAX_UNLOADED_REST:
                     missing[a : b + 1, k] = True
     return missing & ~measured

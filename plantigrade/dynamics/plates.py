@@ -1,22 +1,21 @@
-r"""Measured ground reactions at the frames of a motion: which foot is on which plate, and when.
+r"""Measured ground reactions on each foot at the frames of a motion.
 
-**Which foot.** A loading of a plate belongs to the foot whose sole is at its centre of pressure;
-a plate that names its side is believed. One plate may hold one foot after the other. While both
-feet are on the same plate, or a foot is partly beside its plate, the force on each foot is
-unknown: these frames are reported and left out, as are frames in which a foot rests on the ground
-without any plate under it, and contacts whose centre of pressure lies outside the sole
+**Assignment.** A loading of a plate belongs to the foot with its sole at the centre of pressure,
+unless the plate specifies its side. One plate may carry one foot after the other. While both feet
+are on the same plate, or a foot is partly beside its plate, the force on each foot is unknown:
+these frames are reported and excluded, as are frames in which a foot rests on the ground off the
+plates, and contacts with the centre of pressure outside the sole
 (:mod:`plantigrade.dynamics.plate_checks`).
 
-**Filter.** Every loading is filtered by itself: the wrench about a fixed point, force
-:math:`F` and moment :math:`M`, with the cut-off used for the motion, reflected at the ends of the
-contact so that no force leaks out of it; the centre of pressure and the free moment follow from
-the smoothed wrench,
+**Filter.** Every loading is filtered separately: the wrench about a fixed point, force :math:`F`
+and moment :math:`M`, with the cut-off of the motion, reflected at the ends of the contact so that
+no force leaks out of it; centre of pressure and free moment follow from the smoothed wrench,
 
 .. math:: c_x = \frac{z F_x - M_y}{F_z}, \quad c_y = \frac{z F_y + M_x}{F_z}, \quad
     T = M_z - c_x F_y + c_y F_x,
 
-with :math:`z` the height at which the plate gives its centre of pressure. Smoothing the centre of
-pressure itself would drag it towards where the force is small and its place is noise.
+with :math:`z` the height of the plate's centre of pressure. Smoothing the centre of pressure
+directly would bias it towards the noisy values at small forces.
 """
 
 import re
@@ -28,7 +27,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plate_checks import (
-    BESIDE,
+    MIN_OVERHANG,
     exclude_light,
     exclude_partial,
     exclude_shared,
@@ -54,46 +53,46 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion.recording import ForcePlate
 
-LISTED = 3  # contacts with the same problem that are named one by one
-SHORTEST_REST = 0.06  # shorter rests of a foot are a low pass in swing [s]
+MAX_LISTED = 3  # [1] contacts with the same problem that a note lists individually
+MIN_REST_TIME = 0.06  # [s] minimum duration of a rest; shorter ones are low swing
 
 
 @dataclass(frozen=True)
 class PlateUse:
-    """One loading of a plate and the foot it belongs to."""
+    """A loading of a plate and its foot."""
 
     plate: str  #: Name of the plate
-    side: str  #: ``"r"`` or ``"l"``; empty where no foot was at the centre of pressure
+    side: str  #: ``"r"`` or ``"l"``; empty if no foot was at the centre of pressure
     start: int  #: First frame
     stop: int  #: One after the last frame
-    peak: float  #: Greatest vertical force [N]
-    problem: str = ""  #: Why frames of it are not used; empty where all are
+    peak: float  #: Maximum vertical force [N]
+    problem: str = ""  #: Reason for excluded frames; empty if all are used
 
 
 @dataclass(frozen=True)
 class FootForces:
     """Ground reaction on each foot, on the frames of a motion; sides in the order r, l."""
 
-    force: Float[Array, "n_frames 2 3"]  #: Force on the foot, world [N]; zero where it carries none
-    #: Centre of pressure, world [m]; NaN where the force is zero
+    force: Float[Array, "n_frames 2 3"]  #: Force on the foot, world [N]; zero if unloaded
+    #: Centre of pressure, world [m]; NaN for zero force
     point: Float[Array, "n_frames 2 3"]
-    torque: Float[Array, "n_frames 2 3"]  #: Free moment at that point, world, vertical [N m]
-    #: Frames in which the force on that foot is known (zero in swing is known)
+    torque: Float[Array, "n_frames 2 3"]  #: Vertical free moment at that point, world [N m]
+    #: Frames with known force on each foot, including zero in swing
     valid_side: Bool[Array, "n_frames 2"]
-    valid: Bool[Array, " n_frames"]  #: Frames in which both are
-    uses: tuple[PlateUse, ...] = ()  #: Every loading of every plate
-    warnings: tuple[str, ...] = ()  #: What the user should know, one sentence each
+    valid: Bool[Array, " n_frames"]  #: Frames with known forces on both feet
+    uses: tuple[PlateUse, ...] = ()  #: All loadings of all plates
+    warnings: tuple[str, ...] = ()  #: Warnings for the user, one sentence each
     sides: tuple[str, str] = SIDES  #: Names of the sides, in the order of the second axis
-    #: Share of the frames in which that foot stands on no plate
+    #: Share of the frames in which each foot stands off the plates [1]
     beside_plates: tuple[float, float] = (0.0, 0.0)
 
     def frames(self, chosen: slice) -> "FootForces":
-        """Return the same at some of the frames, without the loadings of the plates."""
+        """Return a copy at selected frames, without the loadings of the plates."""
         names = ("force", "point", "torque", "valid_side", "valid")
         return replace(self, uses=(), **{name: getattr(self, name)[chosen] for name in names})
 
     def spoiled(self, time: Float[Array, " n_frames"]) -> tuple[tuple[str, float, float], ...]:
-        """Return name of the plate, start and end [s] of each loading with a problem."""
+        """Return plate name, start and end [s] of each loading with a problem."""
         return tuple(
             (use.plate, float(time[use.start]), float(time[use.stop - 1]))
             for use in self.uses
@@ -118,12 +117,12 @@ def assign_plates(
         frame_time: Time of each frame of the motion [s], on the plates' clock.
         foot_points: For ``"r"`` and ``"l"`` the world positions of points on that foot's sole,
             heel first, toes last (:func:`sole_points`) [m].
-        cutoff: Zero-lag fourth-order low-pass of the wrenches [Hz], the motion's own; None for
-            none. Where the plates' rate cannot hold it, it is left out.
-        threshold: Vertical force that counts as contact [N].
-        lift: Vertical acceleration of the centre of mass and gravity, smoothed like the wrenches
-            [m/s²]; where given, contacts are held against the force that the motion needs.
-        mass: Body mass, where it is known [kg].
+        cutoff: Zero-lag fourth-order low-pass of the wrenches [Hz], that of the motion; None for
+            none. It is skipped for plates with too low a rate.
+        threshold: Minimum vertical force of contact [N].
+        lift: Vertical acceleration of the centre of mass plus gravity, smoothed like the wrenches
+            [m/s²]; if given, contacts are compared with the force that the motion requires.
+        mass: Body mass, if known [kg].
 
     Raises:
         ParameterError: If a side is missing or the points are not on the frames.
@@ -137,7 +136,7 @@ def assign_plates(
     level = plate_level(loadings)
     resting = resting_points(frame_time, points, level)
     touch = np.stack([resting[k].any(axis=1) for k in (0, 1)], axis=1)
-    touch = np.stack([longer(frame_time, touch[:, k], SHORTEST_REST) for k in (0, 1)], axis=1)
+    touch = np.stack([longer(frame_time, touch[:, k], MIN_REST_TIME) for k in (0, 1)], axis=1)
     for loading in loadings:
         find_owner(loading, points, touch)
     excluded = np.zeros((n, 2), dtype=bool)
@@ -156,7 +155,7 @@ def assign_plates(
             mine = loading.owner == k
             at = loading.frames[mine]
             measured[at, k] = True
-            if loading.left_out:  # nothing is known of either foot that it carried
+            if loading.left_out:  # forces on both feet are unknown
                 excluded[at, k] = True
                 continue
             f, c = loading.force[mine], loading.cop[mine]
@@ -204,15 +203,12 @@ def assign_plates(
 def over_plates(
     plates: tuple[ForcePlate, ...], foot_points: Mapping[str, Float[Array, "n_frames n_points 3"]]
 ) -> Bool[Array, " n_frames"]:
-    """Return the frames in which both soles are entirely over plates.
-
-    Plates whose corners are not known do not count.
-    """
+    """Return the frames in which both soles are entirely over plates with known corners."""
     points = np.concatenate([foot_points[side] for side in SIDES], axis=1)
     outside = [outside_of(p.corners, points) for p in plates if p.corners is not None]
     if not outside:
         return np.zeros(len(points), dtype=bool)
-    return (np.min(outside, axis=0) < BESIDE).all(axis=1)
+    return (np.min(outside, axis=0) < MIN_OVERHANG).all(axis=1)
 
 
 def sole_points(
@@ -230,17 +226,17 @@ def sole_points(
 
 
 def _describe(notes, time, loadings, seen) -> None:
-    alike: dict[tuple[str, str], list[PlateLoading]] = {}  # by plate and kind of problem
+    groups: dict[tuple[str, str], list[PlateLoading]] = {}  # by plate and kind of problem
     for loading in loadings:
         if loading.problem:
             kind = re.sub(r"[\d.]+", "", loading.problem)
-            alike.setdefault((loading.plate.name, kind), []).append(loading)
-    for (plate, _), found in alike.items():
+            groups.setdefault((loading.plate.name, kind), []).append(loading)
+    for (plate, _), found in groups.items():
         spans = [f"{time[each.frames[0]]:.2f} to {time[each.frames[-1]]:.2f} s" for each in found]
-        more = f" and {len(spans) - LISTED} times more" if len(spans) > LISTED else ""
+        more = f" and {len(spans) - MAX_LISTED} times more" if len(spans) > MAX_LISTED else ""
         heaviest = max(found, key=lambda each: each.peak)
         notes.append(
-            f"force plate {plate}, {', '.join(spans[:LISTED])}{more}: {heaviest.problem}; its "
+            f"force plate {plate}, {', '.join(spans[:MAX_LISTED])}{more}: {heaviest.problem}; its "
             "frames are excluded from the moments."
         )
     if not seen.all():

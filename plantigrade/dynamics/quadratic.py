@@ -1,4 +1,4 @@
-r"""Convex quadratic programs over time: banded, but for a few unknowns that concern all of it.
+r"""Convex quadratic programs over time, banded with a few global unknowns.
 
 .. math:: \min_x\; \tfrac12 x^T P x + q^T x \quad\text{with}\quad G x \le h,
 
@@ -17,20 +17,20 @@ from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_bande
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import SolverError
 
-TOLERANCE = 1e-5  # of residuals and of the gap, in scaled units
-MOST = 80  # steps
-WARM = 1e-3  # slacks and multipliers to begin with from another optimum, at least
-FLOOR = 1e-9  # added to the diagonal, of one
+TOLERANCE = 1e-5  # [1] tolerance of residuals and duality gap, in scaled units
+MAX_STEPS = 80  # [1] maximum number of steps
+MIN_WARM_SLACK = 1e-3  # [1] minimum slack and multiplier of a warm start
+DIAGONAL_SHIFT = 1e-9  # [1] shift of the scaled diagonal, for positive definiteness
 
 
 class BorderedBand:
     """Factor of a symmetric positive definite matrix: a band with a dense border.
 
     Args:
-        rows: Row of each entry of the lower triangle; entries of one place are added.
-        columns: Column of each.
+        rows: Row of each entry of the lower triangle; duplicate entries are added.
+        columns: Column of each entry.
         size: Number of rows.
-        border: How many rows at the end are dense.
+        border: Number of dense rows at the end.
     """
 
     def __init__(self, rows: np.ndarray, columns: np.ndarray, size: int, border: int):
@@ -44,19 +44,19 @@ class BorderedBand:
         """Factor the matrix with these entries.
 
         Raises:
-            LinAlgError: If it is not positive definite.
+            LinAlgError: If the matrix is not positive definite.
         """
         n, b = self.inner, self.border
         cells = (self.width + 1) * n
         band = np.bincount(self.place, values[self.band], cells).reshape(self.width + 1, n)
         edge = np.bincount(self.edge, values[~self.band], b * (n + b)).reshape(b, n + b)
-        band[0] += FLOOR
+        band[0] += DIAGONAL_SHIFT
         self.lower = cholesky_banded(band, lower=True, overwrite_ab=True, check_finite=False)
         self.across = edge[:, :n]
         self.reach = cho_solve_banded((self.lower, True), self.across.T, check_finite=False)
         corner = np.tril(edge[:, n:])
         corner = corner + np.tril(corner, -1).T - self.across @ self.reach
-        self.corner = cho_factor(corner + FLOOR * np.eye(b), lower=True) if b else None
+        self.corner = cho_factor(corner + DIAGONAL_SHIFT * np.eye(b), lower=True) if b else None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solution for a right-hand side (n,) or several (n, m)."""
@@ -73,16 +73,16 @@ class QuadraticSolution:
     """Optimum of a quadratic program."""
 
     x: Float[Array, " n"]  #: Unknowns
-    multiplier: Float[Array, " m"]  #: Of each inequality, positive
-    slack: Float[Array, " m"]  #: What is left of each inequality, positive
-    steps: int  #: Steps that were taken
+    multiplier: Float[Array, " m"]  #: Multiplier of each inequality, positive
+    slack: Float[Array, " m"]  #: Slack of each inequality, positive
+    steps: int  #: Number of steps
     _factor: BorderedBand
     _scale: np.ndarray
 
     def response(self, right: Float[Array, "n k"]) -> Float[Array, "n k"]:
-        r"""Return :math:`(P + G^T \tfrac{z}{s} G)^{-1}` times some vectors.
+        r"""Return :math:`(P + G^T \tfrac{z}{s} G)^{-1}` times vectors.
 
-        That is how the optimum moves with :math:`-q`, limits that hold holding on.
+        This is the derivative of the optimum by :math:`-q` with constant active inequalities.
         """
         return self._scale[:, None] * self._factor.solve(self._scale[:, None] * right)
 
@@ -100,14 +100,14 @@ def solve_quadratic(
 
     Args:
         P: Symmetric, positive definite; SciPy sparse, (n, n).
-        q: Linear part.
+        q: Linear term.
         G: Inequalities; SciPy sparse, (m, n).
-        h: Their upper limits.
-        border: How many unknowns at the end may be tied to all others.
-        start: Optimum of a program that differs little.
+        h: Upper limits of the inequalities.
+        border: Number of unknowns at the end coupled to all others.
+        start: Optimum of a similar program.
 
     Raises:
-        SolverError: If none was found.
+        SolverError: If the program is singular or does not converge.
     """
     scale = 1.0 / np.sqrt(np.maximum(np.asarray(P.diagonal()), 1e-12))
     S = sp.diags_array(scale)
@@ -126,8 +126,8 @@ def solve_quadratic(
             s, z = np.maximum(h - G @ x, 1e-2), np.full(m, 1e-2)
         else:
             x = start.x / scale
-            s, z = (np.maximum(v, WARM) for v in (start.slack, start.multiplier))
-        for step in range(MOST):
+            s, z = (np.maximum(v, MIN_WARM_SLACK) for v in (start.slack, start.multiplier))
+        for step in range(MAX_STEPS):
             dual, primal = P @ x + q + Gt @ z, G @ x + s - h
             gap = float(s @ z) / max(m, 1)
             far = max(abs(dual).max() / (1 + abs(q).max()), abs(primal).max(initial=0.0))
@@ -146,8 +146,8 @@ def solve_quadratic(
     except np.linalg.LinAlgError as error:
         raise SolverError(f"the quadratic program of {len(q)} unknowns is singular") from error
     raise SolverError(
-        f"the quadratic program of {len(q)} unknowns and {m} inequalities was not solved in {MOST} "
-        "steps"
+        f"the quadratic program of {len(q)} unknowns and {m} inequalities was not solved in "
+        f"{MAX_STEPS} steps"
     )
 
 
@@ -160,12 +160,12 @@ def _step(matrix: BorderedBand, G, Gt, s, z, dual, primal, target):
 
 
 def _products(G) -> tuple[sp.csr_array, np.ndarray, np.ndarray]:
-    """Return what weights of the rows give of ``G^T D G``: matrix, rows and columns (lower)."""
+    """Return the linear map from row weights to lower entries of ``G^T D G``, and indices."""
     counts = np.diff(G.indptr)
     row = np.repeat(np.arange(G.shape[0]), counts)
     pairs: list[tuple[np.ndarray, ...]] = []
-    most = int(counts.max(initial=0))
-    for step in range(most):  # each entry with the one `step` further on in its row
+    max_count = int(counts.max(initial=0))
+    for step in range(max_count):  # each entry with the one `step` further on in its row
         one = np.arange(len(row) - step)
         one = one[row[one] == row[one + step]]
         a, b = G.indices[one], G.indices[one + step]
@@ -180,6 +180,6 @@ def _products(G) -> tuple[sp.csr_array, np.ndarray, np.ndarray]:
 
 
 def _furthest(values: np.ndarray, change: np.ndarray) -> float:
-    """Return how much of a change, at most all, leaves the values positive."""
+    """Return the maximum fraction of a change that keeps the values positive, at most one."""
     falls = change < 0
     return float(np.min(-values[falls] / change[falls], initial=1.0))

@@ -7,19 +7,18 @@ the world), a point :math:`r` of the body accelerates by
 .. math:: a + U r, \qquad U = \hat\alpha + \hat\omega\hat\omega,
 
 and a body of mass :math:`m`, first moment :math:`h = \int r\,dm` and second moment
-:math:`\Sigma = \int r r^T dm` asks for a force and a moment about its origin of
+:math:`\Sigma = \int r r^T dm` requires a force and a moment about its origin of
 
 .. math:: f = m a + U h, \qquad
     n = h \times a + \mathrm{vex}(U\Sigma - (U\Sigma)^T).
 
-Going outwards gives :math:`\omega, \alpha, a`, coming back gives :math:`f, n`, and a hinge with
-axis :math:`e` bears :math:`e^T n`: the recursive Newton–Euler algorithm [Featherstone2008]_. The
-pelvis angles are its first three hinges.
+The outward pass gives :math:`\omega, \alpha, a`, the inward pass :math:`f, n`, and a hinge with
+axis :math:`e` transmits the moment :math:`e^T n`: the recursive Newton–Euler algorithm
+[Featherstone2008]_. The pelvis angles are the first three hinges.
 
-Bodies keep MuJoCo's axes, in which most hinges turn about x, y or z: such a turn costs six
-operations a vector, against fifteen for an oblique axis. CasADi drops what is multiplied by zero
-while the expressions are made. Where expressions of several functions meet in one, ``casadi.cse``
-merges the parts they share.
+Bodies keep MuJoCo's axes, in which most hinges rotate about x, y or z; such a rotation costs six
+operations per vector, an oblique axis fifteen. CasADi drops products with zero when expressions are
+built; ``casadi.cse`` merges common subexpressions of several functions.
 """
 
 from collections.abc import Sequence
@@ -37,7 +36,7 @@ from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 
 @dataclass
 class LinkMotion:
-    """What the way outwards finds, one entry a link; vectors in the link's axes."""
+    """Result of the outward pass, one entry per link; vectors in the link's axes."""
 
     omega: list[Any]  # [rad/s]
     alpha: list[Any]  # [rad/s²]
@@ -63,7 +62,7 @@ class LinkTree:
         gravity: Gravity [m/s²], world axes.
 
     Raises:
-        ParameterError: If the model is more than a free pelvis with hinges at the bodies' origins.
+        ParameterError: If the model is not a free pelvis with hinges at the bodies' origins.
     """
 
     def __init__(self, human: Human, gravity: Float[Array, " 3"]):
@@ -72,20 +71,20 @@ class LinkTree:
         self.mass = float(human.model.body_mass[1:].sum())
 
     def translation(self, ca: Any, q: Any):
-        """Return the pelvis' origin, a derivative of it if given one of q; world."""
+        """Return the pelvis' origin, or its derivative for a derivative of q; world."""
         return ca.mtimes(sparse(ca, OPENSIM_TO_WORLD), q[3:6])
 
     def turns(self, ca: Any, q: Any) -> list[list[Any]]:
-        """Return for every hinge of every link the rotation to the axes before it."""
+        """Return for every hinge of every link the rotation to the preceding axes."""
         return [[_turn(ca, axis, q[i]) for i, axis in link.hinges] for link in self.links]
 
     def frames(
-        self, ca: Any, q: Any, turns: list[list[Any]], wanted: Any
+        self, ca: Any, q: Any, turns: list[list[Any]], links: Any
     ) -> tuple[dict[int, Any], dict[int, Any]]:
-        """Return rotations to world axes and origins of the wanted links and all before them."""
+        """Return rotations to world axes and origins of the given links and their ancestors."""
         rotation: dict[int, Any] = {}
         position: dict[int, Any] = {}
-        needed = set(wanted)
+        needed = set(links)
         for i in reversed(range(len(self.links))):
             if i in needed and self.links[i].parent >= 0:
                 needed.add(self.links[i].parent)
@@ -108,7 +107,7 @@ class LinkTree:
         links = [self.human.body(p.body) - 1 for p in points]
         turns = self.turns(ca, q)
         rotation, origin = self.frames(ca, q, turns, links)
-        state = None if qd is None else self.outwards(ca, turns, qd, qdd)
+        state = None if qd is None else self.outward_pass(ca, turns, qd, qdd)
         columns: tuple[list[Any], ...] = ([], [], [])
         for i, point in zip(links, points, strict=True):
             R = rotation[i]
@@ -125,7 +124,7 @@ class LinkTree:
                 columns[2].append(ca.mtimes(R, a))
         return tuple(ca.horzcat(*c) if c else ca.SX(3, 0) for c in columns)
 
-    def outwards(
+    def outward_pass(
         self,
         ca: Any,
         turns: list[list[Any]],
@@ -133,7 +132,7 @@ class LinkTree:
         qdd: Any = None,
         gravity: Array | None = None,
     ) -> LinkMotion:
-        """Return the motion of every link; accelerations mean something with qdd only."""
+        """Return the motion of every link; accelerations are valid only with qdd."""
         state = LinkMotion([], [], [], [], [])
         qdd = ca.SX(self.nv, 1) if qdd is None else qdd
         for k, link in enumerate(self.links):
@@ -161,35 +160,35 @@ class LinkTree:
             state.acceleration.append(a)
         return state
 
-    def inwards(
+    def inward_pass(
         self, ca: Any, turns: list[list[Any]], forces: list[Any], moments: list[Any]
     ) -> tuple[list[Any], Any, Any]:
-        """Add up forces and moments (or momenta) of the links from the ends of the limbs inwards.
+        """Accumulate forces and moments (or momenta) of the links from the ends of the limbs.
 
-        Moments are about the links' origins. Both lists are used up.
+        Moments are about the links' origins. Both lists are modified.
 
         Returns:
-            What each hinge bears about its axis, in the order of q; the sum of all forces and of
+            The moment of each hinge about its axis, in the order of q; the sum of all forces and of
             all moments about the pelvis' origin, world axes.
         """
-        borne: list[Any] = [0] * self.nv
+        hinge_moments: list[Any] = [0] * self.nv
         for k in reversed(range(len(self.links))):
             link, f, n = self.links[k], forces[k], moments[k]
             for (i, axis), R in zip(reversed(link.hinges), reversed(turns[k]), strict=True):
-                borne[i] = ca.dot(axis, n)
+                hinge_moments[i] = ca.dot(axis, n)
                 f, n = ca.mtimes(R, f), ca.mtimes(R, n)
             if link.turn is not None:
                 f, n = ca.mtimes(link.turn, f), ca.mtimes(link.turn, n)
             if link.parent < 0:
-                return borne, f, n
+                return hinge_moments, f, n
             forces[link.parent] = forces[link.parent] + f
             moments[link.parent] = moments[link.parent] + n + ca.cross(sparse(ca, link.offset), f)
-        raise AssertionError("no link hangs on the world")
+        raise AssertionError("no link has the world as its parent")
 
     def arm(self, ca: Any, turns: list[list[Any]]):
-        """Return the centre of mass less the pelvis' origin, world axes."""
+        """Return the centre of mass relative to the pelvis' origin, world axes."""
         first: list[Any] = [sparse(ca, link.first) for link in self.links]
-        heavier = [link.mass for link in self.links]
+        subtree_mass = [link.mass for link in self.links]
         for k in reversed(range(len(self.links))):
             link, h = self.links[k], first[k]
             for R in reversed(turns[k]):
@@ -198,16 +197,16 @@ class LinkTree:
                 h = ca.mtimes(link.turn, h)
             if link.parent < 0:
                 return h / self.mass
-            heavier[link.parent] += heavier[k]
-            first[link.parent] = first[link.parent] + h + heavier[k] * sparse(ca, link.offset)
-        raise AssertionError("no link hangs on the world")
+            subtree_mass[link.parent] += subtree_mass[k]
+            first[link.parent] = first[link.parent] + h + subtree_mass[k] * sparse(ca, link.offset)
+        raise AssertionError("no link has the world as its parent")
 
     def newton_euler(
         self, ca: Any, points: Sequence[Point], q: Any, qd: Any, qdd: Any, external: Any
     ) -> tuple[list[Any], Any, Any, Any]:
         """Return hinge moments, root force and moment about the pelvis' origin, and the arm."""
         turns = self.turns(ca, q)
-        state = self.outwards(ca, turns, qd, qdd, self.gravity)
+        state = self.outward_pass(ca, turns, qd, qdd, self.gravity)
         forces, moments = [], []
         for link, U, a in zip(self.links, state.U, state.acceleration, strict=True):
             h, S = sparse(ca, link.first), sparse(ca, link.second)
@@ -218,7 +217,7 @@ class LinkTree:
         loads = self.loads(ca, points, q, turns, external)
         for i, (f, n) in loads.items():
             forces[i], moments[i] = forces[i] - f, moments[i] - n
-        tau, force, moment = self.inwards(ca, turns, forces, moments)
+        tau, force, moment = self.inward_pass(ca, turns, forces, moments)
         return tau, force, moment, self.arm(ca, turns)
 
     def loads(
@@ -252,7 +251,7 @@ class LinkTree:
 
 
 def _rates_of_place(ca: Any, omega: Any, alpha: Any):
-    """Return U, which gives a point's acceleration from its place in the body (3, 3) [1/s²]."""
+    """Return U, which maps a point's position in the body to its acceleration (3, 3) [1/s²]."""
     x, y, z = (omega[i] for i in range(3))
     a, b, c = (alpha[i] for i in range(3))
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
@@ -266,7 +265,7 @@ def _rates_of_place(ca: Any, omega: Any, alpha: Any):
 
 
 def sparse(ca: Any, values: Array):
-    """Return constants without their zeros, so that CasADi leaves these products out."""
+    """Return constants as a sparse matrix, so that CasADi omits products with zero."""
     return ca.sparsify(ca.DM(values))
 
 
@@ -274,7 +273,7 @@ def _turn(ca: Any, axis: Array, angle: Any):
     r"""Return the rotation about an axis, :math:`c I + s \hat e + (1 - c) e e^T` (3, 3)."""
     c, s = ca.cos(angle), ca.sin(angle)
     along = np.flatnonzero(axis)
-    if len(along) == 1:  # a frame's own axis: the four entries of a plane turn
+    if len(along) == 1:  # a coordinate axis: the four entries of a plane rotation
         k = int(along[0])
         i, j = (k + 1) % 3, (k + 2) % 3
         s = float(axis[k]) * s

@@ -1,17 +1,17 @@
-r"""The equations of motion of one person as CasADi expressions, for optimisation.
+r"""Equations of motion of a person as CasADi expressions, for optimisation.
 
-They are generated from the compiled MuJoCo model, so that every :class:`Human` has them, and are
-smooth in plain vectors: the quaternion of the free joint is replaced by OpenSim's pelvis angles.
+They are generated from the compiled MuJoCo model of any :class:`Human` and are smooth functions of
+plain vectors: OpenSim's pelvis angles replace the quaternion of the free joint.
 
 **Coordinates.** :math:`q`, :math:`\dot q` and :math:`\ddot q` are vectors of length ``nv`` in the
 order of :meth:`~plantigrade.models.Human.to_coordinates`: ``pelvis_tilt``, ``pelvis_list``,
 ``pelvis_rotation`` [rad], ``pelvis_tx``, ``pelvis_ty``, ``pelvis_tz`` [m] in OpenSim's axes
-(forward, up, right), then the hinges [rad] as MuJoCo orders them. The pelvis is turned by
+(forward, up, right), then the hinges [rad] in MuJoCo's order. The rotation of the pelvis is
 
 .. math:: R = R_y(-\mathrm{tilt})\, R_x(\mathrm{list})\, R_z(\mathrm{rotation}).
 
-At a list of ±90° the axes of tilt and rotation coincide: rates are no longer unique, and forces of
-these two coordinates cannot be told apart. Wrenches in world axes do not suffer from that.
+At a list of ±90° the axes of tilt and rotation coincide, so that rates and generalised forces of
+these two coordinates are not unique. Wrenches in world axes are unaffected.
 
 **Method.** Recursions over the bodies: :mod:`plantigrade.dynamics.recursions`.
 """
@@ -41,10 +41,10 @@ ROOTS = ("pelvis", "com", "coordinates")
 
 
 class SymbolicHuman:
-    """One person's kinematics and dynamics as CasADi functions of q, qd and qdd.
+    """Kinematics and dynamics of a person as CasADi functions of q, qd and qdd.
 
-    Every method returns a :class:`casadi.Function`, built at the first call and kept. Points and
-    forces are columns. World axes throughout: x forward, y left, z up.
+    Every method returns a :class:`casadi.Function`, built at the first call and cached. Points and
+    forces are columns in world axes: x forward, y left, z up.
 
     Args:
         human: The person.
@@ -53,12 +53,12 @@ class SymbolicHuman:
     Attributes:
         human: The person.
         nv: Number of coordinates.
-        names: Their names, in the order of q.
+        names: Names of the coordinates, in the order of q.
         mass: Body mass of the model [kg].
         gravity: Gravity [m/s²], world axes.
 
     Raises:
-        ParameterError: If the model is more than a free pelvis with hinges at the bodies' origins.
+        ParameterError: If the model is not a free pelvis with hinges at the bodies' origins.
 
     Example:
         >>> body = SymbolicHuman(Human.create(1.74, 70.0))
@@ -89,8 +89,7 @@ class SymbolicHuman:
         """Return q, qd and qdd of a motion in MuJoCo's variables.
 
         Raises:
-            ParameterError: If the pelvis lists by 90°, where the rates of its angles are not
-                unique.
+            ParameterError: If the pelvis list is 90°, where the rates of its angles are not unique.
         """
         _, q = self.human.to_coordinates(qpos)
         rates, accelerations = free_joint_to_pelvis_rates(q[:, :3], qvel[:, 3:6], qacc[:, 3:6])
@@ -106,7 +105,7 @@ class SymbolicHuman:
     ) -> tuple[
         Float[Array, "n_frames nq"], Float[Array, "n_frames nv"], Float[Array, "n_frames nv"]
     ]:
-        """Return qpos, qvel and qacc; the inverse of :meth:`from_mujoco`, without exceptions."""
+        """Return qpos, qvel and qacc, the inverse of :meth:`from_mujoco`; never singular."""
         qpos = self.human.from_coordinates(self.names, q)
         omega, alpha = pelvis_rates_to_free_joint(q[:, :3], qd[:, :3], qdd[:, :3])
         qvel = np.hstack([qd[:, 3:6] @ OPENSIM_TO_WORLD.T, omega, qd[:, 6:]])
@@ -137,7 +136,7 @@ class SymbolicHuman:
             every = range(len(self._tree.links))
             turns = self._tree.turns(ca, q)
             rotation, _ = self._tree.frames(ca, q, turns, every)
-            state = self._tree.outwards(ca, turns, qd)
+            state = self._tree.outward_pass(ca, turns, qd)
             columns = [ca.mtimes(rotation[i], state.omega[i]) for i in every]
             return {"angular_velocity": ca.horzcat(*columns)}
 
@@ -173,14 +172,14 @@ class SymbolicHuman:
 
         def build(ca: Any, q: Any, qd: Any):
             turns = self._tree.turns(ca, q)
-            state = self._tree.outwards(ca, turns, qd)
+            state = self._tree.outward_pass(ca, turns, qd)
             linear, angular = [], []
             for link, omega, velocity in zip(
                 self._tree.links, state.omega, state.velocity, strict=True
             ):
                 linear.append(link.mass * velocity + ca.cross(omega, link.first))
                 angular.append(ca.mtimes(inertia(link), omega) + ca.cross(link.first, velocity))
-            _, p, about_pelvis = self._tree.inwards(ca, turns, linear, angular)
+            _, p, about_pelvis = self._tree.inward_pass(ca, turns, linear, angular)
             arm = self._tree.arm(ca, turns)
             return {"linear": p, "angular": about_pelvis - ca.cross(arm, p)}
 
@@ -194,7 +193,7 @@ class SymbolicHuman:
 
         def build(ca: Any, q: Any, qd: Any):
             turns = self._tree.turns(ca, q)
-            state = self._tree.outwards(ca, turns, qd)
+            state = self._tree.outward_pass(ca, turns, qd)
             kinetic = 0
             for link, omega, v in zip(self._tree.links, state.omega, state.velocity, strict=True):
                 kinetic += 0.5 * link.mass * ca.dot(v, v)
@@ -208,30 +207,30 @@ class SymbolicHuman:
     def inverse_dynamics(
         self, points: Sequence[Point] = (), *, root: str = "pelvis"
     ) -> "casadi.Function":
-        r"""Return (q, qd, qdd, forces) ↦ ``tau`` (nv,), what the joints must do.
+        r"""Return (q, qd, qdd, forces) ↦ ``tau`` (nv,), the required generalised forces.
 
         .. math:: \tau = M(q)\,\ddot q + h(q, \dot q) - \sum_k J_k^T f_k
 
-        The first six rows are what is missing at the root; they must be zero for a body that only
-        the ground touches. The three choices are zero together. They are
+        The first six rows are the residual at the root, zero for a body in contact with the ground
+        alone. The three choices are
 
         * ``"pelvis"``: world force [N] and moment about the pelvis' origin, world axes [N m]. No
-          posture is singular, and second derivatives take the fewest operations: best as rows of
-          an optimisation.
+          posture is singular, and second derivatives take the fewest operations: best for
+          constraints of an optimisation.
         * ``"com"``: the same with the moment about the centre of mass. Force and moment are then
-          the rates of linear and angular momentum and independent of each other: best to report
-          residuals, and its two kinds of rows can be weighed apart. The centre of mass depends on
-          every coordinate, so second derivatives take a third more operations.
+          the rates of linear and angular momentum, which are independent: best for residuals with
+          separate weights. The centre of mass depends on every coordinate, so second derivatives
+          take a third more operations.
         * ``"coordinates"``: generalised forces of the pelvis angles [N m] and translations [N], in
-          the order of q, so that power is :math:`\tau^T \dot q`; singular where the angles are.
+          the order of q, with power :math:`\tau^T \dot q`; singular at a list of ±90°.
 
         Args:
-            points: Where forces act.
-            root: What the first six rows are.
+            points: Points of application of forces.
+            root: Choice of the first six rows.
 
         Returns:
-            Function of q, qd, qdd and, where there are points, ``forces`` (3, n_points): forces
-            on the body, world [N].
+            Function of q, qd, qdd and, with points, ``forces`` (3, n_points): forces on the body,
+            world [N].
         """
 
         def build(ca: Any, q: Any, qd: Any, qdd: Any, forces: Any = None):
@@ -250,15 +249,14 @@ class SymbolicHuman:
     def root_wrench(
         self, points: Sequence[Point] = (), *, root: str = "pelvis"
     ) -> "casadi.Function":
-        """Return (q, qd, qdd, forces) ↦ ``wrench`` (6,) that is missing at the root.
+        """Return (q, qd, qdd, forces) ↦ ``wrench`` (6,), the residual at the root.
 
-        World force [N] and moment [N m], the first six rows of :meth:`inverse_dynamics` without
-        the others. Without points there are no ``forces``, and the wrench is what the motion asks
-        of the ground.
+        World force [N] and moment [N m] are the first six rows of :meth:`inverse_dynamics`. Without
+        points there are no ``forces``, and the wrench is that required from the ground.
 
         Args:
-            points: Where forces act.
-            root: ``"pelvis"`` or ``"com"``: what the moment is about.
+            points: Points of application of forces.
+            root: Reference point of the moment, ``"pelvis"`` or ``"com"``.
         """
         _check_root(root, ROOTS[:2])
 
@@ -277,8 +275,8 @@ class SymbolicHuman:
         .. math:: p_x = c_x - \frac{(c_z - z) F_x + M_y}{F_z}, \qquad
             p_y = c_y - \frac{(c_z - z) F_y - M_x}{F_z}
 
-        with the force :math:`F` and the moment :math:`M` about the pelvis' origin :math:`c` that
-        the motion asks for. In free fall, where :math:`F_z = 0`, the division has no finite result.
+        with the required force :math:`F` and moment :math:`M` about the pelvis' origin :math:`c`.
+        In free fall, with :math:`F_z = 0`, the result is not finite.
 
         Args:
             ground: Height :math:`z` of the level ground [m].
@@ -295,7 +293,7 @@ class SymbolicHuman:
         return self._function("zero_moment_point", ("q", "qd", "qdd"), build, float(ground))
 
     def _of_points(self, name: str, points: Sequence[Point], *inputs: str) -> "casadi.Function":
-        """Return positions, velocities or accelerations: as many derivatives as inputs but one."""
+        """Return positions, velocities or accelerations, depending on the number of inputs."""
 
         def build(ca: Any, *state: Any):
             return {name: self._tree.points(ca, points, *state)[len(inputs) - 1]}
@@ -305,13 +303,13 @@ class SymbolicHuman:
     def _function(
         self, name: str, inputs: tuple[str, ...], build: Callable, *key: Any
     ) -> "casadi.Function":
-        """Return a function made by ``build`` from symbols, or the one made before."""
+        """Return the cached function that ``build`` makes from symbols."""
         import casadi as ca
 
         points = [each for each in key if isinstance(each, Point)]
         if (name, *key) not in self._functions:
             for point in points:
-                self.human.body(point.body)  # refuses what does not exist
+                self.human.body(point.body)  # raises for an unknown body
             symbols = [
                 ca.SX.sym(i, 3, len(points)) if i == "forces" else ca.SX.sym(i, self.nv)
                 for i in inputs

@@ -27,7 +27,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
-from plantigrade.dynamics.load_intervals import EARLY, LATE
+from plantigrade.dynamics.load_intervals import EARLY_LOAD, LATE_LOAD
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.ordered_tasks.gait_reference import GaitReference
@@ -150,7 +150,7 @@ def load_intervals(
         mine = [c for c in reference.contacts if c.side == side]
         for group in grouped(mine, settings.max_contact_gap):
             a, b = group[0].start, max(c.stop for c in group)
-            start, stop = max(first, a - EARLY), min(last, b + LATE)
+            start, stop = max(first, a - EARLY_LOAD), min(last, b + LATE_LOAD)
             begins, ends = bool(a > first + margin), bool(b < last - margin)
             intervals.append(ContactInterval(side, "foot", float(start), float(stop), begins, ends))
     return tuple(intervals)

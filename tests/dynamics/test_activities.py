@@ -9,7 +9,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.ground_forces import ForceScales, estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
-from plantigrade.dynamics.loading import FASTER
+from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.models import Human
@@ -93,7 +93,7 @@ def test_what_never_touches_the_ground_is_refused_and_known_contacts_are_not(hum
 
 def test_scales_follow_what_is_done():
     walk, stand = ForceScales.of(walks=True), ForceScales.of(walks=False)
-    run = ForceScales.of(walks=False, pace=FASTER)
+    run = ForceScales.of(walks=False, pace=RUNNING_FREQUENCY_RATIO)
     assert walk == ForceScales()
     assert np.isinf(walk.effort)
     assert stand.effort == run.effort == 1.0

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from plantigrade.dynamics import force_windows
-from plantigrade.dynamics.force_needs import force_needs
 from plantigrade.dynamics.force_program import ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows, windows
 from plantigrade.dynamics.loading import find_loading
+from plantigrade.dynamics.required_forces import required_forces
 from plantigrade.motion import Motion
 from tests.analyze.plated_walk import plated_walk
 
@@ -23,7 +23,7 @@ def solved(length):
         time, plated.qpos, plated.qvel, human.joint_names, plated.qacc, plated.walk.events
     )
     contacts = find_loading(human, motion).contacts
-    needs = force_needs(human, motion, plated.qacc, contacts)
+    needs = required_forces(human, motion, plated.qacc, contacts)
     tracemalloc.start()
     with (
         patch.object(force_windows, "MAX_WINDOW_FRAMES", length),

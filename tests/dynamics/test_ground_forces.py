@@ -11,13 +11,13 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
-from plantigrade.dynamics.force_needs import force_needs
-from plantigrade.dynamics.force_program import FORWARD, SHARE, ForceProgram, ForceScales
+from plantigrade.dynamics.force_program import COP_FORWARD, STANCE_SHARE, ForceProgram, ForceScales
 from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.plates import FootForces
+from plantigrade.dynamics.required_forces import required_forces
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -167,7 +167,7 @@ def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
     for pull in (0.0, 0.1):  # to the left [BW]
         qacc = motion.qvel.copy()
         qacc[:, 1] = pull * G
-        needs = force_needs(human, motion, qacc, feet)
+        needs = required_forces(human, motion, qacc, feet)
         contact = np.ones((60, 2), bool)
         ahead = np.tile([1.0, 0.0], (60, 2, 1))
         nowhere = np.full((60, 2, 2), np.nan)
@@ -255,14 +255,14 @@ def test_a_load_that_goes_over_late_and_at_once_is_seen():
         time, plated.qpos, plated.qvel, human.joint_names, plated.qacc, plated.walk.events
     )
     contacts = find_loading(human, motion).contacts
-    needs = force_needs(human, motion, plated.qacc, contacts)
+    needs = required_forces(human, motion, plated.qacc, contacts)
     gone, arm = np.zeros((len(time), 2)), np.zeros((len(time), 2, 3))
     stands = np.zeros((len(time), 2), dtype=bool)
     for each in contacts:
         k, here = "rl".index(each.side), each.frames(time)
         gone[here, k] = each.share(time[here], each.stop - each.start)
         stands[here, k] = True
-        ahead = human.dimensions.foot_length * np.interp(gone[here, k], SHARE, FORWARD)
+        ahead = human.dimensions.foot_length * np.interp(gone[here, k], STANCE_SHARE, COP_FORWARD)
         arm[here, k, :2] = ahead[:, None] * needs.heading[here, k]
     both = stands.all(axis=1)
     inner = [run for run in runs(both) if run.start > 5 and run.stop < len(time) - 5]

@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.dynamics.carriers import Carriers, shares
 from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.dynamics.inverse import (
     com_metrics,
@@ -13,6 +12,7 @@ from plantigrade.dynamics.inverse import (
     residual_metrics,
 )
 from plantigrade.dynamics.plates import sole_points
+from plantigrade.dynamics.segment_loads import SegmentLoads, load_shares
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -129,7 +129,7 @@ def test_round_trip_with_forward_dynamics(joints, feet):
     torque = rng.normal(size=(len(qpos), model.nv)) * 20
     torque[:, :6] = 0
     qacc = np.empty_like(qvel)
-    carriers = Carriers(human)
+    carriers = SegmentLoads(human)
     for f, state in enumerate(sweep(human, qpos)):
         data.qpos[:], data.qvel[:] = qpos[f], qvel[f]
         mujoco.mj_forward(model, data)
@@ -154,7 +154,7 @@ def test_division_over_segments_keeps_the_wrench(joints, feet):
     human = person(joints, feet)
     _, qpos, *_ = movement(human, n=4, dt=0.1)
     forces = random_forces(human, qpos)
-    carriers = Carriers(human)
+    carriers = SegmentLoads(human)
     for f, state in enumerate(sweep(human, qpos)):
         for k, side in enumerate(("r", "l")):
             loads = carriers.divide(
@@ -171,7 +171,7 @@ def test_division_over_segments_keeps_the_wrench(joints, feet):
 def test_shares_balance_on_the_centre_of_pressure():
     places = np.array([[0, 0, 0], [0.2, 0.05, 0], [0.2, -0.05, 0], [0.1, 0.0, 0.08]], float)
     point = np.array([0.15, 0.01, 0.0])
-    share = shares(places, point)
+    share = load_shares(places, point)
     assert (share >= 0).all()
     np.testing.assert_allclose(share.sum(), 1.0)
     np.testing.assert_allclose(share @ places[:, :2], point[:2], atol=1e-5)
@@ -243,7 +243,7 @@ def test_power_is_the_change_of_energy():
     model = without_constraints(human)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
-    carriers = Carriers(human)
+    carriers = SegmentLoads(human)
     energy, external = np.empty(len(t)), np.zeros(len(t))
     for f, state in enumerate(sweep(human, qpos)):
         data.qpos[:], data.qvel[:] = qpos[f], qvel[f]

@@ -11,7 +11,7 @@ from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import estimate_forces
-from plantigrade.dynamics.load_intervals import EARLY
+from plantigrade.dynamics.load_intervals import EARLY_LOAD
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
@@ -62,7 +62,7 @@ def test_stances_are_those_of_the_events(human, walk):
             s.heel_strike if struck else s.toe_off for s in stances if s.footprint.side == e.side
         ]
         if 0.1 < e.time < walk.time[-1] - 0.2:
-            wanted = e.time - EARLY if struck else e.time - TOE_ROLL_TIME
+            wanted = e.time - EARLY_LOAD if struck else e.time - TOE_ROLL_TIME
             assert np.abs(np.array(times) - wanted).min() <= 0.5 * GRID + 1e-9
     for s in stances:
         assert s.footprint.position[2] == 0.0

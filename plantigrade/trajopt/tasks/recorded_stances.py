@@ -11,7 +11,7 @@ from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
-from plantigrade.dynamics.load_intervals import EARLY
+from plantigrade.dynamics.load_intervals import EARLY_LOAD
 from plantigrade.kinematics.contacts import foot_contacts
 from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
@@ -28,7 +28,7 @@ BEYOND = 10.0  # a change outside the motion is put this far from it [s]
 TOE_ROLL_TIME = 0.010
 """Time before toe off at which toes begin to move [s]; toe off is timed by the speed of the foot.
 Toes held until 15 ms after it turned the ankle 5 to 10° too far (calibration half)."""
-LOADED = np.array([-EARLY, 0.0, 0.0, 0.0, -TOE_ROLL_TIME])
+LOADED = np.array([-EARLY_LOAD, 0.0, 0.0, 0.0, -TOE_ROLL_TIME])
 """Shift of the times of a stance from its events [s]: load grows from zero before heel strike is
 detected."""
 

@@ -1,4 +1,4 @@
-"""What a motion says of the forces under its feet: all that the quadratic program is made of."""
+"""Required forces of a motion and the geometry of its supports."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -19,75 +19,78 @@ from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import even_clock
 from plantigrade.spatial.conventions import rotation_matrix
 
-TILT = 4.0  # the sole's limits are pulled in by this for each metre a point is too high
-LIFT = 0.010  # height above the lowest point from which a point of the sole is too high [m]
-SOLE_EDGE = 0.005  # flesh and shoe beyond the points of the sole [m]
+# [1] reduction of the sole's limits per height above MAX_SOLE_HEIGHT. Chosen
+HEIGHT_REDUCTION = 4.0
+MAX_SOLE_HEIGHT = 0.010  # [m] height above the lowest point up to which a point supports fully
+SOLE_MARGIN = 0.005  # [m] flesh and shoe beyond the points of the sole
 PER_FRAME = (
     *("com", "force", "moment", "base", "heading"),
     *("joints", "arms", "sole", "pelvis", "rotation"),
-)  # of ForceNeeds, besides the time
-STEP = 0.04  # a stance this far from the common floor is on another level [m]
+)  # fields of RequiredForces per frame, besides the time
+MIN_LEVEL_DIFFERENCE = 0.04  # [m] distance from the common floor of a stance on another level
 
 
 @dataclass(frozen=True)
-class ForceNeeds:
-    """Motion, in body weights and metres, at the frames of the program, in axes of the ground.
+class RequiredForces:
+    """Required forces at the frames of the program, in axes of the ground.
 
-    Carriers are the feet, right and left, then other supports. The wrench of each foot is its force
-    and its moment about ``base``, a point of the floor under its ankle; that of a support, about
-    the middle of its contact.
+    Supports are the right and the left foot, then others such as a seat. The wrench of a foot is
+    its force and its moment about ``base``, a point of the floor below its ankle; that of another
+    support refers to the middle of its contact.
     """
 
     time: Float[Array, " n"]  #: [s]
     weight: float  #: Body weight [N]
     com: Float[Array, "n 3"]  #: Centre of mass of the model [m]
-    force: Float[Array, "n 3"]  #: Net force that the motion needs [BW]
-    moment: Float[Array, "n 3"]  #: Net moment about the centre of mass that it needs [BW m]
-    base: Float[Array, "n k 3"]  #: Where the moment of each carrier is taken [m]
-    heading: Float[Array, "n k 2"]  #: Where each carrier points, over the floor; unit vectors
+    force: Float[Array, "n 3"]  #: Required net force [BW]
+    moment: Float[Array, "n 3"]  #: Required moment about the centre of mass [BW m]
+    base: Float[Array, "n k 3"]  #: Reference point of each support's moment [m]
+    heading: Float[Array, "n k 2"]  #: Horizontal unit vector of each support's direction
     #: Joint moments of each leg without ground reaction [BW m]
     joints: Float[Array, "n 2 n_joints"]
-    #: What a wrench adds to the generalised force of each: it is subtracted from ``joints``
+    #: Generalised force of each joint per unit wrench, which is subtracted from ``joints``
     arms: Float[Array, "n 2 n_joints 6"]
-    strength: Float[Array, "2 n_joints"]  #: Greatest moment of each joint [BW m]
-    columns: tuple[tuple[int, ...], tuple[int, ...]]  #: Those joints among ``qvel``, by side
+    strength: Float[Array, "2 n_joints"]  #: Maximum moment of each joint [BW m]
+    columns: tuple[
+        tuple[int, ...], tuple[int, ...]
+    ]  #: Indices of these joints in ``qvel``, by side
     #: Limits of the centre of pressure from ``base``: [m] backward, forward, right and left end,
-    #: in the carrier's heading
+    #: in the support's heading
     sole: Float[Array, "n k 4"]
     pelvis: Float[Array, "n 3"]  #: Origin of the pelvis [m]
     rotation: Float[Array, "n 3 3"]  #: Axes of the pelvis
     to_world: Float[Array, "3 3"]  #: Rotation from the axes of the ground to world
 
-    def held(self, before: int, after: int) -> "ForceNeeds":
-        """Return the same with the first and last frame repeated before and after it."""
+    def held(self, before: int, after: int) -> "RequiredForces":
+        """Return a copy padded by repetitions of the first and the last frame."""
         n = len(self.time)
         time = self.time[0] + (self.time[1] - self.time[0]) * np.arange(-before, n + after)
         frames = np.clip(np.arange(-before, n + after), 0, n - 1)
         return replace(self.frames(frames), time=time)
 
-    def frames(self, chosen: slice | Int[Array, " m"]) -> "ForceNeeds":
-        """Return the same at some of the frames."""
+    def frames(self, chosen: slice | Int[Array, " m"]) -> "RequiredForces":
+        """Return a copy at selected frames."""
         per_frame = {name: getattr(self, name)[chosen] for name in ("time", *PER_FRAME)}
         return replace(self, **per_frame)
 
 
-def force_needs(
+def required_forces(
     human: Human,
     motion: Motion,
     qacc: Float[Array, "n nv"],
     contacts: tuple[ContactInterval, ...],
     supports: tuple[Support, ...] = (),
     ground: Ground = LEVEL_GROUND,
-) -> ForceNeeds:
-    """Return what a motion needs.
+) -> RequiredForces:
+    """Return the forces that a motion requires.
 
     Args:
-        human: Whose motion.
+        human: The person.
         motion: Configurations and velocities.
         qacc: Accelerations.
-        contacts: When each foot may carry load.
-        supports: What else may.
-        ground: What the feet stand on.
+        contacts: Intervals in which each foot may carry load.
+        supports: Supports other than the feet.
+        ground: The ground.
     """
     to_world = ground.to_world
     time, n = even_clock(motion.time), motion.n_frames
@@ -134,7 +137,7 @@ def force_needs(
     reach = np.empty((n, len(supports), 4))
     for i, each in enumerate(supports):
         reach[:, i] = [-each.reach[0], each.reach[0], -each.reach[1], each.reach[1]]
-    return ForceNeeds(
+    return RequiredForces(
         time,
         weight,
         com,
@@ -163,13 +166,13 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _strength(human: Human, columns: tuple[int, ...]) -> np.ndarray:
-    """Return the mean of a joint's greatest moments both ways, by its column of ``qvel`` [N m]."""
+    """Return the mean maximum moment of joints in both directions, by column of ``qvel`` [N m]."""
     hinges = human.model.dof_jntid[list(columns)]
     return np.abs(human.model.jnt_actfrcrange[hinges]).mean(axis=1)
 
 
 def _floor(time, soles, contacts) -> np.ndarray:
-    """Return the height of the floor below each foot, (n, 2): one, or that of each stance."""
+    """Return the height of the floor below each foot (n, 2), common or by stance [m]."""
     low = np.stack([soles[side][..., 2].min(axis=1) for side in SIDES], axis=1)
     levels = []
     for contact in contacts:
@@ -180,13 +183,13 @@ def _floor(time, soles, contacts) -> np.ndarray:
     common = float(np.nanmedian(levels)) if np.isfinite(levels).any() else float(low.min())
     floor = np.full((len(time), 2), common)
     for contact, level in zip(contacts, levels, strict=True):
-        if abs(level - common) > STEP:
+        if abs(level - common) > MIN_LEVEL_DIFFERENCE:
             floor[contact.frames(time), SIDES.index(contact.side)] = level
     return floor
 
 
 def _headings(time, forward, contacts) -> np.ndarray:
-    """Return where the feet point, one direction for each contact."""
+    """Return the headings of the feet, constant in each contact."""
     heading = _unit(forward)
     for contact in contacts:
         k, here = SIDES.index(contact.side), contact.frames(time)
@@ -203,10 +206,12 @@ def _sole_limits(soles, base, heading) -> np.ndarray:
         along = (arm * h).sum(axis=-1)
         left = arm[..., 1] * h[..., 0] - arm[..., 0] * h[..., 1]
         height = soles[side][..., 2]
-        pull = TILT * np.maximum(height - height.min(axis=1, keepdims=True) - LIFT, 0.0)
+        pull = HEIGHT_REDUCTION * np.maximum(
+            height - height.min(axis=1, keepdims=True) - MAX_SOLE_HEIGHT, 0.0
+        )
         for i, ways in enumerate((along, left)):
-            low = (ways + pull).min(axis=1) - SOLE_EDGE
-            high = (ways - pull).max(axis=1) + SOLE_EDGE
+            low = (ways + pull).min(axis=1) - SOLE_MARGIN
+            high = (ways - pull).max(axis=1) + SOLE_MARGIN
             limits[:, k, 2 * i] = np.minimum(low, 0.5 * (low + high))
             limits[:, k, 2 * i + 1] = np.maximum(high, 0.5 * (low + high))
     return limits

@@ -1,17 +1,17 @@
-r"""Which segments of a foot carry a measured ground reaction.
+r"""Distribution of a measured ground reaction over the segments of a foot.
 
-A plate measures one wrench per foot; how segments share it cannot be measured. The joints above
-the foot do not depend on the choice, the joints within it do.
+A plate measures one wrench per foot; its distribution over segments cannot be measured. Joints
+above the foot are independent of the choice, joints within it are not.
 
 * ``rigid``: the foot.
-* ``two-segment``: the toes where the centre of pressure lies ahead of the toe joint, else the
-  hindfoot, as is usual [Stefanyshyn1997]_; the moment of the toe joint then starts from (almost)
-  no lever arm.
-* ``multi-segment``: every contact point :math:`i` carries the part :math:`s_i \ge 0` of the force,
-  chosen so that :math:`\sum s_i = 1` and :math:`\sum s_i p_i` is the centre of pressure, with the
-  least :math:`\sum s_i^2 / w_i`; :math:`w_i = \exp(-h_i / h_0)` falls with the height of the point
-  above the lowest one. What no share can give (a centre of pressure outside the sole) is added
-  as a moment on the segment with the largest share, so that the sum is what was measured.
+* ``two-segment``: the toes if the centre of pressure lies ahead of the toe joint, otherwise the
+  hindfoot, as is usual [Stefanyshyn1997]_; the lever arm of the toe joint moment then starts near
+  zero.
+* ``multi-segment``: every contact point :math:`i` carries the share :math:`s_i \ge 0` of the force,
+  with :math:`\sum s_i = 1`, :math:`\sum s_i p_i` equal to the centre of pressure, and minimum
+  :math:`\sum s_i^2 / w_i`; :math:`w_i = \exp(-h_i / h_0)` decreases with the height of the point
+  above the lowest one. The remainder for a centre of pressure outside the sole is a moment on the
+  segment with the largest share, so that the sum equals the measurement.
 
 References:
     [Stefanyshyn1997]_.
@@ -28,33 +28,33 @@ from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State, sweep
 from plantigrade.models import Human
 
-SOFTNESS = 0.01  # height above the lowest point at which a point's readiness falls to 1/e [m]
+HEIGHT_SCALE = 0.01  # [m] height at which the weight of a contact point falls to 1/e. Chosen
 
 
 @dataclass(frozen=True)
 class SegmentLoad:
-    """What one body carries: a force at a point and a torque, world axes."""
+    """Load on one body, a force at a point and a torque, world axes."""
 
     body: int  #: Index of the body in the model
     force: Float[Array, " 3"]  #: Force [N]
-    point: Float[Array, " 3"]  #: Where it acts [m]
+    point: Float[Array, " 3"]  #: Point of application [m]
     torque: Float[Array, " 3"]  #: Torque [N m]
 
 
 @dataclass(frozen=True)
 class SegmentForces:
-    """What each segment of the feet carries over a motion."""
+    """Load on each segment of the feet over a motion."""
 
     side: tuple[str, ...]  #: ``"r"`` or ``"l"`` of each segment
-    segment: tuple[str, ...]  #: Its name without the side: body ``{segment}_{side}`` of the model
-    force: Float[Array, "n_frames n_segments 3"]  #: Force, world [N]; zero where it carries none
-    #: Where it acts, world [m]; NaN where it carries none
+    segment: tuple[str, ...]  #: Name without side; the body is ``{segment}_{side}``
+    force: Float[Array, "n_frames n_segments 3"]  #: Force, world [N]; zero if unloaded
+    #: Point of application, world [m]; NaN if unloaded
     point: Float[Array, "n_frames n_segments 3"]
     torque: Float[Array, "n_frames n_segments 3"]  #: Torque at that point, world [N m]
 
 
-class Carriers:
-    """Divides ground reactions over the segments of one person's feet."""
+class SegmentLoads:
+    """Distributes ground reactions over the segments of one person's feet."""
 
     def __init__(self, human: Human):
         """Look up the bodies and contact points of both feet."""
@@ -84,9 +84,9 @@ class Carriers:
         point: Float[Array, " 3"],
         torque: Float[Array, " 3"],
     ) -> list[SegmentLoad]:
-        """Return what each segment of a foot carries; the sum is what was given.
+        """Return the loads on the segments of a foot, whose sum is the given wrench.
 
-        That is the ground reaction [N] at its centre of pressure [m] with a free moment [N m].
+        The wrench is a ground reaction [N] at its centre of pressure [m] with a free moment [N m].
         """
         body = self.foot[side]
         if self.feet == "two-segment":
@@ -101,7 +101,7 @@ class Carriers:
     def _share(self, state, side, force, point, torque) -> list[SegmentLoad]:
         places = state.position(self.points[side]).copy()
         places[:, 2] -= self.points[side].radius
-        share = shares(places, point)
+        share = load_shares(places, point)
         loads = []
         rest = np.array(torque, dtype=float)
         bodies = self.points[side].body
@@ -131,17 +131,17 @@ def segment_forces(
     point: Float[Array, "n_frames 2 3"],
     torque: Float[Array, "n_frames 2 3"],
 ) -> SegmentForces:
-    """Return ground reactions by the segments that carry them, over a motion.
+    """Return the ground reactions on each segment over a motion.
 
     Args:
-        human: Whose motion.
+        human: The person.
         qpos: Configurations.
         force: Ground reaction on each foot, in the order of :data:`SIDES` [N].
-        point: Its centre of pressure [m]; NaN where the foot carries none.
-        torque: Its free moment [N m].
+        point: Centre of pressure [m]; NaN for an unloaded foot.
+        torque: Free moment [N m].
     """
-    carriers = Carriers(human)
-    column = {body: i for i, body in enumerate(carriers.bodies())}
+    loads = SegmentLoads(human)
+    column = {body: i for i, body in enumerate(loads.bodies())}
     n, k = len(qpos), len(column)
     out = SegmentForces(
         tuple(human.body_names[b - 1][-1] for b in column),
@@ -156,17 +156,17 @@ def segment_forces(
         ):
             if not np.isfinite(foot_point).all():
                 continue
-            for load in carriers.divide(state, side, foot_force, foot_point, foot_torque):
+            for load in loads.divide(state, side, foot_force, foot_point, foot_torque):
                 i = column[load.body]
                 out.force[f, i], out.torque[f, i] = load.force, load.torque
                 out.point[f, i] = load.point
     return out
 
 
-def shares(
+def load_shares(
     places: Float[Array, "n_points 3"], point: Float[Array, " 3"]
 ) -> Float[Array, " n_points"]:
-    """Return the part of a load at ``point`` that each contact point carries; adds up to one.
+    """Return the share of a load at ``point`` that each contact point carries; the sum is one.
 
     Args:
         places: Contact points [m].
@@ -175,12 +175,12 @@ def shares(
     from scipy.optimize import nnls
 
     height = places[:, 2] - places[:, 2].min()
-    root_weight = np.exp(-0.5 * np.minimum(height / SOFTNESS, 20.0))
+    root_weight = np.exp(-0.5 * np.minimum(height / HEIGHT_SCALE, 20.0))
     arm = (places[:, :2] - point[:2]) / 0.1
     stiff = 1e3
     balance = stiff * np.vstack([np.ones(len(places)), arm.T]) * root_weight
     system = np.vstack([balance, np.eye(len(places))])
-    wanted = np.zeros(len(system))
-    wanted[0] = stiff
-    share = nnls(system, wanted)[0] * root_weight
+    right = np.zeros(len(system))
+    right[0] = stiff
+    share = nnls(system, right)[0] * root_weight
     return share / share.sum()
