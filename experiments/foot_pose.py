@@ -35,9 +35,9 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_bones import NONE, foot_path, pressing, standing_height
 from plantigrade.kinematics.foot_pose import FootPoser
-from plantigrade.kinematics.normal_seen import hinge_turn
-from plantigrade.kinematics.rests import ContactFrames, find_rests
+from plantigrade.kinematics.ground_normal import hinge_turn
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
 from plantigrade.models import Human
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import runs

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool
-from plantigrade.kinematics.posture import AT_STOP
+from plantigrade.kinematics.posture import LIMIT_TOLERANCE
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.record import Record
 
@@ -27,7 +27,9 @@ def at_limit(record: Record) -> dict[str, Bool[Array, " n_frames"]]:
     limits = record.limits.coordinate
     low, high = record.human.limits if limits is None else limits
     q = record.motion.qpos[:, 7:]
-    held = ((q <= low + AT_STOP) | (q >= high - AT_STOP)) & (high - low > 4 * AT_STOP)
+    held = ((q <= low + LIMIT_TOLERANCE) | (q >= high - LIMIT_TOLERANCE)) & (
+        high - low > 4 * LIMIT_TOLERANCE
+    )
     shares = 100.0 * held.mean(axis=0)
     return {n: held[:, k] for k, n in enumerate(record.human.coordinates) if shares[k] > OFTEN}
 

@@ -8,10 +8,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.kinematics.contacts import stances
-from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.fitted_soles import height_figures, heights_in_stance
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.soles import height_figures, heights_in_stance
+from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.motion import GaitEvent
 
 LOADED = 20.0  # a foot with this much under it stands [N]

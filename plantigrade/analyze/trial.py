@@ -33,11 +33,11 @@ from plantigrade.dynamics.loading import leaves_the_ground
 from plantigrade.dynamics.plate_clock import MIN_CORRECTION, clock_note, clock_offset, on_one_clock
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.dynamics.segment_loads import segment_forces
+from plantigrade.kinematics.fitted_soles import height_figures
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.soles import height_figures
 from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
+from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.models import Human
 from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion import ForcePlate, Markers, Motion

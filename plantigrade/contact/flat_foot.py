@@ -1,8 +1,8 @@
 """Positions of the contact sites of a flat foot, for soles that are not flat at zero angles.
 
 The standard feet are flat with all angles zero. The soles of a recorded person are fitted
-(:mod:`plantigrade.kinematics.soles`): markers define the bone axes, in which a flat foot may be
-pitched and tilted by some degrees.
+(:mod:`plantigrade.kinematics.fitted_soles`): markers define the bone axes, in which a flat foot may
+be pitched and tilted by some degrees.
 """
 
 import numpy as np

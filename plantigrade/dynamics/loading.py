@@ -30,8 +30,13 @@ from plantigrade.dynamics.load_intervals import (
     usual_length,
     walking_intervals,
 )
-from plantigrade.kinematics.rests import NEAR, SLOW, STILL, point_speed
 from plantigrade.kinematics.sole_paths import SitePoints, SolePaths, sole_paths
+from plantigrade.kinematics.sole_rests import (
+    MAX_REST_HEIGHT,
+    MAX_REST_SPEED,
+    STILL_SPEED,
+    point_speed,
+)
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -159,7 +164,7 @@ def on_the_ground(
         low[:, k], speed[:, k] = height.min(axis=1), each[np.arange(n), lowest]
     loaded, ground = np.zeros((n, 2), dtype=bool), np.zeros((n, 2))
     for k in (0, 1):
-        near = np.abs(low[:, k]) < NEAR
+        near = np.abs(low[:, k]) < MAX_REST_HEIGHT
         level = float(np.median(low[near, k])) if near.any() else 0.0
         ground[:, k] = level
         air = low[:, k] - level > MIN_AIR_HEIGHT
@@ -168,8 +173,8 @@ def on_the_ground(
         loaded[:, k] = _without_short(time, ~air)
     floor = loaded.copy()
     for k in (0, 1):
-        for run in runs((speed[:, k] < SLOW) & ~floor[:, k]):
-            rests = runs(speed[run, k] < STILL)
+        for run in runs((speed[:, k] < MAX_REST_SPEED) & ~floor[:, k]):
+            rests = runs(speed[run, k] < STILL_SPEED)
             longest = max((time[run][r.stop - 1] - time[run][r.start] for r in rests), default=0.0)
             alone = ~floor[run, 1 - k]
             if longest >= MIN_BOX_REST and alone.sum() > 0.5 * len(alone):

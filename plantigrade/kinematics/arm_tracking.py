@@ -1,4 +1,4 @@
-"""Markers followed with shoulders that keep the anatomical one of their two triples of angles.
+"""Tracking of markers with shoulder angles in the anatomical branch.
 
 A fit that starts with an arm overhead may take the other triple, follow its markers with it until a
 limit stops it, and unwind within a few frames. Shoulders are therefore tracked without limits, from
@@ -24,12 +24,12 @@ from plantigrade.kinematics.shoulders import (
 )
 
 RANGE_WEIGHT = 0.02
-"""Cost of 1 rad beyond the usual range, as marker error, root mean square over all markers [m]."""
+"""RMS marker error equivalent to 1 rad beyond the usual range [m]."""
 LIMIT_WEIGHT = 100.0
-"""Cost of exceeding a limit, over that of exceeding the usual range."""
+"""Cost of exceeding a limit relative to exceeding the usual range [1]."""
 CHANGE_WEIGHT = 50.0
-"""Cost of a change between frames, over that of one frame as far beyond the usual range."""
-FREE_RANGE = 4 * np.pi  # limit of a shoulder angle while it is tracked [rad]
+"""Cost of a change between frames relative to the same excess over the usual range [1]."""
+FREE_RANGE = 4 * np.pi  # [rad] limit of a shoulder angle during tracking
 
 
 def track_arms(
@@ -38,13 +38,13 @@ def track_arms(
     start: Float[Array, " nq"],
     progress=None,
 ) -> tuple[Float[Array, "n_frames nq"], Float[Array, "n_frames n_points"]]:
-    """Solve all frames as :func:`~plantigrade.kinematics.inverse.track` does, arms in branch.
+    """Solve all frames like :func:`~plantigrade.kinematics.inverse.track`, with arms in one branch.
 
     Args:
         solver: The inverse kinematics.
         measured: World positions over time [m]; NaN where not measured.
         start: Configuration to start the first frame from.
-        progress: Called with the number of frames done, now and then.
+        progress: Called repeatedly with the number of completed frames.
     """
     arms = arms_of(solver.points.human)
     if not arms or not len(measured):

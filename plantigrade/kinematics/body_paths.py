@@ -1,4 +1,4 @@
-"""Paths of bodies over a motion: where some of them are and how they are turned."""
+"""Positions and rotations of bodies over a motion."""
 
 from collections.abc import Sequence
 

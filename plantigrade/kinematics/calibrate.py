@@ -9,9 +9,9 @@ Over a choice of frames :math:`f`, markers :math:`i`, lengths :math:`\ell_k` and
     + \sum_k \frac{(\ln \ell_k / \ell_k^0)^2}{s_\ell^2}
 
 by Gauss-Newton, the poses eliminated frame by frame (Schur complement), the joint limits kept.
-The places start from the landmarks of :mod:`plantigrade.models.landmarks`, each trusted as far
-as its kind allows (:math:`s_i`), the lengths from stature and sex. Markers of unknown name are
-put on the segment to which their distances are constant, once the known ones give the pose
+The positions start from the landmarks of :mod:`plantigrade.models.landmarks`, with a standard
+deviation :math:`s_i` by their kind, the lengths from stature and sex. Markers of unknown name are
+attached to the segment to which their distances are constant, once the known ones give the pose
 (:mod:`plantigrade.kinematics.unknown_markers`).
 
 Five things are added. Frames of one trial are not independent, so the marker term of all of them
@@ -20,7 +20,7 @@ zero; hips and trunk are not, since people stand with the pelvis they have. The 
 the pelvis, as in every clinical model, so their places in it are trusted to :data:`SPINE_SPREAD`,
 and the lumbar joint lies behind the hips where a regression puts it
 (:func:`plantigrade.models.anatomy.usual_lumbar_depth`) within :data:`LUMBAR_SPREAD`. And the knee's
-axis goes through the epicondyles within :data:`EPICONDYLE_SPREAD`, the segment lengths give way.
+axis passes through the epicondyles within :data:`EPICONDYLE_SPREAD`; segment lengths adapt.
 A knee straighter than :data:`STRAIGHT_KNEE` is pulled back to it, strongly where no marker on them
 was recorded: this sets where the knee's zero lies, so a person who really walks on overstretched
 knees comes out some degrees too bent all through (the shape of the curve is not touched).
@@ -43,51 +43,51 @@ from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.kinematics.unknown_markers import segment_of
-from plantigrade.kinematics.unmeasured import bodies_of
+from plantigrade.kinematics.unmeasured_joints import bodies_of
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE_SPREAD, JOINT_CENTRE_SPREAD, Attachment, attachments
 from plantigrade.models.markers import side_of
 from plantigrade.printable import listed
 
-NOISE = 0.008  # of one marker on bone: skin movement and measurement, standard deviation [m]
-# Soft tissue moves the markers of thigh and upper arm most [Leardini2005]_: a multiple of NOISE
-# for markers there that are not on bone.
-SOFT = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
-# The iliac spines are what says how the pelvis lies; the legs, two markers against forty, tell it
-# only through hip joint centres of a regression that is a centimetre off, one-axis knees and the
-# skin of the thigh. At equal trust they tip it by 2 to 3 degrees in every stride, and the hips turn
-# against that. A multiple of NOISE for markers on the pelvis.
-FIRM = {"pelvis": 0.4}
-# Skin slides the same way in every stride, so frames are not independent evidence: all frames
-# together count as so many.
+NOISE = 0.008  # [m] standard deviation of a marker on bone, from skin motion and measurement
+# [1] multiple of NOISE for markers on soft tissue, which moves most at thigh and upper arm
+# [Leardini2005]_
+SOFT_TISSUE_FACTORS = {"femur_r": 2.0, "femur_l": 2.0, "humerus_r": 2.0, "humerus_l": 2.0}
+# [1] multiple of NOISE for markers on the pelvis. The iliac spines define its orientation; the more
+# numerous leg markers depend on it through hip joint centres with errors of a centimetre, one-axis
+# knees and the skin of the thigh. With equal weights they tilt it by 2° to 3° in every stride.
+BONE_FACTORS = {"pelvis": 0.4}
+# [1] effective number of independent frames; skin motion repeats in every stride
 INDEPENDENT_FRAMES = 6
-STEPS = 25  # joint steps at most
-LENGTH_SPREAD = 0.10  # of a length about its share of stature, standard deviation of its logarithm
-LUMBAR_SPREAD = 0.006  # of the lumbar joint about its regression, standard deviation [m]
-# Of the iliac spines in the pelvis, along x and z: they are palpated no better than other bone, but
-# the pelvis is what they say it is. The width between them is left to BONE. All of them together
-# may sit elsewhere above the hip joint centres, as far as the regression of those is off.
-SPINE_SPREAD, HIP_SPREAD = 0.003, 0.008  # [m]
-# Of a marker on an epicondyle about the knee's axis, along the thigh: how well that point is
-# palpated [DellaCroce2005]_. The skin slides backwards over it by some 20 mm for each radian that
-# the knee bends [Leardini2005]_, which looks as if the axis lay as many millimetres farther down,
-# in every stride, so the movement must not say how high it lies.
+MAX_STEPS = 25  # [1] maximum number of joint steps
+LENGTH_SPREAD = 0.10  # [1] SD of the logarithm of a length about its share of stature
+LUMBAR_SPREAD = 0.006  # [m] SD of the lumbar joint about its regression
+# [m] SD of the iliac spines in the pelvis along x and z; small because they define the pelvis. The
+# width between them has BONE_SPREAD.
+SPINE_SPREAD = 0.003
+# [m] SD of a common shift of the spines relative to the hip joint centres, the error of the
+# regression
+HIP_SPREAD = 0.008
+# SD along the thigh of an epicondyle marker about the knee axis, the error of palpation
+# [DellaCroce2005]_. The skin slides backwards by about 20 mm per radian of knee flexion
+# [Leardini2005]_, which would bias the axis by as much downwards if the motion determined it.
 EPICONDYLE_SPREAD = 0.006  # [m]
-HEIGHT_SPREAD = 0.012  # of the stature where it is given, standard deviation [m]
-FREE_SPREAD = 0.5  # of markers whose place is unknown [m]
-POSTURE_SPREAD = 1.5  # of a hinge about standing, standard deviation [rad]
-# Of head and neck: a band sits on the head at any angle, and heads are held upright [rad].
+HEIGHT_SPREAD = 0.012  # [m] SD of a given stature
+FREE_SPREAD = 0.5  # [m] SD of a marker with unknown position
+POSTURE_SPREAD = 1.5  # [rad] SD of a hinge about standing
+# [rad] SD of head and neck about upright; a head band has an arbitrary angle
 NECK_SPREAD = 0.15
-STANDING_SPREAD = 0.10  # of these about zero in a standing trial [rad]
-# Without a marker on an epicondyle, marker places and knee angle trade against each other, and
-# people do not walk on hyperextended knees: while calibrating, a knee straighter than this is
-# pulled back [rad], so strongly.
-STRAIGHT_KNEE, STRAIGHT_SPREAD = 0.07, 0.012
-BELT = {"front": {"asis"}, "back": {"psis", "sacrum"}}  # landmarks that a belt stands in for
-# With such a marker they are pulled back less, because it locates the axis within a centimetre.
+STANDING_SPREAD = 0.10  # [rad] SD of these coordinates about zero in a standing trial
+# Without a marker on an epicondyle, marker positions and knee angle are not independent; knees are
+# therefore pulled back to a minimum flexion during calibration.
+STRAIGHT_KNEE = 0.07  # [rad] minimum knee flexion
+STRAIGHT_SPREAD = 0.012  # [rad] SD of straighter knees without an epicondyle marker
+BELT_LANDMARKS = {"front": {"asis"}, "back": {"psis", "sacrum"}}  # landmarks replaced by a belt
+# SD of straighter knees with such a marker, which locates the axis within a centimetre
 KNOWN_SPREAD = 0.03  # [rad]
-UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")  # make the stature
+# sum to stature
+STATURE_LENGTHS = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
 _EPICONDYLES = ("knee_lateral", "knee_medial")
 _STANDING = ("hip_adduction", "hip_rotation", "lumbar_bending", "lumbar_rotation")
 _STANDING += ("knee_", "ankle_", "subtalar_", "mtp", "cuboid_", "heel_")
@@ -99,7 +99,7 @@ class Calibration:
 
     Attributes:
         human: The person with the lengths found.
-        places: Where each marker sits.
+        places: Attachment of each marker.
         names: Marker names, in the order of ``places``.
         qpos: Poses of the frames used.
         residual: Marker distances on these frames [m]; NaN where not seen.
@@ -114,15 +114,17 @@ class Calibration:
     attached: dict[str, str]
 
 
-def softness(place: Attachment | None) -> float:
-    """Return how much more a marker here moves on its segment than a marker on bone."""
+def noise_factor(place: Attachment | None) -> float:
+    """Return the noise of a marker relative to a marker on bone [1]."""
     if place is None:
         return 1.0
-    return FIRM.get(place.body, SOFT.get(place.body, 1.0) if place.spread > BONE_SPREAD else 1.0)
+    return BONE_FACTORS.get(
+        place.body, SOFT_TISSUE_FACTORS.get(place.body, 1.0) if place.spread > BONE_SPREAD else 1.0
+    )
 
 
 class Calibrator:
-    """Holds the state of the joint least squares; :func:`calibrate` drives it."""
+    """State of the joint least-squares problem of :func:`calibrate`."""
 
     def __init__(
         self,
@@ -157,7 +159,7 @@ class Calibrator:
         # A marker on the sacrum stands for the posterior spines where they have none.
         defining = {"asis", "psis" if "psis" in marks else "sacrum"}
         # Without those, markers on a belt are the best there is.
-        defining |= {f"waist_{end}" for end, m in BELT.items() if not set(marks) & m}
+        defining |= {f"waist_{end}" for end, m in BELT_LANDMARKS.items() if not set(marks) & m}
         self.spines = {i for i, mark in enumerate(marks) if mark in defining}
         self.epicondyles = {i for i, mark in enumerate(marks) if mark in _EPICONDYLES}
         known = [
@@ -172,7 +174,7 @@ class Calibrator:
 
     @property
     def dimensions(self) -> Dimensions:
-        """The lengths as they stand [m]."""
+        """The current lengths [m]."""
         return Dimensions.from_array(self.start * np.exp(self.log_lengths))
 
     def geometry(self, d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
@@ -185,7 +187,7 @@ class Calibrator:
         return self.human.body_positions(d), np.array(places)
 
     def known(self) -> np.ndarray:
-        """Return which markers have a place (indices)."""
+        """Return the indices of attached markers."""
         return np.array([i for i, p in enumerate(self.places) if p is not None], dtype=int)
 
     def points(self, which: np.ndarray) -> PointSet:
@@ -196,7 +198,7 @@ class Calibrator:
         return PointSet(self.human, [p.body for p in places], local, _resized(self.human, bodies))
 
     def solve_poses(self) -> np.ndarray:
-        """Solve every frame's pose with lengths and places held; return the residuals [m]."""
+        """Solve every frame's pose with fixed lengths and positions; return the residuals [m]."""
         which = self.known()
         places = [p for p in self.places if p is not None]
         weights = np.array([min(1.0, (0.02 / p.spread) ** 2) for p in places])
@@ -219,7 +221,7 @@ class Calibrator:
         H = np.zeros((n_p, n_p))
         g = np.zeros(n_p)
         steps = []
-        noise = NOISE * np.array([softness(self.places[i]) for i in which])
+        noise = NOISE * np.array([noise_factor(self.places[i]) for i in which])
         evidence = min(1.0, INDEPENDENT_FRAMES / len(self.measured))
         total, count = 0.0, 0
         low, high = self.human.limits
@@ -229,7 +231,7 @@ class Calibrator:
             seen = np.isfinite(target[:, 0])
             error = np.where(seen[:, None], target - points.values(state), 0.0)
             distance = np.linalg.norm(error, axis=1)
-            # Huber: a marker far off (swapped, flying) pulls like one at five standard deviations.
+            # Huber: a distant marker (swapped, outlier) has the weight of five standard deviations
             w = seen * np.minimum(1.0, 5 * noise / np.maximum(distance, 1e-9)) / noise**2
             w *= evidence
             root_w = np.sqrt(np.repeat(w, 3))
@@ -303,7 +305,7 @@ class Calibrator:
         H[k, k] += inverse
         g[:n_l] -= away * inverse
         if self.height is not None:
-            slope = np.where([name in UPRIGHT for name in Dimensions.names()], lengths, 0.0)
+            slope = np.where([name in STATURE_LENGTHS for name in Dimensions.names()], lengths, 0.0)
             H[:n_l, :n_l] += np.outer(slope, slope) / HEIGHT_SPREAD**2
             g[:n_l] += slope * (self.height - self.dimensions.height) / HEIGHT_SPREAD**2
         spines = []
@@ -330,7 +332,7 @@ class Calibrator:
     def attach_unknown(self) -> dict[str, str]:
         """Put markers without a place on the segment to which their distances are constant.
 
-        An arm of which nothing is seen takes none: it hangs beside the hip, and so would carry
+        An arm without markers takes none, because it hangs beside the hip and would otherwise carry
         markers of the pelvis.
         """
         bodies, _ = self.geometry(self.dimensions)
@@ -380,10 +382,10 @@ def calibrate(
     Args:
         human: The person to start from (average for stature and sex).
         names: Marker names.
-        placed: Where each marker sits, None where unknown.
+        placed: Attachment of each marker, None if unknown.
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.
-        standing: Which frames are of a standing trial: legs and trunk are taken to be straight.
+        standing: Frames of a standing trial, with straight legs and trunk.
         progress: Called with the number of steps done.
 
     Raises:
@@ -404,7 +406,7 @@ def calibrate(
     c.solve_poses()
     last = np.inf
     attached: dict[str, str] = {}
-    for k in range(STEPS):
+    for k in range(MAX_STEPS):
         rms = c.refine()
         if progress:
             progress(k + 1)
@@ -454,7 +456,7 @@ def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) ->
 
 
 def _resized(human: Human, bodies: Float[Array, "n_bodies 3"]) -> mujoco.MjModel:
-    """Return a copy of the model with other offsets between bodies; masses stay as they were."""
+    """Return a copy of the model with new offsets between bodies and unchanged masses."""
     model = copy.deepcopy(human.model)
     model.body_pos[2:] = bodies[1:]
     return model

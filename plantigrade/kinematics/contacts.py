@@ -1,4 +1,4 @@
-"""When each part of each foot touches the ground, from gait events and from what rests."""
+"""Contact intervals of each region of each foot, from gait events and sole rests."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -6,27 +6,27 @@ from itertools import pairwise
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
-from plantigrade.kinematics.rests import ContactFrames
+from plantigrade.kinematics.sole_rests import ContactFrames
 from plantigrade.motion import GaitEvent
 
-# Share of a stance during which each region rests, where a recording does not show it: about what
-# walks that do show it have. (A heel that has begun to rise still moves too slowly to be noticed.)
-USUAL = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
+# [1] share of a stance with contact of each region if the recording does not show it; typical of
+# walks that do. (A heel that begins to rise is too slow for detection.)
+USUAL_CONTACT = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
 
 
 def foot_contacts(
     time: Float[Array, " n_frames"], events: Sequence[GaitEvent], rests: Sequence[ContactFrames]
 ) -> tuple[ContactInterval, ...]:
-    """Return when each region touches: its rests within the stances of its foot.
+    """Return the contact intervals of each region, its rests within the stances of its foot.
 
-    The heel touches from heel strike on and the toes up to toe off, whatever their speed; where a
-    region is not seen to rest, the usual shares of the stance are taken.
+    The heel is in contact from heel strike and the toes until toe-off regardless of speed; a region
+    without detected rest has the usual shares of the stance.
     """
     contacts, touching = [], [rest.interval(time) for rest in rests]
     for side in SIDES:
         for stance in stances(events, side, time[0], time[-1]):
             start, stop = stance.start, stance.stop
-            for region, share in USUAL.items():
+            for region, share in USUAL_CONTACT.items():
                 resting = [
                     c
                     for c in touching

@@ -1,8 +1,7 @@
-"""Put joint coordinates of OpenSim (MOT, STO) on a person.
+"""Fit of a person to OpenSim's joint coordinates (MOT, STO).
 
-The angles are taken as they are; only limits of joints cut them. Stature follows from the height
-of the pelvis above the ground where the file has it: the person whose standing foot is just on
-the ground. Where the file does not say where the pelvis goes, the standing feet do
+The angles are unchanged except for joint limits. The stature puts the stance foot on the ground at
+the pelvis height of the file. Without a pelvis position, the stance feet determine its path
 (:func:`plantigrade.kinematics.root_path.forward_path`).
 """
 
@@ -16,12 +15,12 @@ from plantigrade.errors import FitError
 from plantigrade.io.opensim_coordinates import NO_ANGLE
 from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level, moving_ground
-from plantigrade.kinematics.rests import contact_metrics, find_rests
 from plantigrade.kinematics.result import Fit, filled, human_of
 from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
-from plantigrade.kinematics.unknown_size import stature_notes
-from plantigrade.kinematics.unmeasured import follow_the_legs, note, unmeasured
+from plantigrade.kinematics.sole_rests import contact_metrics, find_rests
+from plantigrade.kinematics.stature_estimate import stature_notes
+from plantigrade.kinematics.unmeasured_joints import follow_the_legs, note, unmeasured
 from plantigrade.models import Human
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
@@ -32,24 +31,24 @@ from plantigrade.notes import Info
 from plantigrade.printable import listed
 from plantigrade.spatial.conventions import PELVIS
 
-USUAL_HEIGHT = 1.74  # [m], where the file gives no height
-PLAUSIBLE = (1.2, 2.2)  # stature found from the pelvis's height [m]
-LARGEST_ANGLE = 2 * np.pi  # of a hip or knee [rad]; larger values cannot be angles in radians
-FLIGHT = 0.08  # feet that rise this much together have left the ground [m]
+USUAL_HEIGHT = 1.74  # [m] stature without height in the file
+PLAUSIBLE_STATURES = (1.2, 2.2)  # [m] accepted range of stature from the pelvis height
+MAX_ANGLE = 2 * np.pi  # [rad] maximum hip or knee angle; larger values are not radians
+MIN_FLIGHT_RISE = 0.08  # [m] common rise of both feet in flight
 SYNONYMS = {"lumbar": "lumbar_extension", "torso_extension": "lumbar_extension"}
-LEGS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
+LEG_COORDINATES = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
 
 
 def fit_coordinates(
     recording: Recording,
     person: Person | None = None,
 ) -> Fit:
-    """Put joint coordinates on a person.
+    """Fit a person to joint coordinates.
 
     Args:
         recording: The recording; it must have coordinates.
-        person: What is known of the person; the recording's own words fill the rest. The height is
-            found from the pelvis's, the mass is that usual for the stature where neither is given.
+        person: Known properties of the person; the recording's metadata supply others. By default
+            the height follows from the pelvis height and the mass from the stature.
 
     Raises:
         FitError: If there are no joint coordinates, or none of the legs'.
@@ -78,8 +77,8 @@ def fit_coordinates(
     qpos = _clipped(human, qpos, notes)
     rate = rate_of(table.time)
     if "pelvis_tx" not in table.names:
-        # Such files are strides put together; their height fits the feet to centimetres only.
-        flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > FLIGHT
+        # these files are assembled strides whose height is accurate to centimetres only
+        flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > MIN_FLIGHT_RISE
         qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
         notes.append("the file gives no pelvis path; it was computed from the standing feet.")
     way = _way(human, table.time, qpos)
@@ -132,14 +131,15 @@ def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
 
 
 def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
-    """Return the table under our names and without rows that have no values."""
+    """Return the table with our names and without empty rows."""
     names = tuple(SYNONYMS.get(n, n) for n in table.names)
     names = tuple(n if names.count(n) == 1 else o for n, o in zip(names, table.names, strict=True))
-    known = [c for c in names if c in LEGS]
+    known = [c for c in names if c in LEG_COORDINATES]
     if not known:
         raise FitError(
-            f"{recording.source} has no coordinate of hips or knees ({', '.join(LEGS)}); its "
-            f"columns are {listed(table.names, 12)}"
+            f"{recording.source} has no coordinate of hips or knees "
+            f"({', '.join(LEG_COORDINATES)}); "
+            f"its columns are {listed(table.names, 12)}"
         )
     if len(table.time) < 2:
         raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
@@ -167,9 +167,9 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
 
 
 def _require_angles(table: Table, recording: Recording) -> None:
-    """Raise where a leg's angle is none that a leg can have."""
-    for name in LEGS:
-        if name in table.names and (largest := np.abs(table[name]).max()) > LARGEST_ANGLE:
+    """Raise for impossible leg angles."""
+    for name in LEG_COORDINATES:
+        if name in table.names and (largest := np.abs(table[name]).max()) > MAX_ANGLE:
             raise FitError(
                 f"{recording.source}: {name} reaches {np.rad2deg(largest):.3g}°, more than a turn; "
                 "check that the header says degrees where the angles are in degrees"
@@ -177,7 +177,7 @@ def _require_angles(table: Table, recording: Recording) -> None:
 
 
 def _stature(person: Person, table: Table, age: float | None, notes: list[str]) -> float:
-    """Return the stature whose standing foot is on the ground at the file's pelvis height [m]."""
+    """Return the stature with the stance foot on the ground at the file's pelvis height [m]."""
     if "pelvis_ty" not in table.names:
         notes.append(
             f"the file does not determine body height; {USUAL_HEIGHT:.2f} m was assumed "
@@ -192,11 +192,11 @@ def _stature(person: Person, table: Table, age: float | None, notes: list[str]) 
         qpos[:, 2] = 0.0
         leg = -lowest(human, qpos)  # pelvis above the lowest point of the soles [m]
         ratio = ty / leg
-        # Legs nearly straight tell best; in flight the pelvis is higher than the leg is long, but
-        # two in five of those frames are not in flight.
+        # Nearly straight legs are the most reliable; in flight the pelvis is higher, but two in
+        # five of those frames are not in flight.
         usual = float(np.quantile(ratio[leg > 0.9 * leg.max()], 0.4))
         stature *= usual
-        if not PLAUSIBLE[0] <= stature <= PLAUSIBLE[1]:
+        if not PLAUSIBLE_STATURES[0] <= stature <= PLAUSIBLE_STATURES[1]:
             notes.append(
                 f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on "
                 f"ground at 0; {USUAL_HEIGHT:.2f} m was assumed as body height (set it with "

@@ -1,9 +1,8 @@
-"""Fit a marker recording: scale the person, solve every frame, detect wrong samples.
+"""Fit of a marker recording: scale the person, solve every frame, detect outliers.
 
 :func:`fit_markers` is the whole path: turn the recording so that the person faces x, choose
 frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve every frame with
-:class:`plantigrade.kinematics.inverse.InverseKinematics`, leave out samples that cannot be right,
-and say what was noticed.
+:class:`plantigrade.kinematics.inverse.InverseKinematics`, exclude outliers, and report problems.
 """
 
 from collections import Counter
@@ -15,18 +14,23 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.kinematics.arm_tracking import track_arms
-from plantigrade.kinematics.calibrate import softness
-from plantigrade.kinematics.flat_feet import settled
+from plantigrade.kinematics.calibrate import noise_factor
+from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.plausible import lean_notes
+from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.prepare import columns, prepare
 from plantigrade.kinematics.result import Fit, Progress, counter
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
 from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.unmeasured import follow_the_legs, note, seen_hinges, unmeasured
-from plantigrade.kinematics.unseen_toes import toes_on_ground, unseen_toes_follow
+from plantigrade.kinematics.unmeasured_joints import (
+    follow_the_legs,
+    measured_hinges,
+    note,
+    unmeasured,
+)
+from plantigrade.kinematics.unmeasured_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.models import Human
 from plantigrade.models.markers import MarkerSet
 from plantigrade.models.person import Person
@@ -34,9 +38,9 @@ from plantigrade.motion import Markers, Recording
 from plantigrade.printable import listed
 from plantigrade.spatial.conventions import rotation_matrix
 
-FLYING = 0.05  # a sample this far off its place [m] is looked at …
-FLYING_FACTOR = 6.0  # … and left out if it also is this many times the marker's usual error
-SWAP_GAIN = 0.4  # two markers were swapped where swapping leaves less than this of their error
+MIN_OUTLIER_ERROR = 0.05  # [m] minimum error of an outlier …
+MIN_OUTLIER_RATIO = 6.0  # [1] … and its minimum ratio to the marker's usual error
+MAX_SWAP_RATIO = 0.4  # [1] maximum ratio of errors after and before swapping two markers
 
 
 def fit_markers(
@@ -53,13 +57,13 @@ def fit_markers(
 
     Args:
         recording: The recording; it must have markers.
-        person: What is known about who was recorded; the recording's own words fill the rest.
+        person: Known properties of the person; the recording's metadata supply others.
         static: A standing trial of the same person with the same markers, if there is one.
-        marker_set: Where markers sit; the built-in set that knows most names if not given.
+        marker_set: Marker positions; by default the built-in set with the most known names.
         ground: Slope or steps on which the feet stand; level at the height of the plates if not
             given.
-        body: The body that trials of this person share, this one among them; scaled to this
-            recording alone where not given.
+        body: Scaled body shared by trials of this person; by default scaled to this recording
+            alone.
         progress: Called with (what, done, total).
 
     Raises:
@@ -81,16 +85,16 @@ def fit_markers(
     samples = columns(markers, tracked)[window]
     human, places = body.human, tuple(body.places[i] for i in in_trial)
     solver = InverseKinematics(
-        PointSet.of(human, places), np.array([1 / softness(p) ** 2 for p in places])
+        PointSet.of(human, places), np.array([1 / noise_factor(p) ** 2 for p in places])
     )
     start = body.start(recording.source)
     qpos, residual, kept, more = _follow(solver, samples, tracked, start, progress)
     notes += more
     if body.grounded:
-        human = settled(human, places, markers.time[window], qpos, ground=floor)
+        human = with_resting_soles(human, places, markers.time[window], qpos, ground=floor)
     qpos = toes_on_ground(human, places, qpos, ground=floor)
     qpos = unseen_toes_follow(human, places, qpos)
-    seen = seen_hinges(solver.points)
+    seen = measured_hinges(solver.points)
     assumed = unmeasured(human, seen)
     qpos = follow_the_legs(human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
@@ -141,7 +145,7 @@ def fit_markers(
 
 
 def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[str, Any]:
-    """Return figures of posture without those of trunk, head and arms that nothing showed."""
+    """Return figures of posture without those of unmeasured trunk, head and arms."""
     of = {"trunk": "lumbar_extension", "neck": "neck_extension", "arms": "elbow_flex_r"}
     hidden = tuple(f"{part}_" for part, joint in of.items() if joint in assumed)
     return {name: value for name, value in figures.items() if not name.startswith(hidden)}
@@ -154,7 +158,7 @@ def _follow(
     first: Float[Array, " nq"],
     progress: Progress | None,
 ):
-    """Solve all frames; put back swapped markers and leave out flying ones, then solve again."""
+    """Solve all frames, correct swapped markers, exclude outliers, and solve again."""
     report = counter(progress, "following the markers", len(samples))
     qpos, residual = track_arms(solver, samples, first, report)
     suspects = _suspects(residual)
@@ -162,12 +166,12 @@ def _follow(
         return qpos, residual, np.isfinite(residual), []
     swapped: Counter[tuple[str, str]] = Counter()
     for _ in range(2):
-        # What the others say: solve the frames concerned without the suspects.
+        # solve the affected frames without the suspects
         clean = np.where(suspects[..., None], np.nan, samples)
         for f in np.flatnonzero(suspects.any(axis=1)):
             model = solver.values(solver.solve(clean[f], qpos[max(f - 1, 0)]).qpos)
             _unswap(samples[f], model, names, suspects[f], swapped)
-            suspects[f] &= ~(np.linalg.norm(samples[f] - model, axis=1) < FLYING)
+            suspects[f] &= ~(np.linalg.norm(samples[f] - model, axis=1) < MIN_OUTLIER_ERROR)
         qpos, _ = track_arms(solver, np.where(suspects[..., None], np.nan, samples), first)
         residual = np.linalg.norm(samples - solver.points.path(qpos), axis=2)
         again = _suspects(residual)
@@ -189,12 +193,12 @@ def _suspects(residual: Float[Array, "n_frames n_markers"]) -> Bool[Array, "n_fr
     usual = np.nanmedian(residual, axis=0)
     usual = np.where(np.isfinite(usual), usual, 0.0)
     floor = np.nanmedian(usual)
-    limit = np.maximum(FLYING, FLYING_FACTOR * np.minimum(usual, 2 * floor))
+    limit = np.maximum(MIN_OUTLIER_ERROR, MIN_OUTLIER_RATIO * np.minimum(usual, 2 * floor))
     return np.nan_to_num(residual) > limit
 
 
 def _unswap(frame, model, names, suspects, swapped) -> None:
-    """Exchange pairs of markers of one frame that fit far better the other way round."""
+    """Exchange pairs of markers of one frame that fit far better when swapped."""
     distance = np.linalg.norm(frame[:, None] - model[None], axis=2)  # sample i to place j
     for i in np.flatnonzero(suspects):
         for j in range(len(names)):
@@ -202,7 +206,7 @@ def _unswap(frame, model, names, suspects, swapped) -> None:
                 continue
             now = distance[i, i] + distance[j, j]
             other = distance[i, j] + distance[j, i]
-            if other < SWAP_GAIN * now and other < 2 * FLYING:
+            if other < MAX_SWAP_RATIO * now and other < 2 * MIN_OUTLIER_ERROR:
                 frame[[i, j]] = frame[[j, i]]
                 distance[[i, j]] = distance[[j, i]]
                 swapped[min(names[i], names[j]), max(names[i], names[j])] += 1

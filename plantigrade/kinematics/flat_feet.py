@@ -1,9 +1,8 @@
-r"""Feet that stand flat where the recorded feet stand flat.
+r"""Correction of feet and soles from frames in which the recorded feet stand flat.
 
-Markers tell where the bones are, but not what is below them: a marker a few millimetres off its
-landmark pitches a foot by some degrees, and how thick the flesh or the shoe under the bones is no
-marker sees. The ground tells both. While heel and forefoot rest together the sole lies on the
-ground; over these frames
+Markers determine the bones but not the sole below them: an error of a few millimetres pitches a
+foot by some degrees, and the thickness of flesh or shoe is unmeasured. The ground determines both.
+While heel and forefoot rest together the sole lies on the ground; over these frames
 
 * the way up, seen from the foot, becomes the foot's own vertical axis: its markers keep their
   places in the world, the zeros of ankle and subtalar joint (and of joints within the foot) move;
@@ -24,42 +23,46 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.kinematics.state import PointSet, sweep
-from plantigrade.kinematics.unseen_toes import TOES
+from plantigrade.kinematics.unmeasured_toes import TOE_JOINTS
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment, attachments
 from plantigrade.motion.filters import lowpass
 
 # Height of the lateral malleolus over stature, and its spread, of 4,082 men and 1,986 women.
-MALLEOLUS = {"male": 0.0415, "female": 0.0385}
-MALLEOLUS_SPREAD = 0.005  # standard deviation [m]
-SHOE_SPREAD = 0.025  # of the thickness of soles that people wear [m]
-# An ankle this much lower or higher than a bare foot has it does not stand on the floor [m].
-NO_FLOOR = (-0.03, 0.07)
-# A foot stands flat while heel and forefoot are near their lowest, calm, and near the usual level
-# of such frames: [m], a share of the highest vertical speed and at least [m/s], [m].
-LOW, CALM, CALMEST, LEVEL = 0.020, 0.07, 0.05, 0.004
-SMOOTH = 10.0  # low-pass of marker heights before their speed is taken [Hz]
-# Markers that are a centimetre off pitch a foot by 5 deg, and tilt it, which is a third as wide as
-# long, by 12 deg. One that rests at more than twice as much, as in equinus, does not stand flat.
-MOST_PITCHED, MOST_TILTED = np.deg2rad(12), np.deg2rad(25)
-FEWEST, MOST = 3, 10  # frames in which a foot stands flat: needed, used
-CARRYING = 0.003  # a region this near the lowest point of its foot carries it [m]
-YIELD = 0.015  # what flesh, toe spring and a worn sole may differ from a flat sole [m]
-THICK = 0.010  # a sole that is worth a word [m]
+MALLEOLUS_HEIGHT = {"male": 0.0415, "female": 0.0385}
+MALLEOLUS_SPREAD = 0.005  # [m] standard deviation of this height
+SHOE_SPREAD = 0.025  # [m] standard deviation of sole thickness
+# [m] range of the ankle height relative to a bare foot on the floor
+ANKLE_DEVIATION = (-0.03, 0.07)
+# Criteria of a flat foot for heel and forefoot.
+MAX_FLAT_HEIGHT = 0.020  # [m] maximum height above the lowest position
+MAX_FLAT_SPEED_RATIO = 0.07  # [1] maximum vertical speed relative to its peak …
+MIN_FLAT_SPEED = 0.05  # [m/s] … but at least this
+MAX_LEVEL_DEVIATION = 0.004  # [m] maximum deviation from the median of such frames
+HEIGHT_CUTOFF = 10.0  # [Hz] low-pass of marker heights before differentiation
+# Marker errors of a centimetre pitch a foot by 5° and tilt it by 12°; more than twice as much, as
+# in equinus, is not flat.
+MAX_PITCH = np.deg2rad(12)  # [rad] maximum pitch of a flat foot
+MAX_TILT = np.deg2rad(25)  # [rad] maximum tilt of a flat foot
+MIN_FLAT_FRAMES = 3  # [1] minimum number of frames with a flat foot
+MAX_FLAT_FRAMES = 10  # [1] maximum number of frames used
+MAX_LOADED_HEIGHT = 0.003  # [m] maximum height above the lowest point of a loaded region
+MAX_SOLE_DEVIATION = 0.015  # [m] maximum deviation of flesh, toe spring and worn soles from flat
+MIN_NOTED_THICKNESS = 0.010  # [m] sole thickness that is reported
 
 
 @dataclass(frozen=True)
 class FlatFeet:
-    """A person whose feet stand flat.
+    """A person with feet that stand flat.
 
     Attributes:
         human: The person, with the height of the ankles and the soles found.
-        places: Where each marker sits.
-        grounded: Whether a foot was seen to stand flat on the ground.
-        notes: What the user should know, one sentence each.
+        places: Attachment of each marker.
+        grounded: Whether a foot stood flat on the ground in some frames.
+        notes: Notes for the user, one sentence each.
     """
 
     human: Human
@@ -80,16 +83,16 @@ def set_flat(
 ) -> FlatFeet:
     """Return the person and marker places with feet that stand flat on the ground.
 
-    Feet that never stand flat, or whose markers do not show it, are left as they are.
+    Feet that never stand flat, or without markers that show it, are unchanged.
 
     Args:
         human: The person, scaled to the markers.
-        places: Where the markers sit.
-        samples: The markers, in the order of ``places`` [m]; NaN where not seen.
-        still: The same in some frames of a standing trial, on level ground.
+        places: Attachments of the markers.
+        samples: Marker positions, in the order of ``places`` [m]; NaN if not visible.
+        still: Marker positions in some frames of a standing trial, on level ground.
         rate: Frames per second of ``samples`` [Hz].
         start: A configuration near some frame, to solve the poses from.
-        ground: What the feet stand on.
+        ground: Ground below the feet.
     """
     n, every = len(samples), np.concatenate([samples, still])
     floor = Ground(height=0.0 if ground.slope or ground.steps else ground.height)
@@ -107,7 +110,7 @@ def set_flat(
     states = [(state.rotations, state.origins) for state in sweep(human, np.array(poses))]
     rotations, origins = (np.array(column) for column in zip(*states, strict=True))
     moving = (chosen < n)[:, None]
-    # From world to the axes of what the feet stand on.
+    # from world to the axes of the ground
     turned = np.where(moving[..., None], ground.to_world, np.eye(3))
     rotations = np.einsum("fji,fbjk->fbik", turned, rotations)
     found: dict[int, np.ndarray] = {}
@@ -123,7 +126,7 @@ def set_flat(
         seen = np.einsum("fji,fmj->fmi", turned[own], markers[own])
         up = R[:, 2].mean(axis=0)
         pitch, tilt = np.arctan2(np.abs(up[:2]), up[2])
-        if pitch > MOST_PITCHED or tilt > MOST_TILTED:
+        if pitch > MAX_PITCH or tilt > MAX_TILT:
             notes.append(
                 f"the {'right' if side == 'r' else 'left'} foot rests {np.rad2deg(pitch):.0f}° "
                 f"pitched and {np.rad2deg(tilt):.0f}° tilted: it is not assumed to stand flat."
@@ -147,7 +150,7 @@ def set_flat(
         thick = {s: heights.get(s, float(np.mean(list(heights.values())))) - bare for s in SIDES}
         shod = _with_ankles(human, bare, thick)
         mean = float(np.mean(list(thick.values())))
-        if mean > THICK:
+        if mean > MIN_NOTED_THICKNESS:
             notes.append(
                 f"the ankles stand {1e3 * mean:.0f} mm higher than on bare feet; soles of that "
                 "thickness were added."
@@ -161,7 +164,7 @@ def set_flat(
     return FlatFeet(shod, moved, bare is not None, tuple(notes))
 
 
-def settled(
+def with_resting_soles(
     human: Human,
     places: Sequence[Attachment],
     time: Float[Array, " n_frames"],
@@ -169,18 +172,18 @@ def settled(
     *,
     ground: Ground = LEVEL_GROUND,
 ) -> Human:
-    """Return the person with soles whose heel, ball and toes rest on the ground when they carry.
+    """Return the person with heel, ball and toes on the ground when they carry load.
 
-    Each region of each sole is moved by the median height at which it rests as the lowest of its
-    foot: toes of a shoe are bent up, flesh under a heel gives way. Toes without a marker go with
+    Each region of each sole is moved by its median height while it is the lowest of its foot,
+    because shoe toes curve upwards and flesh under a heel deforms. Toes without a marker move with
     the ball.
 
     Args:
         human: The person, with feet that stand flat.
-        places: Where the markers sit.
+        places: Attachments of the markers.
         time: Time of each frame [s].
         qpos: The motion.
-        ground: What the feet stand on.
+        ground: Ground below the feet.
     """
     contact = sole_paths(human, qpos, ground)
     rate = (len(time) - 1) / (time[-1] - time[0])
@@ -200,10 +203,12 @@ def settled(
             for rest in rests:
                 if (rest.side, rest.region) == (side, region):
                     carries[rest.start : rest.stop] = True
-            carries &= height < lowest + CARRYING
-            if carries.sum() >= FEWEST:
-                shift[region] = float(np.clip(-np.median(height[carries]), -YIELD, YIELD))
-        if not seen & {f"{part}_{side}" for part in TOES}:
+            carries &= height < lowest + MAX_LOADED_HEIGHT
+            if carries.sum() >= MIN_FLAT_FRAMES:
+                shift[region] = float(
+                    np.clip(-np.median(height[carries]), -MAX_SOLE_DEVIATION, MAX_SOLE_DEVIATION)
+                )
+        if not seen & {f"{part}_{side}" for part in TOE_JOINTS}:
             shift["toes"] = shift.get("ball", 0.0)
         for region, by in shift.items():
             for i in contact.of(side, region):
@@ -219,13 +224,13 @@ def _flat_frames(
     rate: float,
     side: str,
 ) -> np.ndarray:
-    """Return some frames in which heel and forefoot rest; after ``moving`` frames all is calm."""
+    """Return some frames with heel and forefoot at rest; frames after ``moving`` are static."""
     ahead = {
         i: float(_in_foot(human, p)[0])
         for i, p in enumerate(places)
         if p.body in _bodies(human, side)
     }
-    toes = tuple(f"{part}_{side}" for part in TOES)
+    toes = tuple(f"{part}_{side}" for part in TOE_JOINTS)
     length = human.dimensions.foot_length
     hind = [i for i, x in ahead.items() if x < 0.1 * length]
     fore = [i for i, x in ahead.items() if x > 0.25 * length and places[i].body not in toes]
@@ -236,21 +241,21 @@ def _flat_frames(
     resting = np.ones(len(samples), dtype=bool)
     for height in heights:
         speed = np.abs(_speed(height, moving, rate))
-        calm = max(CALMEST, CALM * float(np.nanmax(speed, initial=0.0)))
-        resting &= (speed < calm) & (height < LOW)
+        calm = max(MIN_FLAT_SPEED, MAX_FLAT_SPEED_RATIO * float(np.nanmax(speed, initial=0.0)))
+        resting &= (speed < calm) & (height < MAX_FLAT_HEIGHT)
     if not resting.any():
         return np.empty(0, dtype=int)
     flat = resting
     for height, share in zip(heights, (25, 50), strict=True):  # the heel rises slowly
-        flat = flat & (np.abs(height - np.percentile(height[resting], share)) < LEVEL)
+        flat = flat & (np.abs(height - np.percentile(height[resting], share)) < MAX_LEVEL_DEVIATION)
     frames = np.flatnonzero(flat)
-    if len(frames) < FEWEST:
+    if len(frames) < MIN_FLAT_FRAMES:
         return np.empty(0, dtype=int)
-    return frames[np.unique(np.linspace(0, len(frames) - 1, MOST).astype(int))]
+    return frames[np.unique(np.linspace(0, len(frames) - 1, MAX_FLAT_FRAMES).astype(int))]
 
 
 def _height(z: Float[Array, "n_all n_group"], moving: int) -> np.ndarray:
-    """Return how high markers are above where each is at its lowest, on the mean [m]."""
+    """Return the mean height of markers above their lowest positions [m]."""
     z = z[:, np.isfinite(z[:moving]).mean(axis=0) > 0.3]
     above, seen = np.full(len(z), np.nan), np.isfinite(z).any(axis=1)
     if z.shape[1]:
@@ -263,26 +268,26 @@ def _speed(height: np.ndarray, moving: int, rate: float) -> np.ndarray:
     if moving < 3:
         return speed
     path = height[:moving]
-    if moving > 15 and rate > 2.5 * SMOOTH:
-        path = lowpass(np.arange(moving) / rate, path, cutoff=SMOOTH)
+    if moving > 15 and rate > 2.5 * HEIGHT_CUTOFF:
+        path = lowpass(np.arange(moving) / rate, path, cutoff=HEIGHT_CUTOFF)
     speed[:moving] = np.gradient(path) * rate
     return np.where(np.isfinite(height), speed, np.nan)
 
 
 def _bare_ankle(human: Human, height: float) -> float | None:
-    """Return the height of the ankle joint centre above a bare sole [m]; None: no floor there."""
+    """Return the height of the ankle joint centre above a bare sole [m]; None without a floor."""
     marker, foot = attachments(human)["ankle_lateral_r"], human.body("foot_r")
     above = float(marker.position[2] - human.model.body_pos[foot, 2])
-    usual = MALLEOLUS[human.sex] * human.height - above
+    usual = MALLEOLUS_HEIGHT[human.sex] * human.height - above
     excess = height - usual
-    if not NO_FLOOR[0] < excess < NO_FLOOR[1]:
+    if not ANKLE_DEVIATION[0] < excess < ANKLE_DEVIATION[1]:
         return None
     share = MALLEOLUS_SPREAD**2 / (MALLEOLUS_SPREAD**2 + SHOE_SPREAD**2)
     return usual + (excess if excess < 0 else share * excess)
 
 
 def _with_ankles(human: Human, ankle: float, thick: dict[str, float]) -> Human:
-    """Return the person with bare ankles this high on soles this thick; the head takes the rest."""
+    """Return the person with given ankle height and sole thickness; the head compensates."""
     d = human.dimensions
     lengths = {n: getattr(d, n) for n in d.names() if n != "head"} | {"ankle_height": ankle}
     bare = Human.create(
@@ -297,10 +302,10 @@ def _levelled(
     tibia: Float[Array, "n_frames 3 3"],
     poses: Float[Array, "n_frames nq"],
 ) -> Float[Array, "n_frames 3 3"]:
-    """Return the rotations of a foot that its ankle and subtalar joint make level.
+    """Return the rotations of a foot levelled by ankle and subtalar joint.
 
-    Two joints make one direction vertical; a third keeps its angle. So the foot turns about the
-    vertical as they do, which is what the poses can follow.
+    Two joints align one direction with the vertical; a third keeps its angle. The heading of the
+    foot therefore follows the joints, as the poses can.
     """
     from scipy.optimize import least_squares
     from scipy.spatial.transform import Rotation
@@ -333,7 +338,7 @@ def _bodies(human: Human, side: str) -> tuple[str, ...]:
 
 
 def _in_foot(human: Human, place: Attachment) -> Float[Array, "3"]:
-    """Return a place on any body of a foot in the frame of the foot, zero pose [m]."""
+    """Return an attachment on any body of a foot in the frame of the foot, zero pose [m]."""
     return place.position + _offset(human, place.body)
 
 

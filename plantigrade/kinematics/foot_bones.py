@@ -1,24 +1,24 @@
-r"""Motion of the bones of a foot, from the motion of a foot without bones and its ground contact.
+r"""Motion of the bones of a foot, from the motion of a rigid foot and its ground contact.
 
-Recordings that show a foot as one piece, or as a foot and toes, say nothing of its segments. Where
-they are follows from the ankle and from what presses the ground
+Recordings of a foot as one piece, or as a foot and toes, lack its segments. Their poses follow from
+the ankle and the loaded segments
 (:mod:`plantigrade.kinematics.foot_pose`):
 
-* *heel alone*: the foot keeps the direction it was recorded in;
+* *heel alone*: the foot keeps its recorded orientation;
 * *heel and ball*: all segments lie on the ground, until the ankle begins to rise;
 * *ball and toes*: the toes lie on the ground and the ankle's height turns the foot about their
   joints; where they would bend further than toes do in walking they roll onto their tips, and a
   foot whose pitch was recorded keeps it;
-* *nothing*: the foot as it was recorded, its joints straight; the toes are bent as long as they
-  would be in the ground otherwise.
+* *nothing*: the foot as recorded, with straight joints; the toes are extended as long as they would
+  otherwise penetrate the ground.
 
-What no longer presses the paper leaves in line with the rest of the foot. People's heels are not:
-once the heel is up the forefoot bends against it as the foot does against the shank, both ways,
-first upwards and, as the foot pushes off, downwards. In the mean curves of the Oxford Foot Model
-the two go together in stance (r = 0.96), by :data:`MIDFOOT`.
+In the paper, unloaded segments stay aligned with the rest of the foot. Human heels do not: after
+heel rise the forefoot dorsiflexes relative to the hindfoot together with the ankle and
+plantarflexes in push-off. In the mean curves of the Oxford Foot Model both angles are correlated in
+stance (r = 0.96), with the ratio :data:`MIDFOOT_RATIO`.
 
-The segments that press change from one frame to the next; the poses of two sets are mixed for
-:data:`MIXED` around the change by weights that rise and fall smoothly, so that no joint jumps.
+The loaded segments change between frames; the poses of two sets are blended for :data:`BLEND_TIME`
+around the change with smooth weights, so that joint angles are continuous.
 """
 
 from collections.abc import Sequence
@@ -31,28 +31,29 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.body_paths import body_paths
-from plantigrade.kinematics.foot_pose import BEND, SEGMENTS, FootPoser, marks
-from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
+from plantigrade.kinematics.foot_pose import MAX_TOE_BEND, SEGMENTS, FootPoser, marks
+from plantigrade.kinematics.ground_normal import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import ContactFrames, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
 from plantigrade.models import Human
 from plantigrade.motion.recording import rate_of
 
-MIXED = 0.12  # as long as a foot takes to come to its spot on the ground [s]
-MIDFOOT = 0.38
-"""Dorsiflexion of the forefoot against the heel that comes with each degree of it against the
-shank: least squares on mean curves of walking from foot flat to toe off (12 to 62 % of the cycle;
-those that :mod:`plantigrade.models.textbook_gait` is made from, method of [Stebbins2006]_)."""
+BLEND_TIME = 0.12  # [s] blend between poses, the time of a foot to settle
+MIDFOOT_RATIO = 0.38
+"""Dorsiflexion of the forefoot relative to the hindfoot per ankle dorsiflexion [1]; least squares
+on mean curves of walking from foot flat to toe-off (12 to 62 % of the cycle, curves of
+:mod:`plantigrade.models.textbook_gait`, method of [Stebbins2006]_)."""
 NONE, EDGE, FLAT, TOES, TIPS, LEAVING = range(6)
-"""What presses: nothing, the edge of the heel, the whole foot, the toes, their tips; or nothing
-any more, but straight toes would."""
+"""Loaded parts: none, the edge of the heel, the whole foot, the toes, their tips; or none, while
+straight toes would be in the ground."""
 _TOES = marks(*SEGMENTS[2:])
-HEADS = "contact_medial_phalanges_metatarsal_3", "contact_lateral_phalanges_metatarsal_4"
+METATARSAL_HEADS = "contact_medial_phalanges_metatarsal_3", "contact_lateral_phalanges_metatarsal_4"
 _SETS = np.array([marks(), marks("heel_edge"), marks(*SEGMENTS), _TOES, marks("toe_tips"), _TOES])
 _HEEL, _CUBOID, _MTP, _MTP4 = (slice(k, k + 3) for k in (0, 3, 6, 9))  # hinges of a foot
-_STEPS = 6  # of Gauss-Newton
-_STANDS = 0.25  # quantile of the ankle's height over a resting foot that is its standing height
+_N_STEPS = 6  # [1] Gauss-Newton steps
+# [1] quantile of the ankle's height over a flat foot taken as standing height
+_STANDING_QUANTILE = 0.25
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,12 @@ class FootPath:
     """A foot over a motion.
 
     Attributes:
-        rotation: From the foot to the world.
-        angles: Of the hinges within it, in the order of :attr:`FootPoser.coordinates` [rad].
-        pressing: What presses: :data:`NONE`, :data:`EDGE`, :data:`FLAT`, :data:`TOES`,
+        rotation: Rotation from the foot to the world.
+        angles: Angles of the hinges within the foot, in the order of
+            :attr:`FootPoser.coordinates` [rad].
+        pressing: Loaded parts: :data:`NONE`, :data:`EDGE`, :data:`FLAT`, :data:`TOES`,
             :data:`TIPS`, :data:`LEAVING`.
-        shift: How far the ankle was out of reach of what presses, along the ground's normal [m].
+        shift: Shift of an ankle out of reach of the loaded parts, along the ground's normal [m].
     """
 
     rotation: Float[Array, "n_frames 3 3"]
@@ -79,13 +81,13 @@ def pressing(
     height: Float[Array, " n_frames"],
     standing: float,
 ) -> np.ndarray:
-    """Return which parts of a foot press the ground in every frame, without the tips of the toes.
+    """Return the loaded parts of a foot in every frame, without the tips of the toes.
 
     Args:
-        rests: When which region of the soles rests.
+        rests: Rests of the regions of the soles.
         side: ``"r"`` or ``"l"``.
         height: Height of the ankle above the ground [m].
-        standing: The same of a foot that stands [m].
+        standing: Height of the ankle in stance [m].
     """
     resting = {region: np.zeros(len(height), bool) for region in ("heel", "ball", "toes")}
     for rest in rests:
@@ -111,20 +113,20 @@ def foot_path(
     turns: bool = True,
     pitched: bool = False,
 ) -> FootPath:
-    """Return a foot's pose over a motion; smooth where what presses changes.
+    """Return a foot's pose over a motion, smooth at changes of the loaded parts.
 
     Args:
         poser: The foot.
         time: Time of each frame [s].
         ankle: Ankle joint centre [m].
-        facing: Rotation from the foot to the world in the motion without bones.
+        facing: Rotation from the foot to the world in the motion of the rigid foot.
         shank: Rotation from the tibia to the world.
-        presses: What presses in every frame (:func:`pressing`).
+        presses: Loaded parts in every frame (:func:`pressing`).
         ground: The ground; level at height zero if not given.
-        pitched: Whether ``facing`` tells the pitch of the foot too: then it stays as it faces while
-            it rolls over its heel or the tips of its toes, of which the ankle's height tells less.
-        turns: Whether the foot may turn; else only the segments within it do, which then lie as
-            they would but not quite where.
+        pitched: Whether ``facing`` includes a recorded pitch, which is then kept while the foot
+            rolls over its heel or the tips of its toes.
+        turns: Whether the foot may rotate; otherwise only the segments within it do, with correct
+            orientations but approximate positions.
     """
     n = len(time)
     air, flat = (
@@ -134,12 +136,12 @@ def foot_path(
     low = air.clearance[:, ~heel].min(axis=1)
     sunk = (low < 0) & (low < air.clearance[:, heel].min(axis=1))
     presses = np.where((presses == NONE) & sunk, LEAVING, presses)
-    rolls = (presses == TOES) & (flat.angles[:, _MTP.start] > BEND)
+    rolls = (presses == TOES) & (flat.angles[:, _MTP.start] > MAX_TOE_BEND)
     presses = np.where(rolls, LEAVING if pitched else TIPS, presses)
     if pitched:
         presses[presses == EDGE] = NONE
-    # Toes of a foot that may not turn reach down from where their joints are.
-    heads = [poser.spheres.index(f"{head}_{poser.side}") for head in HEADS]
+    # toes of a foot with fixed orientation point down from their joints
+    heads = [poser.spheres.index(f"{head}_{poser.side}") for head in METATARSAL_HEADS]
     dip = np.arcsin(np.clip(air.clearance[:, heads] / poser.toes, 0.0, 1.0))
     turn, angles, shift = np.zeros((n, 3)), np.zeros((n, 12)), np.zeros(n)
     for kind, weight in _weights(time, presses).items():
@@ -149,7 +151,7 @@ def foot_path(
         if kind in (TOES, TIPS, LEAVING):
             foot = pose.rotation if turns and kind != LEAVING else facing[rows]
             forward = (shank[rows].swapaxes(1, 2) @ foot[:, :, :1])[:, 2, 0]
-            inner[:, 0] -= MIDFOOT * np.arcsin(np.clip(forward, -1.0, 1.0))
+            inner[:, 0] -= MIDFOOT_RATIO * np.arcsin(np.clip(forward, -1.0, 1.0))
         w = weight[rows, None]
         may = turns and kind != LEAVING
         if not may:
@@ -163,9 +165,9 @@ def foot_path(
 
 
 def _upon(facing, rotation, angles, kind: int, sign: float, dip) -> np.ndarray:
-    """Return the hinges that leave pressing segments as they are, the foot turned back.
+    """Return the hinges that keep loaded segments in place for the recorded foot orientation.
 
-    Toes that press point down to the ground by ``dip``, but not below the foot [rad].
+    Loaded toes point down by ``dip``, but not below the foot [rad].
     """
     back, out = facing.swapaxes(1, 2) @ rotation, angles.copy()
     heel, cuboid, toes, lateral = (
@@ -183,14 +185,14 @@ def _upon(facing, rotation, angles, kind: int, sign: float, dip) -> np.ndarray:
     if kind in (TOES, TIPS, LEAVING):
         for toe, down in zip((_MTP, _MTP4), dip.T, strict=True):
             down = 0.0 if kind == LEAVING else down
-            out[:, toe.start] = np.clip(out[:, toe.start] - down, 0.0, BEND)
+            out[:, toe.start] = np.clip(out[:, toe.start] - down, 0.0, MAX_TOE_BEND)
     return out
 
 
 def _weights(time, presses) -> dict[int, np.ndarray]:
-    """Return kind of press → its weight in every frame: smooth in time, adding up to one."""
+    """Return loaded parts → weight in every frame, smooth in time with unit sum."""
     step = (time[-1] - time[0]) / max(len(time) - 1, 1)
-    half = max(1, round(0.5 * MIXED / step)) if step > 0 else 1
+    half = max(1, round(0.5 * BLEND_TIME / step)) if step > 0 else 1
     bell = 1 + np.cos(np.pi * np.arange(-half, half + 1) / (half + 1))
     out = {}
     for kind in np.unique(presses):
@@ -202,13 +204,13 @@ def _weights(time, presses) -> dict[int, np.ndarray]:
 def standing_height(
     rests: Sequence[ContactFrames], side: str, height: Float[Array, " n_frames"], usual: float
 ) -> float:
-    """Return the height of the ankle above the ground while the foot stands [m].
+    """Return the height of the ankle above the ground in stance [m].
 
-    A quarter of the frames in which heel and ball rest show it lower; ``usual`` if there are none.
+    It is the lower quartile over the frames with heel and ball at rest; ``usual`` without any.
     """
     presses = pressing(rests, side, np.full(len(height), -np.inf), 0.0)
     stands = presses == FLAT
-    return float(np.quantile(height[stands], _STANDS)) if stands.any() else usual
+    return float(np.quantile(height[stands], _STANDING_QUANTILE)) if stands.any() else usual
 
 
 def with_bones(
@@ -222,16 +224,16 @@ def with_bones(
 ) -> tuple[Float[Array, "n_frames nq"], dict[str, float]]:
     """Return a motion whose foot bones follow from contact with level ground, and figures.
 
-    The legs stay, and the ankles keep their place: a foot that was a little above the ground or in
-    it still is (:func:`plantigrade.kinematics.planting.plant_feet` comes next).
+    Legs and ankle positions are unchanged, including small distances between feet and ground
+    (:func:`plantigrade.kinematics.planting.plant_feet` removes them).
 
     Args:
         human: The person, on multi-segment feet.
         time: Time of each frame [s].
         qpos: The motion; of the feet its hinges of the ankle are used, none within them.
-        rests: When which region of the soles rests.
-        known: Coordinates within the feet that the recording shows: they stay too.
-        turns: Whether the feet may turn in the ankles.
+        rests: Rests of the regions of the soles.
+        known: Recorded coordinates within the feet, which are unchanged.
+        turns: Whether the feet may rotate in the ankles.
     """
     qpos = np.array(qpos)
     low, high = human.limits
@@ -263,8 +265,8 @@ def on_feet_with_bones(
 ) -> tuple[Human, Float[Array, "n_frames nq_bones"], dict[str, float]]:
     """Return person and motion with multi-segment feet that stand where the original feet did.
 
-    Any motion on level ground will do: recorded, reproduced or found by optimisation. Hinges keep
-    their angles but those of the feet, and of the legs as little as planted feet ask for.
+    The motion on level ground may be recorded, reproduced or optimised. Hinges keep their angles
+    except those of the feet and small changes of the legs for planted feet.
 
     Args:
         human: The person, on feet of any kind.
@@ -293,14 +295,14 @@ def hinges_towards(
 ) -> Float[Array, "n k"]:
     """Return the angles of hinges in a row that come closest to a rotation [rad].
 
-    Three hinges reach it; two leave the least angle between.
+    Three hinges reach it; two minimise the remaining angle.
 
     Args:
-        axes: Axes of the hinges while all are at zero, outermost first.
-        target: Rotation from the body they carry to the one they hang on.
+        axes: Axes of the hinges at zero angles, proximal first.
+        target: Rotation from the distal to the proximal body.
     """
     angles = np.zeros((len(target), len(axes)))
-    for _ in range(_STEPS):
+    for _ in range(_N_STEPS):
         turned, J = np.broadcast_to(np.eye(3), target.shape), np.empty((*angles.shape, 3))
         for k, axis in enumerate(axes):
             J[:, k] = turned @ axis
@@ -316,7 +318,7 @@ def ankle_angles(
     shank: Float[Array, "n 3 3"],
     foot: Float[Array, "n 3 3"],
 ) -> Float[Array, "n k"]:
-    """Return the hinges of the ankle that hold a foot against the shank, in their order [rad].
+    """Return the ankle angles between shank and foot [rad].
 
     Args:
         human: The person.

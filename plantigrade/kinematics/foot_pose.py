@@ -1,25 +1,24 @@
-r"""Pose of the bones of a foot from its ankle and the segments that press the ground.
+r"""Pose of the bones of a foot from its ankle and its loaded segments.
 
 Eqs. 1-5 of [Park2020]_ for the multi-segment foot of :mod:`plantigrade.models.feet`. A segment that
-is *marked* lies flat on the ground: its joint is as high above it as when the foot stands, and its
-sole is parallel to it. The ankle is where it is told to be; the foot turns as little as possible
-from the way it *faces*, its orientation in a motion that knows no bones.
+is *marked* lies flat on the ground, with its joint at the height of a standing foot and its sole
+parallel to the ground. The ankle position is given; the foot rotates as little as possible from
+*facing*, its orientation in a motion without foot bones.
 
-With :math:`n` the normal of the ground and :math:`R` the orientation of the foot, all the ankle has
-to say is :math:`u = R^T n`, the normal as the foot sees it. A marked segment whose joint lies at
-:math:`v_k` in the foot and has to be :math:`w_k` below the ankle asks for
+With :math:`n` the normal of the ground and :math:`R` the orientation of the foot, the unknown is
+:math:`u = R^T n`, the normal in the frame of the foot. A marked segment with its joint at
+:math:`v_k` in the foot and at :math:`w_k` below the ankle requires
 
 .. math:: u^T v_k = -w_k, \qquad \lVert u \rVert = 1 .
 
 * *One* joint leaves a circle; the point of it nearest to the :math:`u` of the foot as it faces is
   the rotation about :math:`n \times v` by the angle of the paper's Eqs. 1 and 2.
-* *Two* leave two points; the one is taken that keeps unmarked segments out of the ground, or the
-  nearer one where both do. (The paper says nothing about several.)
-* *Three* leave none unless the ankle has just the height of a standing foot.
+* *Two* leave two points; the choice is the one with unmarked segments above the ground, or the
+  nearer one if both satisfy this. (The paper does not treat several.)
+* *Three* have no solution unless the ankle has exactly the height of a standing foot.
 
-Where no :math:`u` exists, the ankle is moved along :math:`n` by the least that makes one, and the
-pose is that of the moved ankle: so an ankle out of reach costs a figure (:attr:`~FootPose.shift`),
-not a joint that hangs in the air.
+If no :math:`u` exists, the ankle is moved along :math:`n` by the minimum distance for a solution;
+this distance is reported as :attr:`~FootPose.shift`.
 
 A marked segment's orientation (Eq. 4) takes its normal to that of the ground and its direction to
 that of the foot, projected on the ground (Eq. 3). As printed, Eq. 4 turns the direction the segment
@@ -29,8 +28,8 @@ the turn of the foot itself it does, and is made about its left axis. The fourth
 on the lateral metatarsals: where these are not marked and the lateral toes are, Eqs. 1 and 2 are
 applied again with the cuboid joint in the place of the ankle.
 
-On curved ground every segment has a plane of its own, through the ground beneath its contact
-spheres; pose and planes are found in turns.
+On curved ground every segment has its own plane through the ground beneath its contact spheres;
+pose and planes are computed alternately.
 """
 
 from dataclasses import dataclass
@@ -42,32 +41,38 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.normal_seen import NormalSeen, axes_upon, hinge_angles, smallest_turn
+from plantigrade.kinematics.ground_normal import (
+    GroundNormal,
+    axes_from,
+    hinge_angles,
+    smallest_turn,
+)
 from plantigrade.models import Human
 from plantigrade.models.skeleton import Body
 
 SEGMENTS = ("heel", "lateral_metatarsal", "medial_phalanges", "lateral_phalanges")
-"""Segments that can be marked. The fifth, the medial metatarsals with the tarsus, touches nothing
-and is what the ankle turns."""
+"""Segments that can be marked. The fifth, the medial metatarsals with the tarsus, has no contact
+and rotates with the ankle."""
 HEEL, LATERAL, MEDIAL_TOES, LATERAL_TOES, EDGE, TIPS = range(6)
 HEEL_EDGE = "heel_edge"
-"""The back edge of the heel, over which a foot rolls that lands: the heel stays in line with the
-foot. Not in the paper, whose heel is flat whenever it is marked."""
+"""The back edge of the heel, over which a landing foot rolls with the heel aligned to the foot. An
+addition to the paper, in which a marked heel is flat."""
 TOE_TIPS = "toe_tips"
-"""The tips of the toes, over which a foot rolls that leaves: the toes are bent by :data:`BEND`. Not
-in the paper, whose toes stay flat whatever they have to bend."""
+"""The tips of the toes, over which a leaving foot rolls with toes extended by :data:`MAX_TOE_BEND`.
+An addition to the paper, in which toes stay flat at any extension."""
 MARKS = (*SEGMENTS, HEEL_EDGE, TOE_TIPS)
-BEND = np.deg2rad(34.0)
-"""How far toes bend before they roll onto their tips [rad]: mean of the hallux in level walking,
-from midstance to its peak (Oxford Foot Model, method of [Stebbins2006]_; the curves are those that
-:mod:`plantigrade.models.textbook_gait` is made from)."""
+MAX_TOE_BEND = np.deg2rad(34.0)
+"""Toe extension before rolling onto the tips [rad]; mean of the hallux in level walking, from
+midstance to its peak (Oxford Foot Model, method of [Stebbins2006]_, curves of
+:mod:`plantigrade.models.textbook_gait`)."""
 
-FOURTH = "contact_lateral_phalanges_metatarsal_4"  # where the joint of the lateral toes is
-ROUNDS = 4  # of pose and planes, on curved ground
+# location of the joint of the lateral toes
+FOURTH_METATARSAL_HEAD = "contact_lateral_phalanges_metatarsal_4"
+MAX_PLANE_ROUNDS = 4  # [1] iterations of pose and planes on curved ground
 
 
 def marks(*names: str) -> Bool[Array, " 6"]:
-    """Return which of :data:`MARKS` are named.
+    """Return the mask of named :data:`MARKS`.
 
     Raises:
         ParameterError: If a name is none of them.
@@ -85,12 +90,12 @@ class FootPose:
     Attributes:
         rotation: From the foot (``foot_r``: the ankle frame, free of the shank) to the world.
         angles: The hinges within the foot, in the order of :attr:`FootPoser.coordinates` [rad].
-            Those of segments that are not marked are zero. They may lie beyond the joints' limits.
-        shift: How far the ankle was moved along the normal so that the marked segments touch [m];
-            zero where it is within reach.
+            Angles of unmarked segments are zero. Angles may exceed the joints' limits.
+        shift: Displacement of the ankle along the normal for contact of the marked segments [m];
+            zero within reach.
         clearance: Height of every contact sphere of :attr:`FootPoser.spheres` above the ground [m].
-        undetermined: Where the input left a direction open: a joint straight above or below the
-            ankle that has to move, a half-turn, a foot that faces along the normal.
+        undetermined: Frames with an undetermined direction: a joint vertically above or below the
+            ankle, a half-turn, a foot facing along the normal.
     """
 
     rotation: Float[Array, "n 3 3"]
@@ -101,7 +106,7 @@ class FootPose:
 
 
 class _Found(NamedTuple):
-    """A pose, and where the centres of its contact spheres are [m]."""
+    """A pose with the centres of its contact spheres [m]."""
 
     rotation: np.ndarray
     angles: np.ndarray
@@ -111,23 +116,23 @@ class _Found(NamedTuple):
 
 
 class FootPoser:
-    """Poses one foot of a person.
+    """Computes poses of one foot of a person.
 
     Args:
         human: The person; its feet are ``multi-segment``.
         side: ``"r"`` or ``"l"``.
 
     Attributes:
-        side: Which foot.
+        side: The foot.
         sign: 1 for the right foot, -1 for the left one.
         coordinates: Names of the hinges of :attr:`FootPose.angles`.
         spheres: Names of the contact spheres of :attr:`FootPose.clearance`.
-        segment: Which of :data:`SEGMENTS` each of them belongs to, as an index.
-        toes: How far the tips of medial and lateral toes are from their joints [m].
-        standing: Height of the ankle above level ground when the foot stands on it [m].
+        segment: Index in :data:`SEGMENTS` of each sphere.
+        toes: Distances of the tips of medial and lateral toes from their joints [m].
+        standing: Height of the ankle of a standing foot above level ground [m].
 
     Raises:
-        ParameterError: If the feet are of another kind.
+        ParameterError: If the feet are not multi-segment.
     """
 
     def __init__(self, human: Human, side: str):
@@ -150,15 +155,15 @@ class FootPoser:
         self.segment = np.repeat(np.arange(4), [len(b.contacts) for b in parts])
         soles = [_sole(spheres) for spheres in _lying(parts)]
         normals = np.array([normal for normal, _ in soles])
-        self._sole_axes = axes_upon(normals, np.eye(3)[0])[0].swapaxes(1, 2)
+        self._sole_axes = axes_from(normals, np.eye(3)[0])[0].swapaxes(1, 2)
         back = [c for c in parts[HEEL].contacts if c.name.startswith("heel_back")]
         edge = np.mean([c.position for c in back], axis=0) + self._joint[HEEL]
-        self._bend = _bent(BEND)
+        self._bend = _bent(MAX_TOE_BEND)
         tips = [c for c in parts[MEDIAL_TOES].contacts if c.name in ("toe_1", "toe_2")]
         ends = (parts[MEDIAL_TOES], "toe_2"), (parts[LATERAL_TOES], "toe_4")
         self.toes = [c.position[0] for b, name in ends for c in b.contacts if c.name == name]
         tip = self._bend @ np.mean([c.position for c in tips], axis=0) + self._joint[MEDIAL_TOES]
-        # What has to be how high: heel, cuboid, third toe, fourth toe, edge of the heel, toe tips.
+        # required heights: heel, cuboid, third toe, fourth toe, edge of the heel, toe tips
         fourth = self._joint[LATERAL] + self._joint[LATERAL_TOES]
         self._pivots = np.array([*self._joint[:3], fourth, edge, tip])
         self._carries = np.array([HEEL, LATERAL, MEDIAL_TOES, LATERAL_TOES, HEEL, MEDIAL_TOES])
@@ -172,7 +177,7 @@ class FootPoser:
         self.standing = float(-standing.min())
 
     def _origin(self, k: int) -> np.ndarray:
-        """Return where a segment's joint is in the foot while all joints are at zero [m]."""
+        """Return the position of a segment's joint in the foot at zero angles [m]."""
         return self._joint[k] + (self._joint[LATERAL] if k == LATERAL_TOES else 0.0)
 
     def pose(
@@ -186,9 +191,9 @@ class FootPoser:
 
         Args:
             ankle: Ankle joint centre, world [m].
-            facing: Rotation from the foot to the world in a motion that knows no bones: the foot
-                is turned from it as little as possible, and its toes point where it points.
-            marked: Which of :data:`SEGMENTS` (or :data:`MARKS`) press the ground.
+            facing: Rotation from the foot to the world in a motion without foot bones, from which
+                the foot deviates as little as possible and which gives the heading of the toes.
+            marked: Mask of the loaded :data:`SEGMENTS` (or :data:`MARKS`).
             ground: The ground; level at height zero if not given.
 
         Raises:
@@ -214,7 +219,7 @@ class FootPoser:
         return FootPose(*out)
 
     def _one_pattern(self, ankle, facing, pattern, ground: Ground) -> FootPose:
-        """Return the pose of frames that have the same segments marked."""
+        """Return the pose of frames with the same marked segments."""
         solve, n = self._solver(pattern), ground.normal
         if not (ground.uneven or ground.steps):
             wanted = (ground.height + self._heights)[None]
@@ -223,7 +228,7 @@ class FootPoser:
             return FootPose(found.rotation, found.angles, found.shift, clearance, found.open)
         found, aslant = None, self._radius
         spheres = ankle[:, None] + (facing @ self._at_rest.T).swapaxes(1, 2)
-        for k in range(ROUNDS):
+        for k in range(MAX_PLANE_ROUNDS):
             if k == 1:  # the spheres are near their places: the ground there is as steep as this
                 aslant = self._radius / (ground.normal_at(spheres) @ n)
             normals, wanted = self._planes(spheres, ankle, facing, found, aslant, ground)
@@ -236,7 +241,7 @@ class FootPoser:
         return FootPose(found.rotation, found.angles, found.shift, clearance, found.open)
 
     def _planes(self, spheres, ankle, facing, found, aslant, ground: Ground):
-        """Return the normal of the ground under each segment and how high each joint has to be.
+        """Return the ground normal under each segment and the required height of each joint.
 
         The plane of a segment is the one through the ground under its spheres that comes closest
         to all of them, raised until it lies above all.
@@ -246,7 +251,9 @@ class FootPoser:
         moved = ankle if found is None else ankle + found.shift[:, None] * ground.normal
         joints = moved[:, None] + (rotation @ self._pivots.T).swapaxes(1, 2)
         if found is not None:  # the fourth toe, as far as the lateral metatarsals are bent
-            joints[:, LATERAL_TOES] = spheres[:, self.spheres.index(f"{FOURTH}_{self.side}")]
+            joints[:, LATERAL_TOES] = spheres[
+                :, self.spheres.index(f"{FOURTH_METATARSAL_HEAD}_{self.side}")
+            ]
         below = ground.under(spheres)
         near = np.array(ankle)  # of places far from the origin squares lose digits
         x, at = ((spheres - near[:, None]) @ axes)[..., :2], (joints - near[:, None]) @ axes
@@ -256,7 +263,7 @@ class FootPoser:
         up = np.ones((len(ankle), 4, 3))
         up[..., :2] = -slope
         length = np.sqrt((up * up).sum(axis=-1))
-        # A sphere on a slope touches it beside its lowest point, which is the higher for it.
+        # on a slope a sphere touches the ground beside its lowest point
         high = (below + aslant)[:, None] - self._radius * length[..., None]
         high -= slope @ x.swapaxes(1, 2) + outside
         base = high.max(axis=2)  # of the plane, over the ankle
@@ -268,20 +275,20 @@ class FootPoser:
 
     @cached_property
     def _under(self) -> tuple[np.ndarray, np.ndarray]:
-        """The spheres that tell each segment's plane: what each counts, and those that do not.
+        """Weights of the spheres that determine each segment's plane, and the unused spheres.
 
-        The lateral rays lie on their heads too. Where a sphere is none of a segment's, the second
-        is infinite.
+        The lateral rays include their heads. The second array is infinite for spheres of other
+        segments.
         """
         own = self.segment == np.arange(4)[:, None]
         own[LATERAL] |= own[LATERAL_TOES] & np.array(["_metatarsal_" in s for s in self.spheres])
         return own / own.sum(axis=1, keepdims=True), np.where(own, 0.0, np.inf)
 
     def _prepared(self, pattern: tuple[bool, ...]):
-        """Return the function that poses frames of one pattern of marks.
+        """Return the function for poses of frames with one pattern of marks.
 
-        It takes ankle, facing, normal of the ground, normals of the segments' planes and how high
-        each pivot has to be.
+        Its arguments are ankle, facing, ground normal, normals of the segments' planes and the
+        required height of each pivot.
         """
         marked = dict(zip(MARKS, (*pattern, False, False), strict=False))
         heel, lateral, medial, toes = (marked[name] for name in SEGMENTS)
@@ -290,7 +297,10 @@ class FootPoser:
         hold += [LATERAL_TOES] * (toes and not (lateral or medial))
         rolling = marked[TOE_TIPS] and not (medial or toes)
         hold += [TIPS] * rolling
-        find, again = NormalSeen(self._pivots[hold]), NormalSeen(self._joint[LATERAL_TOES][None])
+        find, again = (
+            GroundNormal(self._pivots[hold]),
+            GroundNormal(self._joint[LATERAL_TOES][None]),
+        )
         pressing = [heel or marked[HEEL_EDGE], lateral, medial or rolling, toes or rolling]
         aloft = ~np.array(pressing)[self.segment]
         others = self._at_rest[aloft], self._radius[aloft]
@@ -311,7 +321,7 @@ class FootPoser:
             Q[:] = R[:, None]
             joints = origin[:, None] + self._joint @ R.swapaxes(1, 2)
             if flat is not None:
-                axes, along = axes_upon(normals, facing[:, None, :, 0], R[:, None, :, 0])
+                axes, along = axes_from(normals, facing[:, None, :, 0], R[:, None, :, 0])
                 axes = axes if len(axes[0]) == 1 else axes[:, flat]
                 Q[:, flat] = axes @ self._sole_axes[flat]
                 open_ = open_ | along.any(axis=1)
@@ -342,7 +352,7 @@ class FootPoser:
 
 
 def _as_slice(index: list[int]) -> slice | list[int] | None:
-    """Return sorted indices as a slice where they are in a row; None where there are none."""
+    """Return sorted indices as a slice if contiguous; None for an empty list."""
     if not index:
         return None
     whole = index == list(range(index[0], index[-1] + 1))
@@ -350,20 +360,20 @@ def _as_slice(index: list[int]) -> slice | list[int] | None:
 
 
 def _bent(angle: float) -> np.ndarray:
-    """Return the rotation of toes bent upwards by an angle [rad]."""
+    """Return the rotation of toes extended by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
 def _slopes(share, x, z, middle, level):
-    """Return the slopes of the planes that are closest to heights z at places x.
+    """Return the slopes of the least-squares planes through heights z at positions x.
 
     Args:
-        share: What each place counts for each plane, (k, m); one in all.
-        x: The places, (n, m, 2).
-        z: The heights, (n, m).
-        middle: Their means, (n, k, 2).
-        level: Those of the heights, (n, k).
+        share: Weights of the positions for each plane, (k, m), with unit sum.
+        x: Positions, (n, m, 2).
+        z: Heights, (n, m).
+        middle: Mean positions, (n, k, 2).
+        level: Mean heights, (n, k).
     """
     off = np.empty((*level.shape, len(share[0]), 3))
     off[..., :2] = x[:, None] - middle[:, :, None]
@@ -388,9 +398,9 @@ def _sole(spheres: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, float]:
 
 
 def _lying(parts: list[Body]):
-    """Return centres and radii of the spheres each segment lies on, in its axes [m].
+    """Return centres and radii of the contact spheres of each segment, in its axes [m].
 
-    The lateral metatarsals lie on their heads too, which belong to the toes.
+    The lateral metatarsals include their heads, which belong to the toes.
     """
     spheres = [
         (np.array([c.position for c in b.contacts]), np.array([c.radius for c in b.contacts]))

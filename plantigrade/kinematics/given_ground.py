@@ -16,8 +16,8 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import moving_ground
-from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.sole_rests import MIN_REST_TIME, STILL_SPEED, point_speed
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
@@ -92,11 +92,11 @@ def standing_feet(
             points = position[:, soles.of(side, region)]
             if not points.shape[1]:  # a foot of one segment without a ball
                 continue
-            still &= point_speed(time, points.mean(axis=1)) < STILL
+            still &= point_speed(time, points.mean(axis=1)) < STILL_SPEED
             low.append(points[..., 2].min(axis=1))
         own = position[:, soles.of(side)]
         for run in runs(still):
-            if time[run.stop - 1] - time[run.start] >= SHORTEST:
+            if time[run.stop - 1] - time[run.start] >= MIN_REST_TIME:
                 x = np.median(own[run, :, 0], axis=0)
                 places.append([x.min(), x.max()])
                 height = np.mean([z[run] for z in low], axis=0)

@@ -4,16 +4,16 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.rests import SHORTEST, STILL, point_speed
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
+from plantigrade.kinematics.sole_rests import MIN_REST_TIME, STILL_SPEED, point_speed
 from plantigrade.models import Human
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
-STEEPEST = 0.035  # a steeper slope is real, not a tilt of the laboratory
-LEVELS = 0.04  # heights of rest that differ by less belong to one level [m]
+MAX_FLOOR_SLOPE = 0.035  # [1] maximum slope attributed to a tilted laboratory
+MIN_LEVEL_DIFFERENCE = 0.04  # [m] minimum difference of separate ground levels
 
 
 def ground_height(recording: Recording) -> float:
@@ -22,7 +22,7 @@ def ground_height(recording: Recording) -> float:
     Plates whose corners do not lie in one level tell nothing.
     """
     corners = [plate.corners[:, 2] for plate in recording.plates if plate.corners is not None]
-    if not corners or not np.isfinite(corners).all() or np.ptp(corners) > LEVELS:
+    if not corners or not np.isfinite(corners).all() or np.ptp(corners) > MIN_LEVEL_DIFFERENCE:
         return 0.0
     return float(np.mean(corners))
 
@@ -56,7 +56,7 @@ def ground_under(
 
     The heights at which the feet come to rest tell the level of the ground; of several levels (a
     stair, a box, a foot held still in the air) the lowest with a tenth of the time counts. Where
-    feet rest at more than two places, a slope of at most :data:`STEEPEST` is taken too: the
+    feet rest at more than two places, a slope of at most :data:`MAX_FLOOR_SLOPE` is taken too: the
     floor of a capture volume is rarely level to a degree.
     """
     places = _resting_places(human, qpos, rate, way)
@@ -64,15 +64,15 @@ def ground_under(
         return None
     level, weight, spots = places
     low = _quantile(level, weight, 0.1)
-    near = np.abs(level - low) <= LEVELS
+    near = np.abs(level - low) <= MIN_LEVEL_DIFFERENCE
     plane = np.array([_quantile(level[near], weight[near], 0.5), 0.0, 0.0])
     centre = spots[near].mean(axis=0)
     for _ in range(5):
         slope = np.hypot(*plane[1:])
-        if np.ptp(spots, axis=0).max() < 1.0 or slope > STEEPEST:
+        if np.ptp(spots, axis=0).max() < 1.0 or slope > MAX_FLOOR_SLOPE:
             break
         here = plane[0] + (spots - centre) @ plane[1:]
-        near = np.abs(level - here) <= LEVELS
+        near = np.abs(level - here) <= MIN_LEVEL_DIFFERENCE
         if near.sum() < 3:
             break
         # Slopes across the path rest on little: they are held near zero.
@@ -82,7 +82,7 @@ def ground_under(
         system = np.vstack([A * w[:, None], np.diag(spread)])
         right = np.concatenate([level[near] * w, [1e-4 * plane[0], 0.0, 0.0]])
         plane = np.linalg.lstsq(system, right, rcond=None)[0]
-    if np.hypot(*plane[1:]) > STEEPEST:
+    if np.hypot(*plane[1:]) > MAX_FLOOR_SLOPE:
         plane = np.array([_quantile(level[near], weight[near], 0.5), 0.0, 0.0])
     here = qpos[:, :2] - (0.0 if way is None else way[:, :2])
     low, high = spots.min(axis=0), spots.max(axis=0)
@@ -101,9 +101,9 @@ def _resting_places(human, qpos, rate, way):
         which = height.argmin(axis=1)
         every = np.arange(len(qpos))
         speed = np.stack([point_speed(time, position[:, i]) for i in index], axis=1)
-        still = speed[every, which] < STILL
+        still = speed[every, which] < STILL_SPEED
         for run in runs(still):
-            if run.stop - run.start >= max(2, SHORTEST * rate):
+            if run.stop - run.start >= max(2, MIN_REST_TIME * rate):
                 levels.append(float(np.median(height[run].min(axis=1))))
                 weights.append(float(run.stop - run.start))
                 spots.append(np.median(position[run][:, index, :2].mean(axis=1), axis=0))

@@ -24,15 +24,14 @@ from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
-FEWEST_POINTS = 3  # measured points that tell where the root is
+MIN_POINTS = 3  # [1] minimum number of measured points that determine the root
 
-# Pull on each hinge towards the rest posture, in the units of squared metres per squared radian
-# of the marker term: a centimetre of marker error weighs as much as two radians of posture.
+# [m²/rad²] weight of each hinge's deviation from the rest posture; a centimetre of marker error
+# equals two radians of posture
 POSTURE_WEIGHT = 2.5e-5
-# Small joints move little and hang on few markers a hand's breadth away: there the pull is what
-# their usual range (standard deviation [rad]) says against a marker's noise of 6 mm. The lateral
-# rays turn about 10 deg each way against the tarsus in cadavers [Ouzounian1989]_; toes that one
-# marker sees bend and do little else.
+# [rad] standard deviation of small joints, which move little and depend on few nearby markers;
+# their weight is relative to a marker noise of 6 mm. The lateral rays rotate about 10 deg each way
+# against the tarsus in cadavers [Ouzounian1989]_; toes with one marker mainly flex.
 SMALL_JOINTS = {
     "subtalar_angle": 0.12,
     "ankle_rotation": 0.12,
@@ -50,10 +49,10 @@ SMALL_JOINTS = {
     "mtp4_inversion": 0.04,
     "mtp4_adduction": 0.10,
 }
-# Where so many markers see both segments of a joint of a multi-segment foot, they decide alone.
-ENOUGH_MARKERS = 3
+# [1] number of markers on both segments of a foot joint that replaces its posture weight
+MIN_JOINT_MARKERS = 3
 _FOOT_JOINTS = ("subtalar_", "ankle_", "heel_", "cuboid_", "mtp")
-_NOISE = 0.006  # of a measured point, standard deviation [m]
+_NOISE = 0.006  # [m] standard deviation of a measured point
 
 
 def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
@@ -64,7 +63,7 @@ def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
     model, human = points.model, points.human
     count = np.bincount(points.body, minlength=model.nbody)
     body = model.jnt_bodyid[1:]
-    driven = np.minimum(count[body], count[model.body_parentid[body]]) >= ENOUGH_MARKERS
+    driven = np.minimum(count[body], count[model.body_parentid[body]]) >= MIN_JOINT_MARKERS
     driven &= human.feet == "multi-segment"
     weights = np.full(len(human.coordinates), POSTURE_WEIGHT)
     for i, name in enumerate(human.coordinates):
@@ -291,7 +290,7 @@ def track(
     previous = start
     velocity = np.zeros(model.nv)
     seen = np.all(np.isfinite(measured), axis=2)
-    placed = seen.sum(axis=1) >= FEWEST_POINTS
+    placed = seen.sum(axis=1) >= MIN_POINTS
     told = ((seen @ solver.points.moved[:, 0, 6:]) > 0) & placed[:, None]
     lost = ~told & told.any(axis=0)
     usual = solver.posture, solver.rest

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plantigrade.kinematics.exchanged import Exchange, Landmarks, exchanged_by_anatomy
+from plantigrade.kinematics.exchanged_labels import Exchange, Landmarks, exchanged_by_anatomy
 from plantigrade.kinematics.standing_trial import exchanged_by_standing, require_same_person
 from plantigrade.kinematics.wrists import exchanged_wrists
 from plantigrade.models import Human
@@ -14,7 +14,7 @@ from plantigrade.motion import Recording
 
 
 @dataclass(frozen=True)
-class Relabelled:
+class CorrectedLabels:
     """A recording and its standing trial with every marker under its own label.
 
     Attributes:
@@ -30,13 +30,13 @@ class Relabelled:
     notes: tuple[str, ...] = ()
 
 
-def relabelled(
+def corrected_labels(
     recording: Recording,
     static: Recording | None,
     human: Human,
     names: Sequence[str],
     placed: Mapping[str, Attachment | None],
-) -> Relabelled:
+) -> CorrectedLabels:
     """Put exchanged labels back: by anatomy, rigidity and the standing trial.
 
     Args:
@@ -71,7 +71,7 @@ def relabelled(
         recording = replace(recording, markers=found.undone(recording.markers))
         markers = found.undone(markers)
         require_same_person(markers, static.markers, segments, static.source)
-    return Relabelled(recording, static, tuple(exchanged), tuple(notes))
+    return CorrectedLabels(recording, static, tuple(exchanged), tuple(notes))
 
 
 def _as_anatomy_has_it(

@@ -30,7 +30,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Reached:
+class LegSolution:
     """Postures whose legs reach given foot poses.
 
     Attributes:
@@ -60,7 +60,7 @@ class LegInverse:
         qpos: Float[Array, "n_frames nq"],
         ankle: Float[Array, "n_frames 2 3"],
         foot: Float[Array, "n_frames 2 3 3"],
-    ) -> Reached:
+    ) -> LegSolution:
         """Return postures with the same pelvis, trunk and arms whose feet are elsewhere.
 
         A foot out of reach is put where the leg, straight (or bent as far as it goes), points to
@@ -80,7 +80,7 @@ class LegInverse:
             turn = pelvis.transpose(0, 2, 1) @ foot[:, i]
             angles, missed[:, i], turned[:, i] = leg.angles(out[:, 7:], to, turn)
             out[:, 7 + leg.hinges] = angles
-        return Reached(out, missed, turned)
+        return LegSolution(out, missed, turned)
 
 
 class _Leg:

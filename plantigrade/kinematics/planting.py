@@ -11,20 +11,20 @@ from scipy.ndimage import distance_transform_cdt
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.inverse import InverseKinematics, Terms, follow
-from plantigrade.kinematics.rests import ContactFrames, find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
 from plantigrade.models import Human
 
-LANDING = 0.12  # time over which a foot comes to its spot on the ground and leaves it [s]
-SLIDES = 0.03  # a foot that rests for a second and strays further slides or pivots indeed [m]
-SINKS = 0.002  # a point this deep in the ground is lifted in another pass [m]
-PASSES = 4  # of planting and lifting, at most
-_PLANTED = 1.0  # weight of the foot's points
-_HELD = {"pelvis": 0.06, "knee": 0.01}  # weights of points that stay where they were
-_STEADY = 3.0  # weight of points on a pelvis that keeps its position
-_SPREAD = 0.006  # error of a sole that weighs as much as a joint angle changed by its spread [m]
-_POSTURE = 4e-4  # pull of each hinge to where it was [m^2/rad^2]
-_FOOT_POSTURE = 2e-3  # the same of joints within the foot
+FADE_TIME = 0.12  # [s] time of a foot to settle on the ground and to leave it
+MAX_DRIFT = 0.03  # [m] maximum drift of a foot at rest for a second; more is sliding or pivoting
+MAX_DEPTH = 0.002  # [m] depth of a point that causes another pass
+MAX_PASSES = 4  # [1] maximum number of passes of planting and lifting
+_FOOT_WEIGHT = 1.0  # [1] weight of the foot's points
+_BODY_WEIGHTS = {"pelvis": 0.06, "knee": 0.01}  # [1] weights of points that keep their position
+_PELVIS_WEIGHT = 3.0  # [1] weight of points on a pelvis that keeps its position
+_SOLE_ERROR = 0.006  # [m] sole error equivalent to a joint angle's spread
+_POSTURE_WEIGHT = 4e-4  # [m²/rad²] weight of each hinge's change
+_FOOT_POSTURE_WEIGHT = 2e-3  # [m²/rad²] weight of changes of joints within the foot
 
 
 def plant_feet(
@@ -63,14 +63,14 @@ def plant_feet(
     if rests is None:
         rests = find_rests(contact, rate, way=path, stance=stance)
     solver, held = _planting_solver(human, contact, spread)
-    fade = max(2, round(LANDING * rate))
+    fade = max(2, round(FADE_TIME * rate))
     wanted, weight = _wanted(contact, rests, path, fade)
     # The pelvis and knees follow the feet's common lift, so that legs keep their angles.
     lift = ((wanted - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
     if spread is not None:
         lift = np.zeros(n)
     result = qpos
-    for attempt in range(PASSES):
+    for attempt in range(MAX_PASSES):
         values = np.array([solver.values(q)[-len(held) :] for q in qpos])
         values[..., 2] += lift[:, None]
         goal = wanted.copy()
@@ -79,16 +79,16 @@ def plant_feet(
             solver,
             np.concatenate([goal, values], axis=1),
             result if attempt else qpos,
-            weights=np.concatenate([_PLANTED * weight, np.tile(held, (n, 1))], axis=1),
+            weights=np.concatenate([_FOOT_WEIGHT * weight, np.tile(held, (n, 1))], axis=1),
             rest=qpos[:, 7:],
             progress=progress if attempt == 0 else None,
         )
         # Points that sink all the same are asked for again, above the ground by as much.
         depth = np.maximum(0.0, -sole_paths(human, result).position[..., 2])
-        sunk = depth > SINKS
+        sunk = depth > MAX_DEPTH
         if not sunk.any():
             break
-        wanted[..., 2] += np.where(depth > 0.5 * SINKS, np.minimum(depth, 0.02), 0.0)
+        wanted[..., 2] += np.where(depth > 0.5 * MAX_DEPTH, np.minimum(depth, 0.02), 0.0)
         weight = np.where(sunk, np.minimum(4.0 * weight, 16.0), weight)
     return result
 
@@ -111,7 +111,7 @@ def lead_pelvis(
     solver, held = _planting_solver(human, contact, spread)
     goal = np.array([solver.values(q) for q in qpos])
     goal[:, len(contact.sites) :, :2] += shift[:, None]
-    weights = np.concatenate([np.full(len(contact.sites), _PLANTED), held])
+    weights = np.concatenate([np.full(len(contact.sites), _FOOT_WEIGHT), held])
     return follow(solver, goal, qpos, weights=np.tile(weights, (len(qpos), 1)), rest=qpos[:, 7:])
 
 
@@ -120,17 +120,17 @@ def _planting_solver(human: Human, contact: SolePaths, spread: Mapping[str, floa
     points = [(site.body, np.array(site.position)) for site in contact.sites]
     points += [("pelvis", offset) for offset in (np.zeros(3), *(0.25 * np.eye(3)))]
     points += [human.skeleton.parts[f"tibia_{side}"] for side in SIDES]
-    held = [_HELD["pelvis"]] * 4 + [_HELD["knee"]] * 2
+    held = [_BODY_WEIGHTS["pelvis"]] * 4 + [_BODY_WEIGHTS["knee"]] * 2
     terms = Terms(human, points, [(i, -1) for i in range(len(points))])
     solver = InverseKinematics(terms, tolerance=1e-4, max_iterations=12)
     inner = [c.startswith(("mtp", "cuboid", "heel")) for c in human.coordinates]
-    solver.posture = np.where(inner, _FOOT_POSTURE, _POSTURE)
+    solver.posture = np.where(inner, _FOOT_POSTURE_WEIGHT, _POSTURE_WEIGHT)
     if spread is not None:
-        held = [_STEADY] * 4 + [0.0] * 2
+        held = [_PELVIS_WEIGHT] * 4 + [0.0] * 2
         usual = float(np.deg2rad(5.0))
         plain = [c.removesuffix("_r").removesuffix("_l") for c in human.coordinates]
         wide = np.array([spread.get(name, usual) for name in plain])
-        solver.posture = (_SPREAD / wide) ** 2
+        solver.posture = (_SOLE_ERROR / wide) ** 2
     return solver, np.array(held)
 
 
@@ -150,7 +150,7 @@ def _wanted(contact: SolePaths, rests: list[ContactFrames], way: np.ndarray, fad
         path = position[frames, index]
         centre = path.mean(axis=1)[:, :2]
         spot = np.median(position[core][:, index, :2].mean(axis=1), axis=0)
-        if len(centre) > 8 * fade and np.linalg.norm(centre - spot, axis=1).max() > SLIDES:
+        if len(centre) > 8 * fade and np.linalg.norm(centre - spot, axis=1).max() > MAX_DRIFT:
             spot = _slow(centre, fade)
         shift[frames, index, :2] = (spot - centre)[:, None]
         shift[frames, index, 2] = -path[..., 2]

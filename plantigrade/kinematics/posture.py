@@ -19,10 +19,11 @@ from plantigrade.models.landmarks import BONE_SPREAD, SKIN_SPREAD, Attachment, a
 from plantigrade.printable import listed
 from plantigrade.spatial.conventions import PELVIS
 
-MOST_FRAMES = 200  # as many are looked at, evenly spread
-AT_STOP = np.deg2rad(0.5)
-"""A joint this near to a limit is at it: the low-pass of the motion rounds the corners [rad]."""
-ARMS = ("elbow_flex", "pro_sup", "wrist_flex", "wrist_dev")
+MAX_FRAMES = 200  # [1] maximum number of evaluated frames, evenly spread
+LIMIT_TOLERANCE = np.deg2rad(0.5)
+"""Distance from a limit at which a joint counts as being at it [rad]; the low-pass rounds
+corners."""
+ARM_COORDINATES = ("elbow_flex", "pro_sup", "wrist_flex", "wrist_dev")
 
 
 def posture_figures(
@@ -54,11 +55,11 @@ def posture_figures(
     names, values = human.to_coordinates(qpos)
     mean = {n: float(np.rad2deg(values[:, i].mean())) for i, n in enumerate(names)}
     pelvis = leans(human, _few(qpos), "asis_r")[:, 0]
-    arms = [c for c in human.coordinates if without_side(c) in ARMS]
+    arms = [c for c in human.coordinates if without_side(c) in ARM_COORDINATES]
     hinges = [human.hinge(c) for c in arms]
     low, high = human.limits[:, hinges]
     arm = qpos[:, 7:][:, hinges]
-    stopped = ((arm < low + AT_STOP) | (arm > high - AT_STOP)).mean(axis=0)
+    stopped = ((arm < low + LIMIT_TOLERANCE) | (arm > high - LIMIT_TOLERANCE)).mean(axis=0)
     figures = {
         "pelvis_tilt_plane_mean_deg": SPINE_PLANE - mean[PELVIS[0]],
         "pelvis_plane_lean_mean_deg": SPINE_PLANE + float(pelvis.mean()),
@@ -89,7 +90,7 @@ def lean_figures(human: Human, qpos: Float[Array, "n_frames nq"]) -> dict[str, f
 
 
 def _few(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_few nq"]:
-    return qpos[np.unique(np.linspace(0, len(qpos) - 1, MOST_FRAMES).astype(int))]
+    return qpos[np.unique(np.linspace(0, len(qpos) - 1, MAX_FRAMES).astype(int))]
 
 
 def pelvis_notes(

@@ -13,8 +13,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import require_known
 from plantigrade.kinematics.given_ground import GivenGround
-from plantigrade.kinematics.label_repair import relabelled
-from plantigrade.kinematics.plausible import (
+from plantigrade.kinematics.label_repair import corrected_labels
+from plantigrade.kinematics.plausibility import (
     require_human_size,
     require_one_person,
     without_far_samples,
@@ -30,10 +30,10 @@ from plantigrade.motion import Markers, Recording
 from plantigrade.motion.filters import runs
 from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 
-USUAL_HEIGHT = 1.72  # initial stature of the calibration, where none is given [m]
-STATIC_FRAMES = 6  # of a standing trial, evenly spread
-MIN_VISIBLE_SHARE = 0.75  # smallest share of visible markers of a frame that is fitted
-MIN_SHARED_MARKERS = 6  # fewest known markers that a standing trial shares with the recording
+USUAL_HEIGHT = 1.72  # [m] initial stature of the calibration without a given one
+STATIC_FRAMES = 6  # [1] evenly spread frames of a standing trial
+MIN_VISIBLE_SHARE = 0.75  # [1] minimum share of visible markers of a fitted frame
+MIN_SHARED_MARKERS = 6  # [1] minimum number of known markers shared with the standing trial
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def prepare(
     require_known([n for n in names if n in markers.names], placed)
     require_one_person(known, recording.source)
     require_human_size(columns(markers, known)[start:stop], recording.source)
-    right = relabelled(recording, static, human, names, placed)
+    right = corrected_labels(recording, static, human, names, placed)
     recording, static, markers = right.recording, right.static, right.recording.markers
     assert markers is not None
     notes += right.notes

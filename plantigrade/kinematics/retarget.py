@@ -29,13 +29,13 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import contact_metrics, find_rests
 from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.unknown_size import stature_notes
-from plantigrade.kinematics.unmeasured import follow_the_legs, note, unmeasured
+from plantigrade.kinematics.sole_rests import contact_metrics, find_rests
+from plantigrade.kinematics.stature_estimate import stature_notes
+from plantigrade.kinematics.unmeasured_joints import follow_the_legs, note, unmeasured
 from plantigrade.models.joint_names import identify
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
@@ -46,8 +46,9 @@ from plantigrade.motion.turning import quarter_turn_to_face_x, turn
 from plantigrade.notes import Info
 from plantigrade.printable import listed
 
-SCALE_TOLERANCE = 0.06  # of a given stature against the skeleton's, before the file is rescaled
-UNEVEN = 0.08  # feet that sink deeper than this before they are planted are worth a word [m]
+# [1] maximum relative difference of given and skeleton stature without rescaling
+SCALE_TOLERANCE = 0.06
+MAX_PENETRATION = 0.08  # [m] penetration of feet before planting that is reported
 
 
 def fit_skeleton(
@@ -152,7 +153,7 @@ def fit_skeleton(
             "removed."
         )
     sunk = float(before.penetration.max())
-    if rests and sunk > UNEVEN:
+    if rests and sunk > MAX_PENETRATION:
         notes.append(
             f"feet were up to {1e3 * sunk:.0f} mm under the level ground (uneven terrain?); they "
             "were lifted onto it."

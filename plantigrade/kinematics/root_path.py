@@ -9,9 +9,9 @@ from plantigrade.models import Human
 from plantigrade.motion.filters import lowpass
 from plantigrade.spatial.conventions import rotation_matrix
 
-PASSING = 0.3  # feet that move apart faster than this along the way pass one another [m/s]
-AS_LOW = 0.04  # a foot higher than this above the other does not stand [m]
-SMOOTH = 6.0  # nothing of a walking pelvis is faster than this [Hz] [Winter2009]_
+MIN_PASSING_SPEED = 0.3  # [m/s] minimum relative speed of feet that pass each other
+MAX_STANCE_HEIGHT = 0.04  # [m] maximum height of the stance foot above the other
+PELVIS_CUTOFF = 6.0  # [Hz] low-pass of the pelvis in walking [Winter2009]_
 
 
 def forward_path(
@@ -49,8 +49,8 @@ def forward_path(
         w = close[k] + close[k + 1]
         moved = position[k + 1, :, :2] - position[k, :, :2]
         step[k + 1] = -(w @ moved) / w.sum()
-    if rate > 3.0 * SMOOTH:
-        step[1:] = lowpass(np.arange(1, n) / rate, step[1:], cutoff=SMOOTH)
+    if rate > 3.0 * PELVIS_CUTOFF:
+        step[1:] = lowpass(np.arange(1, n) / rate, step[1:], cutoff=PELVIS_CUTOFF)
     result[:, :2] = np.cumsum(step, axis=0)
     if vertical:
         result[:, 2] -= bottom
@@ -70,8 +70,8 @@ def _falls_behind(qpos, position, sides, rate: float) -> Float[Array, "n_frames 
         moved = np.gradient(mine[..., :2].mean(axis=1), axis=0) * rate
         speed[:, k] = np.einsum("nd,nd->n", moved, ahead)
         low[:, k] = mine[..., 2].min(axis=1)
-    apart = np.abs(speed[:, 0] - speed[:, 1]) > PASSING
-    passing = apart & (np.abs(low[:, 0] - low[:, 1]) < AS_LOW)
+    apart = np.abs(speed[:, 0] - speed[:, 1]) > MIN_PASSING_SPEED
+    passing = apart & (np.abs(low[:, 0] - low[:, 1]) < MAX_STANCE_HEIGHT)
     behind, rows = speed.argmin(axis=1), np.arange(len(qpos))
     # Walking forward, the foot that falls behind is the lower one on the mean; backward, the other.
     if np.sum((low[rows, behind] - low[rows, 1 - behind])[apart]) > 0:

@@ -26,14 +26,14 @@ from plantigrade.kinematics.prepare import (
 )
 from plantigrade.kinematics.result import Progress, counter, human_of
 from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.unknown_size import doubts_of_stature, with_unknown_size
+from plantigrade.kinematics.stature_estimate import stature_warnings, with_unknown_size
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.motion import Recording
 
-CALIBRATION_FRAMES = 24  # frames of all trials together; they cover the range of each joint
-MIN_TRIAL_FRAMES = 4  # fewest of them from each trial
+CALIBRATION_FRAMES = 24  # [1] frames of all trials together, which cover the range of each joint
+MIN_TRIAL_FRAMES = 4  # [1] minimum number of frames per trial
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def scale(
         return scaled(usual, place_markers(names, usual, marker_set), None).human
 
     calibration = scaled(one.human, placed, one.person.height)
-    doubts = doubts_of_stature(
+    doubts = stature_warnings(
         one.person,
         calibration.human,
         calibration.places,

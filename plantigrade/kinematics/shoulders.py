@@ -28,7 +28,7 @@ START_ANGLES = (
     (-0.8, -0.5, 0.0),
 )
 """Initial guesses of an arm: flexion, adduction, rotation [rad]."""
-START_ELBOW = 0.6  # elbow flexion of these initial guesses [rad]
+START_ELBOW = 0.6  # [rad] elbow flexion of these initial guesses
 HOLD_WEIGHT = 2e-3
 """Weight that holds flexion and rotation of a horizontal arm at their values of the frame before
 [m²/rad²]. There, 1 rad of both moves an elbow 3° off the axis by 15 mm, which this weight balances;

@@ -9,12 +9,12 @@ from plantigrade.kinematics.inverse import InverseKinematics, Terms
 from plantigrade.kinematics.shoulders import arm_starts
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.state import PointSet, integrate
-from plantigrade.kinematics.unmeasured import seen_hinges
+from plantigrade.kinematics.unmeasured_joints import measured_hinges
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
 from plantigrade.models.human import coordinate_of
 
-# Joints and the part of our anatomy that hangs on each.
+# Joints and the part distal to each.
 CENTRES = {
     "hip": "femur",
     "knee": "tibia",
@@ -24,11 +24,11 @@ CENTRES = {
     "wrist": "hand",
 }
 _X, _Y, _Z = np.eye(3)
-FLAT_TILT = np.deg2rad(25)  # largest tilt of a foot against the rest pose that can be flat [rad]
+FLAT_TILT = np.deg2rad(25)  # [rad] maximum tilt of a flat foot relative to the rest pose
 ARM_JOINTS = ("shoulder", "elbow", "wrist")
-BENT = np.deg2rad(25)  # a hinge bent further than this in the motion shows its axis [rad]
-LOST = 4e-3  # weighted squares of a frame above which other arm postures are tried [m^2]
-ARM = 0.20  # length of the vectors that stand for an orientation [m]
+MIN_HINGE_RANGE = np.deg2rad(25)  # [rad] minimum flexion of a hinge that determines its axis
+MAX_FRAME_COST = 4e-3  # [m²] weighted sum of squares above which other arm postures are tried
+AXIS_LENGTH = 0.20  # [m] length of the vectors that represent an orientation
 # Weights of the terms: joint centres, and vectors of length ARM along bone axes.
 WEIGHTS = {
     "hip": 1.0,
@@ -77,8 +77,8 @@ class SkeletonTargets:
     def _add_axis(self, part: str, axis: np.ndarray, values: np.ndarray, weight: float) -> None:
         """Ask for the axis of a part (zero pose: world axes) to point along ``values``."""
         body, n = self.human.skeleton.parts[part][0], len(self.points)
-        self.points += [(body, np.zeros(3)), (body, ARM * axis)]
-        self._add((n + 1, n), ARM * values, weight)
+        self.points += [(body, np.zeros(3)), (body, AXIS_LENGTH * axis)]
+        self._add((n + 1, n), AXIS_LENGTH * values, weight)
 
     def _joint_centres(self) -> None:
         moved = self._shoulder_offset()
@@ -133,7 +133,7 @@ class SkeletonTargets:
         upper, lower = source.at(b) - source.at(a), source.at(c) - source.at(b)
         axis = np.cross(_unit(upper), _unit(lower))  # points left for a knee, right for an elbow
         sine = np.linalg.norm(axis, axis=1)
-        bent = sine > np.sin(BENT)
+        bent = sine > np.sin(MIN_HINGE_RANGE)
         if bent.sum() < 3:
             return A
         axis = np.einsum("nji,nj->ni", R, axis)[bent].mean(axis=0)
@@ -229,7 +229,7 @@ class SkeletonTargets:
     @property
     def seen(self) -> np.ndarray:
         """Which hinges the skeleton tells."""
-        return seen_hinges(Terms(self.human, self.points, self.pairs))
+        return measured_hinges(Terms(self.human, self.points, self.pairs))
 
     def follow(self, report=None) -> np.ndarray:
         """Return the configurations of all frames."""
@@ -248,7 +248,7 @@ class SkeletonTargets:
                 solver, targets[k], integrate(terms.model, qpos[k - 1], step)
             )
             # Arms caught on the wrong side of a joint limit: try the other ways to hold them.
-            if cost[k] > LOST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
+            if cost[k] > MAX_FRAME_COST + 1.5 * np.median(cost[: k + 1]) and patience <= 0:
                 patience = 10
                 others = self._other_arms(qpos[k])
                 q, better = self._best(solver, targets[k], others) if others else (qpos[k], np.inf)

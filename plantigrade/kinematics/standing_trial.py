@@ -12,21 +12,24 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
-from plantigrade.kinematics.exchanged import Exchange
+from plantigrade.kinematics.exchanged_labels import Exchange
 from plantigrade.models.markers import other_side
 from plantigrade.motion import Markers
 from plantigrade.motion.distances import distances
 
-KEPT, NEAR = 0.006, 0.6  # spread [m] of a distance on one segment, and the longest such [m]
-WRONG, RIGHT = 0.015, 0.010  # mean error [m] of a label's distances: exchanged, and as it should be
-OTHER_PERSON = (0.006, 0.025)  # median error of distances on one segment: [m], and as a share
-FEWEST_TOLD = 4  # such distances that tell who it is
-FEWEST_KEPT = 2  # distances of a marker that tell its label
-CAPPED = 0.05  # a distance is wrong by no more than this [m], however far its marker was moved
+MAX_RIGID_SPREAD = 0.006  # [m] maximum spread of a distance within one segment
+MAX_RIGID_DISTANCE = 0.6  # [m] maximum distance within one segment
+MIN_EXCHANGED_ERROR = 0.015  # [m] minimum mean error of the distances of an exchanged label
+MAX_CORRECT_ERROR = 0.010  # [m] maximum mean error of the distances of a correct label
+# median error of distances on one segment, [m] and relative [1], of another person
+MIN_PERSON_DIFFERENCE = (0.006, 0.025)
+MIN_PERSON_DISTANCES = 4  # [1] minimum number of such distances
+MIN_LABEL_DISTANCES = 2  # [1] minimum number of distances that determine the label of a marker
+MAX_DISTANCE_ERROR = 0.05  # [m] saturation of the error of a distance
 
 
 @dataclass(frozen=True)
-class Kept:
+class SharedDistances:
     """Distances between the markers that two recordings share.
 
     Attributes:
@@ -42,12 +45,16 @@ class Kept:
     rigid: Bool[Array, "n n"]
 
     @classmethod
-    def of(cls, trial: Markers, standing: Markers) -> "Kept":
+    def of(cls, trial: Markers, standing: Markers) -> "SharedDistances":
         """Compare a trial with a standing trial."""
         names = tuple(n for n in trial.names if n in standing.names)
         a, b = (distances(m.select(names).positions) for m in (trial, standing))
         with np.errstate(invalid="ignore"):
-            rigid = (a.spread < KEPT) & (a.usual < NEAR) & np.isfinite(b.usual)
+            rigid = (
+                (a.spread < MAX_RIGID_SPREAD)
+                & (a.usual < MAX_RIGID_DISTANCE)
+                & np.isfinite(b.usual)
+            )
         np.fill_diagonal(rigid, False)
         return cls(names, a.usual, b.usual, rigid)
 
@@ -59,7 +66,7 @@ class Kept:
             rows: The columns.
         """
         off = np.abs(self.here[rows] - self.there[np.ix_(order[rows], order)])
-        off = np.where(np.isfinite(off), np.minimum(off, CAPPED), CAPPED)
+        off = np.where(np.isfinite(off), np.minimum(off, MAX_DISTANCE_ERROR), MAX_DISTANCE_ERROR)
         return np.where(self.rigid[rows], off, 0.0)
 
 
@@ -72,7 +79,7 @@ def exchanged_by_standing(trial: Markers, standing: Markers, known: Sequence[str
         known: The markers whose place is known; clusters of the others may be exchanged between
             the sides.
     """
-    kept = Kept.of(trial, standing)
+    kept = SharedDistances.of(trial, standing)
     names, n = kept.names, len(kept.names)
     order = np.arange(n)  # column → the label it truly is of
     count = kept.rigid.sum(axis=1)
@@ -80,7 +87,7 @@ def exchanged_by_standing(trial: Markers, standing: Markers, known: Sequence[str
     moves += _clusters(kept, set(known))
     for _ in range(n):
         now = kept.wrong(order, range(n)).sum(axis=1)
-        bad = (count >= FEWEST_KEPT) & (now > WRONG * count)
+        bad = (count >= MIN_LABEL_DISTANCES) & (now > MIN_EXCHANGED_ERROR * count)
         best, most = None, 0.0
         for move in moves:
             both = [k for pair in move for k in pair]
@@ -91,7 +98,7 @@ def exchanged_by_standing(trial: Markers, standing: Markers, known: Sequence[str
                 other[[i, j]] = other[[j, i]]
             left = kept.wrong(other, both).sum()
             gain = now[both].sum() - left
-            if gain > most and left < RIGHT * count[both].sum():
+            if gain > most and left < MAX_CORRECT_ERROR * count[both].sum():
                 best, most = other, gain
         if best is None:
             break
@@ -99,7 +106,7 @@ def exchanged_by_standing(trial: Markers, standing: Markers, known: Sequence[str
     return Exchange.of(names, np.argsort(order))
 
 
-def _clusters(kept: Kept, known: set[str]) -> list[tuple[tuple[int, int], ...]]:
+def _clusters(kept: SharedDistances, known: set[str]) -> list[tuple[tuple[int, int], ...]]:
     """Return the pairs of markers of left and right that move together with each marker."""
     at = {name: i for i, name in enumerate(kept.names)}
     found = set()
@@ -131,14 +138,14 @@ def require_same_person(
     Raises:
         FitError: If the median differs by more than what skin does.
     """
-    kept = Kept.of(trial, standing)
+    kept = SharedDistances.of(trial, standing)
     body = np.array([segments.get(name, "") for name in kept.names])
     told = np.triu(kept.rigid & (body[:, None] == body) & (body != ""))
-    if told.sum() < FEWEST_TOLD:
+    if told.sum() < MIN_PERSON_DISTANCES:
         return
     off = np.abs(kept.here - kept.there)[told]
     away, share = float(np.median(off)), float(np.median(off / kept.there[told]))
-    if away > OTHER_PERSON[0] and share > OTHER_PERSON[1]:
+    if away > MIN_PERSON_DIFFERENCE[0] and share > MIN_PERSON_DIFFERENCE[1]:
         raise FitError(
             f"the standing trial {source} is of another person, or its markers were put on anew: "
             f"distances between markers of one segment differ by {1e3 * away:.0f} mm "

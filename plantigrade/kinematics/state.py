@@ -31,8 +31,8 @@ __all__ = ["PointSet", "State", "integrate", "sweep"]
 
 # Of up to this many points the engine tells all there is to know, a microsecond each for position,
 # Jacobian and its rate; for more, products of matrices are faster.
-FEW = 4
-NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
+MAX_ENGINE_POINTS = 4
+IDENTITY_QUATERNION = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class PointSet:
@@ -59,7 +59,7 @@ class PointSet:
         if len(self.body) != len(self.local):
             raise ParameterError(f"{len(self.body)} bodies for {len(self.local)} points")
         self.moved = _moved(self.model)[self.body][:, None, :]
-        self.few = len(self) <= FEW
+        self.few = len(self) <= MAX_ENGINE_POINTS
         self._places = list(zip(self.body.tolist(), self.local, strict=True))  # for the engine
 
     @classmethod
@@ -307,7 +307,7 @@ class State:
         position, turn, J = np.empty((n, 3)), np.empty(9), np.empty((2, n, 3, model.nv))
         for i, (body, local) in enumerate(points._places):
             at = position[i]
-            mujoco.mj_local2Global(data, at, turn, local, NO_TURN, body, 0)
+            mujoco.mj_local2Global(data, at, turn, local, IDENTITY_QUATERNION, body, 0)
             mujoco.mj_jac(model, data, J[0, i], None, at, body)
             mujoco.mj_jacDot(model, data, J[1, i], None, at, body)
         velocity, bias = (J.reshape(-1, model.nv) @ self.qvel).reshape(2, n, 3)

@@ -25,26 +25,34 @@ from plantigrade.spatial.conventions import (
     turned,
 )
 
-RATE = 120.0
-"""Rows per second, at least [1/s]."""
-SEAM = 1.0 / 60.0
+MIN_RATE = 120.0
+"""Minimum frame rate of a stride [Hz]."""
+SEAM_SMOOTHING = 1.0 / 60.0
 """Standard deviation of the Gaussian that smooths a closed stride [s]."""
-OPEN = np.deg2rad(10.0)
-"""Root mean square of the hinges by which both ends of one stride differ at most [rad]."""
-BEND = np.deg2rad(6.0)
-"""A stride is straight after which the pelvis looks no farther aside than this [rad]: 2° is the
-standard deviation of that over 70 strides of people who were recorded walking straight on."""
-LOOKED, LOOKS = 10.0, 100.0
-"""In motions so long at most [s], and so often [1/s], a stride is looked for that no event cuts."""
-PACE, NEARLY = 0.1, 1.5
-"""So much the rates of two instants count beside the postures [s]; the ends of a whole motion may
-be so many times as far apart as the two instants that are most alike."""
-AWAY, CLEARLY = 0.1, 3.0
-"""In between the motion is so far from there [rad], and so many times as far as these two are."""
-SLOW, STOOD = 0.25, 0.12
-"""A sole stands that is slower than this [m/s] for so long [s]."""
-SHORT = 0.2
-"""Slower than this a motion is on a belt [m/s]; shorter than this a way has no direction [m]."""
+MAX_OPENING = np.deg2rad(10.0)
+"""Maximum RMS difference of the hinges between both ends of a stride [rad]."""
+MAX_TURN = np.deg2rad(6.0)
+"""Maximum change of the pelvis heading in a straight stride [rad]; its SD over 70 strides of people
+recorded walking straight ahead is 2°."""
+MAX_SEARCH_DURATION = 10.0
+"""Maximum duration of a motion that is searched for a stride without gait events [s]."""
+SEARCH_RATE = 100.0
+"""Sampling rate of this search [Hz]."""
+RATE_WEIGHT = 0.1
+"""Weight of joint rates relative to joint angles in the comparison of two instants [s]."""
+WHOLE_MOTION_RATIO = 1.5
+"""Maximum ratio of the distance of the motion's ends to the best pair for the whole motion to count
+as a stride [1]."""
+MIN_EXCURSION = 0.1
+"""Minimum distance of the motion from these instants in between [rad]."""
+MIN_EXCURSION_RATIO = 3.0
+"""Minimum ratio of this distance to the distance of the two instants [1]."""
+MAX_STANCE_SPEED = 0.25
+"""Maximum speed of a sole in stance [m/s]."""
+MIN_STANCE_TIME = 0.12
+"""Minimum duration of stance [s]."""
+MIN_TRAVEL = 0.2
+"""Maximum speed of a motion on a belt [m/s] and minimum displacement with a direction [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +119,7 @@ class _Cut:
         values: Place and angles of the pelvis and the hinges.
         period: How long it takes [s].
         opening: Root mean square of what its ends differ by in the hinges [rad]; of a step and its
-            mirror image with rates, by :data:`PACE`.
+            mirror image with rates, by :data:`RATE_WEIGHT`.
         turn: What the pelvis turns by in it [rad].
     """
 
@@ -123,8 +131,8 @@ class _Cut:
 
 def _most_even(cuts: Iterable[_Cut]) -> _Cut | None:
     """Return what closes best of all that nearly closes, straight ones first."""
-    fine = [cut for cut in cuts if cut.opening < OPEN]
-    return min(fine, key=lambda c: np.hypot(c.opening, max(c.turn - BEND, 0.0)), default=None)
+    fine = [cut for cut in cuts if cut.opening < MAX_OPENING]
+    return min(fine, key=lambda c: np.hypot(c.opening, max(c.turn - MAX_TURN, 0.0)), default=None)
 
 
 def _whole(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
@@ -152,7 +160,7 @@ def _mirrored(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
     half += 0.5 * (gap * u - (sign * gap[order]) * (1.0 - u))
     other = sign * half[:, order]
     other[:, 0] += half[-1, 0] - half[0, 0]
-    opening = float(np.sqrt(np.mean(gap[6:] ** 2 + (PACE * faster[6:]) ** 2)))
+    opening = float(np.sqrt(np.mean(gap[6:] ** 2 + (RATE_WEIGHT * faster[6:]) ** 2)))
     return _Cut(np.vstack([half[:-1], other]), 2.0 * (stop - start), opening)
 
 
@@ -161,22 +169,22 @@ def _alike(human: Human, motion: Motion) -> list[tuple[float, float]]:
 
     All of it, if that is nearly as alike: files of one cycle are meant to be looped.
     """
-    if not SHORTEST_CYCLE <= motion.duration <= LOOKED:
+    if not SHORTEST_CYCLE <= motion.duration <= MAX_SEARCH_DURATION:
         return []
-    n = int(motion.duration * LOOKS) + 1
+    n = int(motion.duration * SEARCH_RATE) + 1
     time = np.linspace(motion.time[0], motion.time[-1], n)
     hinges = motion.at(time).qpos[:, 7:]
     rates = np.gradient(hinges, time, axis=0)
-    seen = np.hstack([hinges, PACE * rates]) / np.sqrt(hinges.shape[1])
+    seen = np.hstack([hinges, RATE_WEIGHT * rates]) / np.sqrt(hinges.shape[1])
     apart = cdist(seen, seen)
     between = np.maximum.accumulate(np.triu(apart), axis=1)
     lasts = time[None, :] - time[:, None]
-    still = between < np.maximum(AWAY, CLEARLY * apart)
+    still = between < np.maximum(MIN_EXCURSION, MIN_EXCURSION_RATIO * apart)
     apart[still | (lasts < SHORTEST_CYCLE) | (lasts > LONGEST_CYCLE)] = np.inf
     i, k = np.unravel_index(np.argmin(apart), apart.shape)
-    if apart[0, -1] <= NEARLY * apart[i, k]:
+    if apart[0, -1] <= WHOLE_MOTION_RATIO * apart[i, k]:
         i, k = 0, n - 1
-    return [(float(time[i]), float(time[k]))] if apart[i, k] < OPEN else []
+    return [(float(time[i]), float(time[k]))] if apart[i, k] < MAX_OPENING else []
 
 
 def _steps(motion: Motion) -> list[tuple[float, float]]:
@@ -200,18 +208,18 @@ def stood_apart(human: Human, motion: Motion) -> float:
     for side in SIDES:
         sole = paths.position[:, paths.of(side)]
         fast = np.linalg.norm(np.gradient(sole, step, axis=0), axis=2).max(axis=1)
-        edges = np.diff(np.concatenate([[0], (fast < SLOW).astype(int), [0]]))
+        edges = np.diff(np.concatenate([[0], (fast < MAX_STANCE_SPEED).astype(int), [0]]))
         starts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
         low = sole[:, :, 2].min(axis=1)
         for i, k in zip(starts, ends, strict=True):
-            if (k - i) * step > STOOD:
+            if (k - i) * step > MIN_STANCE_TIME:
                 heights.append(float(np.median(low[i:k])))
     return max(heights) - min(heights) if heights else 0.0
 
 
 def _off_the_belt(human: Human, motion: Motion) -> Motion:
     """Return a motion that gets on, if it was on a belt."""
-    if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > SHORT * motion.duration:
+    if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > MIN_TRAVEL * motion.duration:
         return motion
     data, model = mujoco.MjData(human.model), human.model
     toes = [max(i for i, b in enumerate(human.body_names) if b[-2:] == f"_{s}") for s in SIDES]
@@ -238,12 +246,12 @@ def _coordinates(
         stop: Until when [s].
         middle: Whether x is where the pelvis looks in the mean of both ends, not where it gets.
     """
-    n = max(int(np.ceil((stop - start) * RATE)), 8)
+    n = max(int(np.ceil((stop - start) * MIN_RATE)), 8)
     part = motion.at(np.clip(np.linspace(start, stop, n + 1), motion.time[0], motion.time[-1]))
     _, values = human.to_coordinates(part.qpos)
     place = part.qpos[:, :3] - [*part.qpos[0, :2], 0.0]
     way = place[-1, :2]
-    turn = float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > SHORT else 0.0
+    turn = float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > MIN_TRAVEL else 0.0
     if middle:
         turn = float(quaternion_to_pelvis_angles(part.qpos[:, 3:7])[[0, -1], 2].mean())
     c, s = np.cos(turn), np.sin(turn)
@@ -264,7 +272,7 @@ def _closed(
     stride = float(values[-1, 0] - values[0, 0])
     drift = values[-1] - values[0]
     shut = values - drift * (u - 0.5 * (np.arange(values.shape[1]) > 0))
-    smooth = gaussian_filter1d(shut[:-1], SEAM * n / period, axis=0, mode="wrap")
+    smooth = gaussian_filter1d(shut[:-1], SEAM_SMOOTHING * n / period, axis=0, mode="wrap")
     smooth[:, 1] -= smooth[:, 1].mean()
     smooth = np.vstack([smooth, smooth[:1]])
     smooth[:, 0] += stride * u[:, 0] - smooth[0, 0]

@@ -17,9 +17,10 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.models.landmarks import LOOSE_SPREAD, Attachment
 
-SKIN_MOVES = 0.005  # a marker against others of its segment, standard deviation [m]
-ALONE = 0.05  # a marker that keeps its distances to no segment better than this is on none [m]
-FARTHEST = 0.35  # from the nearest landmark of a segment, a marker on it: wands, helmets [m]
+SKIN_MOTION = 0.005  # [m] standard deviation of a marker relative to its segment
+MAX_SEGMENT_SPREAD = 0.05  # [m] maximum spread of distances to the markers of its segment
+# [m] maximum distance from the nearest landmark of its segment; wands, helmets
+MAX_LANDMARK_DISTANCE = 0.35
 
 
 def segment_of(
@@ -56,9 +57,9 @@ def segment_of(
         own = own[np.isfinite(own)]
         kept = float(np.mean(own**2)) if len(own) else wander**2
         spread = np.sqrt((kept + wander**2) / 2)
-        if spread > ALONE or far > FARTHEST:
+        if spread > MAX_SEGMENT_SPREAD or far > MAX_LANDMARK_DISTANCE:
             continue
-        cost = (spread / SKIN_MOVES) ** 2 + (far / LOOSE_SPREAD) ** 2
+        cost = (spread / SKIN_MOTION) ** 2 + (far / LOOSE_SPREAD) ** 2
         if cost < least:
             best, least = Attachment(body, middle, np.inf), cost
     return best

@@ -8,9 +8,10 @@ radius',
 
 .. math:: \rho = \frac{m \cdot (f \times v)}{\lVert m \rVert}
 
-is the sine of the angle of pronation; below :data:`BEHIND` the labels are exchanged. Where the
-elbow has a lateral marker alone, the axis is the one that is perpendicular to upper arm and forearm
-through the point inside of it, so that the kink of the markers in a straight arm is no flexion.
+is the sine of the angle of pronation; below :data:`MIN_PRONATION_SINE` the labels are exchanged.
+Where the elbow has a lateral marker alone, the axis is the one that is perpendicular to upper arm
+and forearm through the point inside of it, so that the kink of the markers in a straight arm is no
+flexion.
 """
 
 from collections.abc import Mapping
@@ -19,11 +20,11 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.exchanged import Exchange
+from plantigrade.kinematics.exchanged_labels import Exchange
 from plantigrade.motion import Markers
 
-BEHIND = -0.35  # sine of 20 degrees beyond an end of the range [AAOS1965]_
-OFFSET = 0.042  # of a lateral elbow marker from the middle of the joint [m]
+MIN_PRONATION_SINE = -0.35  # [1] sine of 20° beyond an end of the range [AAOS1965]_
+ELBOW_MARKER_OFFSET = 0.042  # [m] distance of a lateral elbow marker from the joint centre
 
 
 def exchanged_wrists(markers: Markers, marks: Mapping[str, str | None]) -> Exchange:
@@ -37,7 +38,7 @@ def exchanged_wrists(markers: Markers, marks: Mapping[str, str | None]) -> Excha
     found = {}
     for side in SIDES:
         pair = [label.get(f"wrist_{which}_{side}") for which in ("radial", "ulnar")]
-        if None not in pair and thumb_side(markers, label, side) < BEHIND:
+        if None not in pair and thumb_side(markers, label, side) < MIN_PRONATION_SINE:
             found |= {str(pair[0]): str(pair[1]), str(pair[1]): str(pair[0])}
     return Exchange(found)
 
@@ -66,7 +67,7 @@ def thumb_side(markers: Markers, label: Mapping[str, str], side: str) -> float:
     outward = _unit(elbow - medial)
     if np.isnan(outward).all():
         outward = _outward(u, v, sign)
-        v = v + OFFSET * outward
+        v = v + ELBOW_MARKER_OFFSET * outward
     else:
         v = v + (elbow - medial) / 2
     front = np.cross(sign * outward, _unit(v))
@@ -79,11 +80,11 @@ def _outward(
 ) -> Float[Array, "n_frames 3"]:
     """Return the direction of the elbow's axis, outwards, from shoulder to elbow to wrist.
 
-    It meets :data:`OFFSET` along both, and the elbow bends forward about it.
+    It meets :data:`ELBOW_MARKER_OFFSET` along both, and the elbow bends forward about it.
     """
     uu, vv, uv = (u * u).sum(axis=1), (v * v).sum(axis=1), (u * v).sum(axis=1)
     area = np.maximum(uu * vv - uv**2, 1e-12)
-    a, b = OFFSET * (vv + uv) / area, -OFFSET * (uu + uv) / area
+    a, b = ELBOW_MARKER_OFFSET * (vv + uv) / area, -ELBOW_MARKER_OFFSET * (uu + uv) / area
     within = a[:, None] * u + b[:, None] * v
     across = np.sqrt(np.maximum(1 - (within**2).sum(axis=1), 0.0))
     return _unit(within + sign * across[:, None] * _unit(np.cross(u, v)))

@@ -17,9 +17,9 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.derivatives import continuous, differentiate
 from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.contacts import foot_contacts
-from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.fitted_soles import on_own_soles
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
-from plantigrade.kinematics.soles import on_own_soles
+from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human

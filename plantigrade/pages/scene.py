@@ -17,8 +17,8 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
-from plantigrade.kinematics.unmeasured import bodies_of
+from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
+from plantigrade.kinematics.unmeasured_joints import bodies_of
 from plantigrade.motion.resample import resampled
 from plantigrade.pages.shapes import PLATE, THING, Shape, rgb, shapes_of
 from plantigrade.record import Record

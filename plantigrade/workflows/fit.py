@@ -27,7 +27,7 @@ from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.ground_level import moving_ground
-from plantigrade.kinematics.plausible import verdict
+from plantigrade.kinematics.plausibility import verdict
 from plantigrade.kinematics.result import Fit, filled
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sides import mirror_axis, swap_sides

@@ -17,7 +17,7 @@ from plantigrade.analyze.reproduction_status import (
     run_status,
 )
 from plantigrade.analyze.trial import Trial
-from plantigrade.kinematics.unmeasured import SIGNAL as ASSUMED
+from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
 from plantigrade.notes import Info
 from plantigrade.ordered_tasks.gait import GaitTasks, gait_tasks

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.doubts import Doubts
+from plantigrade.kinematics import exchanged_labels
 from plantigrade.workflows.fit import run_of
 from plantigrade.workflows.settings import FitSettings
 from tests.analyze.plated_walk import analyse, plated_walk
@@ -63,12 +64,11 @@ def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_said_first(r
 def test_a_mirror_image_that_was_fitted_after_all_is_not_ok(data, monkeypatch, reverse):
     """Legs alone, with the search for mirrored labels switched off; a true backward walk is ok."""
     from plantigrade.io import read
-    from plantigrade.kinematics import exchanged
     from plantigrade.kinematics.fit import fit_markers
     from plantigrade.kinematics.sides import swap_sides
     from plantigrade.models import Person
 
-    monkeypatch.setattr(exchanged, "MIRRORED", 0.0)
+    monkeypatch.setattr(exchanged_labels, "MAX_MIRRORED_RATIO", 0.0)
     whole = read(data / "c3d" / "HC032A03.c3d")
     names = [s + n for s in "LR" for n in "ASI THI KNE TIB ANK HEE TOE".split()]
     markers = whole.markers.select(names)

@@ -21,7 +21,7 @@ from plantigrade.analyze.foot_segments import angles_of, feet_of, foot_segment_s
 from plantigrade.analyze.statistics import correlation, rmse_offset_removed
 from plantigrade.analyze.trial import analyse
 from plantigrade.io import read
-from plantigrade.kinematics.unseen_toes import unseen_toes_follow
+from plantigrade.kinematics.unmeasured_toes import unseen_toes_follow
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment, landmarks
 from plantigrade.models.skeleton import build

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.standing_soles import sole_notes
-from plantigrade.kinematics.soles import height_figures
+from plantigrade.kinematics.fitted_soles import height_figures
 
 
 @pytest.mark.parametrize(

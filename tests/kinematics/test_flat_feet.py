@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from plantigrade.kinematics.flat_feet import set_flat, settled
+from plantigrade.kinematics.fitted_soles import height_figures, heights_in_stance
+from plantigrade.kinematics.flat_feet import set_flat, with_resting_soles
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.soles import height_figures, heights_in_stance
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_recording import textbook_walk
-from plantigrade.kinematics.unseen_toes import toes_on_ground
+from plantigrade.kinematics.unmeasured_toes import toes_on_ground
 from plantigrade.models.landmarks import attachments
 from tests.models.presets import person
 
@@ -82,7 +82,7 @@ def test_the_ground_of_shoes_is_below_them(walk, places):
     found = feet(walk, places, markers(walk, places, lift=0.03))
     assert any("soles of that thickness" in note for note in found.notes)
     qpos = walk.qpos + np.eye(walk.qpos.shape[1])[2] * 0.03
-    human = settled(found.human, places, np.arange(len(qpos)) / RATE, qpos)
+    human = with_resting_soles(found.human, places, np.arange(len(qpos)) / RATE, qpos)
     standing = sole_paths(walk.human, walk.qpos)
     stance = np.stack(
         [standing.position[:, standing.of(s), 2].min(axis=1) < 0.001 for s in "rl"], axis=1

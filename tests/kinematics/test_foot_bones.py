@@ -18,11 +18,11 @@ from plantigrade.kinematics.foot_bones import (
     pressing,
     with_bones,
 )
-from plantigrade.kinematics.foot_pose import BEND, FootPoser
-from plantigrade.kinematics.normal_seen import hinge_angles, hinge_turn
+from plantigrade.kinematics.foot_pose import MAX_TOE_BEND, FootPoser
+from plantigrade.kinematics.ground_normal import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import ContactFrames, contact_metrics, find_rests
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_rests import ContactFrames, contact_metrics, find_rests
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from tests.models.presets import person
@@ -48,7 +48,7 @@ def hinge(qpos, name):
 def test_a_walk_on_stiff_feet_gets_toes_that_bend(walk):
     bony, figures = with_bones(BODY, *walk)
     bend = hinge(bony, "mtp_angle_r").max()
-    assert np.deg2rad(20) < bend <= BEND + 0.03  # where two poses are mixed, a little more
+    assert np.deg2rad(20) < bend <= MAX_TOE_BEND + 0.03  # where two poses are mixed, a little more
     assert figures["ankle_out_of_reach_max_mm"] < 30
 
 
@@ -131,7 +131,7 @@ def test_a_foot_that_rises_over_its_toes_bends_them_then_rolls_onto_their_tips()
     path = foot_path(poser, time, ankle, level, level, np.full(n, TOES))
     assert path.pressing[0] == TOES and path.pressing[-1] == TIPS
     bend = path.angles[:, poser.coordinates.index("mtp_angle_r")]
-    assert bend.max() == pytest.approx(BEND, abs=0.02) and (np.diff(bend[:50]) > 0).all()
+    assert bend.max() == pytest.approx(MAX_TOE_BEND, abs=0.02) and (np.diff(bend[:50]) > 0).all()
     pitch = -np.arcsin(path.rotation[:, 2, 0])
     assert (np.diff(pitch) > 0).all() and np.diff(pitch, n=2).max() < 0.004
     assert np.abs(path.shift).max() < 1e-9

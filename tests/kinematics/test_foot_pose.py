@@ -16,7 +16,7 @@ from plantigrade.kinematics.foot_pose import (
     FootPoser,
     marks,
 )
-from plantigrade.kinematics.normal_seen import smallest_turn
+from plantigrade.kinematics.ground_normal import smallest_turn
 from plantigrade.kinematics.state import PointSet, State
 from tests.models.presets import person
 

@@ -12,9 +12,9 @@ from plantigrade.io.amc import read_amc
 from plantigrade.io.bvh import read_bvh
 from plantigrade.io.deepmimic import read_deepmimic
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.rests import ContactFrames, drift_of, find_rests
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_rests import ContactFrames, drift_of, find_rests
 from plantigrade.models import Human, Person
 from plantigrade.models.joint_names import identify, split_name
 from plantigrade.motion import Recording, SkeletonMotion

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import CoordinateNotFound, ParameterError
-from plantigrade.kinematics.state import FEW, PointSet, State, sweep
+from plantigrade.kinematics.state import MAX_ENGINE_POINTS, PointSet, State, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from tests.models.presets import PRESETS, person, random_state
@@ -41,7 +41,7 @@ def test_a_jacobian_is_the_same_whether_few_or_many_points_are_asked_for():
     one_by_one = [
         PointSet(human, [human.body_names[k]], many.local[k : k + 1]) for k in range(len(many))
     ]
-    assert len(many) > FEW
+    assert len(many) > MAX_ENGINE_POINTS
     for ask in (State.jacobian, State.bias_acceleration):
         alone = np.concatenate([ask(state, one) for one in one_by_one])
         np.testing.assert_allclose(ask(state, many), alone, atol=1e-11)
@@ -172,7 +172,7 @@ def test_a_state_cannot_be_changed():
         state.qvel[2] = 5.0
 
 
-@pytest.mark.parametrize("n", [1, FEW + 1])
+@pytest.mark.parametrize("n", [1, MAX_ENGINE_POINTS + 1])
 def test_what_a_state_keeps_cannot_be_changed(n):
     human = person(*PRESETS[0])
     state = State(human, *random_state(human, np.random.default_rng(2)))

@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.io import read
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.wrists import BEHIND, exchanged_wrists, thumb_side
+from plantigrade.kinematics.wrists import MIN_PRONATION_SINE, exchanged_wrists, thumb_side
 from plantigrade.models.markers import landmark_names
 from plantigrade.motion import Markers
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker
@@ -84,4 +84,4 @@ def test_recordings(data, name):
     marks = landmark_names(markers.names)
     label = {mark: n for n, mark in marks.items() if mark}
     sines = [thumb_side(markers, label, side) for side in "rl"]
-    assert (max(sines) < 2 * BEHIND) if TRIALS[name] else (min(sines) > 0)
+    assert (max(sines) < 2 * MIN_PRONATION_SINE) if TRIALS[name] else (min(sines) > 0)

@@ -13,8 +13,8 @@ from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.load_intervals import EARLY_LOAD
 from plantigrade.kinematics.contacts import foot_contacts
-from plantigrade.kinematics.rests import find_rests
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion

@@ -28,9 +28,9 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.fitted_soles import on_own_soles
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.soles import on_own_soles
+from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
@@ -198,9 +198,9 @@ def track(
 def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:
     """Return the person on soles that touch the ground where the feet rest, motion, and lift [m].
 
-    Soles are as in :func:`~plantigrade.kinematics.soles.on_own_soles`. A sphere at the hinge of the
-    toes that was moved up would sink as the heel rises; where this occurs, the whole motion is
-    lifted instead, and all soles are that much thicker.
+    Soles are as in :func:`~plantigrade.kinematics.fitted_soles.on_own_soles`. A sphere at the hinge
+    of the toes that was moved up would sink as the heel rises; where this occurs, the whole motion
+    is lifted instead, and all soles are that much thicker.
     """
     points = sole_paths(human, motion.qpos)
     own = on_own_soles(human, points, find_rests(points, motion.rate))

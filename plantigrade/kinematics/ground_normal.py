@@ -10,14 +10,14 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import CROSS
 
-SMALL = 1e-9  # below this a length or sine counts as zero
-HALF_TURN = 1e-12  # 1 + cosine of what counts as one
-NEARLY = -0.9  # cosine beyond which a turn is made by way of a half-turn
-SAME = 1e-4  # two poses that sink as deep as each other but for this are equally good [m]
+ZERO_LENGTH = 1e-9  # [m] length or sine below which a vector counts as zero
+HALF_TURN_TOLERANCE = 1e-12  # [1] 1 + cosine below which a rotation is a half-turn
+MAX_DIRECT_COSINE = -0.9  # [1] cosine below which a rotation is composed with a half-turn
+EQUAL_DEPTH = 1e-4  # [m] difference of depth of equally good poses
 _ONE = np.eye(3)
 
 
-class NormalSeen:
+class GroundNormal:
     """Finds the normal at which points of the foot are as far below the ankle as they have to be.
 
     Args:
@@ -68,11 +68,11 @@ class NormalSeen:
         aside = seen - (seen @ self.along)[:, None] * self.along
         size = np.sqrt((aside * aside).sum(axis=1))
         sine = np.sqrt(1.0 - cosine * cosine)
-        open_ = size < SMALL
-        if size.min() < SMALL:
+        open_ = size < ZERO_LENGTH
+        if size.min() < ZERO_LENGTH:
             aside[open_], size[open_] = self.sideways, 1.0
         u = (sine / size)[:, None] * aside - cosine[:, None] * self.along
-        return u, down, open_ & (sine > SMALL)
+        return u, down, open_ & (sine > ZERO_LENGTH)
 
     def _least_sinking(self, a):
         r"""Return by how much the ankle has to sink that a normal of unit length exists [m].
@@ -95,7 +95,7 @@ class NormalSeen:
             centres, radius = others
             low = [(u @ centres.T - radius).min(axis=1) + high for u in (one, other)]
             more = np.minimum(low[0], 0.0) - np.minimum(low[1], 0.0)
-            first = np.where(np.abs(more) > SAME, more > 0, first)
+            first = np.where(np.abs(more) > EQUAL_DEPTH, more > 0, first)
         return np.where(first[:, None], one, other)
 
 
@@ -107,16 +107,16 @@ def smallest_turn(c, d):
     """
     cosine = (c * d).sum(axis=1)
     K = (c @ CROSS).reshape(-1, 3, 3) @ d[:, :, None]
-    half = cosine < HALF_TURN - 1.0
+    half = cosine < HALF_TURN_TOLERANCE - 1.0
     turn = cosine[:, None, None] * _ONE + (K[..., 0] @ CROSS).reshape(-1, 3, 3)
-    turn += K @ (K.swapaxes(1, 2) / np.maximum(1.0 + cosine, SMALL)[:, None, None])
-    near = cosine < NEARLY
+    turn += K @ (K.swapaxes(1, 2) / np.maximum(1.0 + cosine, ZERO_LENGTH)[:, None, None])
+    near = cosine < MAX_DIRECT_COSINE
     if near.any():
         # A half-turn about the same axis, or any where there is none, and what is left of it.
         lost, k, ours = half[near], K[near, :, 0], c[near]
         size = np.linalg.norm(k, axis=1)[:, None]
-        spare = axes_upon(ours, np.tile(_ONE[1], (len(ours), 1)))[0][..., 0]
-        axis = np.where(lost[:, None], spare, k / np.maximum(size, SMALL))
+        spare = axes_from(ours, np.tile(_ONE[1], (len(ours), 1)))[0][..., 0]
+        axis = np.where(lost[:, None], spare, k / np.maximum(size, ZERO_LENGTH))
         axis -= ours * (axis * ours).sum(axis=1)[:, None]
         axis /= np.linalg.norm(axis, axis=1)[:, None]
         left, _ = smallest_turn(-ours, d[near])
@@ -124,7 +124,7 @@ def smallest_turn(c, d):
     return turn, half
 
 
-def axes_upon(up, forward, instead=None):
+def axes_from(up, forward, instead=None):
     """Return axes whose third is ``up`` and whose first is ``forward``, as far as it can be.
 
     Arrays of vectors broadcast, (..., 3). Where ``forward`` is along ``up`` its place is taken by
@@ -133,14 +133,14 @@ def axes_upon(up, forward, instead=None):
     """
     x = forward - up * (forward * up).sum(axis=-1, keepdims=True)
     size = np.sqrt((x * x).sum(axis=-1, keepdims=True))
-    along = size[..., 0] < SMALL
-    if size.min() < SMALL:
+    along = size[..., 0] < ZERO_LENGTH
+    if size.min() < ZERO_LENGTH:
         up, x = np.broadcast_arrays(up, x)
         x, size = x.copy(), size.copy()
         for other in (instead, _ONE[np.abs(up).argmin(axis=-1)]):
             if other is not None:
                 flat = other - up * (other * up).sum(axis=-1, keepdims=True)
-                lost = size[..., 0] < SMALL
+                lost = size[..., 0] < ZERO_LENGTH
                 x[lost] = np.broadcast_to(flat, x.shape)[lost]
                 size = np.sqrt((x * x).sum(axis=-1, keepdims=True))
     x /= size

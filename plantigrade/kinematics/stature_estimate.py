@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from plantigrade.errors import FitError
-from plantigrade.kinematics.unmeasured import bodies_of
+from plantigrade.kinematics.unmeasured_joints import bodies_of
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
@@ -53,7 +53,7 @@ def with_unknown_size(
     return human, notes
 
 
-def doubts_of_stature(
+def stature_warnings(
     person: Person,
     human: Human,
     places: Sequence[Attachment],

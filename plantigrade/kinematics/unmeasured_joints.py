@@ -43,21 +43,23 @@ PARTS = {
 SIGNAL = "assumed.joints"
 """Signal of a Record that names the coordinates that nothing in the recording shows."""
 
-SMOOTH = 0.02  # of the legs' rate [s]: a bell of this width halves what is faster than 9 Hz
-# The first harmonic of the feet's distance is largest a little after the heel strike: so far in
-# mean curves at free speed [Schwartz2008]_, 19 degrees in those of an adult [Falisse2019]_ [rad].
-LANDS = np.deg2rad(15.0)
-STRIDES = 0.4, 2.0  # per second, fewest and most that people make [Hz]
-FEWEST = 12  # frames in which a phase can be found
-UPRIGHT = np.deg2rad(25.0)  # tilt and list of a pelvis above which a trunk is still upright [rad]
-SITS = np.deg2rad(40.0)  # turn back of a pelvis up to which one sits, the trunk upright [rad]
-HANGS = np.deg2rad(60.0)  # lean of a trunk from which an arm still hangs [rad]
-STRAIGHT = 0.3  # share of the frames, those with the straightest knees, that tell the pelvis's tilt
-RISE = 0.01  # wave of the pelvis that tells running from walking [m]
+RATE_SMOOTHING = 0.02  # [s] width of the Gaussian filter of the legs' rate, half gain at 9 Hz
+# [rad] delay of the maximum of the first harmonic of the foot distance after heel strike, from mean
+# curves at free speed [Schwartz2008]_; 19 degrees for an adult [Falisse2019]_
+PHASE_OFFSET = np.deg2rad(15.0)
+STRIDE_FREQUENCIES = 0.4, 2.0  # [Hz] range of human stride frequencies
+MIN_FRAMES = 12  # [1] minimum number of frames for a phase
+MAX_UPRIGHT_TILT = np.deg2rad(25.0)  # [rad] maximum pelvis tilt and list with an upright trunk
+# [rad] maximum posterior pelvis tilt in sitting with an upright trunk
+MAX_SITTING_TILT = np.deg2rad(40.0)
+MIN_HANGING_LEAN = np.deg2rad(60.0)  # [rad] trunk lean from which an arm hangs vertically
+# [1] share of the frames, with the straightest knees, used for the pelvis tilt
+STRAIGHT_SHARE = 0.3
+MIN_RUNNING_RISE = 0.01  # [m] amplitude of the pelvis height that separates running from walking
 
 
 @dataclass(frozen=True)
-class Legs:
+class LegSwing:
     """How the legs swing."""
 
     phase: Float[Array, " n_frames"]  #: Of the right foot's cycle [rad]; zero at its heel strike
@@ -66,7 +68,7 @@ class Legs:
     runs: bool  #: Whether the pelvis is highest when the feet are furthest apart
 
 
-def seen_hinges(points: PointSet) -> Bool[Array, " n_hinges"]:
+def measured_hinges(points: PointSet) -> Bool[Array, " n_hinges"]:
     """Return which hinges move any of the points that are measured."""
     return np.asarray(points.moved[:, 0, 6:].any(axis=0))
 
@@ -102,8 +104,10 @@ def follow_the_legs(
     # upright on a pelvis that is turned back.
     trunk = usual.trunk.copy()
     leans = tilt - _upright_tilt(human, qpos, tilt)
-    trunk[:, 0] += (1 - share) * (np.minimum(leans, 0.0) + np.maximum(leans - SITS, 0.0))
-    trunk[:, 1] += side_lean - np.clip(side_lean, -UPRIGHT, UPRIGHT)
+    trunk[:, 0] += (1 - share) * (
+        np.minimum(leans, 0.0) + np.maximum(leans - MAX_SITTING_TILT, 0.0)
+    )
+    trunk[:, 1] += side_lean - np.clip(side_lean, -MAX_UPRIGHT_TILT, MAX_UPRIGHT_TILT)
     trunk[:, 2] = share * (ahead + trunk[:, 2]) + (1 - share) * turned
     _turn_to(human, qpos, SPINE, hidden, trunk)
     above = _angles(_rotation(human, qpos, _arm_carrier(human)))
@@ -115,7 +119,7 @@ def follow_the_legs(
         if name not in hidden:
             continue
         if name.startswith("arm_flex"):
-            angle = angle - np.clip(above[:, 0] - TRUNK_TILT, -HANGS, HANGS)
+            angle = angle - np.clip(above[:, 0] - TRUNK_TILT, -MIN_HANGING_LEAN, MIN_HANGING_LEAN)
         k = human.hinge(name)
         qpos[:, 7 + k] = np.clip(angle, low[k], high[k])
     return qpos
@@ -126,14 +130,14 @@ def leg_swing(
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     seen: Bool[Array, " n_hinges"],
-) -> Legs:
+) -> LegSwing:
     """Return phase and speed of the legs' swing; still legs where there are too few frames.
 
     Of a leg that was not seen, the swing is taken to be opposite to the other's.
     """
     n = len(time)
-    still = Legs(np.zeros(n), np.zeros(n), STRIDES[0], False)
-    if n < FEWEST:
+    still = LegSwing(np.zeros(n), np.zeros(n), STRIDE_FREQUENCIES[0], False)
+    if n < MIN_FRAMES:
         return still
     ankles = [human.skeleton.parts[f"foot_{side}"] for side in SIDES]
     feet = PointSet(human, [b for b, _ in ankles], np.array([at for _, at in ankles])).path(qpos)
@@ -144,27 +148,29 @@ def leg_swing(
     if sum(shown) == 1:
         one = before[:, shown.index(True)]
         before[:, shown.index(False)] = 2 * one.mean() - one
-    ahead = _smooth(time, before[:, 0] - before[:, 1], SMOOTH)
+    ahead = _smooth(time, before[:, 0] - before[:, 1], RATE_SMOOTHING)
     rate = np.gradient(ahead, time)
     size = float(np.sqrt(np.mean(ahead**2)))
     if size < 1e-6:
         return still
-    strides = float(np.clip(np.sqrt(np.mean(rate**2)) / size / (2 * np.pi), *STRIDES))
+    strides = float(np.clip(np.sqrt(np.mean(rate**2)) / size / (2 * np.pi), *STRIDE_FREQUENCIES))
     for _ in range(3):  # the rhythm, ever better
         omega = 2 * np.pi * strides
         turning = (ahead - 1j * rate / omega) * np.exp(-1j * omega * time)
         real, imaginary = (_smooth(time, x, 0.25 / strides) for x in (turning.real, turning.imag))
         steady = real + 1j * imaginary
-        phase = omega * time + np.unwrap(np.angle(steady)) + LANDS
+        phase = omega * time + np.unwrap(np.angle(steady)) + PHASE_OFFSET
         step = np.abs(steady)
         weight = step / step.sum()
-        strides = float(np.clip(weight @ np.gradient(phase, time) / (2 * np.pi), *STRIDES))
+        strides = float(
+            np.clip(weight @ np.gradient(phase, time) / (2 * np.pi), *STRIDE_FREQUENCIES)
+        )
     d = human.dimensions
     leg = d.thigh + d.shank + d.ankle_height
     speed = 2 * step * strides / np.sqrt(GRAVITY * leg)
     height = qpos[:, 2] - weight @ qpos[:, 2]
     rise = 2 * float(weight @ (height * np.cos(2 * phase)))
-    return Legs(phase, speed, strides, rise > RISE)
+    return LegSwing(phase, speed, strides, rise > MIN_RUNNING_RISE)
 
 
 def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
@@ -179,7 +185,7 @@ def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
     return found
 
 
-def words(names: Sequence[str]) -> str:
+def body_part_names(names: Sequence[str]) -> str:
     """Return the parts of the body to which coordinates belong: ``"the trunk and the arms"``."""
     there = {_plain(name) for name in names}
     parts = [f"the {part}" for part, every in PARTS.items() if there & set(every)]
@@ -191,7 +197,7 @@ def note(names: Sequence[str], what: str) -> list[str]:
 
     ``what`` does not show them: ``"no marker"``.
     """
-    parts = words(names)
+    parts = body_part_names(names)
     if not parts:
         return []
     return [
@@ -239,8 +245,8 @@ def _angles(quat: Float[Array, "n_frames 4"]) -> Float[Array, "n_frames 3"]:
 def _upright_tilt(human: Human, qpos, tilt) -> float:
     """Return the pelvis's tilt in upright standing: its median while the knees are straightest."""
     bend = sum(qpos[:, 7 + human.hinge(f"knee_angle_{side}")] for side in SIDES)
-    straight = bend <= np.quantile(bend, STRAIGHT)
-    return float(np.clip(np.median(tilt[straight]), -UPRIGHT, UPRIGHT))
+    straight = bend <= np.quantile(bend, STRAIGHT_SHARE)
+    return float(np.clip(np.median(tilt[straight]), -MAX_UPRIGHT_TILT, MAX_UPRIGHT_TILT))
 
 
 def _smooth(time, values, width: float) -> np.ndarray:

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from plantigrade.errors import FitError
-from plantigrade.kinematics.plausible import (
+from plantigrade.kinematics.plausibility import (
     lean_notes,
     require_human_size,
     require_one_person,

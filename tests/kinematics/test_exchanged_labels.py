@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade import io
 from plantigrade.errors import FitError
-from plantigrade.kinematics.exchanged import Exchange, Landmarks, exchanged_by_anatomy
+from plantigrade.kinematics.exchanged_labels import Exchange, Landmarks, exchanged_by_anatomy
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.kinematics.standing_trial import exchanged_by_standing, require_same_person

@@ -14,13 +14,14 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.motion import Recording
 
-FEWEST_MARKERS = 6  # with known places: what it takes to fit a person
-SPREAD = (0.25, 4.0)  # the markers of one frame, corner to corner of their box [m]
-FARTHEST = 1e5  # from the origin [m]; beyond it a number no longer tells millimetres apart
-UPRIGHT = 0.35  # cosine of the trunk's lean below which a person does not stand or walk
-LARGEST_ERROR = {"marker": 0.04, "joint": 0.08}  # mean error of what can be called a fit [m]
-REACH = 3.0  # a sample this far from the middle of the markers is on no person [m]
-HALF_WINDOW = 5  # frames on each side over which that middle is the median
+MIN_MARKERS = 6  # [1] minimum number of markers with known positions for a fit
+PLAUSIBLE_EXTENT = (0.25, 4.0)  # [m] range of the diagonal of the bounding box of all markers
+# [m] maximum distance from the origin; beyond it the precision is insufficient
+MAX_COORDINATE = 1e5
+MIN_UPRIGHT_COSINE = 0.35  # [1] minimum cosine of the trunk's lean in standing and walking
+MAX_ERROR = {"marker": 0.04, "joint": 0.08}  # [m] maximum mean error of a fit
+MAX_MARKER_DISTANCE = 3.0  # [m] maximum distance of a sample from the centre of the markers
+HALF_WINDOW = 5  # [1] frames on each side for the running median of this centre
 
 
 def require_one_person(known: Sequence[str], source: object) -> None:
@@ -30,7 +31,7 @@ def require_one_person(known: Sequence[str], source: object) -> None:
         FitError: If two or more people have as many markers of known place as a fit needs.
     """
     owners = Counter(name.rpartition(":")[0] for name in known)
-    people = sorted(owner for owner, count in owners.items() if count >= FEWEST_MARKERS)
+    people = sorted(owner for owner, count in owners.items() if count >= MIN_MARKERS)
     if len(people) > 1:
         raise FitError(
             f"{source} holds the markers of {len(people)} people ({', '.join(people)}); one is "
@@ -49,17 +50,18 @@ def require_human_size(samples: Float[Array, "n_frames n_markers 3"], source: ob
     if not len(frames):
         return
     farthest = float(np.nanmedian(np.nanmax(np.abs(frames), axis=(1, 2))))
-    if farthest > FARTHEST:
+    if farthest > MAX_COORDINATE:
         raise FitError(
             f"{source}: the markers lie {farthest:.3g} m from the origin, where rounding hides "
-            f"millimetres; allowed are {FARTHEST:.0e} m: check the unit, or move the origin"
+            f"millimetres; allowed are {MAX_COORDINATE:.0e} m: check the unit, or move the origin"
         )
     box = np.nanmax(frames, axis=1) - np.nanmin(frames, axis=1)
     spread = float(np.median(np.linalg.norm(box, axis=1)))
-    if not SPREAD[0] <= spread <= SPREAD[1]:
+    if not PLAUSIBLE_EXTENT[0] <= spread <= PLAUSIBLE_EXTENT[1]:
         raise FitError(
             f"{source}: the markers of one frame spread over {spread:.3g} m; those of a person "
-            f"over {SPREAD[0]} to {SPREAD[1]:.0f} m: check the file's unit of length"
+            f"over {PLAUSIBLE_EXTENT[0]} to {PLAUSIBLE_EXTENT[1]:.0f} m: "
+            "check the file's unit of length"
         )
 
 
@@ -80,7 +82,7 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
     told = np.isfinite(near[:, 0]).any(axis=1)
     around[told] = np.nanmedian(near[told], axis=2)
     distance = np.linalg.norm(markers.positions - around[:, None], axis=2)
-    far = distance > REACH
+    far = distance > MAX_MARKER_DISTANCE
     if not far.any():
         return recording, 0
     kept = np.where(far[..., None], np.nan, markers.positions)
@@ -90,9 +92,9 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
 def lean_notes(rotations: Float[Array, "n_frames 3 3"]) -> list[str]:
     """Return a sentence where the trunk, whose z axis points to the head, is mostly not upright."""
     cosine = float(np.median(rotations[:, 2, 2]))
-    if cosine >= UPRIGHT:
+    if cosine >= MIN_UPRIGHT_COSINE:
         return []
-    how = "upside down" if cosine < -UPRIGHT else "lying"
+    how = "upside down" if cosine < -MIN_UPRIGHT_COSINE else "lying"
     return [
         f"the person is {how} in most frames ({np.rad2deg(np.arccos(cosine)):.0f}° from upright); "
         "if this is wrong, the vertical axis of the file is not z: rotate it first."
@@ -106,12 +108,12 @@ def verdict(error: float | None, kind: str) -> str:
         error: Mean error that is left [m], where there is one.
         kind: What it is of: ``"marker"`` or ``"joint"``.
     """
-    if error is None or error <= LARGEST_ERROR[kind]:
+    if error is None or error <= MAX_ERROR[kind]:
         return "ok"
     if np.isfinite(error):
         return (
             f"the body could not be fitted to the recording: mean {kind} error "
-            f"{1e3 * error:.0f} mm, at most {1e3 * LARGEST_ERROR[kind]:.0f} is allowed; check "
+            f"{1e3 * error:.0f} mm, at most {1e3 * MAX_ERROR[kind]:.0f} is allowed; check "
             "names, units and that all frames are of one person"
         )
     return "the body could not be fitted to the recording: no error is known"

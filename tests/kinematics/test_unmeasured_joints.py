@@ -11,7 +11,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.state import PointSet, sweep
-from plantigrade.kinematics.unmeasured import PARTS, follow_the_legs, leg_swing
+from plantigrade.kinematics.unmeasured_joints import PARTS, follow_the_legs, leg_swing
 from plantigrade.models import Human, Person
 from plantigrade.models.textbook_gait import textbook_gait
 from plantigrade.motion import Markers, Recording, Table

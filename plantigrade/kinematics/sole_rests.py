@@ -15,11 +15,11 @@ from plantigrade.kinematics.sole_paths import SolePaths
 from plantigrade.motion.filters import lowpass, runs
 from plantigrade.motion.recording import rate_of
 
-NEAR = 0.035  # a region higher above the ground than this does not rest [m]
-SLOW = 0.35  # a region faster than this does not come to rest [m/s] …
-STILL = 0.22  # … and one slower than this rests
-SHORTEST = 0.06  # shortest rest [s]
-SMOOTH = 10.0  # low-pass of the points before their speed is taken [Hz]
+MAX_REST_HEIGHT = 0.035  # [m] maximum height above the ground of a resting region
+MAX_REST_SPEED = 0.35  # [m/s] maximum speed within a rest …
+STILL_SPEED = 0.22  # [m/s] … and maximum of its lowest speed
+MIN_REST_TIME = 0.06  # [s] minimum duration of a rest
+SPEED_CUTOFF = 10.0  # [Hz] low-pass of points before differentiation
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ def find_rests(
             if not len(index):
                 continue
             speed = point_speed(time, position[:, index].mean(axis=1))
-            near = position[:, index, 2].min(axis=1) < NEAR
-            calm = _hysteresis(speed, STILL, SLOW) & near
+            near = position[:, index, 2].min(axis=1) < MAX_REST_HEIGHT
+            calm = _hysteresis(speed, STILL_SPEED, MAX_REST_SPEED) & near
             if stance is not None:
                 calm &= stance[:, s]
             for run in runs(calm):
-                if run.stop - run.start >= max(2, SHORTEST * rate):
+                if run.stop - run.start >= max(2, MIN_REST_TIME * rate):
                     rests.append(ContactFrames(side, region, run.start, run.stop))
     return rests
 
@@ -76,8 +76,8 @@ def point_speed(time: Float[Array, " n"], path: Float[Array, "n 3"]) -> Float[Ar
     """Return the speed of a point along its smoothed path [m/s]."""
     if len(time) < 3:
         return np.zeros(len(time))
-    if len(time) > 15 and rate_of(time) > 2.5 * SMOOTH:
-        path = lowpass(time, path, cutoff=SMOOTH)
+    if len(time) > 15 and rate_of(time) > 2.5 * SPEED_CUTOFF:
+        path = lowpass(time, path, cutoff=SPEED_CUTOFF)
     return np.linalg.norm(np.gradient(path, time, axis=0), axis=-1)
 
 

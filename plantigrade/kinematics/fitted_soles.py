@@ -9,12 +9,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.rests import ContactFrames
 from plantigrade.kinematics.sole_paths import SolePaths
+from plantigrade.kinematics.sole_rests import ContactFrames
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 
-THICKEST = 0.06  # a point that rests further from the ground than this does not rest on a sole [m]
+MAX_SOLE_DISTANCE = 0.06  # [m] maximum distance from the ground of a resting sole point
 
 
 def on_own_soles(human: Human, contact: SolePaths, rests: list[ContactFrames]) -> Human:
@@ -26,7 +26,7 @@ def on_own_soles(human: Human, contact: SolePaths, rests: list[ContactFrames]) -
         if not frames.any():
             return human
         height = float(np.median(contact.position[frames, i, 2]))
-        if abs(height) > THICKEST:
+        if abs(height) > MAX_SOLE_DISTANCE:
             return human
         offsets[name] = -height
     return human.with_soles(offsets)

@@ -12,7 +12,11 @@ from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 
-TOES = {"toes": "mtp_angle", "medial_phalanges": "mtp_angle", "lateral_phalanges": "mtp4_angle"}
+TOE_JOINTS = {
+    "toes": "mtp_angle",
+    "medial_phalanges": "mtp_angle",
+    "lateral_phalanges": "mtp4_angle",
+}
 """Part of the foot → the joint that bends it."""
 
 
@@ -55,7 +59,7 @@ def toes_on_ground(
     seen = {p.body for p in places}
     qpos = np.array(qpos)
     for side in SIDES:
-        toes = {f"{part}_{side}": f"{joint}_{side}" for part, joint in TOES.items()}
+        toes = {f"{part}_{side}": f"{joint}_{side}" for part, joint in TOE_JOINTS.items()}
         toes = {part: joint for part, joint in toes.items() if part in human.body_names}
         if not toes or seen & set(toes):
             continue

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.rests import find_rests
+from plantigrade.kinematics.fitted_soles import MAX_SOLE_DISTANCE, on_own_soles
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.soles import THICKEST, on_own_soles
 from plantigrade.kinematics.textbook_recording import textbook_walk
+from plantigrade.kinematics.sole_rests import find_rests
 from tests.models.presets import person
 
 RATE = 100.0
@@ -69,6 +69,6 @@ def test_both_feet_of_an_even_walk_get_the_same_soles(walk):
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_feet_far_from_the_floor_stand_on_something_else(walk, way):
     raised = walk.qpos.copy()
-    raised[:, 2] += way * (THICKEST + 0.05)
+    raised[:, 2] += way * (MAX_SOLE_DISTANCE + 0.05)
     shod = put_on(walk.human, raised)
     np.testing.assert_array_equal(shod.model.geom_pos, walk.human.model.geom_pos)
