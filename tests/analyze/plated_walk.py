@@ -53,7 +53,7 @@ class PlatedWalk:
 
 def analyse(fit: Fit, **options) -> trial.Trial:
     """Analyse a fit whose centre of pressure need not lie under the foot."""
-    with patch.object(plate_checks, "OUTSIDE", FAR):
+    with patch.object(plate_checks, "MAX_SOLE_DISTANCE", FAR):
         return trial.analyse(fit, **options)
 
 

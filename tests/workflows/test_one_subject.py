@@ -83,7 +83,7 @@ def test_one_trial_on_plates_weighs_all(tmp_path):
         write(Recording(tmp_path / f"{name}.trc", markers), tmp_path / f"{name}.trc")
     write(Recording(tmp_path / "f.mot", plates=plated.plates), tmp_path / "walk2_grf.mot")
     paths = [tmp_path / "walk1.trc", tmp_path / "walk2.trc"]
-    with patch.object(plate_checks, "OUTSIDE", FAR):
+    with patch.object(plate_checks, "MAX_SOLE_DISTANCE", FAR):
         shared = share(paths, FitSettings())
     assert shared is not None
     assert shared.subject.mass == pytest.approx(MASS, rel=0.02)
