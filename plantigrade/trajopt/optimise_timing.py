@@ -14,11 +14,11 @@ from plantigrade.arrays import Array
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.solution import Solution, Stage
 from plantigrade.trajopt.solve import Progress, synthesize
-from plantigrade.trajopt.tasks.gait_parameters import FLAT, GaitParameters, ball_off
+from plantigrade.trajopt.tasks.gait_parameters import FOOT_FLAT_SHARE, GaitParameters, ball_off
 from plantigrade.trajopt.tasks.task import MotionTask
 
 BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
-"""How far times may go: part of the step length; parts of the stride."""
+"""Maximum changes: share of the step length; shares of the stride [1]."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _varied(p: GaitParameters, x: Array) -> GaitParameters:
     """Return lengths and times moved by parts of the bounds."""
     step = p.step_length * (1.0 + BOUNDS["step_length"] * x[0])
     stance = p.stance_fraction + BOUNDS["stance"] * x[1]
-    flat = FLAT * (stance - 0.5)
+    flat = FOOT_FLAT_SHARE * (stance - 0.5)
     return replace(
         p,
         step_length=step,

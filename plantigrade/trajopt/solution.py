@@ -23,15 +23,15 @@ from plantigrade.trajopt.solvers.result import Iterate, Multipliers
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.limits import Limits, PowerLimit
-from plantigrade.trajopt.terms.solid import ARMS, LEGS, UNIT, SolidLimbs
+from plantigrade.trajopt.terms.solid import ARMS, LEGS, ROW_SCALE, SolidLimbs
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 from plantigrade.trajopt.transcription.forces_between import remainder
 
 SAMPLES_PER_INTERVAL = 10
-"""Frames of a Record between two nodes."""
+"""Frames of a Record between two nodes [1]."""
 
-MOST_SAID = 5
-"""Violations in the notes."""
+MAX_NOTED_VIOLATIONS = 5
+"""Maximum number of violations in the notes [1]."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Solution:
             if family.name in (LEGS, ARMS):
                 u = np.zeros((len(times), family.function.size1_in(3)))
                 free = replace(family, parameters=np.zeros((len(times), 0)))
-                depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / UNIT)
+                depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / ROW_SCALE)
         return times, depth
 
     def too_low(
@@ -251,7 +251,7 @@ class Solution:
 
     @property
     def limits(self) -> RecordLimits:
-        """What the task's terms let joints and forces do."""
+        """Limits of joints and forces from the task's terms."""
         terms, human = self.task.terms, self.body.human
         forces = [t.force * self.body.weight for t in terms if isinstance(t, Contact)]
         joints = [t for t in terms if isinstance(t, Limits)]
@@ -266,10 +266,10 @@ class Solution:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know where the solver did not succeed."""
+        """Notes for the user about an unsuccessful solve."""
         if self.success:
             return ()
-        broken = [v.sentence() + "." for v in self.violations[:MOST_SAID]]
+        broken = [v.sentence() + "." for v in self.violations[:MAX_NOTED_VIOLATIONS]]
         if self.status == "stopped":
             return ("The solver was stopped; this is the best so far.", *broken)
         found = [f"The solver ended with “{self.status}”.", *broken]

@@ -32,20 +32,22 @@ Solver = Literal["interior-point", "ipopt"]
 Start = tuple[Array, Array, Multipliers | None]
 Progress = Callable[[str, Iterate], bool | None]
 
-UNEXPLAINED = 1.2e-3
-"""Wrench between nodes above which the mesh is refined [body weights, body weights · m]: moments
-of 2e-3 put a centre of pressure out of the base of support by 2 mm, of 3 that are allowed."""
-OVERLAPPING = -0.001
-"""Depth of limbs in each other above which it is, too [m]: to a millimetre do rows tell it."""
-OVERLOADED = 1.0  # use of a joint's torque or speed between nodes above which it is, too
-BEYOND = 0.004  # by which a joint is beyond its range, from which it is, too [rad]
-LOW = 0.003  # by which a foot in the air is too low, from which it is, too [m]
-FALSE = 0.5
-"""Wrench between nodes from which a motion is none [body weights, body weights · m]: it meets rows
-at nodes alone, and no finer mesh has been seen to make one of it."""
-REFINEMENTS = 8  # of the mesh, at most
-FAR = 0.3  # violation left by a stalled solver that smoothness does not help out of
-MANY, FEW = 150, 75  # nodes from which a coarse mesh comes first, and its nodes
+MAX_RESIDUAL_WRENCH = 1.2e-3
+"""Residual wrench between nodes above which the mesh is refined [body weights, body weights · m];
+2e-3 moves a centre of pressure out of the base of support by 2 mm, of 3 mm allowed."""
+MIN_LIMB_DISTANCE = -0.001
+"""Distance of limbs below which the mesh is refined [m]; the rows are accurate to a millimetre."""
+# [1] relative torque or speed of a joint between nodes above which the mesh is refined
+MAX_LOAD = 1.0
+MAX_RANGE_EXCESS = 0.004  # [rad] excess of a joint range above which the mesh is refined
+MAX_FOOT_DEPTH = 0.003  # [m] depth of a swing foot above which the mesh is refined
+MAX_FEASIBLE_WRENCH = 0.5
+"""Residual wrench between nodes above which a motion is infeasible [body weights, body weights ·
+m]; no finer mesh has made such a motion feasible."""
+MAX_REFINEMENTS = 8  # [1] maximum number of mesh refinements
+MAX_STALLED_VIOLATION = 0.3  # [1] violation of a stalled solver beyond the help of smoothness
+COARSE_MESH_NODES = 150  # [1] minimum number of nodes for a preceding coarse mesh
+COARSE_NODES = 75  # [1] nodes of the coarse mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +63,7 @@ class _Ending:
 
     @property
     def over(self) -> bool:
-        """Whether nothing else is to be tried: it succeeded, or the user stopped it."""
+        """Whether it succeeded or the user stopped it."""
         return self.success or self.status == "stopped"
 
     def on(self, problem: Problem) -> Start:
@@ -79,7 +81,7 @@ def synthesize(
     options: Options | None = None,
     progress: Progress | None = None,
     c0: Float[Array, "n_coefficients nv"] | None = None,
-    refinements: int = REFINEMENTS,
+    refinements: int = MAX_REFINEMENTS,
     rescue: bool = True,
 ) -> Solution:
     """Return the motion of a person who does a task.
@@ -135,7 +137,10 @@ def synthesize(
         beside = number == 0 and problem.closure is None  # one round does for a periodic motion
         times, excess = _wrong(made)
         finer = split(made.nodes, times, excess, beside=beside)
-        if len(finer) == len(made.nodes) or excess.max() > FALSE / UNEXPLAINED:
+        if (
+            len(finer) == len(made.nodes)
+            or excess.max() > MAX_FEASIBLE_WRENCH / MAX_RESIDUAL_WRENCH
+        ):
             break
         problem = task.problem(body, finer)
         after = solve("more nodes", problem, at.on(problem))
@@ -150,9 +155,14 @@ def _wrong(solution: Solution) -> tuple[Array, Array]:
     times, missing = solution.unexplained()
     use, low = solution.overloaded()[1], solution.too_low()[1]
     entered = solution.overlapping()[1]
-    excess = np.where(missing > UNEXPLAINED, missing / UNEXPLAINED, 0.0)
+    excess = np.where(missing > MAX_RESIDUAL_WRENCH, missing / MAX_RESIDUAL_WRENCH, 0.0)
     beyond = solution.beyond()[1]
-    others = (use > OVERLOADED) | (entered > OVERLAPPING) | (low > LOW) | (beyond > BEYOND)
+    others = (
+        (use > MAX_LOAD)
+        | (entered > MIN_LIMB_DISTANCE)
+        | (low > MAX_FOOT_DEPTH)
+        | (beyond > MAX_RANGE_EXCESS)
+    )
     excess = np.maximum(excess, others)
     return times[excess > 0], excess[excess > 0]
 
@@ -160,8 +170,8 @@ def _wrong(solution: Solution) -> tuple[Array, Array]:
 def _first(run: "_Stages", problem: Problem, start: Start, name: str, guessed: bool) -> _Ending:
     """Solve the problem; where it is large and starts from a guess, on a coarse mesh before."""
     n = len(problem.nodes)
-    if guessed and n > MANY:
-        rate = run.task.nodes_per_second * FEW / n
+    if guessed and n > COARSE_MESH_NODES:
+        rate = run.task.nodes_per_second * COARSE_NODES / n
         at = run.easier("coarse mesh", replace(run.task, nodes_per_second=rate))
         if at.success:
             name, start = "fine mesh", at.on(problem)
@@ -205,9 +215,9 @@ class _Stages:
 
     @property
     def far_off(self) -> bool:
-        """Whether every stage stalled, none of them near to what was asked."""
+        """Whether every stage stalled far from feasibility."""
         return all(
-            s.status == "stalled" and min(it.violation for it in s.history) > FAR
+            s.status == "stalled" and min(it.violation for it in s.history) > MAX_STALLED_VIOLATION
             for s in self._stages
         )
 

@@ -1,4 +1,4 @@
-"""What another problem needs to start from a solved one: kept as signals of its Record."""
+"""Data for starting another problem from a solved one, stored as signals of its Record."""
 
 from dataclasses import dataclass
 

@@ -5,11 +5,11 @@ import pytest
 
 from plantigrade.kinematics.state import State
 from plantigrade.trajopt import ProblemBuilder, make_task
-from plantigrade.trajopt.problem.contact_body import TORQUE
+from plantigrade.trajopt.problem.contact_body import TORQUE_SCALE
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
 from plantigrade.trajopt.terms.effort import (
-    LIGHTEST,
-    STRONG,
+    MIN_INERTIA_SHARE,
+    REFERENCE_STRENGTH,
     Acceleration,
     Jerk,
     Torque,
@@ -36,8 +36,8 @@ def test_inertia_is_that_of_the_energy_of_each_coordinate_alone():
     assert found[names.index("pelvis_tx")] == pytest.approx(human.mass / knee)
     for name in ("knee_angle_l", "hip_flexion_r", "hip_adduction_l", "lumbar_extension"):
         own = twice_the_energy(6 + human.coordinates.index(name))
-        assert found[names.index(name)] == pytest.approx(max(own / knee, LIGHTEST))
-    assert found.min() == LIGHTEST
+        assert found[names.index(name)] == pytest.approx(max(own / knee, MIN_INERTIA_SHARE))
+    assert found.min() == MIN_INERTIA_SHARE
     # A body upright turns more easily about its long axis than it tilts or lists.
     assert found[names.index("pelvis_rotation")] < 0.3 * found[names.index("pelvis_tilt")]
 
@@ -56,7 +56,7 @@ def test_all_joints_cost_as_much_at_their_strength():
     strength = np.abs(human.model.jnt_actfrcrange[1:]).max(axis=1)
     weight = made.family("muscle torque").weight[1] / made.weights[1]
     cost = 0.5 * weight * (strength / body().torque) ** 2
-    np.testing.assert_allclose(cost, 3.0 * (STRONG / TORQUE) ** 2)
+    np.testing.assert_allclose(cost, 3.0 * (REFERENCE_STRENGTH / TORQUE_SCALE) ** 2)
 
 
 def test_only_the_joints_that_are_named_cost_where_others_do_not():

@@ -18,7 +18,7 @@ from plantigrade.trajopt import ContactBody
 from plantigrade.trajopt.problem.contact import hold_contacts, site_places, site_targets
 from plantigrade.trajopt.tasks.chair import seated_posture
 from plantigrade.trajopt.tasks.recorded_forces import (
-    NINETY,
+    HALF_WIDTH_90,
     expected_wrenches,
     forces_at_sites,
 )
@@ -64,8 +64,8 @@ def test_bands_become_standard_errors(human):
     weight = human.mass * 9.81
     found = expected_wrenches(human, told(human, 350.0), np.array([0.0, 0.1, 0.2]))
     np.testing.assert_allclose(found.force[:2, 0, 2], 350.0 / weight, rtol=1e-3)
-    np.testing.assert_allclose(found.force_error, 30.0 / weight / NINETY, rtol=1e-3)
-    np.testing.assert_allclose(found.point_error[:2, 0], 0.02 / NINETY)
+    np.testing.assert_allclose(found.force_error, 30.0 / weight / HALF_WIDTH_90, rtol=1e-3)
+    np.testing.assert_allclose(found.point_error[:2, 0], 0.02 / HALF_WIDTH_90)
     assert np.isinf(found.point_error[2]).all()  # no load, no centre
     assert np.isinf(found.torque_error).all()  # no band, no weight
     np.testing.assert_allclose(found.point[2, 0], found.point[1, 0])

@@ -16,7 +16,7 @@ from plantigrade.trajopt.guess.postures import (
 from plantigrade.trajopt.problem.contact import soles_of
 from plantigrade.trajopt.terms.heading import path_heading
 from plantigrade.trajopt.terms.momentum import AngularMomentum
-from plantigrade.trajopt.terms.solid import ARMS, UNIT, SolidLimbs, arms, legs
+from plantigrade.trajopt.terms.solid import ARMS, ROW_SCALE, SolidLimbs, arms, legs
 from tests.trajopt.coarse_walk import body, solved
 
 pytestmark = pytest.mark.solver
@@ -61,7 +61,7 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
         for side in "rl":
             q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
     zero, none = np.zeros_like(q), np.zeros((len(q), 0))
-    found = [values(f(given, len(q)), q, zero, zero, none) / UNIT for f in (legs, arms)]
+    found = [values(f(given, len(q)), q, zero, zero, none) / ROW_SCALE for f in (legs, arms)]
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
     limb = ("femur", "tibia", "foot", "toes", "heel", "medial", "lateral")
     true_legs = [apart(human, x, *(bodies(human, limb, f"_{s}") for s in "rl")) for x in qpos]
@@ -89,7 +89,7 @@ def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
         for side in "rl":
             q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
     zero = np.zeros_like(q)
-    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 2] / UNIT
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 2] / ROW_SCALE
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
     lower = ("ulna", "radius", "hand")
     distance = np.array(
@@ -111,7 +111,7 @@ def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
     for name, low, high in (("hip_flexion_r", 1.8, 2.6), ("lumbar_extension", -1.4, -0.4)):
         q[:, names.index(name)] = rng.uniform(low, high, len(q))
     zero = np.zeros_like(q)
-    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 3] / UNIT
+    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 3] / ROW_SCALE
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
     distance = np.array([apart(human, x, ["femur_r"], ["abdomen", "thorax"]) for x in qpos])
     assert (row < 0.0).any() and (row > 0.01).any()
@@ -130,7 +130,7 @@ def test_hands_far_apart_have_second_derivatives():
     for side in "rl":
         spread[6 + human.hinge(f"arm_add_{side}")] = -np.pi / 2
     distance, second = (np.array(x) for x in hessian(spread))
-    assert distance > 0.5 * UNIT  # of the elbows
+    assert distance > 0.5 * ROW_SCALE  # of the elbows
     assert np.isfinite(second).all()
 
 
@@ -157,7 +157,7 @@ def test_the_row_of_a_walk_is_kept_between_nodes_too():
         q[:, made.problem.names.index(f"hip_adduction_{side}")] += turn
     family = legs(body(), len(q))
     u = np.zeros((len(q), 3 * len(body().sites)))
-    assert values(family, q, *crossed[1:], u).min() < -0.03 * UNIT
+    assert values(family, q, *crossed[1:], u).min() < -0.03 * ROW_SCALE
 
 
 def test_nodes_are_near_each_other_where_a_leg_passes_the_other():

@@ -9,7 +9,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt import ContactBody, Options, Solution, make_task, synthesize
 from plantigrade.trajopt.diagnose.violations import values, violations
-from plantigrade.trajopt.solvers.interior_point import NEAR
+from plantigrade.trajopt.solvers.interior_point import GUESS_BARRIER
 from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.transcription.mesh import nodes_like, nodes_of, split
@@ -70,7 +70,7 @@ def test_a_guess_nearby_has_a_smaller_barrier():
     one = synthesize(body(), task(), refinements=0).stages[0].history[0]
     far = synthesize(body(), task(), refinements=0, c0=_moved(solved(), 1.0).coefficients)
     other = far.stages[0].history[0]
-    assert one.violation < other.violation and NEAR <= one.barrier < other.barrier
+    assert one.violation < other.violation and GUESS_BARRIER <= one.barrier < other.barrier
 
 
 def test_the_motion_at_nodes_is_the_solution():

@@ -14,7 +14,7 @@ from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solvers.result import Multipliers
 
 TOLERANCE = 1e-4
-"""How far outside of its limits a row is violated, in its own unit (where 1 is large)."""
+"""Excess of a limit above which a row is violated, in its own unit [1]."""
 
 _SIDES = {"_r": "right", "_l": "left"}
 _DEGREE, _MILLIMETRE = float(np.rad2deg(1.0)), 1000.0
@@ -43,13 +43,13 @@ ADVICE = {
     "friction": "move more slowly, or allow rougher ground (a term Contact with a larger friction)",
     "force": "give the motion more time, or allow more force (a term Contact with a larger force)",
 }
-"""What to relax, by family."""
+"""Advice on relaxation, by family."""
 FIXED = {
     "coordinates": "the posture asked for at that instant does not go with all the rest: give the "
     "motion more time, or ask for another posture",
     "speeds": "the body cannot be at rest there: give the motion more time, or do not ask for rest",
 }
-"""What to relax where a row was fixed, not limited."""
+"""Advice on relaxation of fixed rows."""
 
 
 @dataclass(frozen=True)

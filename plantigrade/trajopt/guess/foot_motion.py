@@ -18,12 +18,15 @@ from plantigrade.models import Human
 from plantigrade.models.feet import point, sphere_radius
 from plantigrade.trajopt.guess.postures import smooth_step
 
-STRIKE = tuple(np.deg2rad([3.0, 30.0]))  # least and largest toe-up angle at heel strike [rad]
-OFF = tuple(np.deg2rad([10.0, 50.0]))  # the same of the heel-up angle at toe off
-OFF_RIGID = float(np.deg2rad(35.0))  # a foot without toes does not turn further [rad]
-CLEARANCE = 0.015  # of the sole in mid-swing; people have 1 to 2 cm below the toes [m]
-STRAIGHT = 0.5  # of the swing, until bent toes are straight again
-_STEP = 1e-4  # of differences in time [s]
+# [rad] minimum and maximum toe-up angle at heel strike
+STRIKE_ANGLES = tuple(np.deg2rad([3.0, 30.0]))
+# [rad] minimum and maximum heel-up angle at toe-off
+TOE_OFF_ANGLES = tuple(np.deg2rad([10.0, 50.0]))
+# [rad] maximum heel-up angle of a foot without toes
+MAX_RIGID_TOE_OFF_ANGLE = float(np.deg2rad(35.0))
+CLEARANCE = 0.015  # [m] clearance of the sole in mid-swing; people have 1 to 2 cm at the toes
+TOE_RETURN_SHARE = 0.5  # [1] share of the swing until extended toes are straight
+_STEP = 1e-4  # [s] time step of finite differences
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,7 @@ class _Standing:
         self.bends = human.feet != "rigid"
         self.strike_angle, self.off_angle = curves.strike, curves.off
         if not self.bends:
-            self.off_angle = min(self.off_angle, OFF_RIGID)
+            self.off_angle = min(self.off_angle, MAX_RIGID_TOE_OFF_ANGLE)
 
     def at(self, times: Float[Array, " n"]) -> Float[Array, "n 6"]:
         """Return ankle, heading, pitch and toe angle; times outside the stance are cut to it."""
@@ -180,10 +183,10 @@ def _swing(
         out = _quintic(s, span, first, v0, last, v1)
         for i in (0, 1, 2, 4):
             out[:, i] += np.interp(s, even, mean[:, i])
-        out[:, 5] = bent * (1 - smooth_step(s / STRAIGHT))
+        out[:, 5] = bent * (1 - smooth_step(s / TOE_RETURN_SHARE))
         return out
 
-    # raised until the sole is clear, on a grid so that the times asked for do not matter
+    # raised until the sole is clear, on a grid independent of the evaluation times
     grid = np.linspace(0.0, 1.0, 41)
     levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
     lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))

@@ -14,11 +14,11 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import rotation_matrix
 
-MOVED = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle")
-MOVED_FOOT = ("ankle_angle", "subtalar_angle")
-STRAIGHTEST = 0.03  # the knee keeps this much bend [rad]
+LEG_COORDINATES = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle")
+FOOT_COORDINATES = ("ankle_angle", "subtalar_angle")
+MIN_KNEE_FLEXION = 0.03  # [rad] minimum knee flexion
 _DAMPING = 1e-5
-_TURN = 0.25  # a radian of the foot counts as much as this distance [m]
+_ROTATION_LENGTH = 0.25  # [m] distance equivalent to a foot rotation of one radian
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +48,10 @@ class Leg:
 
     def __init__(self, human: Human, side: str):
         model = human.model
-        names = [f"{n}_{side}" for n in (*MOVED, *MOVED_FOOT)]
+        names = [f"{n}_{side}" for n in (*LEG_COORDINATES, *FOOT_COORDINATES)]
         self.columns: Int[Array, " 6"] = np.array([human.hinge(n) for n in names])
         self.limits = human.limits[:, self.columns].copy()
-        self.limits[0, 3] = max(self.limits[0, 3], STRAIGHTEST)
+        self.limits[0, 3] = max(self.limits[0, 3], MIN_KNEE_FLEXION)
         self._bodies: list[tuple[np.ndarray, np.ndarray | None, list[_Hinge]]] = []
         body = human.body(f"foot_{side}")
         while human.body_names[body - 1] != "pelvis":
@@ -118,7 +118,7 @@ class Leg:
         """
         q = hinges.copy()
         q[:, self.columns] = np.clip(q[:, self.columns], *self.limits)
-        weight = np.array([1.0, 1.0, 1.0, _TURN, _TURN, _TURN])
+        weight = np.array([1.0, 1.0, 1.0, _ROTATION_LENGTH, _ROTATION_LENGTH, _ROTATION_LENGTH])
         for _ in range(iterations):
             x, R, J = self.forward(pelvis, rotation, q)
             r = np.concatenate([ankle - x, _rotvec(foot @ R.swapaxes(1, 2))], axis=1) * weight

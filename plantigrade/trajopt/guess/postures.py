@@ -21,8 +21,8 @@ from plantigrade.spatial.conventions import (
 from plantigrade.trajopt.guess.legs import Leg
 from plantigrade.trajopt.problem.contact_body import ContactBody
 
-STANDS = 0.3  # for which legs of a guess that bends them are still stretched, at either end [s]
-STRETCHED = 0.999  # of thigh and shank: as far as a leg of a guess is stretched
+STRETCHED_TIME = 0.3  # [s] time with extended legs at either end of a guess with flexed legs
+MAX_LEG_EXTENSION = 0.999  # [1] maximum leg extension of a guess relative to thigh plus shank
 
 
 def standing_feet(human: Human) -> dict[str, Footprint]:
@@ -115,7 +115,7 @@ def reaching(
     human: Human,
     q: Float[Array, "n nv"],
     feet: Mapping[str, tuple[Array, Array | float]],
-    stretched: Float[Array, " n"] | float = STRETCHED,
+    stretched: Float[Array, " n"] | float = MAX_LEG_EXTENSION,
 ) -> Float[Array, "n nv"]:
     """Return postures whose legs reach for level feet, the nearer to them the better.
 
@@ -137,7 +137,7 @@ def reaching(
         away = ankle - hip
         far = np.linalg.norm(away, axis=1)
         ankle = hip + away * np.minimum(1.0, stretched * leg.length / far)[:, None]
-        # a bent leg to start from, so that the knee does not turn the wrong way
+        # a bent leg to start from, so that the knee flexes in the right direction
         bend = 2.0 * np.arccos(np.clip(far / leg.length, 0.0, 1.0))
         knee, hip_flexion = leg.columns[3], leg.columns[0]
         hinges[:, knee] = np.clip(bend, *leg.limits[:, 3])
@@ -177,8 +177,8 @@ class KeyPostures:
         feet = {s: level_foot(body.human, plan, s, times, self.lift) for s in SIDES}
         stands = any(s.toe_off >= plan.duration for s in plan.stances)
         end = plan.duration if stands else np.inf
-        inside = np.minimum(times, end - times) / STANDS
-        return reaching(body.human, q, feet, STRETCHED - self.bent * smooth_step(inside))
+        inside = np.minimum(times, end - times) / STRETCHED_TIME
+        return reaching(body.human, q, feet, MAX_LEG_EXTENSION - self.bent * smooth_step(inside))
 
 
 def level_foot(

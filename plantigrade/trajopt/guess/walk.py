@@ -26,8 +26,8 @@ from plantigrade.spatial.conventions import (
     xyzw_to_wxyz,
 )
 from plantigrade.trajopt.guess.foot_motion import (
-    OFF,
-    STRIKE,
+    STRIKE_ANGLES,
+    TOE_OFF_ANGLES,
     FootCurves,
     FootMotion,
     foot_motion,
@@ -38,11 +38,11 @@ from plantigrade.trajopt.guess.postures import foot_stances, level_rotations, st
 from plantigrade.trajopt.problem.nlp import PeriodicClosure
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
-STRETCH = 0.997  # how far a leg is stretched at most: 9° in the knee
-SWAY = 0.022  # of leg length, to the standing foot at free speed; more when slow
-_RATE = 100.0  # of the grid on which the pelvis' height is found [Hz]
-MOST = float(np.deg2rad(65.0))  # heel-up angle in swing [rad]
-HOLD = 0.4  # of a rest in which the body stays where it is
+MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
+SWAY_AMPLITUDE = 0.022  # [leg lengths] sway towards the stance foot at free speed; more when slow
+_RATE = 100.0  # [Hz] rate of the grid for the pelvis height
+MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing
+HOLD_SHARE = 0.4  # [1] share of a rest with a motionless body
 _SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
 
@@ -209,12 +209,14 @@ class _MeanGait:
         )
         thigh, shank = hip + tilt, hip + tilt - knee  # ahead of the vertical
         heel_up = -(shank + ankle)
-        heel_up *= min(parameters.step_length / self.step_length, MOST / float(heel_up.max()))
+        heel_up *= min(
+            parameters.step_length / self.step_length, MAX_HEEL_UP_ANGLE / float(heel_up.max())
+        )
         forward = d.thigh * np.sin(thigh) + d.shank * np.sin(shank)
         forward += 2 * self.step_length * swing
         return FootCurves(
-            strike=float(np.clip(-heel_up[-1], *STRIKE)),
-            off=float(np.clip(heel_up[0], *OFF)),
+            strike=float(np.clip(-heel_up[-1], *STRIKE_ANGLES)),
+            off=float(np.clip(heel_up[0], *TOE_OFF_ANGLES)),
             pitch=heel_up,
             forward=(forward - forward[0]) / (forward[-1] - forward[0]),
             up=-(d.thigh * np.cos(thigh) + d.shank * np.cos(shank)),
@@ -238,7 +240,7 @@ class _DoubleSupport:
     @property
     def held(self) -> float:
         """From or until when the body is still, in a rest [s]."""
-        hold = HOLD * (self.stop - self.start)
+        hold = HOLD_SHARE * (self.stop - self.start)
         return self.start + hold if self.rest == "before" else self.stop - hold
 
 
@@ -267,7 +269,7 @@ def _supports(plan: ContactPlan, stances: Sequence[Stance]) -> list[_DoubleSuppo
 
 
 class _PelvisPath:
-    """Where the pelvis goes."""
+    """Path of the pelvis."""
 
     def __init__(
         self,
@@ -297,7 +299,9 @@ class _PelvisPath:
             places = np.vstack([places, places[-1] + step[-1]])
         self._span = times[0], times[-1]
         self._place = PchipInterpolator(times, places)
-        size = float(SWAY * p.leg_length * np.clip(FREE_SPEED / p.relative_speed, 0.6, 2.0))
+        size = float(
+            SWAY_AMPLITUDE * p.leg_length * np.clip(FREE_SPEED / p.relative_speed, 0.6, 2.0)
+        )
         sways = [(t, 0.0) for t in times]
         for side, sway in (("r", size), ("l", -size)):
             own = foot_stances(stances, side)
@@ -348,7 +352,7 @@ def _height(
     for side, leg in legs.items():
         hip = rotation @ leg.hip
         gap = position[:, :2] + hip[:, :2] - feet[side].ankle[:, :2]
-        most = STRETCH * leg.length
+        most = MAX_LEG_EXTENSION * leg.length
         above = np.sqrt(np.maximum(most**2 - np.sum(gap**2, axis=1), (0.5 * most) ** 2))
         limits.append(feet[side].ankle[:, 2] + above - hip[:, 2])
     limit = np.min(limits, axis=0)

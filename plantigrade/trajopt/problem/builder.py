@@ -32,7 +32,7 @@ _PARTS = ("root force", "root moment", "muscle torque", "work rate", "joint torq
 
 
 class ProblemBuilder:
-    """What terms are added to, until it is a problem.
+    """Collects terms and builds a problem.
 
     Raises:
         ParameterError: If the body was made for ground of another slope, or lacks a site that the

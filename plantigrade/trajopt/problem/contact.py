@@ -18,8 +18,8 @@ from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.transcription.derivatives import derivatives_of
 
-SUNK = 0.001
-"""How deep a sphere that carries no force may be in the ground at a node; in between 2 mm [m]."""
+MAX_UNLOADED_DEPTH = 0.001
+"""Maximum depth of an unloaded sphere in the ground at a node [m]; 2 mm between nodes."""
 
 
 def site_places(
@@ -153,7 +153,7 @@ def keep_soles_up(
     q, v, a = body.symbolic.from_mujoco(standing, zero, zero)
     u, p = np.zeros((1, 3 * len(body.sites))), np.zeros((1, 0))
     flat = derivatives_of(soles.function).values(q, v, a, u, p)[0]
-    deep = np.minimum(flat, 0.0) - SUNK
+    deep = np.minimum(flat, 0.0) - MAX_UNLOADED_DEPTH
     lowest = min((s.footprint.position[2] for s in plan.stances), default=0.0)
     soles.lower[:] = lowest + deep
     for stance in plan.stances:

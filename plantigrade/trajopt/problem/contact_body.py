@@ -15,19 +15,18 @@ from plantigrade.trajopt.problem.constraint_family import node_symbols
 if TYPE_CHECKING:
     import casadi
 
-TORQUE = 100.0
-"""A torque of 1 in rows, and a work rate of 1, of a person of the reference mass and height
-[N m, W]; others' go with mass times height, as strengths do."""
+TORQUE_SCALE = 100.0
+"""Torque and work rate of one unit in rows, for the reference mass and height [N m, W]; others
+scale with mass times height, like strengths."""
 
-STIFF = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
-"""Joints, by the beginning of their names, at which passive tissue bears a part of the torque that
-counts beside its limit."""
+PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
+"""Prefixes of joints whose passive tissue carries a part of the limited torque."""
 
 Made = TypeVar("Made")
 
 
 class Cache:
-    """What is expensive to make, made once."""
+    """Cache of expensive objects."""
 
     def __init__(self):
         self._made: dict[Any, Any] = {}
@@ -100,12 +99,14 @@ class ContactBody:
     @property
     def torque(self) -> float:
         """A torque of 1 in rows [N m], and a work rate of 1 [W]."""
-        return TORQUE * scale(self.human.mass, self.human.height)
+        return TORQUE_SCALE * scale(self.human.mass, self.human.height)
 
     @property
     def stiff(self) -> tuple[str, ...]:
-        """Hinges at which tissue bears a part of the torque that counts beside its limit."""
-        return tuple(n for n in self.symbolic.names[6:] if self.passive and n.startswith(STIFF))
+        """Hinges whose passive tissue carries a part of the limited torque."""
+        return tuple(
+            n for n in self.symbolic.names[6:] if self.passive and n.startswith(PASSIVE_JOINTS)
+        )
 
     @property
     def force_names(self) -> tuple[str, ...]:

@@ -18,14 +18,14 @@ from plantigrade.trajopt.transcription.derivatives import derivatives_of
 if TYPE_CHECKING:
     import casadi
 
-EDGE = 0.5
-"""Where work rates are rounded off, in units of rows."""
+WORK_RATE_ROUNDING = 0.5
+"""Rounding of work rates, in units of rows [1]."""
 
-SMALL = 0.05
-"""Where endurance is rounded off, in units of rows."""
+ENDURANCE_ROUNDING = 0.05
+"""Rounding of endurance, in units of rows [1]."""
 
-TURNS = 0.02
-"""Where plantarflexors give way to dorsiflexors, in units of rows."""
+ANKLE_ROUNDING = 0.02
+"""Rounding of the transition from plantarflexors to dorsiflexors, in units of rows [1]."""
 
 
 def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -103,7 +103,7 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
         muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
     muscle = muscle / body.torque
     power = muscle * v[6:]
-    work = ca.sqrt(power * power + EDGE**2) - EDGE
+    work = ca.sqrt(power * power + WORK_RATE_ROUNDING**2) - WORK_RATE_ROUNDING
     joint = [tau[sym.names.index(n)] / body.torque for n in body.stiff]
     tired = [_endurance(ca, body, muscle, name) for name in _ankles(body)]
     parts = (
@@ -129,6 +129,6 @@ def _endurance(ca: Any, body: ContactBody, muscle: Any, name: str) -> Any:
     weaker, stronger = body.human.model.jnt_actfrcrange[1 + i]
     ratio = abs(float(weaker / stronger))  # plantarflexors, negative, over dorsiflexors
     tau = muscle[i]
-    e = tau * ((ratio + 1) / 2 + (ratio - 1) / 2 * tau / ca.sqrt(tau * tau + TURNS**2))
-    square = e * e + SMALL**2
+    e = tau * ((ratio + 1) / 2 + (ratio - 1) / 2 * tau / ca.sqrt(tau * tau + ANKLE_ROUNDING**2))
+    square = e * e + ENDURANCE_ROUNDING**2
     return ca.sqrt(square * ca.sqrt(square))

@@ -114,7 +114,7 @@ def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayF
 
 
 class Watch(ArrayFunction):
-    """What CasADi calls after every iteration: keeps the best point, and stops on request.
+    """Iteration callback of CasADi that stores the best point and stops on request.
 
     Attributes:
         best: Violation (at least ``feasibility``: below, the cheaper point is the better one),

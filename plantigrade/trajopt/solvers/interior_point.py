@@ -26,35 +26,36 @@ from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.constraint_block import limits_of_unknowns
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
-WARM = 5e-5
-"""First barrier parameter where multipliers are known: about the last one of a solved problem, so
-that a problem solved before is solved at once, and a similar one in a few iterations."""
+WARM_BARRIER = 5e-5
+"""Initial barrier parameter with known multipliers [1], about the final one of a solved problem,
+which is then solved at once and a similar one in a few iterations."""
 
-LONG = 20
-"""Iterations within which the violation must halve, or the solver gives up."""
+HALVING_ITERATIONS = 20
+"""Number of iterations within which the violation must halve for the solver to continue [1]."""
 
-GUESSED = 4
+FIRST_ORDER_ITERATIONS = 4
 """First iterations from a guess in which second derivatives of rows are left out: without good
 multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
 periodic motion has no ends to be held at, and is solved sooner with them."""
 
-NEAR = 2e-4
+GUESS_BARRIER = 2e-4
 """First barrier parameter where a guess violates rows by 1 (a body weight) or less, in proportion
 where by more: a guess far off, as of a jump, needs room beside its limits, and one near by has the
 shorter way with less."""
 
-WANDERING = 3
-"""Iterations after which a warm start that was good enough once, and since was not solved, ends
-there: it is leaving for another motion."""
+MAX_WARM_ITERATIONS = 3
+"""Maximum number of iterations of a warm start after a nearly feasible point [1]; later it
+converges to another motion."""
 
 PATIENCE = 5
-"""Iterations after which a nearly feasible point no longer waits for a smaller barrier."""
+"""Number of iterations after which a nearly feasible point no longer waits for a smaller barrier
+[1]."""
 
-STALLS = 12
-"""Most iterations without an accepted step."""
+MAX_STALLED_ITERATIONS = 12
+"""Maximum number of iterations without an accepted step [1]."""
 
-STIFF = 1e6
-"""Weight of linear equations beside the distance from a guess."""
+EQUATION_WEIGHT = 1e6
+"""Weight of linear equations relative to the distance from a guess [1]."""
 
 
 @dataclass
@@ -89,7 +90,7 @@ class InteriorPoint:
         families = (*problem.rows, *([limits] if limits is not None else []))
         self._e = Evaluation(problem, families)
         self._slacks = [Slacks(block) for block in self._e.blocks]
-        self._guessed = GUESSED if problem.closure is None else 0
+        self._guessed = FIRST_ORDER_ITERATIONS if problem.closure is None else 0
         self._kkt = KKTSystem(self._e, self._slacks, self.options.constraint_regularisation)
 
     def solve(
@@ -136,7 +137,7 @@ class InteriorPoint:
                 break
             if multipliers is not None and at.near is None and self._acceptable(now):
                 at.near = number, at.x, self._multipliers()
-            wandering = at.near is not None and number >= at.near[0] + WANDERING
+            wandering = at.near is not None and number >= at.near[0] + MAX_WARM_ITERATIONS
             if wandering or _hopeless(history):
                 status = "stalled"
                 break
@@ -156,7 +157,7 @@ class InteriorPoint:
             trial = search.run(filter_, self._kkt)
             if trial is None:
                 at.stalls += 1
-                if at.stalls > STALLS:
+                if at.stalls > MAX_STALLED_ITERATIONS:
                     status = "stalled"
                     break
                 filter_.clear()
@@ -170,13 +171,13 @@ class InteriorPoint:
     def _start(self, x: Array, multipliers: Multipliers | None) -> _State:
         """Return the first point, with slacks and multipliers set."""
         e, warm = self._e, multipliers is not None
-        mu = min(self.options.initial_barrier, WARM if warm else np.inf)
+        mu = min(self.options.initial_barrier, WARM_BARRIER if warm else np.inf)
         self._kkt.forget()
         e.linearise(x)
         x = onto_linear_equations(e, x, self.options.feasibility)
         e.linearise(x)
         if not warm:
-            mu = min(mu, NEAR * max(1.0, e.worst([b.r for b in e.blocks]).amount))
+            mu = min(mu, GUESS_BARRIER * max(1.0, e.worst([b.r for b in e.blocks]).amount))
         for s in self._slacks:
             given = multipliers.rows.get(s.block.rows.name) if multipliers is not None else None
             s.start(mu, 1e-4 if warm else 1e-2, given)
@@ -261,10 +262,12 @@ def _scale(slacks: Sequence[Slacks]) -> float:
 
 def _hopeless(history: Sequence[Iterate]) -> bool:
     """Return whether the violation, still large, has not halved for long."""
-    if len(history) <= 2 * LONG:
+    if len(history) <= 2 * HALVING_ITERATIONS:
         return False
-    recent = min(it.violation for it in history[-LONG:])
-    return recent > 1e-3 and recent > 0.5 * min(it.violation for it in history[:-LONG])
+    recent = min(it.violation for it in history[-HALVING_ITERATIONS:])
+    return recent > 1e-3 and recent > 0.5 * min(
+        it.violation for it in history[:-HALVING_ITERATIONS]
+    )
 
 
 def restored(e: Evaluation, x: Array) -> Array | None:
@@ -299,10 +302,10 @@ def onto_linear_equations(e: Evaluation, x: Array, feasibility: float) -> Array:
 
     Where they are violated by no more than ``feasibility``, that is ``x`` itself.
     """
-    weights = [np.where(b.equations & b.linear, STIFF, 0.0) for b in e.blocks]
+    weights = [np.where(b.equations & b.linear, EQUATION_WEIGHT, 0.0) for b in e.blocks]
     aims = [np.where(b.equations, b.lower, 0.0) for b in e.blocks]
     missing = [w * (b.r - aim) for b, w, aim in zip(e.blocks, weights, aims, strict=True)]
-    if not any(np.abs(m).max(initial=0.0) > STIFF * feasibility for m in missing):
+    if not any(np.abs(m).max(initial=0.0) > EQUATION_WEIGHT * feasibility for m in missing):
         return x
     factor = factorised(e.t.assemble(e.hessians(x, weights, None), smooth=0.0), 1.0)
     return x if factor is None else x - solved(factor, e.pull_back(missing))

@@ -19,22 +19,23 @@ from plantigrade.arrays import Array
 from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
-REFINEMENTS = 3
-"""Most steps of refinement towards the equations."""
+MAX_REFINEMENTS = 3
+"""Maximum number of iterative refinement steps [1]."""
 
-LEFT, LEAST = 1e-6, 1e-11
-"""What refinement may leave of the equations' residuals, and of any residual: the curvature of the
-equations leaves more."""
+EQUATION_TOLERANCE = 1e-6
+"""Relative residual of the equations after refinement [1]; their curvature leaves more."""
+RESIDUAL_TOLERANCE = 1e-11
+"""Residual below which refinement stops [1]."""
 
-GROWTH = 8.0
-"""Factor by which the shift grows where it was too small."""
+SHIFT_GROWTH = 8.0
+"""Growth factor of an insufficient shift [1]."""
 
-SMALL = 0.5
-"""A last shift below which none is tried first."""
+SMALL_SHIFT = 0.5
+"""Previous shift below which zero is tried first [1]."""
 
 
-FLAT = 1e-3
-"""Shift of a matrix without second derivatives, which nothing else keeps from being singular."""
+FIRST_ORDER_SHIFT = 1e-3
+"""Shift of a matrix without second derivatives, which would otherwise be singular [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,9 @@ class KKTSystem:
         multipliers = lagrangian(self._slacks) if curved else None
         band = e.t.assemble(e.hessians(x, squares, multipliers))
         if not curved:
-            self._factor, self.shift = factorised_with_least_shift(band, FLAT, FLAT)
+            self._factor, self.shift = factorised_with_least_shift(
+                band, FIRST_ORDER_SHIFT, FIRST_ORDER_SHIFT
+            )
             return self._factor is not None
         self._factor, self.shift = factorised_with_least_shift(band, self._before)
         self._before = self.shift if self.shift > 0 else self._before / 3.0
@@ -108,8 +111,10 @@ class KKTSystem:
 
         dy_eq = [m / delta for m in residuals()]
         far = [np.where(eq, gap, 0.0) for eq, gap in zip(equations, gaps, strict=True)]
-        enough = max(LEFT * max(float(np.abs(m).max()) for m in far), LEAST)
-        for _ in range(REFINEMENTS):
+        enough = max(
+            EQUATION_TOLERANCE * max(float(np.abs(m).max()) for m in far), RESIDUAL_TOLERANCE
+        )
+        for _ in range(MAX_REFINEMENTS):
             missing = residuals()
             if max(float(np.abs(m).max()) for m in missing) < enough:
                 break
@@ -177,12 +182,12 @@ def factorised_with_least_shift(
     band: Array, before: float, least: float = 0.0
 ) -> tuple[Array | None, float]:
     """Return the factor and the shift it took, near that of ``before``; None if none was enough."""
-    shift = least if before < SMALL else before / 4.0
+    shift = least if before < SMALL_SHIFT else before / 4.0
     for _ in range(40):
         factor = factorised(band, shift + 1e-12)
         if factor is not None:
             return factor, shift
-        shift = shift * GROWTH if shift else max(before / 3.0, 1e-3)
+        shift = shift * SHIFT_GROWTH if shift else max(before / 3.0, 1e-3)
     return None, shift
 
 

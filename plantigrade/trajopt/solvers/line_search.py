@@ -15,28 +15,28 @@ from plantigrade.trajopt.solvers.kkt import KKTSystem, Step
 from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
-TRIALS = 14
-"""Most step lengths, each half the one before."""
+MAX_TRIALS = 14
+"""Maximum number of step lengths, each half the previous one [1]."""
 
-MARGIN = 1e-5
-"""Part of the residuals by which a point must be better than one in the filter."""
+FILTER_MARGIN = 1e-5
+"""Relative improvement required by the filter [1]."""
 
-CORRECTIONS = 2
-"""Most corrections of a step that limits stop early."""
+MAX_CORRECTIONS = 2
+"""Maximum number of corrections of a step shortened by limits [1]."""
 
-SHORT = 0.5
-"""Fraction of a step up to which that is early."""
+SHORT_STEP = 0.5
+"""Step fraction below which a step is corrected [1]."""
 
-FURTHER = 0.3
-"""By how much further a correction aims."""
+CORRECTION_TARGET = 0.3
+"""Increase of the step fraction targeted by a correction [1]."""
 
-GAIN = 1.1
-"""Factor by which a correction has to let a step be longer."""
+MIN_CORRECTION_GAIN = 1.1
+"""Minimum ratio of step fractions for an accepted correction [1]."""
 
 
 @dataclass(frozen=True)
 class Merit:
-    r"""What a point is judged by: :math:`\theta` and :math:`\varphi`."""
+    r"""Merit of a point: :math:`\theta` and :math:`\varphi`."""
 
     residual: float
     barrier: float
@@ -81,14 +81,14 @@ class Filter:
             return False
         rounding = 1e-10 * max(1.0, abs(phi))
         for pair in self._pairs:
-            limit = pair.barrier - MARGIN * pair.residual + rounding
-            if trial.residual >= (1 - MARGIN) * pair.residual and trial.barrier >= limit:
+            limit = pair.barrier - FILTER_MARGIN * pair.residual + rounding
+            if trial.residual >= (1 - FILTER_MARGIN) * pair.residual and trial.barrier >= limit:
                 return False
         if theta <= self._floor and slope < 0 and alpha * (-slope) ** 2.3 > theta**1.1:
             return trial.barrier <= phi + 1e-4 * alpha * slope + rounding
-        better = trial.residual <= (1 - MARGIN) * theta
-        if better or trial.barrier <= phi - MARGIN * theta + rounding:
-            self._pairs.append(Merit((1 - MARGIN) * theta, phi - MARGIN * theta))
+        better = trial.residual <= (1 - FILTER_MARGIN) * theta
+        if better or trial.barrier <= phi - FILTER_MARGIN * theta + rounding:
+            self._pairs.append(Merit((1 - FILTER_MARGIN) * theta, phi - FILTER_MARGIN * theta))
             return True
         return False
 
@@ -115,7 +115,7 @@ class LineSearch:
         """Return the first point that the filter accepts; None if there is none."""
         slope = self._slope()
         alpha = self.alpha_max
-        for number in range(TRIALS):
+        for number in range(MAX_TRIALS):
             trial = self.trial(alpha)
             merit = self._merit_of(trial)
             if filter_.accepts(merit, self.here, slope, alpha):
@@ -190,14 +190,14 @@ def recentred(kkt: KKTSystem, slacks: Sequence[Slacks], step: Step, mu: float) -
     """
     tau = boundary(mu)
     reach = fractions(slacks, step, tau)
-    for _ in range(CORRECTIONS):
-        if reach[0] > SHORT:
+    for _ in range(MAX_CORRECTIONS):
+        if reach[0] > SHORT_STEP:
             break
-        aim = min(1.0, reach[0] + FURTHER), min(1.0, reach[1] + FURTHER)
+        aim = min(1.0, reach[0] + CORRECTION_TARGET), min(1.0, reach[1] + CORRECTION_TARGET)
         pairs = zip(slacks, step.s, step.z, strict=True)
         other = kkt.recentred(step, [s.off_centre(ds, dz, *aim, mu) for s, ds, dz in pairs])
         longer = fractions(slacks, other, tau)
-        if longer[0] < GAIN * reach[0]:
+        if longer[0] < MIN_CORRECTION_GAIN * reach[0]:
             break
         step, reach = other, longer
     return step

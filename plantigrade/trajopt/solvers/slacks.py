@@ -10,14 +10,14 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
 
-CLEARANCE = 1e-15
-"""Least distance of a slack from a limit, beside the limit's own size."""
+MIN_SLACK = 1e-15
+"""Minimum distance of a slack from a limit, relative to the limit [1]."""
 
-REACH = 1e10
-"""Factor within which multipliers stay of barrier parameter over distance."""
+MAX_MULTIPLIER_RATIO = 1e10
+"""Maximum ratio of a multiplier to barrier parameter over distance [1]."""
 
-CENTRAL = 10.0
-"""Factor within which products of multiplier and distance are well centred [Gondzio1996]_."""
+CENTRALITY_FACTOR = 10.0
+"""Range of well-centred products of multiplier and distance [1], [Gondzio1996]_."""
 
 _INWARDS = np.array([1.0, -1.0])[:, None, None]  # from lower and from upper limits
 
@@ -102,8 +102,8 @@ class Slacks:
     def off_centre(self, ds: Array, dz: Array, alpha: float, alpha_dual: float, mu: float) -> Array:
         """Return by how much products of multiplier and distance, so far along, are too far off."""
         product = (self.room(self.s) + alpha * _INWARDS * ds) * (self.z + alpha_dual * dz)
-        off = np.clip(product, mu / CENTRAL, CENTRAL * mu) - product
-        return np.where(self.limited, np.maximum(off, -CENTRAL * mu), 0.0)
+        off = np.clip(product, mu / CENTRALITY_FACTOR, CENTRALITY_FACTOR * mu) - product
+        return np.where(self.limited, np.maximum(off, -CENTRALITY_FACTOR * mu), 0.0)
 
     def largest_step(self, ds: Array, tau: float) -> float:
         """Return the fraction of a step of slacks that keeps to the rule of the boundary."""
@@ -115,9 +115,13 @@ class Slacks:
 
     def move(self, s: Array, dy: Array, dz: Array, mu: float) -> None:
         """Take new slacks and steps of multipliers, both kept away from their limits."""
-        self.s = self._kept_inside(s, CLEARANCE * (1 + np.abs(self._limits)))
+        self.s = self._kept_inside(s, MIN_SLACK * (1 + np.abs(self._limits)))
         self.y, near = self.y + dy, mu / self.room(self.s)
-        self.z = np.where(self.limited, np.clip(self.z + dz, near / REACH, REACH * near), 0.0)
+        self.z = np.where(
+            self.limited,
+            np.clip(self.z + dz, near / MAX_MULTIPLIER_RATIO, MAX_MULTIPLIER_RATIO * near),
+            0.0,
+        )
 
     def stationarity(self) -> float:
         """Return the largest gradient of the Lagrangian by a slack."""

@@ -23,10 +23,10 @@ from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.trajopt.splines.knots import SAME, require_knots
+from plantigrade.trajopt.splines.knots import TIME_TOLERANCE, require_knots
 
 Side = Literal["left", "right"]
-KEPT = 64  # matrices cached by a basis
+MAX_CACHED = 64  # [1] maximum number of matrices cached by a basis
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ class Basis(ABC):
             if self.periodic:
                 first = first % self.n_coefficients
             values.flags.writeable = first.flags.writeable = False
-            if len(self._bands) >= KEPT:  # the oldest goes
+            if len(self._bands) >= MAX_CACHED:  # the oldest goes
                 del self._bands[next(iter(self._bands))]
             self._bands[key] = BandedMatrix(values, first, self.n_coefficients)
         return self._bands[key]
@@ -271,7 +271,7 @@ class Basis(ABC):
             if side == "right":
                 return self.start + np.mod(times - self.start, self.span)
             return self.stop - np.mod(self.stop - times, self.span)
-        slack = SAME * self.span
+        slack = TIME_TOLERANCE * self.span
         outside = times[(times < self.start - slack) | (times > self.stop + slack)]
         if len(outside):
             raise ParameterError(

@@ -11,7 +11,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
-SAME = 1e-9  # relative to the span: times closer than this coincide
+TIME_TOLERANCE = 1e-9  # [1] relative to the span; closer times coincide
 
 
 def clamped_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[Array, " n_knots"]:
@@ -141,7 +141,9 @@ def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: boo
     if periodic:
         period, inside = knots[n] - knots[degree], n - degree
         ahead = knots[inside:] - knots[: len(knots) - inside]
-        if inside < degree + 1 or not np.allclose(ahead, period, rtol=0, atol=SAME * period):
+        if inside < degree + 1 or not np.allclose(
+            ahead, period, rtol=0, atol=TIME_TOLERANCE * period
+        ):
             raise ParameterError(
                 "the knots do not repeat from period to period: make them with periodic_knots"
             )

@@ -32,9 +32,9 @@ from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Above
 from plantigrade.trajopt.terms.posture import Symmetry
 
-KNEE_PART = 0.9  # chair height, of the knee's; about what a chair of 45 cm is to an adult
-UP = 0.235  # of the time after seat-off, until half way up
-SHANK_LEAN = float(np.deg2rad(15.0))  # knees ahead of the ankles, seated
+CHAIR_HEIGHT_SHARE = 0.9  # [1] chair height relative to knee height; a chair of 45 cm for an adult
+HALF_RISE_TIME = 0.235  # [1] time of half the rise relative to the time after seat-off
+SHANK_LEAN = float(np.deg2rad(15.0))  # [rad] forward lean of the shanks in sitting
 
 
 def resting_place(
@@ -80,12 +80,12 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
     """
     d, chair_height, duration = human.dimensions, told.chair_height, told.duration
     if chair_height is None:
-        chair_height = KNEE_PART * (d.ankle_height + d.shank)
+        chair_height = CHAIR_HEIGHT_SHARE * (d.ankle_height + d.shank)
     reverse = isinstance(told, StandToSit)
     feet, sites = _feet(human), seat_sites(human)
     seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
     off = told.seat_off * duration
-    rising = np.array([0.0, off, off + UP * (duration - off), duration])
+    rising = np.array([0.0, off, off + HALF_RISE_TIME * (duration - off), duration])
     lean = _leaning(human, seated)
     middle = (lean + standing) / 2
     keys = [seated, lean, middle, standing]

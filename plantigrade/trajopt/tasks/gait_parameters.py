@@ -33,19 +33,19 @@ from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
-from plantigrade.trajopt.tasks.settings import FASTEST, SLOWEST
+from plantigrade.trajopt.tasks.settings import MAX_WALKING_SPEED, MIN_WALKING_SPEED
 
 STEP_TIMES = (0.15, 3.0)
-"""Shortest and longest time of a step that is taken [s]."""
+"""Minimum and maximum step time [s]."""
 
-STEP = 1.16  # of leg length, at a dimensionless speed of 1
-WIDTH = 0.13  # of leg length
+STEP_LENGTH_COEFFICIENT = 1.16  # [leg lengths] step length at a dimensionless speed of 1
+STEP_WIDTH_SHARE = 0.13  # [leg lengths] step width
 TOE_OUT = float(np.deg2rad(5.0))
-HEEL_OFF = 0.58  # of stance
-FLAT = 2.0 / 3.0  # of double support
-BALL_OFF = 0.92  # of stance
-TOGETHER = 0.01  # of the stride: changes of contact that fall together
-LONGEST_STEP = 1.15  # of leg length: legs 70° apart
+HEEL_OFF = 0.58  # [1] time of heel off relative to stance
+FOOT_FLAT_SHARE = 2.0 / 3.0  # [1] time of foot flat relative to double support
+FOREFOOT_OFF_SHARE = 0.92  # [1] time of forefoot off relative to stance
+SIMULTANEOUS_SHARE = 0.01  # [1] interval of simultaneous contact changes relative to the stride
+MAX_STEP_LENGTH = 1.15  # [leg lengths] maximum step length; legs 70° apart
 
 
 @dataclass(frozen=True)
@@ -152,16 +152,20 @@ def gait_parameters(
     length = leg_length(human) if isinstance(human, Human) else float(human)
     if not 0.2 <= length <= 1.5:
         raise ParameterError(f"a leg length of {length} m must lie between 0.2 and 1.5 m")
-    number("speed", speed, SLOWEST, FASTEST, "m/s", "walking")
+    number("speed", speed, MIN_WALKING_SPEED, MAX_WALKING_SPEED, "m/s", "walking")
     relative = float(speed / np.sqrt(GRAVITY * length))
     if cadence is not None and not cadence > 0:
         raise ParameterError(f"{cadence=} [1/min] must be positive")
     if step_length is not None:
         step = float(step_length)
     else:
-        step = STEP * length * relative**0.5 if cadence is None else 60.0 * speed / cadence
+        step = (
+            STEP_LENGTH_COEFFICIENT * length * relative**0.5
+            if cadence is None
+            else 60.0 * speed / cadence
+        )
     what = f"walking on legs of {length:.3g} m at this cadence"
-    number("step_length", step, 0.02 * length, LONGEST_STEP * length, "m", what)
+    number("step_length", step, 0.02 * length, MAX_STEP_LENGTH * length, "m", what)
     step_time = step / speed
     if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:
         raise ParameterError(
@@ -174,13 +178,13 @@ def gait_parameters(
             f"{STEP_TIMES[0]:g} to {STEP_TIMES[1]:g} s: change step length, cadence or speed"
         )
     stance = float(np.interp(relative, list(CLASS_SPEEDS.values()), list(FOOT_OFF.values()))) / 100
-    flat = FLAT * (stance - 0.5)
+    flat = FOOT_FLAT_SHARE * (stance - 0.5)
     return GaitParameters(
         speed=float(speed),
         step_length=step,
         step_time=float(step_time),
         stance_fraction=stance,
-        step_width=WIDTH * length,
+        step_width=STEP_WIDTH_SHARE * length,
         toe_out=TOE_OUT,
         foot_flat=flat,
         heel_off=HEEL_OFF * stance,
@@ -196,5 +200,5 @@ def ball_off(stance: float, flat: float) -> float:
         >>> round(ball_off(0.59, 0.06), 3), ball_off(0.65, 0.10)
         (0.543, 0.6)
     """
-    off, other = BALL_OFF * stance, 0.5 + flat
-    return other if abs(off - other) < TOGETHER else off
+    off, other = FOREFOOT_OFF_SHARE * stance, 0.5 + flat
+    return other if abs(off - other) < SIMULTANEOUS_SHARE else off

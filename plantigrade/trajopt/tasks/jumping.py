@@ -26,20 +26,22 @@ from plantigrade.trajopt.terms.posture import Pose, Posture, Symmetry
 from plantigrade.trajopt.terms.targets import CentreOfMass
 from plantigrade.trajopt.terms.term import Term
 
-HEEL_OFF, FOREFOOT_OFF = 0.11, 0.035  # before take-off [s]
-HEEL_DOWN = 0.06  # after the toes have landed [s]
-# The centre of mass at take-off above that in standing, of stature: no measurement, people stretch
-# further. At 3 % light and strong jumpers whip the trunk faster than the mesh can follow.
-EXTENDED = 0.01
-LEANT = 0.1  # by which that is less, of the distance of a jump forward
-DEPTH = 0.15  # of the countermovement, of stature: 0.25 to 0.3 m
-LOWEST = 0.6  # of the push, until the pelvis is lowest
-BACK = {"lumbar_extension": 50.0, "thorax_extension": 50.0, "lower_thorax_extension": 50.0}
-"""Weights of a straight back [1/(s rad²)]; torques alone would bend it rather than the hips."""
-LEAN = float(np.deg2rad(-15.0))  # the pelvis leans forward in push and landing, on average
-POWER = 10.0  # of a joint [W/kg]
-BENT = 0.06  # by which legs of the guess are short of stretched, of their length: knees of 40°
-NODES_PER_SECOND = 40.0  # at 25, flight is off by a quarter of body weight between nodes
+HEEL_OFF = 0.11  # [s] time of heel off before take-off
+FOREFOOT_OFF = 0.035  # [s] time of forefoot off before take-off
+HEEL_DOWN = 0.06  # [s] time of heel contact after the toes have landed
+# [1] height of the centre of mass at take-off above standing, relative to stature. Chosen below
+# that of people, because at 3 % light and strong jumpers move the trunk too fast for the mesh.
+TAKE_OFF_RISE = 0.01
+FORWARD_RISE_LOSS = 0.1  # [1] decrease of this height per distance of a forward jump
+COUNTERMOVEMENT_DEPTH = 0.15  # [1] depth of the countermovement relative to stature, 0.25 to 0.3 m
+LOWEST_POINT_TIME = 0.6  # [1] time of the lowest pelvis relative to the push
+BACK_WEIGHTS = {"lumbar_extension": 50.0, "thorax_extension": 50.0, "lower_thorax_extension": 50.0}
+"""Weights of a straight back [1/(s rad²)]; torque costs alone would flex it instead of the hips."""
+PELVIS_TILT = float(np.deg2rad(-15.0))  # [rad] mean forward lean of the pelvis in push and landing
+JOINT_POWER = 10.0  # [W/kg] maximum power of a joint
+GUESS_LEG_SHORTENING = 0.06  # [leg lengths] shortening of the legs of the guess; knees of 40°
+# [1/s] at 25, the error in flight between nodes is a quarter of body weight
+NODES_PER_SECOND = 40.0
 
 
 def jump(human: Human, told: Jump) -> MotionTask:
@@ -52,7 +54,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
     most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
     number("distance", distance, -most, most, "m", what)
     depth = _depth(human, told)
-    check_push(height, depth + EXTENDED * human.height, "a jump")
+    check_push(height, depth + TAKE_OFF_RISE * human.height, "a jump")
     speed = float(np.sqrt(2 * GRAVITY * height))
     flight = 2 * speed / GRAVITY
     down = push + flight
@@ -73,7 +75,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
         *at_rest(human, duration, after),
         CentreOfMass(
             push,
-            position=(np.nan, np.nan, _stretched(human) - LEANT * abs(distance)),
+            position=(np.nan, np.nan, _stretched(human) - FORWARD_RISE_LOSS * abs(distance)),
             velocity=(np.nan, np.nan, speed),
         ),
         *_countermovement(human, push, depth),
@@ -82,7 +84,15 @@ def jump(human: Human, told: Jump) -> MotionTask:
     rise = 0.04 * human.height
     low = crouch(human, standing_feet(human), depth)
     guess = KeyPostures(
-        (0.0, LOWEST * push, push, push + flight / 2, down, down + 0.3 * landing, duration),
+        (
+            0.0,
+            LOWEST_POINT_TIME * push,
+            push,
+            push + flight / 2,
+            down,
+            down + 0.3 * landing,
+            duration,
+        ),
         (
             before,
             _moved(human, low, arms=-40.0),
@@ -93,7 +103,7 @@ def jump(human: Human, told: Jump) -> MotionTask:
             after,
         ),
         lift=height,
-        bent=BENT,
+        bent=GUESS_LEG_SHORTENING,
     )
     return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
@@ -119,13 +129,13 @@ def take_off(human: Human, told: TakeOff) -> MotionTask:
             position=(np.nan, np.nan, _stretched(human)),
             gain=(gain, gain * usual / GRAVITY),
         ),
-        PowerLimit(POWER),
+        PowerLimit(JOINT_POWER),
         *_countermovement(human, push, depth),
         *_habits(human),
     )
     rise = 0.04 * human.height
     guess = KeyPostures(
-        (0.0, LOWEST * push, push, duration),
+        (0.0, LOWEST_POINT_TIME * push, push, duration),
         (
             before,
             _moved(human, low, arms=-40.0),
@@ -133,7 +143,7 @@ def take_off(human: Human, told: TakeOff) -> MotionTask:
             _moved(human, before, up=rise + 0.15, arms=90.0),
         ),
         lift=0.0,
-        bent=BENT,
+        bent=GUESS_LEG_SHORTENING,
     )
     return MotionTask("take-off", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
@@ -146,7 +156,7 @@ def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...
     """Return how far the pelvis goes down before the push, and no further."""
     height = float(standing_posture(human)[4] - depth)
     return (
-        Pose(LOWEST * push, {"pelvis_ty": height}, at_rest=False, held=False),
+        Pose(LOWEST_POINT_TIME * push, {"pelvis_ty": height}, at_rest=False, held=False),
         Within("pelvis_ty", low=height, stop=push),
     )
 
@@ -157,25 +167,25 @@ def _depth(human: Human, told: Pushing) -> float:
     Raises:
         ParameterError: If that is out of range for this person, or too deep for the time.
     """
-    depth = DEPTH * human.height if told.depth is None else told.depth
+    depth = COUNTERMOVEMENT_DEPTH * human.height if told.depth is None else told.depth
     what = f"a jump of a person of {human.height:.2f} m"
     number("depth", depth, 0.05 * human.height, 0.3 * human.height, "m", what)
-    check_time(LOWEST * told.push, depth, "a countermovement")
+    check_time(LOWEST_POINT_TIME * told.push, depth, "a countermovement")
     return depth
 
 
 def _habits(human: Human) -> tuple[Term, ...]:
     """Return costs of what people do not do without need: bend the back, use one side more."""
-    back = {n: w for n, w in BACK.items() if n in human.coordinates}
+    back = {n: w for n, w in BACK_WEIGHTS.items() if n in human.coordinates}
     return (
         Symmetry(30.0),
-        Posture({**back, "pelvis_tilt": 10.0, "arm_flex": 2.0}, {"pelvis_tilt": LEAN}),
+        Posture({**back, "pelvis_tilt": 10.0, "arm_flex": 2.0}, {"pelvis_tilt": PELVIS_TILT}),
     )
 
 
 def _stretched(human: Human) -> float:
     """Return the height of the centre of mass at take-off [m]."""
-    return float(State(human, human.standing()).com[2]) + EXTENDED * human.height
+    return float(State(human, human.standing()).com[2]) + TAKE_OFF_RISE * human.height
 
 
 def _moved(human: Human, q, *, ahead: float = 0.0, up: float = 0.0, arms: float | None = None):

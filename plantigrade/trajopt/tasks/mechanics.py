@@ -1,4 +1,4 @@
-r"""What simple mechanics rules out before anything is solved: power, fall, strength, support.
+r"""Feasibility checks by simple mechanics before optimisation: power, fall, strength, support.
 
 Each check leaves room above what people do, so that what it refuses nobody can do.
 
@@ -27,18 +27,18 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
-PUSH_POWER = 50.0
+MAX_PUSH_POWER = 50.0
 """Mean power of a push that nobody exceeds [W/kg]: weightlifters, who jump with the highest peaks,
 reach 80 at the peak. With a constant force power grows with speed, to twice its mean; as the force
 of people falls towards the end, the mean is more than half (*estimate*: six tenths)."""
-LEGS = 4.0
-"""Body weights with which both legs stop or push the body on average, at most (estimate)."""
-OUTSIDE = 0.1
-"""How far outside of the feet a point mass may be pushed [m]: as far as bent hips, swung arms and a
-body that goes up and down reach (estimate)."""
-HEEL = 0.25
-"""Of the length of a foot, from the ankle to the back of the heel."""
-STEP = 0.05  # of the linear program, at most [s]
+MAX_LEG_FORCE = 4.0
+"""Maximum mean force of both legs in stopping or pushing the body [body weights]. Estimate."""
+MAX_OUTSIDE_SUPPORT = 0.1
+"""Maximum distance of the centre of pressure of a point mass outside the feet [m], the effect of
+hip flexion, arm swing and vertical motion. Estimate."""
+HEEL_SHARE = 0.25
+"""Distance from the ankle to the back of the heel relative to foot length [1]."""
+MAX_TIME_STEP = 0.05  # [s] maximum time step of the linear program
 
 Rests = tuple[tuple[float, float, float], tuple[float, float, float]]
 
@@ -55,15 +55,17 @@ def check_push(height: float, stroke: float, what: str) -> None:
         ParameterError: If it does.
     """
     power = push_power(height, stroke)
-    if power <= PUSH_POWER:
+    if power <= MAX_PUSH_POWER:
         return
     low, high = 0.0, height
     for _ in range(30):
         middle = (low + high) / 2
-        low, high = (middle, high) if push_power(middle, stroke) <= PUSH_POWER else (low, middle)
+        low, high = (
+            (middle, high) if push_power(middle, stroke) <= MAX_PUSH_POWER else (low, middle)
+        )
     raise ParameterError(
         f"{what} of {height:.2f} m from a push of {stroke:.2f} m takes {power:.0f} W/kg on "
-        f"average, nobody has more than {PUSH_POWER:.0f}: jump at most {low:.2f} m "
+        f"average, nobody has more than {MAX_PUSH_POWER:.0f}: jump at most {low:.2f} m "
         "high, or with more depth"
     )
 
@@ -85,7 +87,7 @@ def quickest(distance: float) -> float:
         >>> round(quickest(0.3), 2)
         0.29
     """
-    return float(np.sqrt(2.0 * distance * (1.0 + 1.0 / (LEGS - 1.0)) / GRAVITY))
+    return float(np.sqrt(2.0 * distance * (1.0 + 1.0 / (MAX_LEG_FORCE - 1.0)) / GRAVITY))
 
 
 def check_time(seconds: float, distance: float, what: str) -> None:
@@ -103,7 +105,7 @@ def check_time(seconds: float, distance: float, what: str) -> None:
     if seconds < least:
         raise ParameterError(
             f"{what} by {distance:.2f} m in {seconds:.2f} s is too soon: gravity and legs of "
-            f"{LEGS:.0f} body weights take {least:.2f} s from rest to rest"
+            f"{MAX_LEG_FORCE:.0f} body weights take {least:.2f} s from rest to rest"
         )
 
 
@@ -161,7 +163,7 @@ def check_support(human: Human, plan: ContactPlan, rests: Rests | None = None) -
         ParameterError: If it would have to be outside of the feet.
     """
     outside = missing_support(human, plan, rests)
-    if outside > OUTSIDE:
+    if outside > MAX_OUTSIDE_SUPPORT:
         raise ParameterError(
             f"in {plan.duration:.2f} s the ground would have to push {100 * outside:.0f} cm "
             "outside of the feet to bring the body there and to rest: give it more time, or put "
@@ -178,7 +180,9 @@ def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None)
     from scipy.sparse import coo_array
 
     ends = np.unique(np.clip([0.0, *plan.switches, plan.duration], 0.0, plan.duration))
-    parts = [np.linspace(a, b, int(np.ceil((b - a) / STEP)) + 1)[:-1] for a, b in _pairs(ends)]
+    parts = [
+        np.linspace(a, b, int(np.ceil((b - a) / MAX_TIME_STEP)) + 1)[:-1] for a, b in _pairs(ends)
+    ]
     times = np.append(np.concatenate(parts), plan.duration)
     middles, steps = (times[1:] + times[:-1]) / 2, np.diff(times)
     places = [_base(human, plan, float(t)) for t in middles]
@@ -256,6 +260,6 @@ def _base(human: Human, plan: ContactPlan, time: float) -> Float[Array, "n_corne
 def _corners(human: Human, foot: Footprint) -> Float[Array, "4 2"]:
     d = human.dimensions
     c, s = np.cos(foot.heading), np.sin(foot.heading)
-    along, across = np.array([-HEEL, 1.0 - HEEL]) * d.foot_length, np.array([-0.5, 0.5])
+    along, across = np.array([-HEEL_SHARE, 1.0 - HEEL_SHARE]) * d.foot_length, np.array([-0.5, 0.5])
     flat = np.array([(a, b) for a in along for b in across * d.foot_width])
     return np.array(foot.position[:2]) + flat @ np.array([[c, s], [-s, c]])

@@ -16,10 +16,13 @@ from plantigrade.motion.resample import interpolate
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.tracking import FootWrenches, JointMoments
 
-NINETY = 1.645  # half-width of a 90 % band, of a normal distribution, in its standard deviations
-SUREST = (0.01, 0.003, 0.002)  # smallest errors: force [BW], centre [m], free moment [BW m]
-SUREST_MOMENT = 0.03  # smallest error of a joint moment [N m/kg]
-LEAST = 1e-3  # part of the weight every standing site starts with: the solver begins inside limits
+# [1] half-width of a 90 % band of a normal distribution in standard deviations
+HALF_WIDTH_90 = 1.645
+# minimum SDs of force [BW], centre of pressure [m], free moment [BW m]
+MIN_FORCE_SPREADS = (0.01, 0.003, 0.002)
+MIN_MOMENT_SPREAD = 0.03  # [N m/kg] minimum SD of a joint moment
+# [1] initial share of the weight on every standing site, for a strictly feasible start
+INITIAL_LOAD_SHARE = 1e-3
 
 
 def expected_wrenches(
@@ -43,7 +46,7 @@ def expected_wrenches(
     sure = forces.valid_side
 
     def error(band: Array, least: float, known: Array) -> Array:
-        sigma = np.maximum(np.nan_to_num(band, nan=np.inf) / NINETY, least)
+        sigma = np.maximum(np.nan_to_num(band, nan=np.inf) / HALF_WIDTH_90, least)
         return np.where(known if band.ndim == 2 else known[..., None], sigma, np.inf)
 
     return FootWrenches(
@@ -51,9 +54,9 @@ def expected_wrenches(
         np.where(sure[..., None], forces.force, 0.0) / weight,
         point,
         np.where(sure, np.nan_to_num(forces.torque[..., 2]), 0.0) / weight,
-        error(found.force_band / weight, SUREST[0], sure),
-        error(found.point_band, SUREST[1], sure & here),
-        error(found.torque_band / weight, SUREST[2], sure),
+        error(found.force_band / weight, MIN_FORCE_SPREADS[0], sure),
+        error(found.point_band, MIN_FORCE_SPREADS[1], sure & here),
+        error(found.torque_band / weight, MIN_FORCE_SPREADS[2], sure),
     )
 
 
@@ -74,7 +77,7 @@ def expected_moments(
     moved = human, motion.qpos, motion.qvel, motion.qacc
     tau = inverse_dynamics(*moved, found.forces).tau[:, 6:]
     band = np.nan_to_num(found.moment_band[:, 6:], nan=np.inf)
-    error = np.maximum(band / NINETY, SUREST_MOMENT * human.mass)
+    error = np.maximum(band / HALF_WIDTH_90, MIN_MOMENT_SPREAD * human.mass)
     error = np.where(np.isfinite(tau), error, np.inf)
     return JointMoments(time, human.coordinates, np.nan_to_num(tau), error)
 
@@ -116,11 +119,11 @@ def forces_at_sites(
             # loads that sum up, have no moment about the centre of pressure, and are spread
             A = np.vstack([np.ones(len(own)), 10.0 * arm.T, 0.1 * np.eye(len(own))])
             load = nnls(A, np.r_[max(float(force[2]), 0.0), np.zeros(2 + len(own))])[0]
-            total = max(float(load.sum()), LEAST)
+            total = max(float(load.sum()), INITIAL_LOAD_SHARE)
             out[i, own] = np.outer(load / total, force)
-            out[i, own, 2] += LEAST
+            out[i, own, 2] += INITIAL_LOAD_SHARE
         rest = [j for j, s in enumerate(sites) if not s.side and carrying[i, j]]
         if rest:
             out[i, rest] = seat[i] / len(rest)
-            out[i, rest, 2] = np.maximum(out[i, rest, 2], LEAST)
+            out[i, rest, 2] = np.maximum(out[i, rest, 2], INITIAL_LOAD_SHARE)
     return out.reshape(n, -1)

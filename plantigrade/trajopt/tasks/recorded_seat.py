@@ -1,4 +1,4 @@
-"""Where and when a recorded person sits: the ischia held on the seat they were seen to rest on."""
+"""Seat contacts of a recorded person at the rest positions of the ischia."""
 
 from collections.abc import Sequence
 
@@ -12,9 +12,9 @@ from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.trajopt.tasks.chair import resting_place
-from plantigrade.trajopt.tasks.recorded_stances import APART, BEYOND, GRID
+from plantigrade.trajopt.tasks.recorded_stances import GRID, MIN_CHANGE_INTERVAL, OUTSIDE_OFFSET
 
-ON = 0.01  # higher above where they rest the ischia do not sit yet, or no longer [m]
+MAX_SEATED_HEIGHT = 0.01  # [m] maximum height of the ischia above their rest in sitting
 
 
 def supports_of(
@@ -27,7 +27,7 @@ def supports_of(
     """Return the seat of a recorded motion, one support for each ischium and each sit.
 
     The load begins while cushion and buttocks give way; the rigid seat of a task carries from when
-    the ischia are within :data:`ON` of where they rest.
+    the ischia are within :data:`MAX_SEATED_HEIGHT` of where they rest.
 
     Args:
         human: The person.
@@ -47,13 +47,17 @@ def supports_of(
     level = float(np.median(height[np.any(inside, axis=0)]))  # one chair has one height
     found = []
     for sit, frames in zip(sits, inside, strict=True):
-        low = np.flatnonzero(frames & (height - level < ON))
+        low = np.flatnonzero(frames & (height - level < MAX_SEATED_HEIGHT))
         if len(low) < 3:
             continue
-        began = float(time[low[0]]) if sit.begins else -BEYOND
-        ended = float(time[low[-1]]) if sit.ends else float(time[-1]) + BEYOND
+        began = float(time[low[0]]) if sit.begins else -OUTSIDE_OFFSET
+        ended = float(time[low[-1]]) if sit.ends else float(time[-1]) + OUTSIDE_OFFSET
         first, last = (round((t - start) / GRID) * GRID for t in (began, ended))
-        if last - first < APART or last <= APART or first >= duration - APART:
+        if (
+            last - first < MIN_CHANGE_INTERVAL
+            or last <= MIN_CHANGE_INTERVAL
+            or first >= duration - MIN_CHANGE_INTERVAL
+        ):
             continue
         for site in sites:
             place = np.mean([resting_place(human, site, q[i]) for i in low], axis=0)

@@ -20,30 +20,30 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 
 NODES_PER_SECOND = 50.0
-"""Of a tracked motion."""
+"""Nodes per second of a tracked motion [1/s]."""
 
-GRID = 1.0 / NODES_PER_SECOND  # contact changes at multiples of this, so that nodes are even [s]
-APART = 2 * GRID  # at least this lies between two changes of one foot [s]
-BEYOND = 10.0  # a change outside the motion is put this far from it [s]
+GRID = 1.0 / NODES_PER_SECOND  # [s] contact changes are multiples of this, for evenly spaced nodes
+MIN_CHANGE_INTERVAL = 2 * GRID  # [s] minimum interval between two contact changes of one foot
+OUTSIDE_OFFSET = 10.0  # [s] distance from the motion of changes outside it
 TOE_ROLL_TIME = 0.010
-"""Time before toe off at which toes begin to move [s]; toe off is timed by the speed of the foot.
-Toes held until 15 ms after it turned the ankle 5 to 10° too far (calibration half)."""
-LOADED = np.array([-EARLY_LOAD, 0.0, 0.0, 0.0, -TOE_ROLL_TIME])
+"""Time before toe-off at which toes begin to move [s]; toe-off is timed by the speed of the foot.
+Toes fixed until 15 ms after it rotated the ankle by 5° to 10° too much (calibration half)."""
+LOAD_SHIFTS = np.array([-EARLY_LOAD, 0.0, 0.0, 0.0, -TOE_ROLL_TIME])
 """Shift of the times of a stance from its events [s]: load grows from zero before heel strike is
 detected."""
 
-DOWN = 0.01  # a part of a foot this high is not down any more, or not yet [m]
+MAX_CONTACT_HEIGHT = 0.01  # [m] maximum height of a part of a foot in contact
 
 
-PAD = 0.005
-"""A ball or toes lower than this that come down are down [m]. Shoe and sole give way by about so
-much; a forefoot that lands from 20 mm slaps flat 20 to 40 ms after heel strike."""
+MAX_LANDING_HEIGHT = 0.005
+"""Maximum height of descending ball or toes in contact [m]; shoe and sole deform by about as much.
+A forefoot that lands from 20 mm is flat 20 to 40 ms after heel strike."""
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     """Return which part of which foot touches when, from gait events or else from what rests.
 
-    A slow part that has risen by :data:`DOWN`, such as a heel, no longer touches.
+    A slow part that has risen by :data:`MAX_CONTACT_HEIGHT`, such as a heel, no longer touches.
     """
     points = sole_paths(human, motion.qpos)
     rests = find_rests(points, motion.rate)
@@ -59,16 +59,17 @@ def _settled(
 ) -> ContactInterval:
     """Return a contact without what is too high at its ends; heel strikes and toe offs stay.
 
-    A ball or toes that come down touch from :data:`PAD` on, before they are still: a rigid foot is
-    flat then, so the ankle follows the recorded one only if it is not much earlier than that.
+    A ball or toes that come down touch from :data:`MAX_LANDING_HEIGHT` on, before they are still: a
+    rigid foot is flat then, so the ankle follows the recorded one only if it is not much earlier
+    than that.
     """
     index = points.of(contact.side, contact.region)
     height = points.position[:, index, 2].min(axis=1)
     inside = (time >= contact.start) & (time <= contact.stop)
-    low = np.flatnonzero(inside & (height < DOWN))
+    low = np.flatnonzero(inside & (height < MAX_CONTACT_HEIGHT))
     if len(low) < 3:
         return contact
-    first, down = int(low[0]), height < PAD
+    first, down = int(low[0]), height < MAX_LANDING_HEIGHT
     if down[low].any():
         first = int(low[down[low]][0])
         while first > 0 and down[first - 1]:
@@ -93,8 +94,8 @@ def recorded_stances(
             times = _times(group, first, last)
             if times is None:
                 continue
-            snapped = _snapped(np.array(times) - start + LOADED)
-            if snapped[-1] <= APART or snapped[0] >= duration - APART:
+            snapped = _snapped(np.array(times) - start + LOAD_SHIFTS)
+            if snapped[-1] <= MIN_CHANGE_INTERVAL or snapped[0] >= duration - MIN_CHANGE_INTERVAL:
                 continue  # hardly begun, or nearly over
             strike, flat, heel_off, forefoot_off, off = (float(t) for t in snapped)
             nowhere = Footprint(side, (0.0, 0.0, 0.0))
@@ -106,7 +107,7 @@ def recorded_stances(
 def _times(group: list[ContactInterval], first: float, last: float) -> tuple[float, ...] | None:
     """Return strike, foot flat, heel off, ball off and toe off of a stance [s].
 
-    What lies outside the recording is put far beyond its ends.
+    Changes outside the recording are moved far beyond its ends.
     """
     near = 1e-6 + 0.5 * GRID
     when: dict[str, tuple[float, float]] = {}
@@ -117,7 +118,7 @@ def _times(group: list[ContactInterval], first: float, last: float) -> tuple[flo
     begun, open_ = touch <= first + near, leave >= last - near
     if not begun and when.keys() == {"toes"}:
         return None
-    before, after = first - BEYOND, last + BEYOND
+    before, after = first - OUTSIDE_OFFSET, last + OUTSIDE_OFFSET
     strike = before if begun else touch
     ball = when.get("ball", when.get("toes"))
     flat = before if begun and (ball is None or ball[0] <= first + near) else None
@@ -139,12 +140,12 @@ def _snapped(times: Float[Array, " 5"]) -> Float[Array, " 5"]:
     """Return times on the grid, in order and apart."""
     t = np.round(times / GRID) * GRID
     for i in range(1, 5):
-        t[i] = max(t[i], t[i - 1] + APART)
-    late = t[4] - max(np.round(times[4] / GRID) * GRID, t[0] + 4 * APART)
+        t[i] = max(t[i], t[i - 1] + MIN_CHANGE_INTERVAL)
+    late = t[4] - max(np.round(times[4] / GRID) * GRID, t[0] + 4 * MIN_CHANGE_INTERVAL)
     if late > 0:  # the foot leaves when it leaves: what comes before is moved forward
         t[4] -= late
         for i in (3, 2, 1):
-            t[i] = min(t[i], t[i + 1] - APART)
+            t[i] = min(t[i], t[i + 1] - MIN_CHANGE_INTERVAL)
     return np.round(t / GRID) * GRID
 
 

@@ -25,10 +25,12 @@ Basis = Annotated[
     Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
 ]
 
-SLOWEST, FASTEST = 0.3, 2.2
-"""Range of walking speeds [m/s]."""
-LONGEST = 20.0
-"""Longest duration of a movement in place [s]."""
+MIN_WALKING_SPEED = 0.3
+"""Minimum walking speed [m/s]."""
+MAX_WALKING_SPEED = 2.2
+"""Maximum walking speed [m/s]."""
+MAX_DURATION = 20.0
+"""Maximum duration of a movement in place [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +56,7 @@ class Walk(TaskSettings):
 
     activity = "walking"
     ranges = {
-        "speed": (SLOWEST, FASTEST, "m/s"),
+        "speed": (MIN_WALKING_SPEED, MAX_WALKING_SPEED, "m/s"),
         "step_length": (0.01, 3, "m"),
         "cadence": (10, 400, "steps/min"),
         "steps": (2, 200, ""),
@@ -119,7 +121,7 @@ class SitToStand(TaskSettings):
     activity = "standing up or sitting down"
     ranges = {
         "chair_height": (0.1, 2, "m"),
-        "duration": (0.5, LONGEST, "s"),
+        "duration": (0.5, MAX_DURATION, "s"),
         "seat_off": (0.1, 0.8, "of the duration"),
     }
 
@@ -141,7 +143,7 @@ class Squat(TaskSettings):
     """Squat and stand up again."""
 
     activity = "a squat"
-    ranges = {"depth": (0.01, 1, "m"), "duration": (0.6, LONGEST, "s")}
+    ranges = {"depth": (0.01, 1, "m"), "duration": (0.6, MAX_DURATION, "s")}
 
     depth: Metres = None
     """Descent of the pelvis [m]; by default 0.2 of body height."""
@@ -154,7 +156,7 @@ class Reach(TaskSettings):
     """Reach for a target with one hand, without stepping."""
 
     activity = "reaching"
-    ranges = {"duration": (0.3, LONGEST, "s")}
+    ranges = {"duration": (0.3, MAX_DURATION, "s")}
 
     target: Target = None
     """Target of the hand, world axes [m]; by default straight ahead at shoulder height, 0.1 of body
@@ -181,7 +183,7 @@ class SideStep(TaskSettings):
     activity = "a side step"
     ranges = {
         "distance": (0.02, 1, "m"),
-        "duration": (0.8, LONGEST, "s"),
+        "duration": (0.8, MAX_DURATION, "s"),
         "clearance": (0, 0.3, "m"),
     }
 

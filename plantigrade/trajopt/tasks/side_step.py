@@ -1,4 +1,4 @@
-"""A step to the side: one foot, then the other beside it, both put down flat."""
+"""A step to the side: one foot, then the other, both landing flat."""
 
 import numpy as np
 
@@ -15,14 +15,15 @@ from plantigrade.trajopt.terms.contact import Clearance
 from plantigrade.trajopt.terms.effort import Work
 from plantigrade.trajopt.terms.posture import Posture
 
-PARTS = (0.28, 0.17, 0.10, 0.17, 0.28)
-"""Of the duration: weight over to the foot that stays, first swing, both feet, second swing, and
-coming to rest. In 2.4 s the swings take 0.4 s each, as in walking."""
+PHASE_SHARES = (0.28, 0.17, 0.10, 0.17, 0.28)
+"""Shares of the duration [1]: weight shift to the stance foot, first swing, double support, second
+swing, and settling. In 2.4 s the swings take 0.4 s each, as in walking."""
 _TRUNK = ("pelvis_list", "pelvis_tilt", "lumbar_bending", "thorax_bending", "lower_thorax_bending")
-UPRIGHT = dict.fromkeys(_TRUNK, 5.0)
+UPRIGHT_WEIGHTS = dict.fromkeys(_TRUNK, 5.0)
 """Weights of an upright trunk [1/(s rad²)]."""
-LEVEL = 300.0  # weight of a pelvis that stays as high as in standing [1/(s m²)]
-LONGEST = 0.55  # of leg length: hips then abduct by some 20° each
+# [1/(s m²)] weight of the deviation of the pelvis height from standing
+PELVIS_HEIGHT_WEIGHT = 300.0
+MAX_STEP_LENGTH = 0.55  # [leg lengths] maximum step; about 20° of hip abduction each
 
 
 def side_step(human: Human, told: SideStep) -> MotionTask:
@@ -35,9 +36,9 @@ def side_step(human: Human, told: SideStep) -> MotionTask:
     distance, side, duration, clearance = told.distance, told.side, told.duration, told.clearance
     d = human.dimensions
     what = f"a side step of a person of {human.height:.2f} m"
-    number("distance", distance, 0.02, LONGEST * (d.thigh + d.shank), "m", what)
+    number("distance", distance, 0.02, MAX_STEP_LENGTH * (d.thigh + d.shank), "m", what)
     way = distance if side == "l" else -distance
-    t = np.cumsum(PARTS) * duration
+    t = np.cumsum(PHASE_SHARES) * duration
     leave = {side: (t[0], t[1]), "l" if side == "r" else "r": (t[2], t[3])}
     stances = []
     for foot, (off, strike) in leave.items():
@@ -70,6 +71,9 @@ def side_step(human: Human, told: SideStep) -> MotionTask:
         *at_rest(human, duration, after),
         Clearance(clearance),
         Work(0.5),
-        Posture({**UPRIGHT, "pelvis_ty": LEVEL}, {"pelvis_ty": float(before[4]) - 0.01}),
+        Posture(
+            {**UPRIGHT_WEIGHTS, "pelvis_ty": PELVIS_HEIGHT_WEIGHT},
+            {"pelvis_ty": float(before[4]) - 0.01},
+        ),
     )
     return MotionTask("side-step", plan, terms, guess)

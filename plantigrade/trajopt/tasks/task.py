@@ -31,7 +31,7 @@ ForceGuess = Callable[[ContactBody, Array, Array], Array]
 
 @dataclass(frozen=True)
 class MotionTask:
-    """What is to be done.
+    """Definition of a movement.
 
     A periodic plan of half a stride, mirrored, becomes one of a whole stride where a term is about
     one side only, because the term would otherwise also apply to the other side.

@@ -65,7 +65,7 @@ _TOP = ("task", "parameters", "term", "stance")
 
 @dataclass(frozen=True)
 class TaskFile:
-    """What a task file says.
+    """Content of a task file.
 
     Attributes:
         name: Of the task.

@@ -12,8 +12,8 @@ from plantigrade.bounds import shown
 from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 
-MOST = 1e300
-"""Numbers beyond this are refused: they become infinite where they are used."""
+MAX_NUMBER = 1e300
+"""Maximum magnitude of a number; larger ones overflow in use."""
 _POINT = {"body": str, "position": tuple[float, float, float], "radius": float}
 _NEEDED = {bool: "true or false", str: "a word in quotes", float: "a number"}
 
@@ -24,7 +24,7 @@ def is_number(value: Any, *, nan: bool = False) -> bool:
         return False
     if value != value:
         return nan
-    return value in (float("inf"), -float("inf")) or -MOST <= value <= MOST  # type: ignore[operator]
+    return value in (float("inf"), -float("inf")) or -MAX_NUMBER <= value <= MAX_NUMBER  # type: ignore[operator]
 
 
 def in_radians(given: Mapping[str, Any]) -> dict[str, Any]:

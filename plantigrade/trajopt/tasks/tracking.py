@@ -64,14 +64,15 @@ from plantigrade.trajopt.terms.tracking import (
     TrackMoments,
 )
 
-FACTORS = {
+TRACKING_WEIGHTS = {
     **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
     "ankle_angle": 4.0,  # pitch of the foot: its range was 47 to 62° for 29 to 35° with 0.3
     "subtalar_angle": 1.0,  # joints within the foot give way where the recorded one slides or sinks
     "mtp_angle": 0.5,
 }
 
-TOES = {"mtp_angle": 10.0}  # what torque of the toes costs beside that of other joints: it is weak
+# [1] weight of toe torque relative to other joints, because toes are weak
+TOE_TORQUE_WEIGHTS = {"mtp_angle": 10.0}
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class Tracking:
     """
 
     weight: float = 100.0
-    joints: Mapping[str, float] = field(default_factory=lambda: dict(FACTORS))
+    joints: Mapping[str, float] = field(default_factory=lambda: dict(TRACKING_WEIGHTS))
     acceleration: float = 3e-5
     feet: float = 0.6
     moments: float = 0.3
@@ -113,7 +114,7 @@ class Tracking:
             TrackAcceleration(times, q, self.acceleration),
             TrackFeet(feet, self.feet),
             TrackMoments(moments, self.moments),
-            Torque(self.torque, TOES),
+            Torque(self.torque, TOE_TORQUE_WEIGHTS),
             Jerk(self.jerk),
             Forces(self.force_size, self.force_rate),
         )

@@ -50,30 +50,29 @@ from plantigrade.trajopt.terms.posture import Posture, PostureAt, Quiet, Rest, U
 from plantigrade.trajopt.terms.solid import SolidLimbs
 from plantigrade.trajopt.terms.term import Term
 
-HIP_ABDUCTORS = 0.55
-"""What torque of hip adduction costs beside that of other joints (*estimate*): passive tissue at
-the side of the thigh bears a part of it."""
-KNEE_MUSCLES = 2.25
-"""What a torque of the knee costs beside that of the hip: muscles across the knee pull at arms of
-about 4 cm, those across the hip at 6 cm [Rajagopal2016]_; the same torque takes 1.5 times the force
-(*estimate*)."""
-APART = 0.025
-"""Distance that the legs keep as they pass each other [m]: the standard deviation of the step width
-of young adults is 2.1 to 2.5 cm [Skiadopoulos2020]_, so that legs that pass nearer touch often."""
+HIP_ADDUCTION_WEIGHT = 0.55
+"""Weight of hip adduction torque relative to other joints [1]; passive tissue at the side of the
+thigh carries a part of it. Estimate."""
+KNEE_TORQUE_WEIGHT = 2.25
+"""Weight of knee torque relative to hip torque [1]: moment arms are about 4 cm at the knee and 6 cm
+at the hip [Rajagopal2016]_; the same torque takes 1.5 times the force (*estimate*)."""
+MIN_LEG_DISTANCE = 0.025
+"""Distance of the legs in passing [m]; the SD of step width of young adults is 2.1 to 2.5 cm
+[Skiadopoulos2020]_, and closer legs would often touch."""
 PELVIS_LEAN = 0.12
 """Forward lean of the pelvis in standing, from the zero of ``pelvis_tilt`` [rad]. The plane of its
 spines leans by about 10° in people who stand [Levine1996]_ and who walk [Fukuchi2018]_, by 2.7° at
 the zero. The spine straightens up above it."""
 USED_FRICTION = 0.35
-"""Friction that a walk plans with; more on slopes, by their own."""
-PELVIS_TURNING = 0.03
-"""What the pelvis' angular velocity costs [s/rad²] (*estimate*)."""
-PELVIS_SPEEDING = 7e-4
-"""What its angular acceleration about the vertical costs [s³/rad²] (*estimate*). The legs turn it
-the more, the faster they swing; people's turns by ±4° to ±8° at all speeds [Schwartz2008]_."""
-SMOOTH = 1.5e-7
-"""What jerk of the knee costs, over the sixth power of the time of a step [1/(s rad²)]."""
-UPRIGHT = {
+"""Coefficient of friction of a walk's plan [1]; higher on slopes."""
+PELVIS_RATE_WEIGHT = 0.03
+"""Weight of the pelvis' angular velocity [s/rad²]. Estimate."""
+PELVIS_ACCELERATION_WEIGHT = 7e-4
+"""Weight of the pelvis' angular acceleration about the vertical [s³/rad²], which increases with
+swing speed; people rotate by ±4° to ±8° at all speeds [Schwartz2008]_. Estimate."""
+KNEE_JERK_WEIGHT = 1.5e-7
+"""Weight of knee jerk, divided by the sixth power of the step time [1/(s rad²)]."""
+UPRIGHT_WEIGHTS = {
     "pelvis_tilt": 3.0,
     "pelvis_list": 2.0,
     "lumbar_extension": 0.5,
@@ -92,9 +91,9 @@ UPRIGHT = {
     "wrist_dev": 0.1,
     "fingers_flex": 0.1,
 }
-"""What it costs to be bent [1/(s rad²)]: trunk and head upright, arms hanging."""
+"""Weights of an upright trunk and head and hanging arms [1/(s rad²)]."""
 
-STANDING = {
+STANDING_POSTURE = {
     "lumbar_extension": PELVIS_LEAN / 2,
     "thorax_extension": PELVIS_LEAN / 2,
     "elbow_flex": 0.35,
@@ -103,12 +102,13 @@ STANDING = {
 }
 """Postures that are not zero [rad]."""
 
-CLEARANCE = 0.01  # of everything on a foot in the middle of a swing [m]
+CLEARANCE = 0.01  # [m] clearance of the foot in mid-swing
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
-"""Nodes a second up to :data:`USUAL` speed, periodic and from standing; in proportion above it."""
+"""Nodes per second up to :data:`USUAL_SPEED`, periodic and from standing; proportionally more
+above."""
 
-USUAL = 1.3
-"""Speed [m/s]."""
+USUAL_SPEED = 1.3
+"""Usual walking speed [m/s]."""
 
 
 def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
@@ -118,21 +118,25 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
         Clearance(CLEARANCE),
         Limits(),
-        SolidLimbs(APART),
+        SolidLimbs(MIN_LEG_DISTANCE),
         Torque(
             1.0,
-            {"ankle_angle": 0.0, "hip_adduction": HIP_ABDUCTORS, "knee_angle": KNEE_MUSCLES},
+            {
+                "ankle_angle": 0.0,
+                "hip_adduction": HIP_ADDUCTION_WEIGHT,
+                "knee_angle": KNEE_TORQUE_WEIGHT,
+            },
         ),
         Endurance(0.9),
         Work(0.6),
-        Jerk(SMOOTH * step_time**6, by_inertia=True),
-        Acceleration(PELVIS_SPEEDING, {"pelvis_rotation": 1.0}, others=0.0),
+        Jerk(KNEE_JERK_WEIGHT * step_time**6, by_inertia=True),
+        Acceleration(PELVIS_ACCELERATION_WEIGHT, {"pelvis_rotation": 1.0}, others=0.0),
         Forces(rate=1.5e-4),
         AngularMomentum(forward=0.1, upward=0.5),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
         Upright("trunk", sideways=3.0, away=1.2),
-        Upright("pelvis", turning=PELVIS_TURNING),
-        Posture(UPRIGHT, {**STANDING, "pelvis_tilt": -PELVIS_LEAN - slope}),
+        Upright("pelvis", turning=PELVIS_RATE_WEIGHT),
+        Posture(UPRIGHT_WEIGHTS, {**STANDING_POSTURE, "pelvis_tilt": -PELVIS_LEAN - slope}),
     )
 
 
@@ -158,14 +162,14 @@ def walk(human: Human, told: Walk) -> MotionTask:
     terms: list[Term] = [*walking_terms(p.step_time, told.slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
-    faster = max(1.0, told.speed / USUAL)
+    faster = max(1.0, told.speed / USUAL_SPEED)
     return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
 
 
 def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:
     """Return the task of a periodic walk up a slope [rad], of which half a stride is solved."""
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
-    rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL)
+    rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL_SPEED)
     terms = walking_terms(parameters.step_time, slope)
     return MotionTask("walk", plan, terms, _guess(parameters), rate)
 

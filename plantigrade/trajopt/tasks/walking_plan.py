@@ -26,8 +26,8 @@ from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 from plantigrade.trajopt.tasks.settings import Side
 
 End = Literal["standing", "walking"]
-TIGHTEST = float(np.deg2rad(60.0))  # turn from one step to the next [rad]
-HIGHEST = 0.4  # step up or down, of leg length
+MAX_TURN_PER_STEP = float(np.deg2rad(60.0))  # [rad] maximum turn between consecutive steps
+MAX_STEP_RISE = 0.4  # [leg lengths] maximum step up or down
 
 
 @dataclass(frozen=True)
@@ -164,16 +164,16 @@ def _footprint(fall: _Fall, toe_out: float, bend: float) -> Footprint:
 def _check_way(falls: list[_Fall], distance: float, turn: float, p: GaitParameters) -> None:
     """Refuse a way that turns or climbs too much between two steps."""
     n_steps = max(distance / p.step_length, 1.0)
-    if not abs(turn) <= TIGHTEST * n_steps:
+    if not abs(turn) <= MAX_TURN_PER_STEP * n_steps:
         raise ParameterError(
             f"a turn of {np.rad2deg(turn):.0f}° is {np.rad2deg(abs(turn)) / n_steps:.0f}° for each "
-            f"step that goes on; allowed are {np.rad2deg(TIGHTEST):.0f}°: take more steps"
+            f"step that goes on; allowed are {np.rad2deg(MAX_TURN_PER_STEP):.0f}°: take more steps"
         )
     for a, b in zip(falls[:-1], falls[1:], strict=True):
-        if abs(b.height - a.height) > HIGHEST * p.leg_length:
+        if abs(b.height - a.height) > MAX_STEP_RISE * p.leg_length:
             raise ParameterError(
                 f"the ground goes from {a.height:g} to {b.height:g} m in one step; a leg of "
-                f"{p.leg_length:.2f} m steps {HIGHEST * p.leg_length:.2f} m at most"
+                f"{p.leg_length:.2f} m steps {MAX_STEP_RISE * p.leg_length:.2f} m at most"
             )
 
 

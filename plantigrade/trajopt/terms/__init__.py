@@ -1,1 +1,1 @@
-"""What a task is made of: conditions and costs, each a small class, by subject."""
+"""Terms of a task: constraints and costs, each a small class, by subject."""

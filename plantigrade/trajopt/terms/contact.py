@@ -14,7 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact import (
-    SUNK,
+    MAX_UNLOADED_DEPTH,
     friction_pyramid,
     hold_contacts,
     keep_soles_up,
@@ -25,11 +25,12 @@ from plantigrade.trajopt.problem.contact import (
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.term import Term
 
-BESIDE = 0.06
-"""How far beside where it is expected a swinging foot clears a step [m]."""
+STEP_MARGIN = 0.06
+"""Lateral margin for the clearance of a swing foot over a step [m]."""
 
-TILTED = 0.005
-"""And how much higher: not every sphere of a tilted foot is a place that can carry force [m]."""
+TILT_MARGIN = 0.005
+"""Additional height of this clearance [m], because some spheres of a tilted foot are not contact
+sites."""
 
 
 @dataclass(frozen=True)
@@ -140,22 +141,26 @@ class Clearance(Term):
             above = self.height * np.sin(np.pi * part) ** 4
             # Both ends of an interval in which a step is crossed are above it.
             moved = np.abs(np.diff(np.concatenate([[here], gone, [there]])))
-            margin = np.maximum(BESIDE, np.maximum(moved[:-1], moved[1:]))
+            margin = np.maximum(STEP_MARGIN, np.maximum(moved[:-1], moved[1:]))
             margin = np.where((part > 0.02) & (part < 0.98), margin, 0.0)
             for k, site in enumerate(b.body.sites):
                 if site.side == side:
                     x = gone + float(flat[side][site.name][0])
                     edge = ground.along(x - margin) != ground.along(x + margin)
-                    low = ground.along(x, margin) + above + TILTED * edge
+                    low = ground.along(x, margin) + above + TILT_MARGIN * edge
                     b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
                     if after < before:  # it does not lag behind
-                        b.limit(family, (x - BESIDE)[:, None], columns=[3 * k], nodes=at)
+                        b.limit(family, (x - STEP_MARGIN)[:, None], columns=[3 * k], nodes=at)
             if soles is not None:
                 under = flat_sites(b.body.human, (*b.body.sites, *spheres), side)
                 for k, sphere in enumerate(spheres):
                     if sphere.side == side:
                         x, _, deep = under[sphere.name]
-                        low = ground.along(gone + float(x), margin) + min(float(deep), 0.0) - SUNK
+                        low = (
+                            ground.along(gone + float(x), margin)
+                            + min(float(deep), 0.0)
+                            - MAX_UNLOADED_DEPTH
+                        )
                         b.limit(b.add(soles), low[:, None], columns=[k], nodes=at)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:

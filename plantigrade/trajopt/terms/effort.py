@@ -9,7 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.builder import ProblemBuilder
-from plantigrade.trajopt.problem.contact_body import TORQUE
+from plantigrade.trajopt.problem.contact_body import TORQUE_SCALE
 from plantigrade.trajopt.terms.term import Term, per_coordinate
 
 
@@ -32,9 +32,9 @@ class Effort(Term):
         return self.weight * per_coordinate(names, self.joints, self.others)
 
 
-STRONG = 200.0
-"""Strength of a joint whose torque costs the same by its strength or not, of a person of the
-reference mass and height [N m]."""
+REFERENCE_STRENGTH = 200.0
+"""Joint strength at which costs of torque and relative torque are equal, for the reference mass and
+height [N m]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Torque(Effort):
         weights = self.weights(b.names[6:])
         if self.by_strength:
             strength = np.abs(b.body.human.model.jnt_actfrcrange[1:]).max(axis=1)
-            strong = STRONG / TORQUE * b.body.torque
+            strong = REFERENCE_STRENGTH / TORQUE_SCALE * b.body.torque
             weights = weights * (strong / np.where(strength > 0, strength, strong)) ** 2
         b.penalise(b.family("muscle torque"), 2.0 * weights)
 
@@ -67,7 +67,7 @@ class Endurance(Term):
     Endurance falls with about the third power of a muscle's stress [Crowninshield1981]_.
     :math:`e_j` is the muscles' torque over :attr:`ContactBody.torque`; where the weaker muscles
     make it, the dorsiflexors, it is as much greater as they are weaker (216 against 54 N m).
-    It is rounded off at :data:`~plantigrade.trajopt.problem.dynamics.SMALL`.
+    It is rounded off at :data:`~plantigrade.trajopt.problem.dynamics.ENDURANCE_ROUNDING`.
 
     Attributes:
         weight: :math:`w` [1/s].
@@ -102,9 +102,9 @@ class Acceleration(Effort):
         b.penalise(b.family("accelerations"), 2.0 * self.weights(b.names))
 
 
-LIGHTEST = 0.1
-"""Inertia of a coordinate is taken as so much of the knee's at least, so that light parts, as toes
-and hands, move smoothly too."""
+MIN_INERTIA_SHARE = 0.1
+"""Minimum inertia of a coordinate relative to the knee's [1], so that light parts such as toes and
+hands move smoothly."""
 
 
 @dataclass(frozen=True)
@@ -126,13 +126,16 @@ class Jerk(Effort):
 
 
 def relative_inertia(human: Human) -> Float[Array, " nv"]:
-    """Return what each coordinate moves, over what the knee does; :data:`LIGHTEST` at least.
+    """Return the inertia of each coordinate relative to the knee's, bounded from below.
 
-    It is the diagonal of the mass matrix in the neutral posture, where the pelvis' angles are about
-    the axes of the world.
+    The lower bound is :data:`MIN_INERTIA_SHARE`.
+
+    The inertia is the diagonal of the mass matrix in the neutral posture, where the pelvis' angles
+    are about the axes of the world.
 
     Returns:
-        Of the pelvis' tilt, list, rotation [1] and place [1/m²], then of the hinges [1].
+        Values for the pelvis' tilt, list, rotation [1] and position [1/m²], then for the hinges
+        [1].
 
     Example:
         >>> person = Human.create(1.75, 77.5)
@@ -145,4 +148,4 @@ def relative_inertia(human: Human) -> Float[Array, " nv"]:
     about_x, about_y, about_z = found[3:6]
     root = [about_y, about_x, about_z, *found[:3]]
     knee = found[6:][human.coordinates.index("knee_angle_r")]
-    return np.maximum(np.concatenate([root, found[6:]]) / knee, LIGHTEST)
+    return np.maximum(np.concatenate([root, found[6:]]) / knee, MIN_INERTIA_SHARE)

@@ -1,4 +1,4 @@
-"""Which way a walk goes at any time."""
+"""Heading of a walk over time."""
 
 import numpy as np
 

@@ -12,7 +12,7 @@ from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.problem.dynamics import EDGE
+from plantigrade.trajopt.problem.dynamics import WORK_RATE_ROUNDING
 from plantigrade.trajopt.terms.term import Term
 
 
@@ -124,7 +124,10 @@ class PowerLimit(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit work rates."""
         most = (1.0 - self.reserve) * self.watts(b.body) / b.body.torque
-        b.limit(b.family("work rate"), upper=float(np.hypot(most, EDGE)) - EDGE)
+        b.limit(
+            b.family("work rate"),
+            upper=float(np.hypot(most, WORK_RATE_ROUNDING)) - WORK_RATE_ROUNDING,
+        )
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return the limit of every joint."""

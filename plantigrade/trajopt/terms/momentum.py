@@ -10,8 +10,8 @@ from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.terms.heading import path_heading
 from plantigrade.trajopt.terms.term import Term
 
-PERCENT = 100.0
-"""A row is in hundredths of m √g l^1.5: the peaks of a walk are a few of them."""
+ROW_SCALE = 100.0
+"""Scale of a row, in hundredths of m √g l^1.5; the peaks of a walk are a few units."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class AngularMomentum(Term):
         """Weigh the components."""
         d = b.body.human.dimensions
         leg = float(d.thigh + d.shank + d.ankle_height)
-        unit = b.body.symbolic.mass * float(np.sqrt(GRAVITY)) * leg**1.5 / PERCENT
+        unit = b.body.symbolic.mass * float(np.sqrt(GRAVITY)) * leg**1.5 / ROW_SCALE
 
         def expression(ca, q, v, a, u, p):
             x, y, z = ca.vertsplit(b.body.symbolic.momentum()(q, v)[1] / unit)

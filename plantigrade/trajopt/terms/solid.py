@@ -36,18 +36,19 @@ from plantigrade.trajopt.terms.term import Spaced, Term
 
 SHARPNESS = 250.0
 """:math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
-ROUND = 1e-3  # where the distance to an axis is rounded off [m]
-UNIT = 10.0  # rows are in tenths of a metre
-EDGE = float(np.sqrt(2.0))  # of half its height: what a rod needs to cover the edge of a box
-SPACED = 0.025
-"""Most between two spheres along an edge of a foot, of stature: a shank between them is then about
-3 mm nearer than they tell."""
-NEAREST = 0.012  # how far from its most medial bone one is looked at beside the other foot [m]
-TALL = 1.74
-"""Stature of the person whose margins are given [m]."""
-THICK = 0.1  # about the diameter of a leg [m]
-BESIDE = 0.35  # how far before and behind the other foot a leg is near the other [m]
-SMOOTH = np.linspace(0.0, 1.0, 51)
+ROUNDING_LENGTH = 1e-3  # [m] rounding of the distance to an axis
+ROW_SCALE = 10.0  # [1/m] scale of rows, tenths of a metre
+# [1] radius of a rod relative to half the height of a box whose edge it covers
+EDGE_FACTOR = float(np.sqrt(2.0))
+MAX_SPHERE_SPACING = 0.025
+"""Maximum distance between spheres along an edge of a foot relative to stature [1]; a shank between
+them is then about 3 mm closer than computed."""
+MEDIAL_DEPTH = 0.012  # [m] depth of the most medial bone considered beside the other foot
+REFERENCE_HEIGHT = 1.74
+"""Stature for the given margins [m]."""
+LEG_DIAMETER = 0.1  # [m] approximate diameter of a leg
+PASSING_DISTANCE = 0.35  # [m] sagittal distance of feet within which the legs are close
+SAMPLE_SHARES = np.linspace(0.0, 1.0, 51)
 LEGS, ARMS = "solid legs", "solid arms"
 
 
@@ -76,7 +77,7 @@ class SolidLimbs(Term):
     Attributes:
         margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
         arms: Distance that arms keep from trunk, thighs and each other, of a person of
-            :data:`TALL` [m]; in proportion for others, whose arms hang as near.
+            :data:`REFERENCE_HEIGHT` [m]; in proportion for others, whose arms hang as near.
 
     Neither is looked at where it is not finite.
     """
@@ -94,19 +95,25 @@ class SolidLimbs(Term):
             here, there, beside = (np.array(x.footprint.position) for x in (one, two, other))
             length, duration = float(np.linalg.norm(there - here)), two.heel_strike - one.toe_off
             along = (beside - here) @ (there - here) / length**2
-            gone = SMOOTH**3 * (10 - 15 * SMOOTH + 6 * SMOOTH**2)
-            part = float(np.interp(along, gone, SMOOTH))
+            gone = SAMPLE_SHARES**3 * (10 - 15 * SAMPLE_SHARES + 6 * SAMPLE_SHARES**2)
+            part = float(np.interp(along, gone, SAMPLE_SHARES))
             time, speed = one.toe_off + part * duration, 1.875 * length / duration
-            found.append((time - BESIDE / speed, time + BESIDE / speed, THICK / speed))
+            found.append(
+                (
+                    time - PASSING_DISTANCE / speed,
+                    time + PASSING_DISTANCE / speed,
+                    LEG_DIAMETER / speed,
+                )
+            )
         return tuple(found)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
-        near = self.arms * b.body.human.height / TALL
+        near = self.arms * b.body.human.height / REFERENCE_HEIGHT
         for family, margin in ((legs(b.body, len(b.nodes)), self.margin),
                                (arms(b.body, len(b.nodes)), near)):  # fmt: skip
             if np.isfinite(margin):
-                b.limit(b.add(family), lower=UNIT * margin)
+                b.limit(b.add(family), lower=ROW_SCALE * margin)
 
 
 def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -123,11 +130,13 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
             for rod in others:
                 for x in rod.points(_many(human, rod)):
                     d += [at.apart(x, other) for other in (shank, *foot)]
-        return UNIT * _least(ca, d)
+        return ROW_SCALE * _least(ca, d)
 
     function = body.function(LEGS, expression)
     names = ("distance of the legs",)
-    return ConstraintFamily.free(LEGS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
+    return ConstraintFamily.free(
+        LEGS, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
+    )
 
 
 def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -144,7 +153,7 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
             for x in _arm(human, side):
                 d.append(at.apart(x, thigh))
                 d += [at.beside(x, name, solid) for name, solid in trunk]
-            rows.append(UNIT * _least(ca, d))
+            rows.append(ROW_SCALE * _least(ca, d))
         right, left = (_free_arm(human, side) for side in SIDES)
         spheres = [x for rod in right for x in rod.points(_many(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
@@ -153,9 +162,9 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         for side in SIDES:  # from its middle on: it begins beside the belly
             spheres = _leg(human, side)[0].points(7)[3:]
             near = [at.beside(x, *each) for x in spheres for each in above]
-            thighs.append(UNIT * _least(ca, near))
+            thighs.append(ROW_SCALE * _least(ca, near))
         # From one of them on: arms far apart leave nothing of the exponentials themselves.
-        arms_apart = UNIT * (d[0] + _least(ca, [x - d[0] for x in d]))
+        arms_apart = ROW_SCALE * (d[0] + _least(ca, [x - d[0] for x in d]))
         return ca.vertcat(*rows, arms_apart, *thighs)
 
     function = body.function(ARMS, expression)
@@ -164,7 +173,9 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         "distance of the arms",
         *(f"distance of thigh_{s} and trunk" for s in SIDES),
     )
-    return ConstraintFamily.free(ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / UNIT)
+    return ConstraintFamily.free(
+        ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
+    )
 
 
 class _Placed:
@@ -185,7 +196,7 @@ class _Placed:
         off = p - a
         part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
         off = off - part * way
-        return ca.sqrt(ca.dot(off, off) + ROUND**2) - (x.radius + rod.radius)
+        return ca.sqrt(ca.dot(off, off) + ROUNDING_LENGTH**2) - (x.radius + rod.radius)
 
     def beside(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
@@ -266,7 +277,7 @@ def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
     kept = [
         rod
         for reach, rod in places
-        if reach > by_body[rod.body] - NEAREST and by_body[rod.body] > most - 3 * NEAREST
+        if reach > by_body[rod.body] - MEDIAL_DEPTH and by_body[rod.body] > most - 3 * MEDIAL_DEPTH
     ]
     return thigh, shank, kept
 
@@ -308,7 +319,9 @@ def _free_arm(human: Human, side: str) -> list[Rod]:
 
 def _many(human: Human, rod: Rod) -> int:
     """Return how many spheres along a rod leave nothing between them."""
-    return 1 + int(np.ceil(float(np.linalg.norm(rod.b - rod.a)) / (SPACED * human.height) - 1e-9))
+    return 1 + int(
+        np.ceil(float(np.linalg.norm(rod.b - rod.a)) / (MAX_SPHERE_SPACING * human.height) - 1e-9)
+    )
 
 
 def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:
@@ -321,7 +334,7 @@ def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:
             x, y, z = solid.b
             aside = np.array([0.0, inward * (y - z), 0.0])
             ahead = np.array([x - z, 0.0, 0.0])
-            radius = EDGE * float(z)
+            radius = EDGE_FACTOR * float(z)
             out.append(Rod(name, solid.a + aside - ahead, solid.a + aside + ahead, radius))
     return out
 

@@ -1,4 +1,4 @@
-"""What all terms share: each adds itself to a problem and states its demands as data."""
+"""Base class of terms, which add themselves to a problem and state their demands as data."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

@@ -125,7 +125,7 @@ class TrackFeet(Term):
         """Weigh the distance."""
         there = self.feet.at(b.nodes)
         family = b.add(_foot_wrenches(b, there.point))
-        load = np.maximum(there.force[..., 2], LIGHT)
+        load = np.maximum(there.force[..., 2], MIN_POSITION_LOAD)
         turn = there.point_error[..., ::-1] * load[..., None]  # about x by the error along y
         error = np.concatenate([there.force_error, turn, there.torque_error[..., None]], axis=2)
         target = np.zeros_like(error)
@@ -136,7 +136,7 @@ class TrackFeet(Term):
 
 @dataclass(frozen=True)
 class JointMoments:
-    """What moments of joints are expected, and how closely.
+    """Expected joint moments with standard deviations.
 
     Attributes:
         times: Times [s].
@@ -175,7 +175,7 @@ class TrackMoments(Term):
         b.penalise(b.family("joint torque"), 2.0 * self.weight * sure**2, target)
 
 
-LIGHT = 0.1  # a load smaller than this says little about where it is [body weights]
+MIN_POSITION_LOAD = 0.1  # [body weights] minimum load for a reliable centre of pressure
 
 
 def _foot_wrenches(b: ProblemBuilder, points: Float[Array, "n_nodes 2 2"]) -> ConstraintFamily:

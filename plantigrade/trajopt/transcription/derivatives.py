@@ -19,8 +19,8 @@ from plantigrade.errors import ParameterError
 if TYPE_CHECKING:
     import casadi
 
-_SMALL = 300  # operations of a function that is interpreted sooner than its code is found
-_VERSION = 1  # raise it whenever the derivatives below are built differently
+_MAX_INTERPRETED = 300  # [1] maximum number of operations of an interpreted function
+_VERSION = 1  # version of the derivatives below, to be increased with every change
 
 States = Float[Array, "n_nodes nv"]
 Given = Float[Array, "n_nodes _"]  # unknowns and parameters
@@ -61,7 +61,7 @@ class Derivatives:
 
     @property
     def backend(self) -> str:
-        """What evaluates them: vectors, or CasADi's interpreter."""
+        """The evaluator: vectorised code or CasADi's interpreter."""
         return self._values.backend
 
     @cached_property
@@ -158,7 +158,9 @@ class Derivatives:
     def _source(self) -> "tuple[Callable[[], casadi.Function], Array | None, str]":
         """What makes it, its last input if its numbers were made one, and what is left."""
         f = self.function if self.function.is_a("SXFunction") else self.function.expand()
-        if self._backend is None and (f.n_instructions() < _SMALL or BatchedFunction.unavailable()):
+        if self._backend is None and (
+            f.n_instructions() < _MAX_INTERPRETED or BatchedFunction.unavailable()
+        ):
             self._backend = "interpreter"
         if self._backend == "interpreter":
             return lambda: f, None, ""

@@ -18,7 +18,7 @@ from plantigrade.arrays import Array
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
-from plantigrade.trajopt.transcription.linear_map import PART, Transcription
+from plantigrade.trajopt.transcription.linear_map import NODES_PER_PART, Transcription
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Evaluation:
         Weights are D and multipliers those of rows, by block; without them it is J' D J alone.
         """
         z, n = self.t.local(x), self.t.n_local
-        whole = np.zeros((PART, n, n))
+        whole = np.zeros((NODES_PER_PART, n, n))
         for nodes in self.t.parts:
             H = whole[: nodes.stop - nodes.start]
             H[:] = 0.0

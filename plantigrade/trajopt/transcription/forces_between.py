@@ -22,8 +22,8 @@ from plantigrade.trajopt.problem.dynamics import asked_by
 
 States = Float[Array, "n nv"]
 
-_LEAST = 0.01  # load from which a place takes part [body weights]
-_EXACT = 1e8  # what a missing wrench costs beside a change of forces
+_MIN_LOAD = 0.01  # [body weights] minimum load of a participating site
+_WRENCH_WEIGHT = 1e8  # [1] weight of a missing wrench relative to a change of forces
 
 
 def explaining(
@@ -52,7 +52,7 @@ def explaining(
     asked, A = _wrenches(body, q, v, a)
     f = force.reshape(n, 3 * k) / body.weight
     load = np.where(standing, np.maximum(f.reshape(n, k, 3)[..., 2], 0.0), 0.0)
-    share = np.repeat((load + _LEAST * (load > _LEAST / 10)) ** 2, 3, axis=1)
+    share = np.repeat((load + _MIN_LOAD * (load > _MIN_LOAD / 10)) ** 2, 3, axis=1)
     missing = asked - np.einsum("nij,nj->ni", A, f)
     weighed = A * share[:, None, :]
     normal = np.matmul(weighed, A.transpose(0, 2, 1)) + 1e-12 * np.eye(6)
@@ -106,10 +106,10 @@ def _within(A: Array, asked: Array, f: Array, standing: Array, side: float) -> A
     places = np.flatnonzero(standing)
     at = (3 * places[:, None] + np.arange(3)).ravel()
     m = len(places)
-    load = np.repeat(np.maximum(f[at[2::3]], 0.0) + _LEAST, 3)
+    load = np.repeat(np.maximum(f[at[2::3]], 0.0) + _MIN_LOAD, 3)
     G = A[:, at]
-    H = _EXACT * G.T @ G + np.diag(1.0 / load**2)
-    g = -_EXACT * G.T @ asked - f[at] / load**2
+    H = _WRENCH_WEIGHT * G.T @ G + np.diag(1.0 / load**2)
+    g = -_WRENCH_WEIGHT * G.T @ asked - f[at] / load**2
     pyramid = [[1.0, 0.0, -side], [-1.0, 0.0, -side], [0.0, 1.0, -side], [0.0, -1.0, -side]]
     C = np.kron(np.eye(m), pyramid)
     upper, lower = np.zeros(4 * m), np.full(4 * m, -1e30)

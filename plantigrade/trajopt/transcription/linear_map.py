@@ -20,8 +20,8 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.variables import Smoothness, Variables
 
-PART = 32
-"""Nodes that are assembled at a time."""
+NODES_PER_PART = 32
+"""Number of nodes assembled at a time [1]."""
 
 
 class Transcription:
@@ -146,7 +146,10 @@ class Transcription:
     @property
     def parts(self) -> list[slice]:
         """Nodes in parts that fit a processor's cache."""
-        return [slice(k, min(k + PART, self.n_nodes)) for k in range(0, self.n_nodes, PART)]
+        return [
+            slice(k, min(k + NODES_PER_PART, self.n_nodes))
+            for k in range(0, self.n_nodes, NODES_PER_PART)
+        ]
 
     def _find_columns(self) -> None:
         """Find the variable, and its sign, of every coefficient that a node touches."""

@@ -6,11 +6,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 
-MOST = 5000
-"""Nodes of a mesh: a walk of 43 coordinates takes 1.1 MB of memory for each, so 5 GB."""
+MAX_NODES = 5000
+"""Maximum number of nodes [1]; a walk of 43 coordinates takes 1.1 MB of memory per node, 5 GB in
+all."""
 
-AS_LONG = 0.7
-"""Length of an interval, beside that of its neighbour, from which it counts as no shorter."""
+EQUAL_INTERVAL_RATIO = 0.7
+"""Length of an interval relative to its neighbour from which it counts as equal [1]."""
 
 
 def nodes_of(
@@ -26,7 +27,7 @@ def nodes_of(
 
     Raises:
         ParameterError: If ``nodes_per_second`` is not positive, ``least`` is below 1, or there
-            would be more nodes than :data:`MOST`.
+            would be more nodes than :data:`MAX_NODES`.
     """
     if not 0 < nodes_per_second < np.inf:
         raise ParameterError(f"{nodes_per_second=} [1/s] must be positive: 20 is usual")
@@ -34,11 +35,11 @@ def nodes_of(
         raise ParameterError(f"{least=} must be a whole number, 1 or more")
     switches = plan.switches
     counts = np.maximum(least, np.ceil(np.diff(switches) * nodes_per_second - 1e-9))
-    if counts.sum() + 1 > MOST:
+    if counts.sum() + 1 > MAX_NODES:
         raise ParameterError(
             f"a motion of {plan.duration:.3g} s at {nodes_per_second:g} nodes per second takes "
-            f"{counts.sum() + 1:.0f} nodes of about 1 MB; allowed are {MOST}: ask for fewer steps, "
-            "a shorter duration or fewer nodes_per_second"
+            f"{counts.sum() + 1:.0f} nodes of about 1 MB; allowed are {MAX_NODES}: "
+            "ask for fewer steps, a shorter duration or fewer nodes_per_second"
         )
     pieces = [
         np.linspace(a, b, int(n) + 1)[:-1]
@@ -86,7 +87,7 @@ def split(
     length = np.diff(nodes)
     if beside:
         reach = np.pad(np.where(most > 0, length, np.inf), 1, constant_values=np.inf)
-        near = length > AS_LONG * np.minimum(reach[:-2], reach[2:])
+        near = length > EQUAL_INTERVAL_RATIO * np.minimum(reach[:-2], reach[2:])
         most[near & (most == 0)] = 1.0
     new = [nodes]
     for k in np.flatnonzero(most > 0):

@@ -1,4 +1,4 @@
-r"""What a solver moves, as one vector :math:`x`: spline coefficients and free node unknowns.
+r"""Optimisation variables as one vector :math:`x`: spline coefficients and free node unknowns.
 
 The order keeps together what meets at a node, so that the Hessian is a narrow band; a periodic
 motion is folded, so that its two ends lie side by side.
@@ -90,7 +90,7 @@ class Variables:
 
 
 class Smoothness:
-    r"""What the steps of node unknowns and the jerk of coordinates cost: a quadratic form.
+    r"""Quadratic cost of steps of node unknowns and of the jerk of coordinates.
 
     .. math:: s(x) = \tfrac12 \sum_k \sigma_k \lVert u_{k+1} - u_k \rVert^2
         + \tfrac12 \lVert D\, c \rVert^2 = \tfrac12 x^\top Q x + l^\top x + s_0,

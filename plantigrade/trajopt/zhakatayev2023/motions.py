@@ -52,7 +52,7 @@ from plantigrade.errors import ParameterError
 
 @dataclass(frozen=True)
 class Printed:
-    """What the paper reports of a motion."""
+    """Values reported by the paper for a motion."""
 
     variables: int
     constraints: int

@@ -28,7 +28,13 @@ from plantigrade.trajopt.solution import Stage, solver_signals
 from plantigrade.trajopt.solvers.result import Iterate
 from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.limits import Limits
-from plantigrade.trajopt.zhakatayev2023.between import FINER, Between, Course, between, course
+from plantigrade.trajopt.zhakatayev2023.between_samples import (
+    REFINEMENT_FACTOR,
+    Between,
+    Course,
+    between,
+    course,
+)
 from plantigrade.trajopt.zhakatayev2023.body import PaperBody
 from plantigrade.trajopt.zhakatayev2023.conditions import POSTURE, TORQUE
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem, formulate
@@ -45,7 +51,7 @@ class PaperSolution:
 
     @property
     def human(self) -> Human:
-        """Who moves."""
+        """The person."""
         return self.paper.body.human
 
     @cached_property
@@ -73,7 +79,7 @@ class PaperSolution:
         plan = plan_of(paper.motion, human)
         body = ContactBody(human, foot_sites(human))
         standing = np.stack([plan.standing(s, times) for s in body.sites], axis=1)
-        n = FINER * (len(times) - 1) + 1
+        n = REFINEMENT_FACTOR * (len(times) - 1) + 1
         fine = np.linspace(times[0], times[-1], n)
         shares = equal_shares(standing)
         sampled = sample(body, plan, paper.problem, result.c, shares, fine, FRICTION)

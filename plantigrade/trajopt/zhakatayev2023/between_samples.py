@@ -1,4 +1,4 @@
-"""What a motion of the paper does between its sample times.
+"""Violations of a motion of the paper between its sample times.
 
 The paper asks for everything at 4 to 7 instants and shows curves in between. Here the same motion
 is looked at on a grid ten times as fine, by MuJoCo's inverse dynamics, not by the functions that it
@@ -19,7 +19,7 @@ from plantigrade.trajopt.zhakatayev2023.conditions import LOAD, RATE, TORQUE
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem
 from plantigrade.trajopt.zhakatayev2023.polygons import convex, outside
 
-FINER = 10
+REFINEMENT_FACTOR = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Course:
 def course(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Course:
     """Return a motion on a grid ten times as fine as its samples."""
     body, motion = paper.body, paper.motion
-    times = np.linspace(0.0, motion.duration, (motion.n_samples - 1) * FINER + 1)
+    times = np.linspace(0.0, motion.duration, (motion.n_samples - 1) * REFINEMENT_FACTOR + 1)
     q, qd, qdd = paper.problem.states(c, times)
     qpos, qvel, qacc = body.symbolic.to_mujoco(q, qd, qdd)
     tau = inverse_dynamics(body.human, qpos, qvel, qacc).tau
@@ -82,7 +82,7 @@ def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Betwee
     still = stands[1:] & stands[:-1] & (places[1:] == places[:-1]).all(axis=2)
     zmp = moment = drift = 0.0
     for i in range(len(k.times)):
-        sample, inside = divmod(i, FINER)
+        sample, inside = divmod(i, REFINEMENT_FACTOR)
         where = places[sample]
         on = still[sample] if inside else stands[sample]
         drift = max(drift, float(np.abs(k.points[i] - where)[on].max(initial=0.0)))
