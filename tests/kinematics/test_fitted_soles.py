@@ -5,8 +5,8 @@ import pytest
 
 from plantigrade.kinematics.fitted_soles import MAX_SOLE_DISTANCE, on_own_soles
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.kinematics.sole_rests import find_rests
+from plantigrade.kinematics.textbook_recording import textbook_walk
 from tests.models.presets import person
 
 RATE = 100.0

@@ -13,8 +13,8 @@ from plantigrade.io import read
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.given_ground import below_feet, suggested
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.kinematics.sole_rests import find_rests
+from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
