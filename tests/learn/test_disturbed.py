@@ -13,7 +13,7 @@ from plantigrade.learn.reward import LANDING_WEIGHTS, Reward
 from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.world import World
-from plantigrade.world.disturbance import trunk
+from plantigrade.world.disturbance import body_index
 
 SMALL = Human.create(1.7, 65.0, "female", "42", "two-segment")
 
@@ -56,14 +56,14 @@ def test_pushes_come_from_anywhere_and_pass(reference):
             world.advance()
             forces.append(world.data.xfrc_applied[:, :3].copy())
         table = np.array(forces)
-        assert not np.delete(table, trunk(SMALL), axis=1).any() and not table[..., 2].any()
-        size = np.linalg.norm(table[:, trunk(SMALL)], axis=1)
+        assert not np.delete(table, body_index(SMALL), axis=1).any() and not table[..., 2].any()
+        size = np.linalg.norm(table[:, body_index(SMALL)], axis=1)
         acting = np.flatnonzero(size)
         assert size.max() <= 90.0 and size[acting].min() >= 18.0
         gaps = np.split(acting, np.flatnonzero(np.diff(acting) > 1) + 1)
         assert all(len(gap) <= 13 for gap in gaps) and acting[0] >= 8
         starts.append(acting[0])
-        seen += [np.arctan2(*table[gap[0], trunk(SMALL), 1::-1]) for gap in gaps]
+        seen += [np.arctan2(*table[gap[0], body_index(SMALL), 1::-1]) for gap in gaps]
     assert len(set(starts[:4])) > 2 and starts[3] == starts[4]
     assert np.ptp(seen) > np.pi / 2
 
