@@ -12,7 +12,7 @@ Results are deterministic and independent of the number of jobs.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -135,7 +135,7 @@ class PushTest:
     watch_time: float = 5.0
     body: str = ""
     push: Callable[[float, float], Push] | None = None
-    withstood: Callable[[World], bool] = on_feet
+    withstood: Callable[[World], bool] = field(default_factory=lambda: on_feet)
 
     @on_one_thread
     def pushed(self, force: float, direction: float) -> World:
