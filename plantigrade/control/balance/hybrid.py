@@ -59,7 +59,8 @@ class HybridSettings:
     joint_gains: JointGains = JointGains()
     """Stiffness about the posture."""
     com_gain: float = 25.0
-    """Stiffness of the centre of mass, critically damped [1/s²]. Chosen (6 % deviation at ±20 %)."""
+    """Stiffness of the centre of mass, critically damped [1/s²]. Chosen (a change of 20 %
+    changes the deviation by 6 %)."""
     momentum_damping: float = 5.0
     """Rate at which angular momentum decays [1/s]. Chosen (±20 %: below 2 %)."""
     support_gain: float = 28.0

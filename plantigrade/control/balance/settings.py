@@ -65,7 +65,8 @@ class BalanceSettings:
     com_weight: float = 1000.0
     """Weight of the centre of mass [per (m/s²)²]. From the study of pushes."""
     com_gain: float = 50.0
-    """Stiffness of the centre of mass, critically damped [1/s²]. Chosen (13 % deviation at ±20 %)."""
+    """Stiffness of the centre of mass, critically damped [1/s²]. Chosen (a change of 20 %
+    changes the deviation by 13 %)."""
     com_centring: float = 0.25
     """Goal of the centre of mass, from the reference (0) to the middle of the support (1). At 0 the
     heels have less room than the toes, for people stand with their weight behind the middle."""
