@@ -38,14 +38,14 @@ def rows() -> Iterator[Row]:
             yield Row(subject, "one decision", 1e6 * whole, "µs")
             yield Row(subject, "of it: five steps of MuJoCo alone", 1e6 * physics, "µs")
             yield Row(subject, "of it: the same", 100.0 * physics / whole, "%")
-    yield from part_rows("66 coordinates, 150 Hz", envs.following.worlds[0])
+    yield from part_rows("66 coordinates, 150 Hz", envs.tracking.worlds[0])
 
 
 def timed(envs, noise: float) -> tuple[float, float]:
     """Return how long a decision takes, and how long its steps of MuJoCo take alone [s]."""
     envs.reset(seed=0)
     rng, shape = np.random.default_rng(0), envs.action_space.shape
-    worlds, n = envs.following.worlds, envs.num_envs
+    worlds, n = envs.tracking.worlds, envs.num_envs
     states: list[tuple[np.ndarray, ...]] = []
     spent = 0.0
     for _ in range(STEPS // n):

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from experiments.table import Row
-from plantigrade.analyze.gait_forces import STANCE
+from plantigrade.analyze.gait_forces import STANCE_LOAD
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
@@ -61,11 +61,11 @@ def cuts(trial: Trial) -> list[Array]:
     assert trial.measured is not None
     time, load, known = trial.fit.time, *_measured(trial)
     at: list[int] = []
-    both = np.asarray((load > STANCE).all(axis=1) & known.all(axis=1))
+    both = np.asarray((load > STANCE_LOAD).all(axis=1) & known.all(axis=1))
     for run in runs(both):
         at.append((run.start + run.stop) // 2)
     for k in range(len(SIDES)):
-        landed = [run.start for run in runs(np.asarray((load[:, k] > STANCE) & known[:, k]))]
+        landed = [run.start for run in runs(np.asarray((load[:, k] > STANCE_LOAD) & known[:, k]))]
         at += [int(np.searchsorted(time, time[i] + AFTER_LANDING)) for i in landed if i > 0]
     found, frames = [], np.arange(len(time))
     for i in sorted(at):
@@ -112,6 +112,6 @@ def _errors(
     near = np.zeros(len(time), bool)
     for end, at in zip(ends, (time[0], time[-1]), strict=True):
         near |= end & (np.abs(time - at) < END_DURATION)
-    both = (load > STANCE).all(axis=1)
+    both = (load > STANCE_LOAD).all(axis=1)
     for phase, here in zip(PHASES, (~both & ~near, both & ~near, near), strict=True):
-        yield phase, pairs[here[:, None] & known & (load > STANCE)]
+        yield phase, pairs[here[:, None] & known & (load > STANCE_LOAD)]

@@ -1,6 +1,6 @@
-"""Settings within bounds: every settings class states what its numeric fields allow.
+"""Bounds of settings: every settings class states the ranges of its numeric fields.
 
-Nothing here loads NumPy.
+This module does not import NumPy.
 """
 
 from collections.abc import Mapping
@@ -12,29 +12,29 @@ from plantigrade.errors import ParameterError
 from plantigrade.options import check_types, shown
 
 RADIAN = 57.29577951308232
-"""A radian [deg]."""
+"""[deg/rad]"""
 SEEDS = (0, 2**32 - 1, "")
-"""Of generators of random numbers."""
+"""Range of seeds of random generators (NumPy's legacy limit)."""
 AGES = (0.5, 120, "years")
-"""Of people."""
+"""Range of people's ages."""
 
 
 class Bounded:
-    """A dataclass of settings whose types and numbers are checked as it is made.
+    """A dataclass of settings whose types and ranges are checked on construction.
 
     A subclass with checks of its own calls ``super().__post_init__()`` first.
     """
 
     activity: ClassVar[str] = ""
-    """What messages call the thing that is set, as ``"walking"``."""
+    """Activity that messages name, as ``"walking"``."""
     ranges: ClassVar[Mapping[str, tuple[float, float, str]]] = {}
-    """Smallest and largest value and unit of each number; that of an angle is ``"degrees"``."""
+    """Minimum, maximum and unit of each number; the unit of angles is ``"degrees"``."""
 
     def __post_init__(self):
-        """Refuse values of another type, or out of range.
+        """Check types and ranges of all fields.
 
         Raises:
-            ParameterError: If there is one.
+            ParameterError: If a value has another type or is out of range.
         """
         check_types(self)
         default = {f.name: f.default for f in fields(self)}  # type: ignore[arg-type]
@@ -53,21 +53,21 @@ class Bounded:
 
 
 def number(name: str, value: Any, low: float, high: float, unit: str, what: str = "") -> None:
-    """Refuse what is no number from ``low`` to ``high``."""
+    """Check that a value is a number from ``low`` to ``high``."""
     if not _is_real(value) or not low <= value <= high:  # NaN is not within any bounds
         where = " ".join(filter(None, (unit, what and f"for {what}")))
         raise ParameterError(f"{name} must be {low:.3g}–{high:.3g} {where}, not {shown(value)}")
 
 
 def whole(name: str, value: Any, low: float, high: float, what: str = "") -> None:
-    """Refuse what is no whole number from ``low`` to ``high``."""
+    """Check that a value is a whole number from ``low`` to ``high``."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
         allowed = f"{name} must be a whole number from {low} to {high} {what}".rstrip()
         raise ParameterError(f"{allowed}, not {shown(value)}")
 
 
 def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    """Refuse another word."""
+    """Check that a value is one of the allowed names."""
     if value not in allowed:
         raise ParameterError(
             f"{name} must be {' or '.join(map(repr, allowed))}, not {shown(value)}"
@@ -75,7 +75,7 @@ def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:
 
 
 def in_degrees(value: Any) -> Any:
-    """Return an angle in degrees; what is no number, or too large for one, as it is."""
+    """Return an angle in degrees; values that are not numbers, or too large, unchanged."""
     huge = isinstance(value, Integral) and abs(int(value)) >= 10**300
     return value * RADIAN if _is_real(value) and not huge else value
 

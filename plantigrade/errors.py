@@ -1,4 +1,4 @@
-"""The errors this package raises on purpose.
+"""Exceptions of the package.
 
 Each message says what was given, what is allowed and what to do. The command line
 turns any :class:`PlantigradeError` into one sentence and exit code 2.
@@ -10,18 +10,18 @@ from pathlib import Path
 
 from plantigrade.printable import printable
 
-LONGEST_MESSAGE = 400
-"""Length of a message [characters]: more is not read."""
-LONGEST_LIST = 240
-"""Length of the names that a message lists [characters]."""
+MAX_MESSAGE = 400
+"""Maximum length of a message [characters], about three lines of a terminal."""
+MAX_LIST = 240
+"""Maximum length of a list of names in a message [characters]."""
 
 
 class PlantigradeError(Exception):
-    """Base class: catch this to catch everything the package raises on purpose."""
+    """Base class of all exceptions of the package."""
 
     def __str__(self) -> str:
         """Return the message itself (``KeyError`` would quote it), of at most 400 characters."""
-        return _short(str(self.args[0]), LONGEST_MESSAGE) if self.args else ""
+        return _short(str(self.args[0]), MAX_MESSAGE) if self.args else ""
 
 
 class ParameterError(PlantigradeError, ValueError):
@@ -54,14 +54,14 @@ class FileError(PlantigradeError, ValueError):
 
 
 def _short(text: str, length: int) -> str:
-    """Return a text without its middle where it is longer than that."""
+    """Return a text, shortened in the middle to the given length."""
     half = length // 2
     return text if len(text) <= length else f"{text[: half - 2]} … {text[1 - half :]}"
 
 
 def not_ordinary(path: str | Path) -> FileError:
     """Return the error of an input that is a pipe or a device: reading it may never end."""
-    problem = "is no ordinary file but a pipe or a device"
+    problem = "is a pipe or a device, not a regular file"
     return FileError(path, problem, remedy="copy its contents to a file and name that")
 
 
@@ -74,7 +74,7 @@ class UnsupportedFormat(FileError):
 
 
 def known_names(name: str, known: Sequence[str]) -> str:
-    """Return the names that there are, for a message: those most like ``name`` first, not all.
+    """Return the known names for a message, those most similar to ``name`` first, shortened.
 
     Example:
         >>> known_names("knee", ["hip_flexion_r", "knee_angle_r", "knee_angle_l"])
@@ -85,7 +85,7 @@ def known_names(name: str, known: Sequence[str]) -> str:
     shown, length = [], 0
     for each in listed:
         length += len(each) + 2
-        if length > LONGEST_LIST:
+        if length > MAX_LIST:
             break
         shown.append(each)
     more = f" and {len(listed) - len(shown)} more" if len(shown) < len(listed) else ""
@@ -101,7 +101,7 @@ class MissingExtra(PlantigradeError, ImportError):
 
 
 class CheckoutNeeded(PlantigradeError):
-    """What was asked for is part of a checkout and not of the installed package."""
+    """A feature is part of the checkout only, not of the installed package."""
 
 
 class DownloadError(PlantigradeError, ConnectionError):
@@ -113,7 +113,7 @@ class FitError(PlantigradeError, ValueError):
 
 
 class NothingToFit(FitError):
-    """A recording holds no motion: ground reactions alone, say."""
+    """A recording contains no motion, only ground reactions, for example."""
 
 
 class RunExists(PlantigradeError, FileExistsError):

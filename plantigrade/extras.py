@@ -1,4 +1,4 @@
-"""Optional libraries: import them, or say how to install them."""
+"""Import of optional libraries, with an error that names the extra to install."""
 
 import importlib
 from types import ModuleType

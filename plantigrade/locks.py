@@ -1,4 +1,4 @@
-"""Files that one process at a time writes to."""
+"""Locks of files that only one process at a time may write."""
 
 from typing import IO
 
@@ -9,7 +9,7 @@ except ImportError:  # Windows, where a file that is open cannot be renamed or d
 
 
 def lock(stream: IO[bytes]) -> bool:
-    """Keep other processes from a file that is open; return False if one of them has it.
+    """Lock an open file for this process; return False if another process holds the lock.
 
     The lock ends when the file is closed. On file systems without locks there is none.
     """

@@ -2,7 +2,7 @@
 
 
 class Info(str):
-    """A note that only informs; a note of any other kind is a warning.
+    """A note of information; any other note is a warning.
 
     It is a string, so one list holds notes of both kinds.
 

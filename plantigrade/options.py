@@ -1,4 +1,4 @@
-"""Settings: how they are spelled on the command line, and what types they take from Python.
+"""Settings as options of the command line, and the types that they accept from Python.
 
 Settings are dataclasses; a command inherits them, and each field becomes an option with the line
 under it as its help. From Python the same fields are keywords.
@@ -24,7 +24,7 @@ LEARNED, POLICY = "learned", ".npz"
 
 
 def number_of(kind: type, word: str) -> Any:
-    """Return the number that a word of the command line is.
+    """Return the number that an argument of the command line spells.
 
     Raises:
         ValueError: If it is none; the parser names the option.
@@ -38,7 +38,7 @@ def number_of(kind: type, word: str) -> Any:
 
 
 def optional(metavar: str, text: str | None = None):
-    """Return the marker of an option that may be absent: its word in the help, no default shown.
+    """Return the annotation of an option without default: its metavar and help.
 
     ``text`` is its help, in place of the line under the field.
     """
@@ -70,7 +70,7 @@ Degrees = Annotated[
         str_from_instance=lambda value: [f"{math.degrees(value):g}"],
     ),
 ]
-"""An angle in radians that the command line takes and shows in degrees."""
+"""Angle in radians; in degrees on the command line."""
 
 
 @cache
@@ -81,9 +81,9 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def check_types(settings: Any) -> None:
-    """Give every field of a frozen dataclass the type it is annotated with.
+    """Convert every field of a frozen dataclass to its annotated type.
 
-    Numbers of NumPy, whole numbers for floats, words for paths and lists for tuples are welcome.
+    NumPy numbers, integers for floats, texts for paths and lists for tuples are converted.
 
     Raises:
         ParameterError: If a value is of another type.
@@ -102,7 +102,7 @@ def as_path(value: Any, what: str) -> Path:
     """Return the path of a file or folder.
 
     Raises:
-        ParameterError: If it is none; ``what`` says what is needed.
+        ParameterError: If it is not a path; the message names ``what``.
     """
     if isinstance(value, str | os.PathLike) and str(value):
         return Path(value)
@@ -110,7 +110,7 @@ def as_path(value: Any, what: str) -> Path:
 
 
 def refuse_unknown(what: str, given: Iterable[str], allowed: Iterable[str]) -> None:
-    """Refuse options that do not exist.
+    """Check that all given options exist.
 
     Raises:
         ParameterError: If there is one; the message names the nearest and all that are allowed.
@@ -125,7 +125,7 @@ def refuse_unknown(what: str, given: Iterable[str], allowed: Iterable[str]) -> N
 
 
 def _as(hint: Any, value: Any) -> Any:
-    """Return a value as a type needs it; a TypeError or ValueError says that it is none."""
+    """Return a value converted to a type, or raise TypeError or ValueError."""
     kind, arguments = get_origin(hint), get_args(hint)
     if kind in (Union, UnionType):
         if value is None and NoneType in arguments:
@@ -160,7 +160,7 @@ def _only(value: Any, allowed: bool) -> Any:
 
 
 def shown(value: Any) -> str:
-    """Return a value as a message shows it: short, and without a digit too many.
+    """Return a value for a message: shortened, six digits.
 
     Example:
         >>> shown(0.1 + 0.2), shown(10**400), shown("x" * 99)
@@ -179,7 +179,7 @@ def _is_numpy_bool(value: Any) -> bool:
 
 
 def _in_words(hint: Any) -> str:
-    """Return what a type takes.
+    """Return the description of a type for a message.
 
     Example:
         >>> _in_words(float | None), _in_words(tuple[float, float, float])

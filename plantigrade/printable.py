@@ -1,8 +1,8 @@
-r"""Text that a terminal may be given, and names that a file system takes.
+r"""Text that is safe to print in a terminal, and names that a file system accepts.
 
-Names of files, markers and people come from elsewhere. What in them would move the cursor, set the
-title of the window, hide a link or turn the line around is written as an escape, as ``\x1b``; so
-are bytes of a file's name that are no UTF-8.
+Names of files, markers and people are not trusted: characters that would move the cursor, set the
+title of the window, hide a link or reverse the line are written as escapes, as ``\x1b``; so
+are bytes of a file name that are not UTF-8.
 """
 
 import re
@@ -14,12 +14,12 @@ UNSAFE = re.compile(
     "\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"  # direction of writing, line separators
     "\ud800-\udfff]"  # bytes that are no UTF-8
 )
-LONGEST = 200
-"""Longest name of a folder [bytes]; file systems take 255, and a number may be put behind it."""
+MAX_FOLDER_NAME = 200
+"""Maximum length of a folder's name [bytes]; file systems allow 255, and a number may follow."""
 
 
 def printable(text: str, *, lines: bool = True) -> str:
-    r"""Return a text without anything that a terminal obeys.
+    r"""Return a text with control characters as escapes.
 
     Args:
         text: The text.
@@ -34,7 +34,7 @@ def printable(text: str, *, lines: bool = True) -> str:
 
 
 def listed(words: Sequence[str], most: int = 8, between: str = ", ") -> str:
-    """Return the first words for a message, and a sign where there are more.
+    """Return the first items of a list for a message, with an ellipsis if there are more.
 
     Example:
         >>> listed(["a", "b", "c"], 2)
@@ -44,16 +44,16 @@ def listed(words: Sequence[str], most: int = 8, between: str = ", ") -> str:
 
 
 def short_name(name: str) -> str:
-    """Return the name of a folder without its middle where it is longer than file systems take.
+    """Return the name of a folder, shortened in the middle to what file systems allow.
 
     Example:
         >>> short_name("walk"), len(short_name("x" * 255))
         ('walk', 201)
     """
     raw = name.encode("utf-8", "surrogateescape")
-    if len(raw) <= LONGEST:
+    if len(raw) <= MAX_FOLDER_NAME:
         return name
-    half = LONGEST // 2
+    half = MAX_FOLDER_NAME // 2
     start, end = raw[:half].decode("utf-8", "ignore"), raw[-half:].decode("utf-8", "ignore")
     return f"{start}…{end}"
 

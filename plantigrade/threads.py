@@ -1,8 +1,8 @@
-"""One thread per solve.
+"""Limit of numerical libraries to one thread.
 
 The matrices of a human body are small: the worker threads of BLAS and OpenMP slow them down, and
-sums taken in another order end in other last digits. The command line says so before NumPy is
-loaded; here it is said to the libraries of a process that belongs to somebody else.
+sums in another order differ in the last digits. The command line limits them before NumPy is
+loaded; this module limits them in processes that import the package.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def on_one_thread(work: Callable[P, T]) -> Callable[P, T]:
-    """Return a function that does ``work`` on one thread, and leaves the libraries as they were."""
+    """Return a function that runs ``work`` on one thread and restores the limits afterwards."""
 
     @wraps(work)
     def limited(*args: P.args, **options: P.kwargs) -> T:

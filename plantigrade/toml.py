@@ -6,10 +6,10 @@ from typing import Any
 
 from plantigrade.errors import FileError, not_ordinary
 
-LIMIT = 2**20
-"""Largest file [bytes]."""
-DEEPEST = 32
-"""Most tables and lists within each other."""
+MAX_BYTES = 2**20
+"""Maximum size of a file [bytes]; files written by hand have some kilobytes."""
+MAX_DEPTH = 32
+"""Maximum depth of nested tables and lists; task files have three."""
 
 
 def read_toml(path: str | Path) -> str:
@@ -23,7 +23,7 @@ def read_toml(path: str | Path) -> str:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise not_ordinary(path)
         with open(path, "rb") as file:
-            raw = file.read(LIMIT + 1)
+            raw = file.read(MAX_BYTES + 1)
         text = raw.decode("utf-8")
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from error
@@ -31,19 +31,19 @@ def read_toml(path: str | Path) -> str:
         raise
     except ValueError as error:  # no UTF-8, or a zero byte in the name
         raise FileError(path, f"is not a TOML file: {error}", remedy="save it as UTF-8") from error
-    if len(raw) > LIMIT:
+    if len(raw) > MAX_BYTES:
         remedy = "name a file written by hand"
-        raise FileError(path, f"is larger than {LIMIT // 2**20} MiB", remedy=remedy)
+        raise FileError(path, f"is larger than {MAX_BYTES // 2**20} MiB", remedy=remedy)
     return text
 
 
 def parse_toml(text: str, path: str | Path, remedy: str = "") -> dict[str, Any]:
-    """Return what a TOML text says.
+    """Return the contents of a TOML text.
 
     Args:
         text: The text.
         path: Its file, for the error.
-        remedy: What to do where it is no TOML.
+        remedy: Remedy that the error names.
 
     Raises:
         FileError: If it is no TOML, is nested too deeply, or holds a whole number beyond 64 bits,
@@ -60,7 +60,7 @@ def parse_toml(text: str, path: str | Path, remedy: str = "") -> dict[str, Any]:
 
 
 def _check(value: Any, path: str | Path, where: str, depth: int) -> None:
-    if depth > DEEPEST:
+    if depth > MAX_DEPTH:
         remedy = "write tables one after the other"
         raise FileError(path, "is nested too deeply", where=where[:80], remedy=remedy)
     if isinstance(value, int) and not -(2**63) <= value < 2**63:

@@ -90,7 +90,7 @@ class _Chromium:
 
 
 class _Session:
-    """A line to the browser or to one page: commands go, answers and events come."""
+    """A connection to the browser or to one page for commands, answers and events."""
 
     def __init__(self, address: str, note=lambda message: None):
         from websockets.sync.client import connect
@@ -134,7 +134,7 @@ class Browser:
     """
 
     def __init__(self, *, width: int = 1280, height: int = 800, dark: bool = False):
-        """Say what the page is like.
+        """Set the properties of the page.
 
         Args:
             width: Of the page [px].
@@ -254,7 +254,7 @@ class Browser:
         )
 
     def screenshot(self, path: Path | None = None, *, whole: bool = False) -> np.ndarray:
-        """Return what is seen, ``(height, width, 3)`` in 0–255, and write it to ``path`` as PNG.
+        """Return a screenshot, ``(height, width, 3)`` in 0–255, and write it to ``path`` as PNG.
 
         Args:
             path: Where to write it, if anywhere.
@@ -283,7 +283,7 @@ def moved(before: np.ndarray, after: np.ndarray) -> float:
 
 
 def wait_for(condition):
-    """Ask again and again; each question is work for the browser, so a busy one has longer."""
+    """Poll a condition; every poll is work for the browser, so a busy one has more time."""
     for _ in range(2000):
         try:
             if value := condition():

@@ -1,4 +1,4 @@
-"""What every test may use: the folder of public recordings, where it is there."""
+"""Fixtures shared by all tests."""
 
 import os
 import subprocess
@@ -36,8 +36,8 @@ def find_data() -> Path | None:
         if not folder.is_dir():
             raise pytest.UsageError(f"{DATA_VARIABLE}={named} is not a folder")
         return folder
-    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
-    return beside if beside.is_dir() else None
+    sibling = Path(__file__).resolve().parents[2] / "shared" / "data"
+    return sibling if sibling.is_dir() else None
 
 
 @pytest.fixture(scope="session")
@@ -68,7 +68,7 @@ def open_browser(**options) -> Browser:
     return Browser(**options)
 
 
-# What a test that uses a fixture is marked as.
+# Fixture → mark of the tests that use it.
 MARKS = {"data": "data", "browser": "browser", "viewer_page": "browser", "synthesized": "solver"}
 
 
@@ -86,7 +86,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log):
-    """Keep the tests of a file together, for they share fixtures, and the files in order.
+    """Run the tests of a file on one worker, since they share fixtures, and the files in order.
 
     The files that take longest come first, so that no worker is left with one at the end.
     """
@@ -105,7 +105,7 @@ def pytest_sessionfinish() -> None:
 
 @dataclass(frozen=True)
 class Demo:
-    """Where ``plantigrade demo`` was called, and what it printed."""
+    """Folder in which ``plantigrade demo`` ran, and its output."""
 
     folder: Path  # the runs are in ``runs`` below it
     said: str
@@ -122,7 +122,7 @@ class Demo:
 
 @pytest.fixture(scope="session")
 def demo(tmp_path_factory) -> Demo:
-    """The demo, once, as a stranger calls it: a fitted and a reproduced textbook walk."""
+    """The demo, run once: a fitted and a reproduced textbook walk."""
     place = Demo(tmp_path_factory.mktemp("demo"), "")
     return replace(place, said=place.call("demo").stdout)
 
@@ -133,12 +133,12 @@ class Synthesized:
 
     solution: Any
     run: Any  # saved: run.folder
-    told: list  # stage and iterate of every iteration
+    iterations: list  # stage and iterate of every iteration
 
 
 @pytest.fixture(scope="session")
 def synthesized(tmp_path_factory) -> Synthesized:
-    """A periodic walk made from the task alone: the solution, its run, what was told."""
+    """A periodic walk made from the task alone: the solution, its run, and its iterations."""
     from plantigrade.trajopt import ContactBody, parse_task_file, synthesize
     from plantigrade.trajopt.tasks.settings import Walk
     from plantigrade.workflows.save import save
@@ -148,20 +148,20 @@ def synthesized(tmp_path_factory) -> Synthesized:
     how = SolveSettings(
         height=1.7, mass=65.0, joints="42", basis="polynomial", nodes_per_second=28.0
     )
-    human, told = person(how), []
+    human, iterations = person(how), []
     task = the_task(human, Walk(speed=1.0, periodic=True), how, parse_task_file(QUICK_WALK))
     body = ContactBody.for_plan(human, task.plan)
-    solution = synthesize(body, task, progress=lambda stage, it: told.append((stage, it)))
+    solution = synthesize(body, task, progress=lambda stage, it: iterations.append((stage, it)))
     origin = Origin("A walk", "plantigrade synthesize walk")
     run = run_of(solution, {"task": "walk"}, origin)
     folder = tmp_path_factory.mktemp("synthesized") / "walk"
-    return Synthesized(solution, save(run, folder), told)
+    return Synthesized(solution, save(run, folder), iterations)
 
 
 QUICK_WALK = '[task]\nname = "walk"\nbase = "walk"\nwithout = ["work"]\n'
-"""A walk that takes half the iterations: its work costs nothing."""
+"""A walk without cost of work, which takes half the iterations."""
 
 
 def pytest_report_header(config: pytest.Config) -> str:
-    """Say at the top of the run which recordings it uses."""
+    """Name the folder of recordings at the top of the run."""
     return f"recordings: {find_data() or f'none ({DATA_VARIABLE} is not set)'}"

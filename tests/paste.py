@@ -1,4 +1,4 @@
-"""Pages whose commands are pasted one after the other, in the order of the page, into a folder."""
+"""Documentation pages whose commands are executed in order in a folder."""
 
 import json
 import re
@@ -15,7 +15,7 @@ INPUTS = (
     *("files", "run_folder", "source", "sources", "recording", "warm", "static", "skeleton"),
     *("forces", "marker_set", "folder", "file", "runs"),
 )
-"""Options and words of commands that name what must be there."""
+"""Options and arguments that name required files."""
 Call = Callable[[list[str]], str]
 NUMBER = re.compile(r"[-−+]?\d[\d.,]*(e[-+]?\d+)?")
 
@@ -35,7 +35,7 @@ def commands(page: Path, *languages: str) -> Iterator[list[str]]:
 
 
 def _pasted(page: Path, languages: tuple[str, ...]) -> Iterator[tuple[list[str], str | None]]:
-    """Yield the words of each command, and what the page says that it prints."""
+    """Yield the words of each command, and its output on the page."""
     fences = rf"^```({'|'.join(languages)})\n(.*?)^```"
     for language, block in re.findall(fences, page.read_text("utf-8"), re.M | re.S):
         if language == "console":
@@ -143,7 +143,7 @@ def _needs(parsed, words: list[str]) -> None:
 
 
 def _pretend(parsed, command: str) -> None:
-    """Make the run folder of a command that is not run."""
+    """Make the run folder of a command that is skipped."""
     name = getattr(parsed, "name", None)
     if command in ("synthesize", "fit", "reproduce"):
         stem = name or parsed.files[0].stem

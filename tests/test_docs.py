@@ -1,4 +1,4 @@
-"""The pages beside the code keep up with it."""
+"""The documentation agrees with the code."""
 
 import importlib
 import json

@@ -42,7 +42,7 @@ LAYERS = (
 )
 RANK = {name: rank for rank, line in enumerate(LAYERS) for name in line}
 
-# The folders beside the package use it; only the command of that name looks for the experiments.
+# The folders next to the package use it; only the command of that name looks for the experiments.
 FOLDERS = {"benchmarks", "examples", "experiments", "tests"}
 FINDER = "plantigrade.commands.experiment"
 

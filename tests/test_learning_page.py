@@ -16,7 +16,7 @@ def test_the_page_runs_and_says_how_many_numbers_there_are():
     (code,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.M | re.S)
     names: dict = {}
     exec(compile(code, str(PAGE), "exec"), names)
-    reference = names["env"].unwrapped.following.reference
+    reference = names["env"].unwrapped.tracking.reference
     row = next(line for line in TEXT.splitlines() if line.startswith("| size of observation"))
     paper, lean = (Walk(reference, form=form) for form in ("paper", "lean"))
     sizes = [*paper.observation_space.shape, *paper.action_space.shape]

@@ -68,7 +68,7 @@ def test_the_squat_goes_down_and_comes_up_alike_on_both_sides(page):
 
 
 def test_the_head_of_the_walk_is_level_and_the_walk_is_the_same(page):
-    """What is added below a gait's levels changes nothing of them."""
+    """Tasks added below a gait's levels do not change them."""
     from plantigrade.wbc import move
 
     gait, known = page["gait"], page["known"]

@@ -1,4 +1,4 @@
-"""What the documentation is built with: mathematics without script, pages without requests."""
+"""Build of the documentation: mathematics without scripts, pages without requests."""
 
 import importlib.util
 import re
@@ -37,7 +37,7 @@ def test_a_page_that_asks_for_something_outside_is_noticed(html):
     assert len(extension("alone").requests(html)) == 1
 
 
-def test_links_to_follow_and_files_beside_the_page_are_no_requests():
+def test_links_and_local_files_are_not_requests():
     html = '<a href="https://doi.org/1"></a><img src="_images/a.svg"><script src="_static/a.js">'
     assert extension("alone").requests(html) == []
 

@@ -1,4 +1,4 @@
-"""What is public is said once: ``__all__``; the page about it, examples and documentation agree."""
+"""``__all__`` defines what is public; the page about it, examples and documentation agree."""
 
 import ast
 import importlib
@@ -25,7 +25,7 @@ def offered(module: str) -> set[str]:
 
 
 def not_public(source: str) -> Iterator[str]:
-    """Yield what a program takes from the package that is not public."""
+    """Yield the names that a program imports from the package and that are not public."""
     tree, aliases = ast.parse(source), {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("plantigrade"):

@@ -1,4 +1,4 @@
-"""The README tells the truth: its Python runs, its commands are those that are checked."""
+"""The README is correct: its Python runs, its commands exist."""
 
 import re
 import shlex

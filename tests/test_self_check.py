@@ -20,13 +20,14 @@ FRAMES = (0.2, 0.35, 0.5, 0.65, 0.8)
 
 
 def recipe() -> str:
-    """Return the code of the documentation."""
+    """Return the recipe in the documentation."""
     text = PAGE.read_text(encoding="utf-8").split("can be checked without plantigrade")[1]
     return text.split("```python\n")[1].split("```")[0]
 
 
 def self_check(folder: Path, share: float, motion: str = "motion.npz") -> tuple[np.ndarray, float]:
-    """Run the recipe on a frame of a folder; return the root and how far the torques are off."""
+    """Run the recipe on a frame of a folder; return the residuals of the root and of the
+    torques."""
     with np.load(folder / motion) as stored:
         frame = int(share * len(stored["time"]))
     code = recipe()

@@ -1,4 +1,4 @@
-"""The tests themselves: they take names that are offered, and no clock decides about them."""
+"""The tests themselves: they import public names, and no result depends on a clock."""
 
 import ast
 import importlib
@@ -8,7 +8,7 @@ import pytest
 
 TESTS = Path(__file__).parent
 # The browser is another program: it is asked a number of times, with a pause between. The command
-# that damages files runs for as long as it is told, and ends what hangs.
+# that damages files runs for a given time, and ends hanging processes.
 CLOCKED = {TESTS / "browser.py", *(TESTS / "nasty").glob("*.py")}
 FILES = [path for path in sorted(TESTS.rglob("*.py")) if path not in CLOCKED]
 ROOTS = {"plantigrade", "experiments"}
@@ -16,7 +16,7 @@ CLOCKS = {"sleep", "time", "perf_counter", "monotonic", "timeout"}
 
 
 def taken(tree: ast.AST) -> list[tuple[int, str, str]]:
-    """Return line, module and name of everything taken from the package."""
+    """Return line, module and name of all imports from the package."""
     return [
         (node.lineno, node.module, alias.name)
         for node in ast.walk(tree)
@@ -26,7 +26,7 @@ def taken(tree: ast.AST) -> list[tuple[int, str, str]]:
 
 
 def nearer(module: str, name: str) -> str | None:
-    """Return the package between a room and its module that offers the very same thing."""
+    """Return the package between a room and its module that exports the same object."""
     thing = getattr(importlib.import_module(module), name, None)
     parts = module.split(".")
     for k in range(2, len(parts)):
@@ -37,7 +37,7 @@ def nearer(module: str, name: str) -> str | None:
 
 
 def faults(source: str) -> list[str]:
-    """Return what a test file does that it should not."""
+    """Return the faults of a test file."""
     tree, found = ast.parse(source), []
     for line, module, name in taken(tree):
         words = [*module.split("."), name]

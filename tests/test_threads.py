@@ -11,7 +11,7 @@ def threads() -> set[int]:
     return {library["num_threads"] for library in threadpool_info()}
 
 
-def test_work_is_done_on_one_thread_and_the_libraries_are_left_as_they_were():
+def test_work_runs_on_one_thread_and_the_limits_are_restored():
     np.linalg.inv(np.eye(3))
     with threadpool_limits(2):
         before = threads()
@@ -28,7 +28,7 @@ def test_a_world_moves_a_person_on_one_thread():
 
 
 @pytest.mark.parametrize("engine", ["fit", "reproduce", "synthesize"])
-def test_whoever_calls_the_face_is_served_on_one_thread(engine):
+def test_public_functions_run_on_one_thread(engine):
     seen = []
 
     def step(_):

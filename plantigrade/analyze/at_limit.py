@@ -1,7 +1,7 @@
-"""Joints that stay at a limit of their range: a curve that is cut there is no measurement.
+"""Joints at a limit of their range, where curves are clipped.
 
-What a fit cannot reach, because a marker sits elsewhere or a limit is too narrow, ends in a joint
-that lies at its stop. Its curve looks like any other, so it is said, and hatched in the plots.
+A misplaced marker or a range that is too narrow drives a joint of a fit to its limit. The clipped
+part of the curve is reported, and hatched in the plots.
 """
 
 from collections.abc import Iterable
@@ -14,40 +14,41 @@ from plantigrade.kinematics.posture import LIMIT_TOLERANCE
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.record import Record
 
-OFTEN = 5.0
-"""Share of the frames from which on it is said [%]."""
+MIN_SHARE = 5.0
+"""Share of frames above which a joint is reported [%]."""
 
 
 def at_limit(record: Record) -> dict[str, Bool[Array, " n_frames"]]:
-    """Return, of each joint that is at a limit in more than :data:`OFTEN` of the frames, where.
+    """Return the frames at a limit for joints with more than :data:`MIN_SHARE` of such frames.
 
-    The limits are those that the motion had to keep to, else the person's; a joint without a range
-    is left out.
+    The limits are those of the record, or else of the person; joints without a range are excluded.
     """
     limits = record.limits.coordinate
     low, high = record.human.limits if limits is None else limits
     q = record.motion.qpos[:, 7:]
-    held = ((q <= low + LIMIT_TOLERANCE) | (q >= high - LIMIT_TOLERANCE)) & (
+    limited = ((q <= low + LIMIT_TOLERANCE) | (q >= high - LIMIT_TOLERANCE)) & (
         high - low > 4 * LIMIT_TOLERANCE
     )
-    shares = 100.0 * held.mean(axis=0)
-    return {n: held[:, k] for k, n in enumerate(record.human.coordinates) if shares[k] > OFTEN}
+    shares = 100.0 * limited.mean(axis=0)
+    return {
+        n: limited[:, k] for k, n in enumerate(record.human.coordinates) if shares[k] > MIN_SHARE
+    }
 
 
 def limit_figures(record: Record) -> dict[str, Any]:
-    """Return ``joints_at_limit_pct``: joint → share of the frames at a limit [%], largest first."""
-    shares = {name: 100.0 * float(held.mean()) for name, held in at_limit(record).items()}
+    """Return ``joints_at_limit_pct``: joint → share of frames at a limit [%], largest first."""
+    shares = {name: 100.0 * float(limited.mean()) for name, limited in at_limit(record).items()}
     return {"joints_at_limit_pct": dict(sorted(shares.items(), key=lambda one: -one[1]))}
 
 
 def limit_notes(record: Record) -> list[str]:
-    """Return the sentence that names these joints; none where there are none."""
+    """Return a sentence that names these joints; none if there are none."""
     shares = limit_figures(record)["joints_at_limit_pct"]
     if not shares:
         return []
     named = ", ".join(f"{name} ({share:.0f} %)" for name, share in shares.items())
     return [
-        f"joints at a limit of their range in more than {OFTEN:.0f} % of the frames: {named}; "
+        f"joints at a limit of their range in more than {MIN_SHARE:.0f} % of the frames: {named}; "
         "their curves are clipped there, and hatched in the plots."
     ]
 
@@ -55,15 +56,15 @@ def limit_notes(record: Record) -> list[str]:
 def cycles_at_limit(
     record: Record, cycles: Iterable[Cycle]
 ) -> dict[str, Bool[Array, " n_percent"]]:
-    """Return, of each joint of :func:`at_limit`, where it is so in most gait cycles of its side.
+    """Return the percentages at which joints of :func:`at_limit` are so in most gait cycles.
 
-    Those of joints of the middle are the right side's.
+    Joints without a side use the cycles of the right side.
     """
     found, time, cycles = {}, record.motion.time, tuple(cycles)
-    for name, held in at_limit(record).items():
+    for name, limited in at_limit(record).items():
         side = name[-1] if name[-2:] in ("_r", "_l") else "r"
         rows = [
-            np.interp(c.start + (c.stop - c.start) * PERCENT / 100.0, time, held)
+            np.interp(c.start + (c.stop - c.start) * PERCENT / 100.0, time, limited)
             for c in cycles
             if c.side == side
         ]

@@ -1,14 +1,15 @@
-r"""Body mass from force plates, where they carry the whole person and nothing else does.
+r"""Body mass from force plates that carry the whole person.
 
-The ground's vertical force is that of the whole body's motion, :math:`F = m\,(g + \ddot z)`, with
-the height :math:`z` of the centre of mass. The mass is weighed
+The vertical ground reaction force is :math:`F = m\,(g + \ddot z)` with the height :math:`z` of the
+centre of mass. The mass is computed
 
 - in quiet, upright standing: the median of :math:`F / g`;
-- in gait: :math:`\sum F / \sum (g + \ddot z)` over whole cycles in which the force under both feet
-  is known throughout, or else over all frames in which it is.
+- in gait: :math:`\sum F / \sum (g + \ddot z)` over complete cycles with known force under both
+feet, or
+  else over all such frames.
 
-In a landing, on a chair or beside the plates nobody is weighed: the acceleration is too large to be
-known from markers, or part of the weight is carried elsewhere.
+Landings, sitting and contact beside the plates are excluded, because the acceleration is too large
+to be computed from markers, or a part of the weight is unmeasured.
 """
 
 from collections.abc import Sequence
@@ -23,29 +24,29 @@ from plantigrade.motion.cycles import Cycle
 from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import ForcePlate, GaitEvent
 
-QUIET_SPEED = 0.1
-"""Fastest centre of mass in quiet standing [m/s]; people sway at 0.01 to 0.03 m/s."""
+MAX_QUIET_SPEED = 0.1
+"""Maximum speed of the centre of mass in quiet standing [m/s]; people sway at 0.01 to 0.03 m/s."""
 
-QUIET_LIFT = 0.05
-"""Largest vertical acceleration in quiet standing, as a fraction of gravity."""
+MAX_QUIET_ACCELERATION = 0.05
+"""Maximum vertical acceleration in quiet standing, as a fraction of gravity."""
 
-UPRIGHT = 0.9
-"""Lowest pelvis of somebody who stands, as a fraction of its height in the neutral pose."""
+MIN_PELVIS_HEIGHT = 0.9
+"""Minimum height of the pelvis in standing, as a fraction of that in the neutral pose."""
 
-SHORTEST_REST = 0.5
-"""Shortest quiet standing [s]."""
+MIN_REST = 0.5
+"""Minimum duration of quiet standing [s]."""
 
-SHORTEST_GAIT = 0.3
-"""Shortest time of gait with every force known [s]: a single support."""
+MIN_GAIT = 0.3
+"""Minimum duration of gait with all forces known [s], about a single support."""
 
 
 @dataclass(frozen=True)
-class Weighing:
-    """A body mass that plates showed."""
+class MeasuredMass:
+    """Body mass measured by force plates."""
 
-    mass: float  #: [kg]
-    seconds: float  #: How long the person was weighed
-    how: str  #: ``"standing"`` or ``"gait"``
+    mass: float  #: Body mass [kg]
+    seconds: float  #: Duration of the measurement [s]
+    method: str  #: ``"standing"`` or ``"gait"``
 
 
 def weigh_standing(
@@ -55,15 +56,15 @@ def weigh_standing(
     com_vel: Float[Array, "n_frames 3"],
     lift: Float[Array, " n_frames"],
     height: Float[Array, " n_frames"],
-) -> Weighing | None:
-    r"""Return the body mass in quiet standing; None if nobody stands quietly on the plates alone.
+) -> MeasuredMass | None:
+    r"""Return the body mass in quiet standing on the plates alone; None without such standing.
 
     Args:
         time: Time of each frame [s].
         plates: Measured ground reactions.
-        carried: Frames in which nothing but the plates carries the feet.
+        carried: Frames in which the plates alone carry the feet.
         com_vel: Velocity of the centre of mass [m/s].
-        lift: Its vertical acceleration and gravity, :math:`g + \ddot z` [m/s²].
+        lift: Vertical acceleration plus gravity, :math:`g + \ddot z` [m/s²].
         height: Height of the pelvis above the soles, as a fraction of that in the neutral pose.
     """
     total = np.zeros(len(time))
@@ -72,19 +73,19 @@ def weigh_standing(
         total += np.interp(time, plate.time, push, left=0.0, right=0.0)
     quiet = (
         carried
-        & (np.linalg.norm(com_vel, axis=1) < QUIET_SPEED)
-        & (np.abs(lift / GRAVITY - 1.0) < QUIET_LIFT)
-        & (height > UPRIGHT)
+        & (np.linalg.norm(com_vel, axis=1) < MAX_QUIET_SPEED)
+        & (np.abs(lift / GRAVITY - 1.0) < MAX_QUIET_ACCELERATION)
+        & (height > MIN_PELVIS_HEIGHT)
         & (total > 50.0)
     )
     step = float(np.median(np.diff(time)))
     for rest in runs(quiet):
-        if (rest.stop - rest.start) * step < SHORTEST_REST:
+        if (rest.stop - rest.start) * step < MIN_REST:
             quiet[rest] = False
     if not quiet.any():
         return None
     mass = float(np.median(total[quiet]) / GRAVITY)
-    return Weighing(mass, float(quiet.sum() * step), "standing")
+    return MeasuredMass(mass, float(quiet.sum() * step), "standing")
 
 
 def weigh_gait(
@@ -93,15 +94,15 @@ def weigh_gait(
     events: Sequence[GaitEvent],
     cycles: Sequence[Cycle],
     lift: Float[Array, " n_frames"],
-) -> Weighing | None:
-    """Return the body mass that the forces of a gait carry; None where too few are known.
+) -> MeasuredMass | None:
+    """Return the body mass in gait; None if too few forces are known.
 
     Args:
         time: Time of each frame [s].
-        forces: Ground reaction on each foot, smoothed like the motion.
-        events: Gait events by time: from the first to the last the person walks or runs.
+        forces: Ground reaction on each foot, filtered like the motion.
+        events: Gait events in order of time.
         cycles: Gait cycles.
-        lift: Vertical acceleration of the centre of mass and gravity [m/s²].
+        lift: Vertical acceleration of the centre of mass plus gravity [m/s²].
     """
     if not events:
         return None
@@ -114,6 +115,6 @@ def weigh_gait(
     known = whole if whole.any() else inside & forces.valid
     seconds = float(known.sum() * np.median(np.diff(time)))
     total = forces.force[known, :, 2].sum()
-    if seconds < SHORTEST_GAIT or not total > 0:
+    if seconds < MIN_GAIT or not total > 0:
         return None
-    return Weighing(float(total / lift[known].sum()), seconds, "gait")
+    return MeasuredMass(float(total / lift[known].sum()), seconds, "gait")

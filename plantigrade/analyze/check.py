@@ -1,25 +1,25 @@
-r"""Check that a Record satisfies physics, its limits and its task, independently of the engines.
+r"""Check of a Record against physics, its limits and its task, independent of the engines.
 
-The motion is examined frame by frame with MuJoCo's inverse dynamics and nothing else; no
-expression, row or constant of an optimiser is used. With the equations of motion of the free body,
+The motion is examined frame by frame with MuJoCo's inverse dynamics alone; no expression or
+constant of an optimiser is used. With the equations of motion of the free body,
 
 .. math:: M(q)\,\dot v + h(q, v) = \tau + \sum_k J_k^T f_k,
 
-the first six entries of :math:`\tau` are what no contact explains and must be zero; the others are
-the true joint torques. Where something stands, the material at its lowest point must not move: a
-sphere that rolls does not slip, so velocities are integrated,
-:math:`\int v_t\,dt`, and places are not compared. Centres of pressure must lie in the base of
-support (:mod:`plantigrade.analyze.pressure`), and every condition of the task must hold in all
-frames (:mod:`plantigrade.analyze.conditions`).
+the first six entries of :math:`\tau` are the unexplained residual at the root and must be zero; the
+others are the true joint torques. The material at the lowest point of a site in stance must not
+move. A sphere that rolls does not slip, so velocities are integrated, :math:`\int v_t\,dt`, and
+positions are not compared. Centres of pressure must lie in the base of support
+(:mod:`plantigrade.analyze.pressure`), and every condition of the task must hold in all frames
+(:mod:`plantigrade.analyze.conditions`).
 
-Positions, velocities and accelerations are given; that they belong together is checked step by
-step with the relations that a cubic satisfies exactly,
+The consistency of positions, velocities and accelerations is checked step by step with the
+relations that a cubic satisfies exactly,
 
 .. math:: \frac{q_1 - q_0}{h} = \frac{v_0 + v_1}{2} - \frac{h}{12}(a_1 - a_0),
     \qquad \frac{q_2 - 2 q_1 + q_0}{h^2} = \frac{a_0 + 4 a_1 + a_2}{6}
 
-(for steps of unequal length likewise), and for the body as a whole: momentum changes by the
-forces, energy by the power of the joints.
+(and their forms for unequal steps), and for the whole body: the rate of momentum equals the
+external forces, the rate of energy the power of the joints.
 """
 
 from collections.abc import Iterator
@@ -27,21 +27,21 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from plantigrade.analyze.conditions import judge_conditions
+from plantigrade.analyze.conditions import check_conditions
 from plantigrade.analyze.curves import side_of
-from plantigrade.analyze.judge import Judge, Series, runs
+from plantigrade.analyze.findings import FindingCollector, Series, runs
 from plantigrade.analyze.overlap import overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
 from plantigrade.analyze.sweep import Sweep, cross, sweep
-from plantigrade.analyze.tolerances import OF_RECORDING, Tolerances
+from plantigrade.analyze.tolerances import RECORDING_TOLERANCES, Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
 
-_SAME = 1e-4  # a sphere and a site no further apart than this are one place [m]
+_SAME_POINT = 1e-4  # [m] distance below which a sphere and a site are the same point
 _ROOT = ("root x", "root y", "root z", "root turn x", "root turn y", "root turn z")
 _FEET = ("the feet", "the right foot", "the left foot")
 
@@ -49,12 +49,12 @@ _FEET = ("the feet", "the right foot", "the left foot")
 def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict:
     """Return the verdict on a motion, its forces, limits and task conditions.
 
-    Sample it finely: ten frames between two nodes of what made it, nodes among the frames.
+    Sample the motion finely, with ten frames per node of the optimisation, nodes included.
 
     Args:
-        record: What happened, or the run of it; needs accelerations.
-        tolerances: What is allowed; if absent, what suits forces that move the body, or those of
-            a recording (:data:`~plantigrade.analyze.tolerances.OF_RECORDING`).
+        record: Record or run, with accelerations.
+        tolerances: Tolerances; by default those of simulated motions, or
+            :data:`~plantigrade.analyze.tolerances.RECORDING_TOLERANCES` for recordings.
 
     Raises:
         ParameterError: If the motion cannot be checked.
@@ -64,16 +64,18 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
     if not isinstance(record, Record):
         raise ParameterError(f"only a Record or a Run can be checked, not {type(record).__name__}")
     recorded = bool(record.sites) and all(site.measured for site in record.sites)
-    tol = tolerances or (OF_RECORDING if recorded else Tolerances())
+    tol = tolerances or (RECORDING_TOLERANCES if recorded else Tolerances())
     s = sweep(record)
-    least = 0.01 * tol.negligible * s.weight
-    centre = centre_of_pressure(record, s, least)
+    min_force = 0.01 * tol.negligible * s.weight
+    centre = centre_of_pressure(record, s, min_force)
     slips = _slips(record, s)
-    judge = Judge(record.motion.time)
+    collector = FindingCollector(record.motion.time)
     for series in _root(s, tol, _advice(record) if recorded else ""):
-        judge.add(series)
-    judge.add_slips(slips, tol.slip)
-    outside = np.where(s.known[:, None], 1000.0 * outside_support(record, s, centre, least), np.nan)
+        collector.add(series)
+    collector.add_slips(slips, tol.slip)
+    outside = np.where(
+        s.known[:, None], 1000.0 * outside_support(record, s, centre, min_force), np.nan
+    )
     for series in (
         *_geometry(record, s, tol),
         *_forces(record, s, tol),
@@ -82,13 +84,13 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
         *_limits(record, s, tol),
         *_consistency(record, s, tol),
     ):
-        judge.add(series)
-    conditions, broken = judge_conditions(record, s, tol)
-    unseen = {q: Measure(q, np.nan, np.nan, QUANTITY[q].unit) for q in QUANTITIES}
+        collector.add(series)
+    conditions, broken = check_conditions(record, s, tol)
+    unmeasured = {q: Measure(q, np.nan, np.nan, QUANTITY[q].unit) for q in QUANTITIES}
     return Verdict(
-        {q: judge.measures.get(q, unseen[q]) for q in QUANTITIES},
+        {q: collector.measures.get(q, unmeasured[q]) for q in QUANTITIES},
         conditions,
-        tuple(sorted((*judge.findings, *broken), key=lambda f: -f.excess)),
+        tuple(sorted((*collector.findings, *broken), key=lambda f: -f.excess)),
         record.motion.time,
         s.tau,
         s.root_force,
@@ -102,17 +104,17 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
 
 
 def _advice(record: Record) -> str:
-    """Return what to do where the forces of a recording do not explain its motion."""
+    """Return advice for a recording whose forces do not explain its motion."""
     if "forces.measured" in record.signals:
         return (
-            "forces without plates leave over what is noise of the motion; more than that comes "
-            "from a hand or a seat that carries too, from the body mass, or from the fit"
+            "noise of the motion remains as a residual of estimated forces; a larger one comes "
+            "from a hand or seat that supports the person, from the body mass, or from the fit"
         )
-    return "check the body mass, the clock and position of the plates, and the fit"
+    return "check the body mass, the timing and position of the plates, and the fit"
 
 
 def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[Series]:
-    """Force and moment at the root that nothing explains, where all forces are known."""
+    """Yield residual force and moment at the root, where all forces are known."""
     for name, wrench in (("root_force", s.root_force), ("root_moment", s.root_moment)):
         share = 100.0 * np.linalg.norm(wrench, axis=1)[s.known] / s.weight
         most, mean = getattr(tol, f"{name}_max"), getattr(tol, f"{name}_rms")
@@ -127,7 +129,7 @@ def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[Series]:
 
 
 def _slips(record: Record, s: Sweep) -> tuple[Slip, ...]:
-    """Return how far the material moves in every stance of every site."""
+    """Return the slip in every stance of every site."""
     t, v = record.motion.time, _sliding(s)
     slips: list[Slip] = []
     for i, site in enumerate(record.sites):
@@ -154,35 +156,35 @@ def _slips(record: Record, s: Sweep) -> tuple[Slip, ...]:
 
 
 def _sliding(s: Sweep) -> Float[Array, "n k 3"]:
-    """Return the velocity of the material along what it stands on [m/s]."""
+    """Return the tangential velocity of the material [m/s]."""
     along = np.einsum("nki,nki->nk", s.velocity, s.normal)
     return s.velocity - along[..., None] * s.normal
 
 
 def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
-    """Sliding speed, depth of every sphere and site, height of what should stand."""
-    names, sides = _places(record)
+    """Yield slip speed, penetration of spheres and sites, and height of sites in stance."""
+    names, sides = _site_names(record)
     speed = np.where(s.standing, np.linalg.norm(_sliding(s), axis=2), -np.inf)
     yield Series("slip_speed", speed, tol.slip_speed, names, sides)
-    # Beside a seat the body may be lower than it; the ground is everywhere.
-    there = s.standing | np.array([side != "" for side in sides], bool)
-    gap = np.where(there & s.spread, s.gap, np.inf)
-    away = np.linalg.norm(s.point[:, :, None] - s.spheres[:, None], axis=3).max(axis=0)
-    alone = np.flatnonzero((away >= _SAME).all(axis=0))  # the others are looked at as sites
+    # Next to a seat the body may be lower than the seat; the ground is everywhere.
+    supported = s.standing | np.array([side != "" for side in sides], bool)
+    gap = np.where(supported & s.spread, s.gap, np.inf)
+    distance = np.linalg.norm(s.point[:, :, None] - s.spheres[:, None], axis=3).max(axis=0)
+    separate = np.flatnonzero((distance >= _SAME_POINT).all(axis=0))  # the others are sites
     yield Series(
         "penetration",
-        -1000.0 * np.hstack([gap, s.clearance[:, alone]]),
+        -1000.0 * np.hstack([gap, s.clearance[:, separate]]),
         tol.penetration,
-        (*names, *(s.sphere_names[j] for j in alone)),
-        (*sides, *(s.sphere_sides[j] for j in alone)),
+        (*names, *(s.sphere_names[j] for j in separate)),
+        (*sides, *(s.sphere_sides[j] for j in separate)),
     )
     hover = np.where(s.standing, 1000.0 * s.gap, -np.inf)
     yield Series("hover", hover, tol.hover, names, sides)
 
 
 def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
-    """Friction, adhesion, force in the air, and too much force."""
-    names, sides = _places(record)
+    """Yield friction, adhesion, force without contact, and excessive force."""
+    names, sides = _site_names(record)
     ground = np.array([site.part != PUSH_PART for site in record.sites], bool)
     pushed = np.einsum("nki,nki->nk", s.force, s.normal)  # normal force [N]
     pushed = np.where(ground, pushed, np.nan)
@@ -192,14 +194,14 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     yield Series("friction", ratio, mu + tol.friction, names, sides, shown=mu)
     yield Series("adhesion", -100.0 * pushed / s.weight, tol.adhesion, names, sides)
     size = 100.0 * np.linalg.norm(s.force, axis=2) / s.weight
-    loose = np.where(s.standing | ~s.spread, -np.inf, size)
-    yield Series("unsupported", loose, tol.unsupported, names, sides)
+    unsupported = np.where(s.standing | ~s.spread, -np.inf, size)
+    yield Series("unsupported", unsupported, tol.unsupported, names, sides)
     limit = np.inf if most is None else most * (1.0 + 0.01 * tol.force)
     yield Series("force", pushed, limit, names, sides, shown=most)
 
 
 def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
-    """Depth of parts of the body in each other; reported, and judged where the record says so."""
+    """Return the overlap of body parts, judged if the record has a limit."""
     found, most = overlap(record.human, s.position, s.rotation), record.limits.overlap
     limit = np.inf if most is None else 1000.0 * most + tol.overlap
     shown = limit if most is None else 1000.0 * most
@@ -208,14 +210,14 @@ def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
 
 
 def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
-    """Joint, velocity and torque limits."""
+    """Yield excess over joint, velocity and torque limits."""
     motion, model, limits = record.motion, record.human.model, record.limits
     names = record.human.coordinates
     if not names:
         return
     sides = tuple(side_of(name) or "" for name in names)
     q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], s.tau[:, 6:]
-    low, high = _given(limits.coordinate, model.jnt_range[1:], model.jnt_limited[1:])
+    low, high = _bounds(limits.coordinate, model.jnt_range[1:], model.jnt_limited[1:])
     beyond = np.rad2deg(np.maximum(q - high, low - q))
     yield Series("coordinate", beyond, tol.coordinate, names, sides)
     if limits.velocity is not None:
@@ -223,10 +225,12 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
         use, actual = 100.0 * np.abs(v) / most, (np.abs(v), most, "rad/s")
         allowed = 100.0 + tol.velocity
         yield Series("velocity", use, allowed, names, sides, shown=100.0, actual=actual)
-    low, high = _given(limits.torque, model.jnt_actfrcrange[1:], model.jnt_actfrclimited[1:])
+    low, high = _bounds(limits.torque, model.jnt_actfrcrange[1:], model.jnt_actfrclimited[1:])
     bound = np.broadcast_to(np.where(tau > 0, high, low), tau.shape)
     scale = np.maximum(np.abs(low), np.abs(high))
-    with np.errstate(invalid="ignore", divide="ignore"):  # a joint may be strong one way only
+    with np.errstate(
+        invalid="ignore", divide="ignore"
+    ):  # a joint may have strength in one direction only
         use = np.where(bound != 0.0, tau / bound, 1.0 + np.abs(tau) / scale)
     use = np.where(np.isfinite(bound) & (tau != 0.0) & s.known[:, None], use, 0.0)
     actual = (np.abs(tau), np.abs(bound), "N m")
@@ -235,7 +239,7 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
 
 
 def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
-    """Positions, velocities, accelerations, momentum and energy belong together."""
+    """Yield inconsistencies of positions, velocities, accelerations, momentum and energy."""
     motion, model = record.motion, record.human.model
     n, nv = motion.qvel.shape
     if n < 2:
@@ -260,7 +264,7 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
         use, most = 100.0 * np.abs(second - mean) / scale, tol.acceleration_mismatch
         times = motion.time[1:-1]
         yield Series("acceleration_mismatch", use, most, names, sides, times, worst_only=True)
-    # The same once more for the whole body: asked twice, but reported once.
+    # The same faults for the whole body: checked twice, but reported once.
     mismatch = ("velocity_mismatch", "acceleration_mismatch")
     root = ("root_force", "root_force_rms", "root_moment", "root_moment_rms")
     gravity = model.opt.gravity * (s.weight / np.linalg.norm(model.opt.gravity))
@@ -278,15 +282,15 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     yield Series("energy", share, tol.energy, times=middle, unless=mismatch)
 
 
-def _places(record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _site_names(record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return names and sides of the sites."""
     return tuple(site.name for site in record.sites), tuple(site.side for site in record.sites)
 
 
-def _given(
+def _bounds(
     own: Float[Array, "2 n"] | None, of_model: np.ndarray, limited: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return lower and upper limits: those given, or those of the model where it has some."""
+    """Return lower and upper limits of the record, or else of the model."""
     if own is not None:
         return own[0], own[1]
     on = np.asarray(limited, bool)

@@ -1,8 +1,8 @@
-"""A gait as a gait laboratory reports it: angles of both sides, scores, symmetry, and against whom.
+"""Clinical gait figures: angles of both sides, scores, symmetry, and the choice of norms.
 
-The pelvis has no side: its angles over the right foot's cycles are the right side's, those over the
-left foot's, with list and rotation turned round, the left side's, so that both stand beside the
-same norm.
+Angles of the pelvis over the cycles of the right foot are those of the right side; over the cycles
+of the left foot, with list and rotation reversed, those of the left side, so that one norm applies
+to both.
 """
 
 import contextlib
@@ -27,40 +27,40 @@ LEG_LENGTHS = ("thigh", "shank", "ankle_height")
 
 
 @dataclass(frozen=True)
-class Compared:
-    """With whom somebody is compared, and why."""
+class NormChoice:
+    """Norms for a person, and the reason for their choice."""
 
-    population: norms.Population  #: Whose curves
-    speed_class: str  #: Class of speed of children's curves
-    reason: str  #: Why they were chosen
+    population: norms.Population  #: Population of the norms
+    speed_class: str  #: Speed class of children's norms
+    reason: str  #: Reason of the choice
 
 
-def compared_with(record: Record, figures: Mapping[str, Any]) -> Compared:
-    """Return with whom the person of a record is compared.
+def norms_for(record: Record, figures: Mapping[str, Any]) -> NormChoice:
+    """Return the norms for the person of a record.
 
     Args:
-        record: The record; norms of the user's own are among its signals.
-        figures: Those of its run: ``age_years``, ``height_estimated``, ``walking_speed_m_s``.
+        record: The record, whose signals may contain norms of the user.
+        figures: Figures of its run: ``age_years``, ``height_estimated``, ``walking_speed_m_s``.
     """
     age = _number(figures, "age_years")
     height = None if figures.get("height_estimated") else record.human.height
     speed, lengths = _number(figures, "walking_speed_m_s"), record.human.dimensions
     leg = sum(float(getattr(lengths, name)) for name in LEG_LENGTHS)
-    kind = "free" if speed is None else norms.speed_class(speed, leg)
+    speed_class = "free" if speed is None else norms.speed_class(speed, leg)
     own = from_signals(record.signals)
     if own is not None:
-        return Compared(own, kind, "given with --norms")
-    return Compared(norms.population(age, height), kind, norms.reason(age, height))
+        return NormChoice(own, speed_class, "given with --norms")
+    return NormChoice(norms.population(age, height), speed_class, norms.reason(age, height))
 
 
 def clinical_angles(
     record: Record, curves: GaitCurves | None = None
 ) -> dict[str, Float[Array, "n_cycles n_percent"]]:
-    """Return every angle of a side over its gait cycles [deg], by name and side.
+    """Return every angle over the gait cycles of its side [deg], by name and side.
 
     Args:
         record: The record.
-        curves: Its curves over the cycle, where they are known already.
+        curves: Its gait curves, if they are known already.
     """
     curves = curves or gait_curves(record)
     found = {n: rows for n, rows in curves.angles.items() if n[-2:] in ("_r", "_l")}
@@ -75,16 +75,16 @@ def clinical_angles(
 def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, Any]:
     """Return scores, symmetry and foot progression of a gait; nothing for other motions.
 
-    A run has scores only against norms of the user's own.
+    Running has scores only with norms of the user.
 
     Args:
         record: The record.
-        figures: What is known of it already, as in ``metrics.json``.
+        figures: Known figures, as in ``metrics.json``.
     """
     curves = gait_curves(record)
     if not curves.cycles:
         return {}
-    angles, who = clinical_angles(record, curves), compared_with(record, figures)
+    angles, choice = clinical_angles(record, curves), norms_for(record, figures)
     found: dict[str, Any] = {}
     for side in SIDES:
         rows = angles.get(f"foot_progression_{side}", np.empty((0, 1)))
@@ -93,11 +93,11 @@ def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, An
             known = rows[:, curves.percent <= stance]
             found[f"foot_progression_stance_{side}_deg"] = float(np.nanmean(known))
     found |= symmetry_figures(figures, angles)
-    if figures.get("running") and not who.population.own:  # norms of walking are no measure of it
+    if figures.get("running") and not choice.population.own:  # norms of walking do not apply
         return found
-    found |= {"norm_population": who.population.name, "norm_reason": who.reason}
-    with contextlib.suppress(ParameterError):  # an angle is missing: a foot has no whole cycle
-        profile = gait_profile(curves.percent, angles, who.population, who.speed_class)
+    found |= {"norm_population": choice.population.name, "norm_reason": choice.reason}
+    with contextlib.suppress(ParameterError):  # an angle is missing if a foot has no complete cycle
+        profile = gait_profile(curves.percent, angles, choice.population, choice.speed_class)
         found |= profile.metrics()
     return found
 

@@ -1,11 +1,11 @@
-"""Whether a motion meets the conditions of its task: at every frame, not only at the nodes."""
+"""Check of the conditions of a task in every frame, not only at the nodes."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.judge import runs
+from plantigrade.analyze.findings import runs
 from plantigrade.analyze.sweep import Sweep
 from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.analyze.verdict import Finding, Measure
@@ -17,27 +17,28 @@ from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS
 AXES = ("x", "y", "z")
 
 
-def judge_conditions(
+def check_conditions(
     record: Record, s: Sweep, tol: Tolerances
 ) -> tuple[dict[str, Measure], list[Finding]]:
-    """Return the worst of every condition by its name, and where conditions are violated.
+    """Return the worst value of every condition by name, and all violations.
 
-    Conditions of one name are one condition at several times, as in the laps of a periodic motion.
+    Conditions of one name are one condition at several times, as in the cycles of a periodic
+    motion.
     """
     worst: dict[str, tuple[float, Measure]] = {}
     findings: list[Finding] = []
     for condition in record.conditions:
-        excess, measure, more = _judge(record, s, tol, condition)
+        excess, measure, more = _check(record, s, tol, condition)
         findings += more
         if condition.name not in worst or not excess <= worst[condition.name][0]:
             worst[condition.name] = (excess, measure)
     return {name: measure for name, (_, measure) in worst.items()}, findings
 
 
-def _judge(
+def _check(
     record: Record, s: Sweep, tol: Tolerances, condition: Condition
 ) -> tuple[float, Measure, list[Finding]]:
-    """Return how far one condition is violated, in tolerances, its worst frame, its findings."""
+    """Return violation over tolerance, worst measure and findings of one condition."""
     allowed, unit, factor = _unit(condition, tol)
     time, value = _values(record, s, condition)
     low, high = condition.bounds(time)
@@ -69,7 +70,7 @@ def _judge(
 
 
 def _unit(condition: Condition, tol: Tolerances) -> tuple[float, str, float]:
-    """Return the tolerance of a condition, the unit it is shown in, and the factor to it."""
+    """Return the tolerance of a condition, the unit of its display, and the factor to it."""
     degrees = np.rad2deg(1.0)
     if condition.quantity == "clearance":
         return 0.001 * tol.clearance, "m", 1.0
@@ -85,9 +86,9 @@ def _unit(condition: Condition, tol: Tolerances) -> tuple[float, str, float]:
 def _values(
     record: Record, s: Sweep, condition: Condition
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return the times at which a condition is judged, and the values there.
+    """Return the times at which a condition is checked, and the values there.
 
-    These are all frames in its time, and both ends of it, between frames if need be.
+    They are all frames within its time and both ends, interpolated between frames.
     """
     frames = record.motion.time
     series = _SERIES[condition.quantity](record, s, condition)
@@ -126,7 +127,7 @@ def _point(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]
 
 
 def _clearance(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    """Return how far the lowest point of a sphere is above the ground below it [m]."""
+    """Return the height of the lowest point of a sphere above the ground [m]."""
     body, ground = record.human.body(condition.of), record.ground
     place = s.position[:, body] + s.rotation[:, body] @ np.array(condition.position)
     low = place - condition.radius * ground.normal
@@ -142,7 +143,7 @@ def _com_speed(record: Record, s: Sweep, condition: Condition) -> Float[Array, "
 
 
 def _power(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    """Return the power of a joint's muscles: its own, less that of passive tissue [W]."""
+    """Return the power of a joint's muscles: joint power less that of passive tissue [W]."""
     motion, human, i = record.motion, record.human, record.human.hinge(condition.of)
     q, v = (
         np.stack([f(name) for name in human.coordinates])

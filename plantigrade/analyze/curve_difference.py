@@ -1,7 +1,7 @@
 r"""The difference of two sets of curves over the gait cycle, with a confidence band.
 
-Of :math:`n_a` and :math:`n_b` cycles the difference of the means is :math:`d(t)`, its standard
-error (Welch's) :math:`s(t)`. The band :math:`d(t) \pm u\, s(t)` holds the whole true difference
+The difference between the means of :math:`n_a` and :math:`n_b` cycles is :math:`d(t)`, with Welch's
+standard error :math:`s(t)`. The band :math:`d(t) \pm u\, s(t)` contains the whole true difference
 with 95 % confidence: :math:`u` is the height that a smooth random curve of Student's *t* with
 :math:`\nu` degrees of freedom exceeds nowhere in the cycle in 95 of 100 cases, by random field
 theory as in statistical parametric mapping [Pataky2010]_:
@@ -9,13 +9,13 @@ theory as in statistical parametric mapping [Pataky2010]_:
 .. math:: P(\max_t |t(t)| > u) \approx 2 \left[ P(t_\nu > u) + R\, \frac{\sqrt{4 \ln 2}}{2 \pi}
     \left( 1 + \frac{u^2}{\nu} \right)^{-(\nu - 1) / 2} \right],
 
-with the length of the cycle in units of the curves' smoothness :math:`R`, from the slopes of the
-normalised residuals [Kiebel1999]_. So where the band leaves zero out, the curves differ there,
-however many instants are looked at.
+with the length :math:`R` of the cycle in units of the curves' smoothness, from the slopes of the
+normalised residuals [Kiebel1999]_. The curves differ wherever the band excludes zero; the number of
+instants is accounted for.
 
-It takes the cycles as independent draws of one person on one day. Strides that follow each other
-are alike, so that the band is somewhat too narrow, and another day, or markers placed anew, is not
-in it at all: a band that leaves zero out says that these two recordings differ, not why.
+Cycles are assumed to be independent samples of one person on one day. Successive strides are
+correlated, which makes the band somewhat too narrow, and variation between days or marker
+placements is not included: a band that excludes zero shows that two recordings differ, not why.
 
 References:
     [Pataky2010]_, [Kiebel1999]_.
@@ -29,16 +29,16 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 
 ALPHA = 0.05  # two-sided error probability of the 95 % band
-FEWEST = 3
-"""Cycles of a gait without which there is no band."""
+MIN_CYCLES = 3
+"""Minimum number of cycles for a band."""
 
 
 @dataclass(frozen=True)
 class CurveDifference:
     """A difference over the gait cycle, second minus first."""
 
-    mean: Float[Array, " n_percent"]  #: Of the mean curves
-    half: Float[Array, " n_percent"] | None  #: Half the width of the band; None without one
+    mean: Float[Array, " n_percent"]  #: Difference of the mean curves
+    half: Float[Array, " n_percent"] | None  #: Half-width of the band; None without one
 
     @property
     def rms(self) -> float:
@@ -47,12 +47,12 @@ class CurveDifference:
 
     @property
     def largest(self) -> float:
-        """The largest difference, with its sign."""
+        """The largest difference, signed."""
         return float(self.mean[np.nanargmax(np.abs(self.mean))])
 
     @property
     def beyond(self) -> Bool[Array, " n_percent"]:
-        """Where the band leaves zero out; nowhere without a band."""
+        """Percentages at which the band excludes zero; none without a band."""
         if self.half is None:
             return np.zeros(len(self.mean), dtype=bool)
         return np.asarray(np.abs(self.mean) > self.half)
@@ -64,13 +64,12 @@ def curve_difference(
     *,
     exact: tuple[bool, bool] = (False, False),
 ) -> CurveDifference:
-    """Return the difference of two sets of cycles; rows with gaps are left out.
+    """Return the difference of two sets of cycles; rows with gaps are omitted.
 
     Args:
         first: Cycles of the first gait.
         second: Cycles of the second gait.
-        exact: Whether the cycles of each are all there is: those of a motion that was made, not
-            measured, do not scatter.
+        exact: Whether the cycles of each have no variability, as those of a synthesised motion.
     """
     rows = [each[np.isfinite(each).all(axis=1)] for each in (first, second)]
     if not all(len(each) for each in rows):  # gaps in every cycle
@@ -78,7 +77,7 @@ def curve_difference(
         return CurveDifference(means[1] - means[0], None)
     mean = rows[1].mean(axis=0) - rows[0].mean(axis=0)
     scattered = [each for each, known in zip(rows, exact, strict=True) if not known]
-    if not scattered or min(map(len, scattered)) < FEWEST:
+    if not scattered or min(map(len, scattered)) < MIN_CYCLES:
         return CurveDifference(mean, None)
     parts = np.array([each.var(axis=0, ddof=1) / len(each) for each in scattered])
     variance = parts.sum(axis=0)
@@ -97,21 +96,23 @@ def resels(residual: Float[Array, "n n_percent"], moving: Bool[Array, " n_percen
     size = np.sqrt((residual**2).sum(axis=0))
     unit = residual / np.where(moving, size, np.inf)
     slope = np.sqrt((np.gradient(unit, axis=1) ** 2).sum(axis=0) / (4 * np.log(2)))
-    inside = moving & np.roll(moving, 1) & np.roll(moving, -1)  # not where stillness begins
+    inside = (
+        moving & np.roll(moving, 1) & np.roll(moving, -1)
+    )  # excludes boundaries of constant parts
     inside[[0, -1]] = moving[[0, -1]]
     return float(slope[inside].mean() * (inside.sum() - 1)) if inside.sum() > 2 else 0.0
 
 
 def threshold(freedom: float, length: float, alpha: float = ALPHA) -> float:
-    """Return the height that a random curve of *t* exceeds with probability ``alpha``, either way.
+    """Return the height that a random curve of *t* exceeds with probability ``alpha``, two-sided.
 
     Args:
         freedom: Degrees of freedom.
-        length: Of the curve, in resels.
+        length: Length of the curve in resels.
         alpha: Probability.
 
     Example:
-        >>> round(threshold(1e6, 0.0), 2)  # one number: that of the normal distribution
+        >>> round(threshold(1e6, 0.0), 2)  # a single number: normal distribution
         1.96
     """
     from scipy.optimize import brentq

@@ -1,12 +1,12 @@
-"""Curves over the gait cycle, from a record alone: angles, moments, powers, ground reactions."""
+"""Curves of a record over the gait cycle: angles, moments, powers, ground reactions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.analyze.foot_progression import SHORTEST
-from plantigrade.analyze.laboratory_angles import shown_angles
+from plantigrade.analyze.foot_progression import MIN_DISPLACEMENT
+from plantigrade.analyze.laboratory_angles import marker_angles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion import Table
@@ -14,34 +14,34 @@ from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, frames_near, n
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import PELVIS, quaternion_to_pelvis_angles, turned
 
-ASIDE = np.deg2rad(10.0)
-"""A cycle leads along the laboratory if its way is no farther from the forward axis [rad]."""
+MAX_STRAIGHT_HEADING = np.deg2rad(10.0)
+"""Maximum heading of a cycle along the forward axis of the laboratory [rad]."""
 AXES = ("forward", "left", "up")
-LOADED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
-"""Joints whose moments and powers are drawn and compared over the gait cycle."""
+LOADED_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+"""Joints whose moments and powers are plotted and compared over the gait cycle."""
 
 
 @dataclass(frozen=True)
 class GaitCurves:
-    """Curves by name, one row per cycle of the curve's side (the right side's for the midline)."""
+    """Curves by name, one row per cycle of their side (the right one for the midline)."""
 
     percent: Float[Array, " n_percent"]  #: Percent of the gait cycle
     cycles: tuple[Cycle, ...]  #: The cycles of both feet, by start
-    #: Coordinate → angle [degrees]; with those of
-    #: :func:`~plantigrade.analyze.laboratory_angles.shown_angles`
+    #: Coordinate → angle [deg], including
+    #: :func:`~plantigrade.analyze.laboratory_angles.marker_angles`
     angles: dict[str, np.ndarray]
-    #: Coordinate → internal moment [N m/kg]; NaN where the force was not measured or computed
+    #: Coordinate → internal moment [N m/kg]; NaN if the force is unknown
     moments: dict[str, np.ndarray]
     powers: dict[str, np.ndarray]  #: Coordinate → power [W/kg]
     #: ``forward_r``, ``left_r``, ``up_r``, … → ground reaction [body weights]
     forces: dict[str, np.ndarray]
 
     def loads(self) -> dict[str, np.ndarray]:
-        """Return moments and powers of :data:`LOADED` and forces, named as norms are, with side."""
+        """Return moments and powers of :data:`LOADED_JOINTS`, and forces, by names of norms."""
         found = {
             f"{stem}{ending}_{side}": table[f"{stem}_{side}"]
             for ending, table in (("_moment", self.moments), ("_power", self.powers))
-            for stem in LOADED
+            for stem in LOADED_JOINTS
             for side in SIDES
             if f"{stem}_{side}" in table
         }
@@ -63,8 +63,8 @@ def pelvis_cycles(
 ) -> dict[str, Float[Array, "n_cycles n_percent"]]:
     """Return tilt, list and rotation of the pelvis over cycles [deg], by coordinate.
 
-    They are about the axes of the laboratory, or about the direction of walking in a cycle that
-    leads more than :data:`ASIDE` away from its forward axis: in a turn, or behind one.
+    They refer to the axes of the laboratory, or to the direction of walking if the heading of a
+    cycle exceeds :data:`MAX_STRAIGHT_HEADING`, as in a turn.
     """
     time, qpos = record.motion.time, record.motion.qpos
     straight = coordinates_of(record).values[:, :3]
@@ -72,8 +72,8 @@ def pelvis_cycles(
     for k, cycle in enumerate(cycles):
         start, stop = (int(np.argmin(np.abs(time - t))) for t in (cycle.start, cycle.stop))
         x, y = qpos[stop, :2] - qpos[start, :2]
-        heading = float(np.arctan2(y, x)) if np.hypot(x, y) > SHORTEST else 0.0
-        if abs(heading) > ASIDE:
+        heading = float(np.arctan2(y, x)) if np.hypot(x, y) > MIN_DISPLACEMENT else 0.0
+        if abs(heading) > MAX_STRAIGHT_HEADING:
             near = frames_near(time, cycle)
             values = quaternion_to_pelvis_angles(turned(qpos[near, 3:7], -heading))
             values[:, 2] -= 2.0 * np.pi * np.round(values[start - near.start, 2] / (2.0 * np.pi))
@@ -82,27 +82,33 @@ def pelvis_cycles(
 
 
 def gait_curves(
-    record: Record, *, estimated: bool = False, every: bool = False, side: str | None = None
+    record: Record,
+    *,
+    estimated: bool = False,
+    keep_incomplete: bool = False,
+    side: str | None = None,
 ) -> GaitCurves:
-    """Return the curves of a record over its gait cycles; empty where it has none.
+    """Return the curves of a record over its gait cycles; empty if it has none.
 
     Args:
         record: The record.
-        estimated: Whether forces, moments and powers count where forces were estimated beside or
-            without plates; otherwise they are unknown there.
-        every: Whether cycles stay of which less than half is known, NaN where it is not; otherwise
-            they are left out, curve by curve.
-        side: The only side whose curves are wanted; those of the midline are over its cycles.
+        estimated: Whether estimated forces, and moments and powers by them, are included.
+        keep_incomplete: Whether cycles with less than half of their samples known are included, NaN
+            where unknown.
+        side: Side to which the curves are restricted, with those of the midline over its cycles;
+            both if absent.
     """
     motion, mass = record.motion, record.human.mass
     cycles, middle = cut_cycles(motion.events), side or "r"
     sides = SIDES if side is None else (side,)
 
-    def asked(name: str) -> bool:
+    def included(name: str) -> bool:
         return (side_of(name) or middle) in sides
 
     def known_rows(rows: np.ndarray) -> np.ndarray:
-        return rows if every or not len(rows) else rows[np.isfinite(rows).mean(axis=1) > 0.5]
+        return (
+            rows if keep_incomplete or not len(rows) else rows[np.isfinite(rows).mean(axis=1) > 0.5]
+        )
 
     def over(values: np.ndarray, name: str) -> np.ndarray:
         mine = [c for c in cycles if c.side == (side_of(name) or middle)]
@@ -112,19 +118,19 @@ def gait_curves(
     angles = {
         n: over(np.rad2deg(table.values[:, i]), n)
         for i, n in enumerate(table.names)
-        if n not in PELVIS and asked(n)
+        if n not in PELVIS and included(n)
     }
     for name, rows in pelvis_cycles(record, [c for c in cycles if c.side == middle]).items():
         angles[name] = known_rows(rows)
-    shown = shown_angles(record) if cycles else None
+    shown = marker_angles(record) if cycles else None
     if shown is not None:
-        angles |= {n: over(np.rad2deg(shown[n]), n) for n in shown.names if asked(n)}
+        angles |= {n: over(np.rad2deg(shown[n]), n) for n in shown.names if included(n)}
     moments, powers, forces = {}, {}, {}
     if nothing_measured(record) and not estimated:
         return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
     swing = {s: _unloaded_swing(record, cycles, s, estimated) for s in sides}
     if record.qfrc_actuator is not None:
-        for name in filter(asked, record.human.coordinates):
+        for name in filter(included, record.human.coordinates):
             known_here = known_above(record, name, estimated=estimated)
             known_here[swing.get(side_of(name) or "", slice(0))] = 1.0
             moment = known_here * record.torque(name) / mass
@@ -146,10 +152,10 @@ def gait_curves(
 def _unloaded_swing(
     record: Record, cycles: tuple[Cycle, ...], side: str, estimated: bool
 ) -> np.ndarray:
-    """Return the frames from toe off to heel strike of a foot in which no force was measured.
+    """Return the frames from toe-off to heel strike of a foot without measured force.
 
-    It carries none, by what heel strike means, even where its heel is already so low that a force
-    beside the plates could not be ruled out.
+    The force is zero there by definition of heel strike, even if the low heel could touch the
+    ground beside the plates.
     """
     time, inside = record.motion.time, np.zeros(record.motion.n_frames, dtype=bool)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
@@ -157,22 +163,22 @@ def _unloaded_swing(
         if cycle.side == side and cycle.toe_off is not None:
             inside |= (time > cycle.toe_off) & (time < cycle.stop + step)
     foot = record.foot(side)
-    told = foot.known if estimated else foot.measured
-    return inside & ~(np.any(foot.force, axis=1) & told)
+    measured = foot.known if estimated else foot.measured
+    return inside & ~(np.any(foot.force, axis=1) & measured)
 
 
 def nothing_measured(record: Record) -> bool:
     """Return whether all forces of a record were estimated."""
-    told = record.signals.get("forces.measured")
-    return told is not None and not told.any()
+    measured = record.signals.get("forces.measured")
+    return measured is not None and not measured.any()
 
 
 def known(
     record: Record, side: str | None, *, estimated: bool = False
 ) -> Float[Array, " n_frames"]:
-    """Return 1 where the forces on a foot (on both where ``side`` is None) are known, else NaN.
+    """Return 1 where the forces on a foot, or on both if ``side`` is None, are known, else NaN.
 
-    Those that were estimated beside plates, or without, count only if ``estimated``.
+    Estimated forces count only if ``estimated``.
     """
     mine = [k for k, s in enumerate(record.sites) if side in (None, s.side)]
     return _known(record, mine, estimated)
@@ -183,8 +189,8 @@ def known_above(
 ) -> Float[Array, " n_frames"]:
     """Return 1 where the forces that a joint's moment depends on are known, else NaN.
 
-    They are those on the segments the joint moves: of a leg the forces under that leg, of trunk
-    and arms none. Estimated ones count only if ``estimated``.
+    They are the forces on segments distal to the joint: those under a leg for its joints, none for
+    trunk and arms. Estimated forces count only if ``estimated``.
     """
     model = record.human.model
     moved = int(model.joint(joint).bodyid[0])
@@ -202,10 +208,10 @@ def _known(record: Record, sites: list[int], estimated: bool) -> Float[Array, " 
     there = np.ones(record.motion.n_frames, dtype=bool)
     if record.contact_known is not None:
         there &= record.contact_known[:, sites].all(axis=1)
-    told = record.signals.get("forces.measured")
-    if told is not None and not estimated:
+    measured = record.signals.get("forces.measured")
+    if measured is not None and not estimated:
         sides = [SIDES.index(record.sites[k].side) for k in sites if record.sites[k].side in SIDES]
-        there &= told[:, sides].all(axis=1)
+        there &= measured[:, sides].all(axis=1)
     return np.where(there, 1.0, np.nan)
 
 

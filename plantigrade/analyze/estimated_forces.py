@@ -1,8 +1,8 @@
-"""Ground reactions where no plate measured them, or the reason why they cannot be estimated.
+"""Estimated ground reactions without plates, or the reason why they cannot be estimated.
 
-The program (:mod:`plantigrade.dynamics.ground_forces`) gives every foot what the motion needs.
-It knows level or given ground, two feet and a seat. Where something else carries load too (a hand
-on a rail), these cannot produce the motion, and the estimate is refused.
+The program (:mod:`plantigrade.dynamics.ground_forces`) assumes level or given ground, two feet and
+a seat. If something else carries load (a hand on a rail), these supports cannot produce the motion,
+and the estimate is refused.
 """
 
 from typing import Any
@@ -24,22 +24,23 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
 
-NOISY = 2.0
-"""A motion noisier than this many times what is assumed says little of the knee's moment. With 1
-mm and 0.3° of noise on every coordinate it is 3 to 5."""
-WIDE = 0.5
-"""So does a 90 % band of it that is wider each way: about its peak in walking [N m/kg]."""
-MOST_FORCE = 0.25
-"""Net force that is left over, root mean square [BW]. Feet can give nearly any force, so this is
-noise: markers leave 0.03 to 0.05, skeleton files 0.08 to 0.14."""
-MOST_MOMENT = 0.1
-"""Net moment about the centre of mass that is left over [BW m]: something else carries, beside.
-Markers leave 0.006 to 0.015, skeleton files 0.02 to 0.08."""
-MOST_SHIFT = 0.06
-"""Centre of mass further from the body's own than any body is misjudged by [m]."""
-UNEVEN = 0.06
-"""Feet that stand at heights further apart are not on level ground [m]."""
-CANNOT = "ground reactions cannot be estimated from this motion: "
+MAX_NOISE = 2.0
+"""Ratio of noise to the assumed noise above which knee moments are doubtful; 1 mm and 0.3° of noise
+on every coordinate give 3 to 5."""
+MAX_KNEE_BAND = 0.5
+"""Half-width of the 90 % band above which knee moments are doubtful [N m/kg], about their peak in
+walking."""
+MAX_RESIDUAL_FORCE = 0.25
+"""Maximum RMS residual force [BW]. Feet can produce nearly any force, so it is noise: 0.03 to 0.05
+with markers, 0.08 to 0.14 with skeleton files."""
+MAX_RESIDUAL_MOMENT = 0.1
+"""Maximum RMS residual moment about the centre of mass [BW m]; a larger one indicates another
+support. Markers give 0.006 to 0.015, skeleton files 0.02 to 0.08."""
+MAX_COM_SHIFT = 0.06
+"""Maximum shift of the estimated centre of mass from that of the body model [m]."""
+MAX_STEP = 0.06
+"""Maximum height difference between stances on level ground [m]."""
+PREFIX = "ground reactions cannot be estimated from this motion: "
 
 
 def estimate(
@@ -49,55 +50,57 @@ def estimate(
     soles: Float[Array, "n_frames 2"],
     ground: Ground = LEVEL_GROUND,
 ) -> tuple[GroundForces | None, Moments | None, tuple[str, ...]]:
-    """Return ground reactions beside the measured ones, moments by them, and what to know of them.
+    """Return ground reactions, measured and estimated, the joint moments, and notes.
 
-    None where nothing is left to estimate, and where it cannot be told.
+    The first two are None if nothing has to be estimated, or nothing can be.
 
     Args:
-        human: Whose motion.
+        human: The person.
         motion: The motion, filtered, with its gait events.
-        measured: What plates tell.
+        measured: Measured forces.
         soles: Height of each sole in stance [m]; NaN in swing.
-        ground: Ground under the feet, above which those heights are measured.
+        ground: The ground, to which these heights refer.
     """
     if measured is not None and bool(np.all(measured.valid_side)):
         return None, None, ()
-    why = _other_ground(human, motion, soles, ground)
-    if why:
-        return None, None, (CANNOT + why,)
+    reason = _other_ground(human, motion, soles, ground)
+    if reason:
+        return None, None, (PREFIX + reason,)
     try:
         found = estimate_forces(human, motion, measured=measured, ground=ground)
     except (ParameterError, SolverError) as error:
-        return None, None, (f"{CANNOT}{error}.".replace("..", "."),)
-    assert motion.qacc is not None  # it was estimated from them
+        return None, None, (f"{PREFIX}{error}.".replace("..", "."),)
+    assert motion.qacc is not None  # the estimate requires them
     moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, found.forces)
-    why = _refusal(found, *left_over(human, motion, found, moments))
-    if why:
-        return None, None, (CANNOT + why,)
-    band, more = knee_band(human, found), RUNNING_FREQUENCY_RATIO if found.flies else 1.0
-    if found.noise > more * NOISY or band > more * WIDE:
+    reason = _refusal(found, *residual_wrench(human, motion, found, moments))
+    if reason:
+        return None, None, (PREFIX + reason,)
+    band, noise_factor = knee_band(human, found), RUNNING_FREQUENCY_RATIO if found.flies else 1.0
+    if found.noise > noise_factor * MAX_NOISE or band > noise_factor * MAX_KNEE_BAND:
         noisy = f"is {found.noise:.1f} times as noisy as assumed"
-        why = (
-            noisy if found.noise > more * NOISY else "says little about how the feet share the load"
+        reason = (
+            noisy
+            if found.noise > noise_factor * MAX_NOISE
+            else "hardly determines the load sharing of the feet"
         )
         note = (
-            f"the motion {why}: do not trust the estimated moments of the knee, which are known to "
+            f"the motion {reason}: do not trust the estimated knee moments, whose uncertainty is "
             f"±{band:.2f} N m/kg (90 %)."
         )
         return found, moments, (note,)
     return found, moments, ()
 
 
-def left_over(
+def residual_wrench(
     human: Human, motion: Motion, ground: GroundForces, moments: Moments
 ) -> tuple[float, float]:
-    """Return the net force [BW] and pitch and roll moment [BW m] that the estimate does not give.
+    """Return residual force [BW] and residual pitch and roll moment [BW m] of an estimate.
 
-    Root mean squares of the components over the frames in which something was estimated; the
-    moment is that about the centre of mass where the estimate puts it.
+    They are RMS values of the components over the estimated frames; the moment is about the
+    estimated centre of mass.
     """
     weight = human.mass * GRAVITY
-    root = moments.tau[:, :6] - support_push(human, motion, ground)[:, :6]
+    root = moments.tau[:, :6] - support_forces(human, motion, ground)[:, :6]
     force, moment = root_wrench_at(root, motion.qpos, moments.com)
     given = ground.forces.force.sum(axis=1) + ground.support_force.sum(axis=1)
     moment = moment + np.cross(ground.com_shift, given + force)
@@ -117,7 +120,7 @@ def knee_band(human: Human, ground: GroundForces) -> float:
 
 
 def estimate_figures(human: Human, ground: GroundForces) -> dict[str, Any]:
-    """Return how the estimate went, as figures; nothing of it was measured."""
+    """Return figures of an estimate."""
     return {
         "forces_estimated_pct": 100.0 * (1.0 - float(np.mean(ground.measured))),
         "estimate_noise_factor": ground.noise,
@@ -131,7 +134,7 @@ def estimate_figures(human: Human, ground: GroundForces) -> dict[str, Any]:
 
 
 def estimate_signals(ground: GroundForces) -> dict[str, Array]:
-    """Return what was measured, and the half-widths of the 90 % bands, as signals of a record."""
+    """Return measured frames and half-widths of the 90 % bands as signals of a record."""
     return {
         "forces.measured": np.asarray(ground.measured, dtype=bool),
         "forces.band": ground.force_band,
@@ -141,8 +144,8 @@ def estimate_signals(ground: GroundForces) -> dict[str, Array]:
     }
 
 
-def support_push(human: Human, motion: Motion, ground: GroundForces) -> Float[Array, "n nv"]:
-    """Return the generalised force of what carries besides the feet, such as a seat."""
+def support_forces(human: Human, motion: Motion, ground: GroundForces) -> Float[Array, "n nv"]:
+    """Return the generalised force of supports other than the feet, such as a seat."""
     push = np.zeros(motion.qvel.shape)
     bodies = [human.body(support.body) for support in ground.supports]
     for f, state in enumerate(sweep(human, motion.qpos, motion.qvel) if bodies else ()):
@@ -155,48 +158,48 @@ def support_push(human: Human, motion: Motion, ground: GroundForces) -> Float[Ar
 
 
 def _refusal(found: GroundForces, force: float, moment: float) -> str:
-    """Return why an estimate is no good; empty where it is."""
+    """Return the reason to refuse an estimate; empty if it is acceptable."""
     away = float(np.linalg.norm(found.com_shift[:2]))
-    carries = (
-        "something else seems to carry the body too (a hand on a rail, a step), or the "
-        "motion is too noisy."
+    cause = (
+        "another support seems to carry the body (a hand on a rail, a step), or the motion is too "
+        "noisy."
     )
-    more = (
+    noise_factor = (
         RUNNING_FREQUENCY_RATIO if found.flies else 1.0
-    )  # a motion filtered less keeps more noise
-    if not force <= more * MOST_FORCE:
-        return f"{force:.2f} body weights of net force are left over; {carries}"
-    if not moment <= more * MOST_MOMENT:
-        return f"{moment:.2f} body weights times metre of net moment are left over; {carries}"
-    if away > MOST_SHIFT:
-        what = f"the centre of mass would have to lie {1e3 * away:.0f} mm beside the body's own"
-        return f"{what}; {carries}"
+    )  # a higher cut-off leaves more noise
+    if not force <= noise_factor * MAX_RESIDUAL_FORCE:
+        return f"the residual force is {force:.2f} body weights; {cause}"
+    if not moment <= noise_factor * MAX_RESIDUAL_MOMENT:
+        return f"the residual moment is {moment:.2f} body weights times metre; {cause}"
+    if away > MAX_COM_SHIFT:
+        what = f"the centre of mass would have to be {1e3 * away:.0f} mm from that of the body"
+        return f"{what}; {cause}"
     return ""
 
 
 def _other_ground(
     human: Human, motion: Motion, soles: Float[Array, "n_frames 2"], ground: Ground
 ) -> str:
-    """Return why the feet of a gait do not stand on its ground; empty where they do."""
+    """Return the reason why feet and ground do not match; empty if they do."""
     if not motion.events:
         return ""
     step, seems = _step_between(soles), suggested(human, motion.time, motion.qpos)
     if ground.slope or ground.steps:
-        if step <= UNEVEN:
+        if step <= MAX_STEP:
             return ""
-        remedy = f"they suggest {seems}" if seems else "leave out --ground"
+        remedy = f"they suggest {seems}" if seems else "omit --ground"
         return (
-            f"the feet do not stand on the given ground, but up to {100 * step:.0f} cm above or "
-            f"below each other; {remedy}."
+            "the feet do not match the given ground: stances differ by up to "
+            f"{100 * step:.0f} cm in height; {remedy}."
         )
-    if step > UNEVEN:
-        how = f"the feet stand {100 * step:.0f} cm higher at one step than at another"
+    if step > MAX_STEP:
+        how = f"stances of a foot differ by {100 * step:.0f} cm in height"
     elif "slope" in seems:
-        how = "the belt under the feet rises or falls"
+        how = "the belt is inclined"
     else:
         return ""
     remedy = f"fit again with {seems}" if seems else "describe it with --ground"
-    return f"the ground is not level, {how}. If it is a slope or stairs, {remedy}."
+    return f"the ground is not level: {how}. If it is a slope or stairs, {remedy}."
 
 
 def _rms(values: Array) -> float:
@@ -204,12 +207,14 @@ def _rms(values: Array) -> float:
 
 
 def _step_between(soles: Float[Array, "n_frames 2"]) -> float:
-    """Return how much higher a foot stands in one stance than in another [m]."""
+    """Return the maximum height difference between stances of a foot [m]."""
     heights = []
     for k in range(len(SIDES)):
         for run in runs(np.isfinite(soles[:, k])):
             quarter = (run.stop - run.start) // 4
             middle = soles[run.start + quarter : run.stop - quarter, k]
             if len(middle):
-                heights.append(float(np.quantile(middle, 0.1)))  # of a hop: where it lands
+                heights.append(
+                    float(np.quantile(middle, 0.1))
+                )  # low quantile, for stances with a hop
     return max(heights) - min(heights) if heights else 0.0

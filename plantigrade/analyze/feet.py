@@ -1,4 +1,4 @@
-"""Where the feet were: for the figures of a gait, and for the timing of its events."""
+"""Paths of the feet, for gait measures and the timing of events."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,13 +14,13 @@ from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion import Motion
 
-NEAR = 0.08
-"""A marker further from the landmark that its name says is left aside [m]."""
+MAX_MARKER_DISTANCE = 0.08
+"""Maximum distance of a marker from the landmark of its name [m]; others are ignored."""
 
 
 @dataclass(frozen=True)
 class FootPath:
-    """Where the feet were."""
+    """Paths of feet and pelvis."""
 
     heel: Float[Array, "n_frames 2 3"]  #: Back of the heel, right then left [m]
     #: Forefoot, right then left: midway between second metatarsal head and hallux [m]
@@ -36,10 +36,10 @@ def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
 
 
 def progress_in_stance(human: Human, motion: Motion) -> float:
-    """Return how far the pelvis gets ahead of the standing foot in a stance, mean [m].
+    """Return the mean displacement of the pelvis relative to the stance foot in a stance [m].
 
-    Ahead is where the pelvis faces, so the value is negative of somebody who walks backward, on the
-    ground as on a treadmill; NaN without a whole stance.
+    It is positive in the direction in which the pelvis faces and negative in backward walking, also
+    on a treadmill; NaN without a complete stance.
     """
     stances = _stances(motion)
     if not stances:
@@ -54,9 +54,9 @@ def progress_in_stance(human: Human, motion: Motion) -> float:
 
 
 def pitch_in_stance(human: Human, motion: Motion) -> float:
-    """Return how far feet are pitched in the middle of stance, against standing, median [rad].
+    """Return the median pitch of the feet in midstance relative to standing [rad].
 
-    NaN without a whole stance.
+    The result is NaN without a complete stance.
     """
     stances = _stances(motion)
     if not stances:
@@ -93,11 +93,10 @@ def _stances(motion: Motion) -> list[tuple[int, int, int]]:
 def event_points(
     fit: Fit,
 ) -> tuple[Float[Array, "n_frames 2 3"], Float[Array, "n_frames 2 3"]]:
-    """Return heel and second metatarsal head, by which gait events are timed [m].
+    """Return paths of heel and second metatarsal head for the timing of gait events [m].
 
-    Where a marker is named for the landmark it is taken as measured, for a fitted body spreads the
-    jerk of a landing over the whole foot; frames without it, and feet without such a marker, take
-    the landmark of the body.
+    Measured markers of these landmarks are preferred, because a fitted body smooths the impact of a
+    landing; frames or feet without them use the landmarks of the body.
     """
     paths = {mark: _path(fit.human, fit.qpos, mark) for mark in ("heel", "metatarsal_2_head")}
     if fit.markers is not None:
@@ -106,14 +105,17 @@ def event_points(
             for k, side in enumerate(SIDES):
                 if f"{mark}_{side}" in known:
                     column = fit.markers.index(known[f"{mark}_{side}"])
-                    _measure(path[:, k], fit.markers.positions[:, column])
+                    _use_marker(path[:, k], fit.markers.positions[:, column])
     return paths["heel"], paths["metatarsal_2_head"]
 
 
-def _measure(path: np.ndarray, marker: np.ndarray) -> None:
-    """Put a marker in the place of its landmark where it was seen, if it lies there."""
+def _use_marker(path: np.ndarray, marker: np.ndarray) -> None:
+    """Replace the path of a landmark by that of its marker, if they are close."""
     seen = np.isfinite(marker).all(axis=1)
-    if not seen.any() or np.median(np.linalg.norm((marker - path)[seen], axis=1)) > NEAR:
+    if (
+        not seen.any()
+        or np.median(np.linalg.norm((marker - path)[seen], axis=1)) > MAX_MARKER_DISTANCE
+    ):
         return
     path += (marker - path)[seen].mean(axis=0)
     path[seen] = marker[seen]

@@ -1,24 +1,25 @@
-r"""Angles between the segments of the foot from its markers, as the Oxford Foot Model has them.
+r"""Angles between the segments of the foot from markers, as in the Oxford Foot Model.
 
-Segments, axes and signs are those of [Carson2001]_ and [Stebbins2006]_ in the form that Vicon's
-implementation gives them (described by [Dixon2025]_):
+Segments, axes and signs are those of [Carson2001]_ and [Stebbins2006]_ as implemented by Vicon
+(described by [Dixon2025]_):
 
 * *tibia*: that of Plug-in Gait (:func:`tibia_axes`).
 * *hindfoot* (calcaneus): forward parallel to the floor in standing, in the plane of heel, upper
   heel and the middle between sustentaculum and lateral calcaneus.
 * *forefoot* (metatarsals): the plane of both outer metatarsal heads and the base of the fifth;
   forward from the middle of the bases to the toe marker in that plane.
-* *hallux*: forward from the first metatarsal head to the hallux marker. Two markers tell nothing
-  about its own axis, so only its dorsiflexion is given.
+* *hallux*: forward from the first metatarsal head to the hallux marker. Two markers do not define
+its
+  axial rotation, so only its dorsiflexion is given.
 
 The first metatarsal head (virtual medial toe line) and the upper heel carry markers in standing
-only; their places among the others are taken from the standing trial. Of four markers on a segment
-each is moved halfway to where the other three have it on average, and replaced by that place while
-it is hidden.
+only; their positions relative to the others are taken from the standing trial. Each of four markers
+on a segment is moved halfway to its mean position relative to the other three, and replaced by that
+position while it is hidden.
 
-Each segment is turned first about the left axis of the one above (dorsiflexion), then about the
-vertical one that this carried along (adduction, internal rotation), then about its own forward axis
-(supination, inversion). All are positive in the sense they are named for, on both sides.
+Rotations relative to the segment above are intrinsic, about the left axis (dorsiflexion), the
+vertical axis (adduction, internal rotation) and the forward axis (supination, inversion), in this
+order. All are positive in the named sense on both sides.
 """
 
 from collections.abc import Mapping
@@ -28,9 +29,9 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 
 Paths = Mapping[str, Float[Array, "n_frames 3"]]
-"""Landmark, without side → where its marker was [m]; NaN where hidden."""
+"""Landmark, without side → path of its marker [m]; NaN while hidden."""
 
-# Segment pair → its angles, in the order they are turned: about left (backwards), up and forward.
+# Segment pair → its angles in the order of rotation: about left (backwards), up and forward.
 FOOT_ANGLES: dict[str, tuple[str, ...]] = {
     "hindfoot": ("dorsiflexion", "internal_rotation", "inversion"),
     "forefoot": ("dorsiflexion", "adduction", "supination"),
@@ -46,9 +47,9 @@ _SEGMENTS = {
 FOREFOOT = ("metatarsal_1_base", "metatarsal_5_head", "metatarsal_2_head", "metatarsal_5_base")
 HINDFOOT = ("heel", "heel_lateral", "sustentaculum", "heel_wand")
 NEEDED = (*FOREFOOT, *HINDFOOT[:3])
-"""Landmarks that must carry markers throughout; the wand on the heel need not."""
+"""Landmarks with required markers; the wand on the heel is optional."""
 WORN_IN_STANDING = ("metatarsal_1_head", "heel_upper")
-"""Landmarks whose markers are taken off after the standing trial."""
+"""Landmarks with markers in the standing trial only."""
 FOOT_MARKER = 0.0095
 """Diameter of the markers on the feet in the model's protocol [m]."""
 # The Oxford Foot Model's right side in our axes; the left is its mirror image.
@@ -58,11 +59,11 @@ _SIGNS = {"r": np.array([-1.0, 1.0, 1.0]), "l": np.array([-1.0, -1.0, -1.0])}
 def foot_angles(
     seen: Paths, standing: Paths, tibia: Float[Array, "n_frames 3 3"], side: str
 ) -> dict[str, np.ndarray]:
-    """Return the angles between the segments of one foot over time [rad], NaN where not seen.
+    """Return the angles between the segments of one foot over time [rad]; NaN while hidden.
 
     Args:
-        seen: Markers in the trial: at least those of :data:`NEEDED`.
-        standing: The same and :data:`WORN_IN_STANDING` while the person stands, z upwards.
+        seen: Markers in the trial, at least those of :data:`NEEDED`.
+        standing: Markers in standing, with :data:`WORN_IN_STANDING`, z upwards.
         tibia: Rotation from the axes of the tibia (forward, left, up) to the world's, in the trial.
         side: ``"r"`` or ``"l"``.
 
@@ -83,7 +84,7 @@ def foot_angles(
 def joint_angles(
     above: Float[Array, "n 3 3"], below: Float[Array, "n 3 3"], side: str
 ) -> Float[Array, "n 3"]:
-    """Return dorsiflexion, adduction and supination of one segment against the one above [rad].
+    """Return dorsiflexion, adduction and supination relative to the segment above [rad].
 
     Rotations are from the segments' axes (forward, left, up) to the world's; NaN gives NaN.
     """
@@ -102,9 +103,9 @@ def segment_axes(
 ) -> dict[str, Float[Array, "n_frames 3 3"]]:
     """Return segment → rotation from its axes (forward, left, up) to the world's.
 
-    The arguments are those of :func:`foot_angles`. The hallux is missing where it has no marker.
+    The arguments are those of :func:`foot_angles`. The hallux is missing if it has no marker.
     """
-    medial = 1.0 if side == "r" else -1.0  # the way from lateral to medial, along the left axis
+    medial = 1.0 if side == "r" else -1.0  # direction from lateral to medial, along the left axis
     fore, rest = steadied(seen, FOREFOOT), steadied(standing, FOREFOOT)
     head_1 = seen.get("metatarsal_1_head")
     if head_1 is None:
@@ -113,7 +114,7 @@ def segment_axes(
     left = medial * (head_1 - fore["metatarsal_5_head"])
     sole = (head_1, fore["metatarsal_5_head"], fore["metatarsal_5_base"])
     base_1, base_5 = _onto(fore["metatarsal_1_base"], *sole), fore["metatarsal_5_base"]
-    # The lateral marker stands off its bone sideways, the medial one upwards.
+    # The lateral marker is offset from its bone laterally, the medial one upwards.
     width = np.linalg.norm(base_5 - base_1, axis=1)[:, None]
     middle = base_1 + (base_5 - base_1) * (0.5 - FOOT_MARKER / (4 * width))
     axes = {
@@ -131,19 +132,19 @@ def tibia_axes(
 ) -> Float[Array, "n_frames 3 3"] | None:
     """Return the rotation from the axes of Plug-in Gait's tibia (forward, left, up) to the world's.
 
-    Knee and ankle joint centre lie beside their markers in the plane of that marker, the joint
-    centre above and the marker on the segment between [Davis1991]_; the frontal plane of the tibia
-    is that of knee centre, shank marker and lateral malleolus.
+    Knee and ankle joint centre lie at a given distance from their markers, in the plane of that
+    marker, the joint centre above and the marker on the segment between [Davis1991]_; the frontal
+    plane of the tibia is that of knee centre, shank marker and lateral malleolus.
 
     Args:
         seen: Markers; those of thigh, knee, shank and lateral malleolus are used.
         hip: Hip joint centre [m].
-        knee: From the marker of the knee to the joint centre [m].
-        ankle: From the marker of the malleolus to the joint centre [m].
+        knee: Distance from the knee marker to the joint centre [m].
+        ankle: Distance from the malleolus marker to the joint centre [m].
         side: ``"r"`` or ``"l"``.
 
     Returns:
-        One rotation per frame; None where one of the markers is missing.
+        One rotation per frame; None if one of the markers is missing.
     """
     if not {"thigh", "knee_lateral", "shank", "ankle_lateral"} <= set(seen):
         return None
@@ -168,10 +169,10 @@ def _beside(
 
 
 def steadied(seen: Paths, names: tuple[str, ...]) -> dict[str, Float[Array, "n_frames 3"]]:
-    """Return four markers of a segment, each moved halfway to where the other three have it.
+    """Return four markers of a segment, each moved halfway to its mean relative position.
 
-    The place among the other three is the mean over all frames. A hidden marker is put there
-    altogether. Fewer than four markers are returned as they are.
+    That is the position relative to the other three, averaged over all frames. It replaces a hidden
+    marker. Fewer than four markers are returned unchanged.
     """
     here = [n for n in names if n in seen]
     if len(here) < 4:
@@ -187,9 +188,9 @@ def steadied(seen: Paths, names: tuple[str, ...]) -> dict[str, Float[Array, "n_f
 
 
 def unsteadiness(seen: Paths) -> float:
-    """Return how far markers of a foot are from where the other three of their segment have them.
+    """Return the RMS deviation of the markers of a foot from rigid segments [m].
 
-    Root mean square over markers and frames [m]; zero for rigid segments.
+    It is the distance from the mean position relative to the other three markers of a segment.
     """
     apart = [
         2.0 * np.linalg.norm(there - seen[name], axis=1)
@@ -204,7 +205,9 @@ def _hindfoot(seen: Paths, standing: Paths) -> np.ndarray:
     heel = rest["heel"]
     middle = 0.5 * (rest["heel_lateral"] + rest["sustentaculum"])
     ahead = _onto(standing["metatarsal_5_base"], heel, standing["heel_upper"], middle)
-    ahead = np.column_stack([ahead[:, :2], heel[:, 2]])  # level with the heel: the foot is flat
+    ahead = np.column_stack(
+        [ahead[:, :2], heel[:, 2]]
+    )  # at the height of the heel, because the foot is flat
     frames = _hindfoot_frame(rest), _hindfoot_frame(now)
     x = _carried(*frames, ahead) - now["heel"]
     above = seen.get("heel_upper")
@@ -224,14 +227,14 @@ def _hindfoot_frame(hind: Paths) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _turned(x: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return axes whose first is ``x`` and whose second is as near as it can be to ``near``."""
+    """Return axes whose first is ``x`` and whose second is as close as possible to ``near``."""
     x = _unit(x)
     z = _unit(np.cross(x, near))
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
 def _carried(here, there, point: np.ndarray) -> np.ndarray:
-    """Return a point's mean place in frames ``here`` (origin, rotation), carried to ``there``."""
+    """Return a point's mean position in frames ``here`` (origin, rotation), moved to ``there``."""
     (origin, rotation), (new_origin, new_rotation) = here, there
     local = np.einsum("fji,fj->fi", rotation, point - origin)
     return new_origin + new_rotation @ np.nanmean(local, axis=0)

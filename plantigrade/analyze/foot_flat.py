@@ -1,4 +1,4 @@
-"""Duration of the heel rocker: from heel strike until the whole foot is down."""
+"""Duration of the heel rocker, from heel strike to foot flat."""
 
 from collections.abc import Iterable
 
@@ -8,13 +8,13 @@ from plantigrade.arrays import Array, Float
 from plantigrade.motion.filters import crossing
 
 DOWN_HEIGHT = 0.004
-"""Height of a forefoot above its level in mid stance below which it is down [m]; 1.5° of pitch."""
+"""Height of the forefoot above its level in midstance at foot flat [m]; 1.5° of pitch."""
 MID_STANCE = 0.15, 0.30
-"""Interval after heel strike in which a walking foot is flat [s]; it gives the forefoot's level."""
+"""Interval after heel strike in which the foot is flat, which defines the forefoot's level [s]."""
 MAX_TIME = 0.25
-"""Longest time from heel strike until the forefoot is down [s]."""
+"""Maximum time from heel strike to foot flat [s]."""
 START_TOLERANCE = 0.02
-"""Longest time from a heel strike to the start of a motion that still shows it [s]."""
+"""Maximum time from a heel strike to the start of a motion that still includes it [s]."""
 
 
 def foot_flat_time(
@@ -22,7 +22,7 @@ def foot_flat_time(
     forefoot: Float[Array, " n"],
     strikes: Iterable[float],
 ) -> float:
-    """Return the time from heel strike until ball and toes are down [s], mean over the strikes.
+    """Return the mean time from heel strike to contact of ball and toes [s].
 
     Args:
         time: Time of each frame [s].
@@ -30,7 +30,7 @@ def foot_flat_time(
         strikes: Heel strikes of that foot [s].
 
     Returns:
-        NaN where no stance was seen from heel strike to mid stance; 0 for a foot put down flat.
+        Mean time; NaN without a stance from heel strike to midstance, 0 for a flat landing.
     """
     found = []
     for strike in strikes:

@@ -1,4 +1,4 @@
-"""Foot progression: how far a foot points out of the direction of walking."""
+"""Foot progression: angle of a foot to the direction of walking."""
 
 import numpy as np
 
@@ -11,17 +11,16 @@ from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalis
 from plantigrade.record import Record
 
 MARKS = ("heel", "metatarsal_1_head", "metatarsal_5_head")
-SHORTEST = 0.3
-"""Way of the pelvis in a stride below which the person walks on the spot or on a belt [m]."""
+MIN_DISPLACEMENT = 0.3
+"""Displacement of the pelvis per stride below which the person walks on the spot or a belt [m]."""
 
 
 def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
     """Return the direction from the heel to the forefoot, world axes, unit length.
 
-    Where heel and second metatarsal head carried markers it is the line between them, as in Plug-in
-    Gait [Kadaba1990]_, as recorded: a body without torsion of its shanks cannot point its feet as
-    people do. Else the middle of first and fifth metatarsal heads is the forefoot, by their markers
-    or the body's own points.
+    If heel and second metatarsal head carried markers it is the recorded line between them, as in
+    Plug-in Gait [Kadaba1990]_, because a body without tibial torsion cannot reproduce it. Otherwise
+    the forefoot is the midpoint of the first and fifth metatarsal heads, of markers or of the body.
     """
     for front in (("metatarsal_2_head",), MARKS[1:]):
         found = [marker_path(record, f"{mark}_{side}") for mark in (MARKS[0], *front)]
@@ -38,7 +37,7 @@ def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
 
 
 def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return where a marker was recorded, gaps closed by the body's motion, and its place [m]."""
+    """Return recorded, gap-filled and fitted paths of a landmark's marker [m]."""
     markers, fitted = record.recorded_markers, record.fitted_markers
     if markers is None or fitted is None:
         return None
@@ -59,11 +58,10 @@ def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] 
 def inward_angle(
     line: Float[Array, "n_frames 3"], side: str, way: Float[Array, " 2"]
 ) -> Float[Array, " n_frames"]:
-    """Return the angle of a foot's line to the vertical plane through ``way`` [rad].
+    """Return the inward angle of a foot's line to the vertical plane through ``way`` [rad].
 
-    It is positive inward. While the foot is flat it is the angle seen from above; while it stands
-    on its tip, where the line has hardly an extent seen from above, it stays small. So clinical
-    programs that turn the foot by pitch, roll and progression, in this order, have it too.
+    For a flat foot it is the angle in the horizontal plane; for a foot on its tip it remains small.
+    It equals that of clinical programs with rotations in the order pitch, roll, progression.
     """
     left = np.array([-way[1], way[0]]) / np.linalg.norm(way)
     return (1.0 if side == "r" else -1.0) * np.arcsin(np.clip(line[:, :2] @ left, -1, 1))
@@ -73,12 +71,10 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
     It is the angle between the line of the foot (:func:`foot_line`) and the vertical plane through
-    the way of the pelvis in that stride; on a treadmill the forward axis takes the place of that
-    way.
+    the displacement of the pelvis in that stride, or through the forward axis on a treadmill.
 
     Returns:
-        ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot; empty
-        where there is none.
+        ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot.
     """
     motion = record.motion
     found: dict[str, np.ndarray] = {}
@@ -93,7 +89,7 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
                 int(np.argmin(np.abs(motion.time - t))) for t in (cycle.start, cycle.stop)
             )
             way = motion.qpos[stop, :2] - motion.qpos[start, :2]
-            way = way if np.linalg.norm(way) > SHORTEST else np.array([1.0, 0.0])
+            way = way if np.linalg.norm(way) > MIN_DISPLACEMENT else np.array([1.0, 0.0])
             near = frames_near(motion.time, cycle)
             angle = np.rad2deg(inward_angle(line[near], side, way))
             rows += list(normalise_cycles(motion.time[near], angle, [cycle]))

@@ -1,4 +1,4 @@
-"""Angles between foot segments of a walk, where enough markers show them."""
+"""Angles between foot segments of a walk with enough markers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,23 +29,23 @@ from plantigrade.motion.filters import lowpass
 
 @dataclass(frozen=True)
 class FootSegments:
-    """Angles between foot segments over the gait cycle; empty where nothing shows them."""
+    """Angles between foot segments over the gait cycle; empty without enough markers."""
 
     #: ``foot.percent``, ``foot.names`` and for each name ``foot.NAME``, one row per cycle [°]
     signals: dict[str, Array] = field(default_factory=dict, repr=False)
-    #: Ranges of motion (mean over cycles) and how far the segments are from rigid
+    #: Ranges of motion (mean over cycles) and deviation of the segments from rigid ones
     figures: dict[str, float] = field(default_factory=dict)
 
 
 def foot_segment_signals(
     recording: Recording, trial: Trial, marker_set: Path | None = None, cutoff: float = CUTOFF
 ) -> FootSegments:
-    """Return the foot segments of a walk; nothing where markers do not show them or nobody walks.
+    """Return the foot segments of a walk; empty without enough markers or gait cycles.
 
     Args:
         recording: The recording as it was read, with its standing trial.
-        trial: The same, fitted and analysed.
-        marker_set: The user's own marker set.
+        trial: The analysed trial.
+        marker_set: Marker set of the user.
         cutoff: Low-pass of the angles [Hz].
     """
     chosen = read_marker_set(marker_set) if marker_set else None
@@ -71,14 +71,14 @@ def angles_of(
     """Return the angles between the foot segments of a fit over time [rad].
 
     Args:
-        fitted: The fit; the markers are its own, knee and ankle joint centres those of its person.
-        static: A standing trial of the same person. Where none shows the landmarks that carry
-            markers in standing only, they are where the scaled person has them.
-        chosen: The user's own marker set.
+        fitted: The fit, with markers and joint centres.
+        static: Standing trial of the same person; without it, landmarks with markers in standing
+            only are those of the scaled body.
+        chosen: Marker set of the user.
 
     Returns:
         The columns of :func:`plantigrade.analyze.foot_angles.foot_angles` of every foot with
-        enough markers; None where there is none.
+        enough markers; None if there is none.
     """
     if fitted.markers is None:
         return None
@@ -99,7 +99,7 @@ def angles_of(
 def feet_of(markers: Markers | None, side: str, chosen: MarkerSet | None = None) -> Paths | None:
     """Return landmark (without side) → path of the markers of one side [m].
 
-    None if a marker that every angle needs is never seen.
+    The result is None if a required marker is never visible.
     """
     if markers is None:
         return None
@@ -113,7 +113,7 @@ def feet_of(markers: Markers | None, side: str, chosen: MarkerSet | None = None)
 
 
 def _used(fitted: Fit) -> Markers | None:
-    """Return the markers of a fit without the samples that were left out."""
+    """Return the markers of a fit without rejected samples."""
     if fitted.markers is None or fitted.kept is None:
         return fitted.markers
     x = np.where(fitted.kept[..., None], fitted.markers.positions, np.nan)
@@ -138,7 +138,7 @@ def _zero_pose(
 
 
 def _tibia(fitted: Fit, side: str, seen: Paths) -> np.ndarray:
-    """Return the axes of the tibia: by its markers, or those of the fitted body."""
+    """Return the axes of the tibia by its markers, or else those of the fitted body."""
     human = fitted.human
     femur, tibia = human.body(f"femur_{side}"), human.body(f"tibia_{side}")
     origins, rotations = body_paths(human, fitted.qpos, (femur, tibia))

@@ -1,15 +1,14 @@
 r"""Spatio-temporal measures of walking and running from gait events and the feet's path.
 
-Lengths are taken over the ground: on a treadmill the ground's own motion
-(:mod:`plantigrade.motion.ground_velocity`) is taken out first, so that a stride
-on a belt has the length it would have on a floor. Step length and width are measured at heel strike
-along and across the line of that foot's stride, so that walking may go in any direction and turn;
+Lengths are relative to the ground: the motion of a treadmill's belt
+(:mod:`plantigrade.motion.ground_velocity`) is subtracted first. Step length and width are measured
+at heel strike along and across the stride of that foot, so walking may have any direction and turn;
 a step is named after the foot that lands.
 
 Terms as in [Whittle2007]_, chapter 2: double support is the sum of both parts of the cycle in
 which both feet are on the ground. In running, where steps have a flight
 (:func:`~plantigrade.motion.event_timing.is_running`), there is none; contact time, flight time and
-duty factor, contact time over stride time, take its place.
+duty factor, the ratio of contact time to stride time, are reported instead.
 
 References:
     [Whittle2007]_.
@@ -27,10 +26,10 @@ from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import derivative, fill_gaps
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import GaitEvent
-from plantigrade.motion.swings import LONGEST_FLIGHT
+from plantigrade.motion.swings import MAX_FLIGHT
 
-LONGEST_STANCE = 3.0
-"""Longest contact of a gait [s]; somebody who stands longer has stopped."""
+MAX_STANCE = 3.0
+"""Maximum contact time of a gait [s]; a longer contact is standing."""
 
 _UNITS = {
     "cadence": "steps_min",
@@ -48,7 +47,7 @@ _UNITS_OF_RUNNING = {"contact_time": "s", "flight_time": "s", "duty_factor": "ra
 
 @dataclass(frozen=True)
 class Statistic:
-    """Mean, sample standard deviation and number of one measure; NaN where unknown."""
+    """Mean, sample standard deviation and count of one measure; NaN if unknown."""
 
     mean: float
     sd: float
@@ -56,7 +55,7 @@ class Statistic:
 
     @classmethod
     def of(cls, values: Iterable[float]) -> "Statistic":
-        """Summarise values, NaN left out."""
+        """Return the statistic of values, ignoring NaN."""
         known = np.array([v for v in values if v is not None and np.isfinite(v)], dtype=float)
         mean = float(known.mean()) if len(known) else float("nan")
         sd = float(known.std(ddof=1)) if len(known) > 1 else float("nan")
@@ -69,8 +68,7 @@ class GaitMeasures:
 
     #: Speed over the ground [m/s]: stride length over stride time, all strides
     speed: Statistic
-    #: Steps per minute [1/min]: two in each stride time, so that a step which was missed or
-    #: imagined cannot double it
+    #: Steps per minute [1/min]: two per stride time, so that missed or false steps cannot double it
     cadence: Statistic
     #: Heel strike to next heel strike of the same foot, over the ground [m]
     stride_length: dict[str, Statistic]
@@ -101,7 +99,7 @@ class GaitMeasures:
         }
 
     def metrics(self) -> dict[str, float | int | bool]:
-        """Return every measure under a flat key with its unit; unknown ones are left out."""
+        """Return every measure under a flat key with its unit; unknown ones are omitted."""
         flat: dict[str, float | int | bool] = {}
 
         def put(name, unit, measure):
@@ -137,9 +135,9 @@ def gait_measures(
 
     Args:
         time: Time of each frame [s].
-        heel: Back of the heel, right then left, world [m]; NaN where not seen.
-        toe: Toe tip or metatarsal head, right then left, world [m] (to find a moving ground).
-        events: Gait events; what they do not enclose is left unknown.
+        heel: Back of the heel, right then left, world [m]; NaN if not visible.
+        toe: Toe tip or metatarsal head, right then left, world [m] (to detect moving ground).
+        events: Gait events; measures outside them remain unknown.
     """
     events = sorted(events, key=lambda event: event.time)
     ground = ground_velocity(time, heel, toe)
@@ -171,12 +169,10 @@ def gait_measures(
     for own, other in (SIDES, SIDES[::-1]):
         offs = [e.time for e in events if (e.side, e.kind) == (own, "toe_off")]
         for start in (e.time for e in strikes if e.side == own):
-            contacts[own] += [off - start for off in offs if 0 < off - start < LONGEST_STANCE][:1]
+            contacts[own] += [off - start for off in offs if 0 < off - start < MAX_STANCE][:1]
         for off in offs if running else ():
             flights[own] += [
-                e.time - off
-                for e in strikes
-                if e.side == other and 0 < e.time - off < LONGEST_FLIGHT
+                e.time - off for e in strikes if e.side == other and 0 < e.time - off < MAX_FLIGHT
             ][:1]
 
     step_times = {s: [] for s in SIDES}
@@ -186,7 +182,7 @@ def gait_measures(
         if before.side == now.side or now.time - before.time > 1.5:
             continue
         step_times[now.side].append(now.time - before.time)
-    # A step lies between two strikes of the other foot: they give the line of walking.
+    # A step lies between two strikes of the other foot, which define the line of walking.
     triples = zip(strikes[:-2], strikes[1:-1], strikes[2:], strict=True)
     for i, (first, now, last) in enumerate(triples):
         if not first.side == last.side != now.side or last.time - first.time > 3.0:
@@ -203,7 +199,7 @@ def gait_measures(
         measured.setdefault(i + 1, []).append(float(across @ line))
         measured.setdefault(i + 2, []).append(float((end - landing) @ line))
         widths.append(float(abs(line[0] * across[1] - line[1] * across[0])))
-    # A step inside the walk is measured along the strides of both feet: their mean is its length.
+    # A step within the walk is measured along the strides of both feet; its length is the mean.
     step_lengths = {s: [] for s in SIDES}
     for i, values in measured.items():
         step_lengths[strikes[i].side].append(float(np.mean(values)))
@@ -235,8 +231,8 @@ def _over_ground(time, heel, ground):
 
 
 def _at(time, floor, instant, side):
-    """Return where the heel is on the ground shortly after an instant, when it is at rest."""
-    # The heel still slides a few centimetres at heel strike: take it where it is slowest.
+    """Return the position of the heel on the ground at its rest after an instant."""
+    # The heel still slides a few centimetres at heel strike; its slowest instant counts.
     near = (time >= instant) & (time <= instant + 0.2)
     if not near.any():
         return np.full(2, np.nan)

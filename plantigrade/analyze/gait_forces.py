@@ -1,9 +1,8 @@
-"""Ground reactions and joint moments that no plate measured, beside the measured ones.
+"""Comparison of estimated or simulated ground reactions and joint moments with measured ones.
 
-Each foot is compared by itself, over the frames of stance in which its force was measured: the
-zeros of swing are equal by any method and would raise every correlation. Figures of a recording
-are means over its feet. What was estimated is never held for measured: only frames that a plate
-saw are compared with.
+Each foot is compared over the frames of stance in which its force was measured. The zeros of swing
+are equal for any method and would raise every correlation. Figures of a recording are means over
+its feet. Estimated forces never count as measured.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,18 +18,18 @@ from plantigrade.motion.recording import even_clock
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
-STANCE = 0.05
-"""A foot whose measured force upward exceeds this is in stance [body weights]."""
-FEWEST = 10
-"""Fewer frames of stance say nothing about a foot."""
+STANCE_LOAD = 0.05
+"""Minimum measured vertical force of a foot in stance [body weights]."""
+MIN_FRAMES = 10
+"""Minimum number of stance frames for a comparison."""
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
-SHOWN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+SIGNAL_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 AXES = ("forward", "sideways", "vertical")
 
 
 @dataclass(frozen=True)
 class FootComparison:
-    """Force and moments of one foot and its leg against the measured ones, in stance."""
+    """Comparison of force and moments of one foot and its leg with measured ones, in stance."""
 
     side: str  #: ``"r"`` or ``"l"``
     stance: Bool[Array, " n"]  #: Frames that are compared
@@ -43,35 +42,35 @@ class FootComparison:
     #: Median distance of the centres of pressure along x and y [m]
     pressure_median_m: tuple[float, ...]
     pressure_rmse_m: tuple[float, ...]  #: Root mean square distance along x and y [m]
-    #: How far it lies ahead and to the left of the measured one, mean [m]
+    #: Mean error of the centre of pressure forward and to the left [m]
     pressure_ahead_m: tuple[float, ...]
-    #: How far the centre of pressure runs backward in a stance, mean [m]
+    #: Mean backward travel of the centre of pressure in a stance [m]
     backward_m: float
-    backward_measured_m: float  #: The same of the measured one
-    #: Of the moment of each joint [N m/kg]; empty without inverse dynamics
+    backward_measured_m: float  #: The same for the measured one
+    #: RMS error of the moment of each joint [N m/kg]; empty without inverse dynamics
     moment_rmse: dict[str, float]
-    moment_r: dict[str, float]  #: Their correlation
-    #: Share of the frames in which the measured value lies in the error band, by what it is the
-    #: band of; empty without bands
+    moment_r: dict[str, float]  #: Correlation of the moments of each joint
+    #: Share of frames with the measured value inside the error band, by quantity; empty without
+    #: bands
     covered: dict[str, float]
 
 
 @dataclass(frozen=True)
 class ForceComparison:
-    """Forces of a gait against the measured ones; every figure is the mean over its feet."""
+    """Comparison of the forces of a gait with measured ones; figures are means over its feet."""
 
     time: Float[Array, " n"]  #: Recorded frames [s]
-    feet: tuple[FootComparison, ...]  #: Feet that stood on a plate
-    residual: float  #: Greatest unexplained force at the root [body weights]
+    feet: tuple[FootComparison, ...]  #: Feet on a plate
+    residual: float  #: Maximum residual force at the root [body weights]
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """Feet that stood on a plate."""
+        """Sides of the feet on a plate."""
         return tuple(foot.side for foot in self.feet)
 
     @property
     def vertical_rmse(self) -> float:
-        """Root mean square difference of vertical forces [body weights]."""
+        """RMS difference of vertical forces [body weights]."""
         return _mean(foot.force_rmse[2] for foot in self.feet)
 
     @property
@@ -81,33 +80,33 @@ class ForceComparison:
 
     @property
     def forward_rmse(self) -> float:
-        """Root mean square difference of the forces forward [body weights]."""
+        """RMS difference of forward forces [body weights]."""
         return _mean(foot.force_rmse[0] for foot in self.feet)
 
     @property
     def forward_r(self) -> float:
-        """Correlation of the forces forward."""
+        """Correlation of forward forces."""
         return _mean(foot.force_r[0] for foot in self.feet)
 
     @property
     def forward_nrmse(self) -> float:
-        """Root mean square difference of the forces forward, of the measured range [%]."""
+        """RMS difference of forward forces relative to the measured range [%]."""
         shares = (_share(foot.force_rmse[0], foot.force_range[0]) for foot in self.feet)
         return 100.0 * _mean(shares)
 
     @property
     def sideways_rmse(self) -> float:
-        """Root mean square difference of the forces sideways [body weights]."""
+        """RMS difference of lateral forces [body weights]."""
         return _mean(foot.force_rmse[1] for foot in self.feet)
 
     @property
     def sideways_r(self) -> float:
-        """Correlation of the forces sideways."""
+        """Correlation of lateral forces."""
         return _mean(foot.force_r[1] for foot in self.feet)
 
     @property
     def pressure_rmse_m(self) -> tuple[float, float]:
-        """Root mean square distance of the centres of pressure along x and y [m]."""
+        """RMS distance of the centres of pressure along x and y [m]."""
         x, y = (_mean(foot.pressure_rmse_m[axis] for foot in self.feet) for axis in (0, 1))
         return x, y
 
@@ -119,23 +118,23 @@ class ForceComparison:
 
     @property
     def pressure_ahead_m(self) -> tuple[float, float]:
-        """How far the centres of pressure lie ahead and to the left of the measured ones [m]."""
+        """Mean error of the centres of pressure forward and to the left [m]."""
         x, y = (_mean(foot.pressure_ahead_m[axis] for foot in self.feet) for axis in (0, 1))
         return x, y
 
     @property
     def backward_m(self) -> float:
-        """How far the centre of pressure runs backward in a stance [m]."""
+        """Mean backward travel of the centre of pressure in a stance [m]."""
         return _mean(foot.backward_m for foot in self.feet)
 
     @property
     def backward_measured_m(self) -> float:
-        """The same of the measured centre of pressure [m]."""
+        """Mean backward travel of the measured centre of pressure [m]."""
         return _mean(foot.backward_measured_m for foot in self.feet)
 
     @property
     def moment_rmse(self) -> dict[str, float]:
-        """Root mean square difference of the moments of each joint [N m/kg]."""
+        """RMS difference of the moments of each joint [N m/kg]."""
         return _means(foot.moment_rmse for foot in self.feet)
 
     @property
@@ -145,7 +144,7 @@ class ForceComparison:
 
     @property
     def covered(self) -> dict[str, float]:
-        """Share of the frames in which the measured value lies in the error band."""
+        """Share of frames with the measured value inside the error band."""
         return _means(foot.covered for foot in self.feet)
 
     def metrics(self) -> dict[str, float]:
@@ -180,14 +179,14 @@ def compare_forces(
     ground: Float[Array, "n_frames 3"] | None = None,
     belt: Float[Array, "n_frames 3"] | None = None,
 ) -> ForceComparison:
-    """Hold the forces of a gait against the measured ones, foot by foot, in stance.
+    """Compare the forces of a gait with measured ones, foot by foot, in stance.
 
     Args:
-        forced: The gait with forces that no plate told.
+        forced: The gait with estimated or simulated forces.
         measured: The fitted recording with its measured forces and joint moments.
-        ground: Path of the ground itself, a treadmill's belt [m], from which the measured centres
-            of pressure are seen; at rest if absent.
-        belt: The same where both motions are on that belt, so that it carries both back.
+        ground: Path of a treadmill's belt [m], to which the measured centres of pressure are
+            relative; at rest if absent.
+        belt: The same if both motions are on that belt.
     """
     assert forced.qfrc_actuator is not None
     clock = forced.motion.time
@@ -211,21 +210,21 @@ def _compare_foot(
     inside: Array,
     ways: tuple[Array, Array],
 ) -> FootComparison | None:
-    """Compare one foot; None where too few frames of its stance were measured."""
+    """Compare one foot; None if too few frames of its stance were measured."""
     time, clock, weight = frames[inside], forced.motion.time, forced.weight
     ours, theirs = forced.foot(side), measured.foot(side)
     load = theirs.force[inside] / weight
-    told = np.interp(time, clock, ours.known.astype(float)) > 0.999
-    known = theirs.measured[inside] & told
-    stance = known & (load[:, 2] > STANCE)
-    if stance.sum() < FEWEST:
+    is_known = np.interp(time, clock, ours.known.astype(float)) > 0.999
+    known = theirs.measured[inside] & is_known
+    stance = known & (load[:, 2] > STANCE_LOAD)
+    if stance.sum() < MIN_FRAMES:
         return None
     simulated = interpolate(time, clock, ours.force / weight)
     both, theirs_alone = (way[inside] for way in ways)
     point = interpolate(time, clock, ours.centre_of_pressure) - both
     recorded = theirs.centre_of_pressure[inside] - both - theirs_alone
-    loaded = stance & (simulated[:, 2] > STANCE)
-    apart = (point - recorded)[loaded, :2]
+    loaded = stance & (simulated[:, 2] > STANCE_LOAD)
+    pressure_error = (point - recorded)[loaded, :2]
     curves = {
         joint: (
             np.interp(time, clock, forced.torque(f"{joint}_{side}"))[stance] / forced.human.mass,
@@ -246,14 +245,14 @@ def _compare_foot(
         force_r=tuple(correlation(simulated[stance, k], load[stance, k]) for k in axes),
         force_rmse=tuple(rmse(simulated[stance, k], load[stance, k]) for k in axes),
         force_range=tuple(float(np.ptp(load[stance, k])) for k in axes),
-        pressure_median_m=tuple(_median(np.abs(apart[:, k])) for k in (0, 1)),
-        pressure_rmse_m=tuple(_rms(apart[:, k]) for k in (0, 1)),
-        pressure_ahead_m=tuple(_mean(apart[:, k]) for k in (0, 1)),
+        pressure_median_m=tuple(_median(np.abs(pressure_error[:, k])) for k in (0, 1)),
+        pressure_rmse_m=tuple(_rms(pressure_error[:, k]) for k in (0, 1)),
+        pressure_ahead_m=tuple(_mean(pressure_error[:, k]) for k in (0, 1)),
         backward_m=_backward(point[:, 0], loaded),
         backward_measured_m=_backward(recorded[:, 0], loaded),
         moment_rmse={joint: rmse(a, b) for joint, (a, b) in curves.items()},
         moment_r={joint: correlation(a, b) for joint, (a, b) in curves.items()},
-        covered=_covered(forced, measured, side, frames, inside, stance, loaded, apart),
+        covered=_covered(forced, measured, side, frames, inside, stance, loaded, pressure_error),
     )
 
 
@@ -265,9 +264,9 @@ def _covered(
     inside: Array,
     stance: Array,
     loaded: Array,
-    apart: Array,
+    pressure_error: Array,
 ) -> dict[str, float]:
-    """Return in which share of the frames of stance the measured value lies in each band."""
+    """Return the share of stance frames with the measured value inside each band."""
     if "forces.band" not in forced.signals:
         return {}
     time, clock, k = frames[inside], forced.motion.time, SIDES.index(side)
@@ -287,7 +286,7 @@ def _covered(
         found[f"{name}_force"] = share(force[stance, axis], half[stance])
     for axis, name in enumerate("xy"):
         half = band("forces.point_band", (k, axis))
-        found[f"pressure_{name}"] = share(apart[:, axis], half[loaded])
+        found[f"pressure_{name}"] = share(pressure_error[:, axis], half[loaded])
     torque = np.interp(time, clock, ours.torque[:, 2]) - theirs.torque[inside, 2]
     found["free_moment"] = share(torque[stance], band("forces.torque_band", (k,))[stance])
     for joint in JOINTS:
@@ -303,11 +302,11 @@ def _covered(
 def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
     """Return measured forces and moments at the ticks of a gait, as signals of its record.
 
-    ``measured.force`` (n, 2, 3) right and left [N], ``measured.moment`` (n, m) [N m/kg] with
-    ``measured.moment_names``; NaN where they were not measured. Empty where nothing was.
+    The signals are ``measured.force`` (n, 2, 3) right and left [N], and ``measured.moment`` (n, m)
+    [N m/kg] with ``measured.moment_names``; NaN if not measured. The result is empty without any.
     """
     now, frames, human = forced.motion.time, measured.motion.time, forced.human
-    names = [f"{n}_{s}" for n in SHOWN for s in SIDES if f"{n}_{s}" in human.coordinates]
+    names = [f"{n}_{s}" for n in SIGNAL_JOINTS for s in SIDES if f"{n}_{s}" in human.coordinates]
     force, moment = np.full((len(now), 2, 3), np.nan), np.full((len(now), len(names)), np.nan)
     for k, side in enumerate(SIDES):
         foot = measured.foot(side)
@@ -327,8 +326,8 @@ def measured_signals(forced: Record, measured: Record) -> dict[str, Array]:
 
 
 def _backward(path: Array, there: Array) -> float:
-    """Return how far a path runs backward within a stance, mean over stances [m]."""
-    stances = [path[run] for run in runs(there) if run.stop - run.start >= FEWEST]
+    """Return the backward travel of a path within a stance, mean over stances [m]."""
+    stances = [path[run] for run in runs(there) if run.stop - run.start >= MIN_FRAMES]
     ways = [float(-np.minimum(np.diff(x), 0.0).sum()) for x in stances]
     return _mean(ways)
 

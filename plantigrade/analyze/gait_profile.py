@@ -1,15 +1,14 @@
 r"""Gait Profile Score and Movement Analysis Profile [Baker2009]_.
 
-The profile holds, for each of nine angles of a side, the gait variable score: the root mean square
+The profile consists of the gait variable scores of nine angles per side: the root mean square
 difference over the gait cycle between a person's mean curve and the mean of a population. The
 score is the root mean square of the profile: of the nine of one side, or of fifteen of both, the
 pelvis counted once (by the right foot).
 
-A constant offset of convention between two body models is part of every difference, as in the
-original; so is a difference of speed. Beside each value stands the population's own standard
-deviation, root mean square over the cycle: that is the root mean square of the same difference over
-the population's people, so what is usual for somebody of it. The smallest difference of the score
-that matters clinically is :data:`SMALLEST` [Baker2012]_.
+Constant offsets between the conventions of two body models are part of every difference, as in the
+original, and so are differences of speed. Each value is shown with the standard deviation of the
+population, root mean square over the cycle, which is the usual value of its people. The minimal
+clinically important difference of the score is :data:`MIN_IMPORTANT_DIFFERENCE` [Baker2012]_.
 
 References:
     [Baker2009]_, [Baker2012]_.
@@ -31,15 +30,15 @@ LEG = (
     *("knee_angle", "ankle_angle", "foot_progression"),
 )
 ANGLES = (*PELVIS, *LEG)
-"""The nine angles, in their order."""
+"""The nine angles in order."""
 
-SMALLEST = 1.6
-"""Smallest clinically important difference of the score [deg]; of children [Baker2012]_."""
+MIN_IMPORTANT_DIFFERENCE = 1.6
+"""Minimal clinically important difference of the score for children [deg] [Baker2012]_."""
 
 
 @dataclass(frozen=True)
 class GaitProfile:
-    """How far a gait is from the mean of a population [deg]."""
+    """Differences of a gait from the mean of a population [deg]."""
 
     #: Angle with its side → RMS difference from the mean of the population
     difference: Mapping[str, float]
@@ -47,7 +46,7 @@ class GaitProfile:
     usual: Mapping[str, float]
 
     def score(self, side: str = "") -> float:
-        """Return the Gait Profile Score of a side, or of both where ``side`` is empty."""
+        """Return the Gait Profile Score of a side, or of both if ``side`` is empty."""
         if side:
             return _rms([self.difference[f"{name}_{side}"] for name in ANGLES])
         own = [f"{name}_r" for name in PELVIS] + [f"{name}_{s}" for s in SIDES for name in LEG]
@@ -75,21 +74,21 @@ def gait_profile(
     population: norms.Population = norms.ADULTS,
     speed_class: str = "free",
 ) -> GaitProfile:
-    """Return how far a gait is from the mean of a population with all nine angles.
+    """Return the gait profile relative to a population.
 
     Args:
         percent: Percent of the gait cycle.
-        angles: Cycles of every angle [deg], by name and side, those of the pelvis too
-            (:func:`plantigrade.analyze.clinical.clinical_angles`): as the right side's.
-        population: Whom it is compared with.
-        speed_class: Of children, see :func:`plantigrade.analyze.norms.speed_class`.
+        angles: Cycles of every angle [deg], by name and side, pelvis included
+            (:func:`plantigrade.analyze.clinical.clinical_angles`).
+        population: Population for comparison.
+        speed_class: Speed class of children, see :func:`plantigrade.analyze.norms.speed_class`.
 
     Raises:
-        ParameterError: If an angle is missing, of the person or of the population.
+        ParameterError: If an angle of the person or of the population is missing.
     """
-    wanted = [f"{name}_{side}" for side in SIDES for name in ANGLES]
+    required = [f"{name}_{side}" for side in SIDES for name in ANGLES]
     published = norms.names(population)
-    missing = [n for n in wanted if not np.isfinite(angles.get(n, ())).any()]
+    missing = [n for n in required if not np.isfinite(angles.get(n, ())).any()]
     missing += [n for n in ANGLES if n not in published]
     if missing:
         raise ParameterError(f"a gait profile needs {', '.join(missing)} as well")

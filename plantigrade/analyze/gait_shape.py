@@ -1,7 +1,7 @@
-"""The shape of a gait: distance from norms, ground reaction, knee and ankle.
+"""The shape of a gait: differences from norms, ground reaction, knee and ankle.
 
-All figures come from curves over the gait cycle (:func:`~plantigrade.analyze.curves.gait_curves`),
-whatever made the gait.
+All figures are computed from curves over the gait cycle
+(:func:`~plantigrade.analyze.curves.gait_curves`).
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
 LEG = ("hip_flexion", "knee_angle", "ankle_angle")
-"""Angles whose mean distance from norms is the usual figure of a simulated gait."""
+"""Angles whose mean difference from norms is the usual figure of a simulated gait."""
 
 COMPARED = (*LEG, "pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_adduction")
-HUMP = 0.02  # a trough is one if the lower hump is this much higher [body weights]
+MIN_HUMP = 0.02  # [body weights] minimum height of the lower hump above the trough
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Agreement:
     """One curve over the gait cycle compared with a published mean."""
 
     rmse: float  #: Root mean square difference, in the unit of the curve
-    rmse_offset_removed: float  #: The same once the mean difference is taken off
+    rmse_offset_removed: float  #: The same without the mean difference
     correlation: float  #: Pearson's r
 
 
@@ -34,18 +34,18 @@ class Agreement:
 class Humps:
     """The vertical ground reaction of one foot in stance [body weights]."""
 
-    first: float  #: First hump; the largest value in the first half of stance where there is none
+    first: float  #: First hump; without one, the largest value in the first half of stance
     trough: float  #: Smallest value between the humps
-    second: float  #: Second hump, likewise
-    two: bool  #: Whether there are two humps, both higher than the trough by :data:`HUMP`
+    second: float  #: Second hump; without one, the largest value in the second half
+    two: bool  #: Whether there are two humps, both higher than the trough by :data:`MIN_HUMP`
 
 
 @dataclass(frozen=True)
 class GaitShape:
     """Shape of the gait of one foot; mean over its cycles."""
 
-    agreement: dict[str, Agreement]  #: Coordinate → against the norm of the speed class
-    humps: Humps | None  #: Of the vertical ground reaction; None where forces are not known
+    agreement: dict[str, Agreement]  #: Coordinate → agreement with the norm of the speed class
+    humps: Humps | None  #: Humps of the vertical ground reaction; None if forces are unknown
     #: Smallest (braking) and largest (pushing) force forward [body weights]
     anterior: tuple[float, float]
     stance: float  #: Heel strike to toe off [% of the cycle]
@@ -54,8 +54,7 @@ class GaitShape:
     knee_swing: float  #: Largest knee flexion in swing [deg]
     ankle_range: float  #: Range of the ankle over the cycle [deg]
     ankle_toe_off: float  #: Ankle dorsiflexion at toe off [deg]
-    #: Largest power of the ankle in the second half of stance [W/kg]; NaN where torques are not
-    #: known
+    #: Largest power of the ankle in the second half of stance [W/kg]; NaN if torques are unknown
     ankle_power: float
 
     @property
@@ -74,16 +73,16 @@ def gait_shape(curves: GaitCurves, speed_class: str = "free", *, side: str = "r"
 
     Args:
         curves: Curves over its cycles.
-        speed_class: Class of speed of the norms, see :func:`plantigrade.analyze.norms.speed_class`.
+        speed_class: Speed class of the norms, see :func:`plantigrade.analyze.norms.speed_class`.
         side: ``"r"`` or ``"l"``.
 
     Raises:
-        ParameterError: If that foot has no whole cycle with a toe off.
+        ParameterError: If that foot has no complete cycle with a toe-off.
     """
     cycles = [c for c in curves.cycles if c.side == side and c.toe_off is not None]
     if not cycles:
         foot = {"r": "right", "l": "left"}.get(side, side)
-        raise ParameterError(f"no whole gait cycle of the {foot} foot with a toe off in it")
+        raise ParameterError(f"no complete gait cycle of the {foot} foot with a toe-off")
     percent = curves.percent
     stance = float(np.mean([c.percent(c.toe_off) for c in cycles if c.toe_off is not None]))
 
@@ -123,7 +122,7 @@ def agreement_with_norm(
     side: str = "r",
     population: norms.Population = norms.CHILDREN,
 ) -> Agreement:
-    """Return how far a curve is from a published mean (:func:`plantigrade.analyze.norms.norm`)."""
+    """Return the agreement of a curve with a mean of :func:`plantigrade.analyze.norms.norm`."""
     band = norms.norm(name, speed_class, side=side, population=population)
     theirs = np.interp(percent, band.percent, band.mean)
     return Agreement(
@@ -134,12 +133,12 @@ def agreement_with_norm(
 def humps_of(percent: Float[Array, " n"], up: Float[Array, " n"], stance: float = 60.0) -> Humps:
     """Return both humps of a vertical ground reaction and the trough between them.
 
-    A hump is a local maximum: of several in one half of stance the highest.
+    A hump is the highest local maximum in one half of stance.
 
     Args:
         percent: Percent of the gait cycle, from heel strike.
         up: Vertical force of the foot [body weights].
-        stance: Toe off [% of the cycle].
+        stance: Toe-off [% of the cycle].
     """
     inside = np.flatnonzero(percent <= stance)
     force = up[inside]
@@ -156,5 +155,5 @@ def humps_of(percent: Float[Array, " n"], up: Float[Array, " n"], stance: float 
     (a, left), (b, right) = top(halves), top(~halves)
     trough = float(force[a : b + 1].min())
     first, second = float(force[a]), float(force[b])
-    two = left and right and min(first, second) - trough >= HUMP
+    two = left and right and min(first, second) - trough >= MIN_HUMP
     return Humps(first, trough, second, bool(two))

@@ -1,14 +1,14 @@
-"""Several reproduced gaits: Table I and Figs. 4 to 7 of [Boukheddimi]_ over your own recordings.
+"""Statistics of several reproduced gaits, as in Table I and Figs. 4 to 7 of [Boukheddimi]_.
 
 The paper compares nine simulated gaits with nine recorded ones: the range of motion (ROM) of twelve
 rotations, a paired Student test where the differences pass Shapiro and Wilk's test of normality
 (both at 5 %), and curves as mean and standard deviation over the cycle.
 
-A test that finds no difference does not prove that there is none: with few people, or with widely
-scattered ones, large differences pass unnoticed. So the 95 % confidence interval of each mean
-difference stands beside the test; what it excludes is excluded.
+A test without a significant difference does not prove equality: with few people, or a large spread,
+large differences remain undetected. Each test is therefore shown with the 95 % confidence interval
+of the mean difference.
 
-The test takes the gaits as independent: give it one per person.
+The test assumes independent gaits, one per person.
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 
-ALPHA = 0.05  # of both tests, as in the paper
-FEWEST = 3
-"""Gaits without which nothing is tested."""
+ALPHA = 0.05  # significance level of both tests, as in the paper
+MIN_GAITS = 3
+"""Minimum number of gaits for a test."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,9 @@ class StudyRow:
     """One rotation over all gaits; angles in degrees."""
 
     label: str  #: As in the paper's Table I
-    coordinate: str  #: Our name
+    coordinate: str  #: Coordinate
     simulated: float  #: Mean reproduced ROM
-    simulated_sd: float  #: Its standard deviation over the gaits; NaN for one
+    simulated_sd: float  #: Standard deviation over the gaits; NaN for one
     reference: float  #: Mean recorded ROM
     reference_sd: float  #: Its standard deviation; NaN for one
     difference: float  #: Mean of reproduced minus recorded ROM, signed
@@ -78,8 +78,8 @@ class StudyRow:
     interval: tuple[float, float]  #: 95 % confidence interval of ``difference``; NaN for one gait
     shapiro_p: float | None  #: Shapiro and Wilk's p of the differences; None for fewer than three
     test: str  #: ``"t"`` (paired Student), ``"wilcoxon"`` (where normality is rejected), or empty
-    p: float | None  #: Its p; None where there is no test
-    #: Whether no significant difference was found; None where there is no test
+    p: float | None  #: p of the test; None without a test
+    #: Whether there is no significant difference; None without a test
     identical: bool | None
     rmse: float  #: Mean root mean square difference of the curves
     correlation: float  #: Mean Pearson's r of the curves
@@ -90,7 +90,7 @@ class StudyRow:
 class Band:
     """A coordinate over the gait cycle, mean and standard deviation over the gaits [deg].
 
-    Every gait counts once, with the mean of its cycles. One gait alone has no deviation (NaN).
+    Every gait counts once, with the mean of its cycles. A single gait has no deviation (NaN).
     """
 
     simulated_mean: Float[Array, " n_percent"]  #: Reproduced
@@ -103,7 +103,7 @@ class Band:
 class Study:
     """Several reproduced gaits compared with the recorded ones."""
 
-    names: tuple[str, ...]  #: Of the gaits
+    names: tuple[str, ...]  #: Names of the gaits
     comparisons: tuple[Comparison, ...] = field(repr=False)  #: One per gait
     rows: tuple[StudyRow, ...]  #: The twelve rotations of Table I, in its order
     percent: Float[Array, " n_percent"] = field(repr=False)  #: Percent of the gait cycle
@@ -117,7 +117,7 @@ class Study:
         return len(self.names)
 
     def metrics(self) -> dict[str, Any]:
-        """Return flat figures with units; what is not known is left out."""
+        """Return flat figures with units; unknown ones are omitted."""
         flat: dict[str, Any] = {"gaits_count": self.n}
         for row in self.rows:
             stem, side = row.coordinate[:-2], row.coordinate[-1]
@@ -148,23 +148,23 @@ class Study:
 def study(names: Sequence[str], comparisons: Sequence[Comparison]) -> Study:
     """Return the statistics of several reproduced gaits.
 
-    "Not significantly different" does not prove equality; read it with the interval.
+    A difference that is not significant does not prove equality; see the interval.
 
     Args:
-        names: Of the gaits, one for each comparison.
-        comparisons: One per gait; one gait per person for the tests to mean what they say.
+        names: Names of the gaits, one per comparison.
+        comparisons: One per gait; the tests assume one gait per person.
 
     Raises:
-        ParameterError: If there is none, or one lacks a whole cycle or a rotation of Table I.
+        ParameterError: If there is none, or one lacks a complete cycle or a rotation of Table I.
     """
     if not comparisons or len(names) != len(comparisons):
         raise ParameterError(
             f"a study needs one name for each comparison and at least one of them; "
-            f"{len(names)} names and {len(comparisons)} comparisons came"
+            f"{len(names)} names and {len(comparisons)} comparisons were given"
         )
     for name, one in zip(names, comparisons, strict=True):
         if not one.cycles:
-            raise ParameterError(f"{name} has no whole gait cycle; leave it out of the study")
+            raise ParameterError(f"{name} has no complete gait cycle; leave it out of the study")
         missing = [coordinate for _, coordinate in ROTATIONS if coordinate not in one.rom]
         if missing:
             raise ParameterError(
@@ -213,11 +213,13 @@ def _band(coordinate: str, comparisons: Sequence[Comparison]) -> Band:
 def paired_test(
     difference: Float[Array, " n"],
 ) -> tuple[float | None, str, float | None]:
-    """Return Shapiro and Wilk's p, which paired test was made, and its p (two-sided).
+    """Return Shapiro and Wilk's p, the kind of paired test, and its two-sided p.
 
-    Differences that are all the same leave nothing to test; so do fewer than three.
+    There is no test for equal differences or fewer than three.
     """
-    if len(difference) < FEWEST or np.ptp(difference) <= 1e-9 * max(1.0, np.abs(difference).max()):
+    if len(difference) < MIN_GAITS or np.ptp(difference) <= 1e-9 * max(
+        1.0, np.abs(difference).max()
+    ):
         return None, "", None
     from scipy import stats
 
@@ -248,6 +250,6 @@ def _sd(values: np.ndarray) -> np.ndarray:
 
 
 def _mean_known(values: Sequence[float]) -> float:
-    """Return the mean of what is known: a joint that one gait holds still has no correlation."""
+    """Return the mean of finite values; a joint without motion has no correlation."""
     known = [value for value in values if np.isfinite(value)]
     return float(np.mean(known)) if known else float("nan")

@@ -1,35 +1,36 @@
-r"""Angles as gait laboratories define them, where a coordinate of the model is another thing.
+r"""Angles as defined by gait laboratories, where coordinates of the model differ.
 
-The coordinate ``ankle_angle`` turns one rigid foot against the shank, as far as all markers on both
-agree. A laboratory measures a line on each segment instead. Both are given, under different names:
+The coordinate ``ankle_angle`` rotates one rigid foot against the shank, as a compromise of all
+markers on both. A laboratory measures a line on each segment instead. Both are given, under
+different names:
 
 * ``ankle_dorsiflexion`` is the angle between the lines knee centre to ankle centre and ankle centre
   to second metatarsal head, in the shank's sagittal plane, less a right angle and the slope of the
-  latter line on a flat sole, as in Plug-in Gait [Kadaba1990]_, [Davis1991]_. Knee centre and ankle
-  centre are where the markers on epicondyles and malleoli carry them, the metatarsal head is where
-  its marker is. So it holds what ankle and midfoot bend together; at push-off, when the arch
-  flexes, it is several degrees more than the ankle alone, and it holds the sliding of the knee's
-  skin. Where one of these markers was not recorded the body's own point takes its place.
-* ``hip_adduction_thigh`` and ``hip_rotation_thigh`` are those of the thigh that turns about its hip
-  centre until it meets its own markers, whatever the shank says, as in Plug-in Gait. The knee of
-  the usual body is a hinge, so ``hip_rotation`` is what thigh, shank and foot agree on; that of the
-  thigh's markers holds the turning of the knee, and of the skin: in walking 10 to 15 degrees at the
-  end of swing. They need two markers on the thigh.
-* ``knee_adduction_markers`` and ``knee_rotation_markers`` are those of the shank that meets its own
-  markers against that thigh, as in [GroodSuntay1983]_: what the hinge of the usual body leaves out.
-  They need three markers on each of the two, epicondyles and malleoli among them or not. The hinge
-  lies where they are zero on average, so their change counts and not their mean. The sliding of the
-  thigh's skin is in them, in walking some degrees [Leardini2005]_.
+  latter line on a flat sole, as in Plug-in Gait [Kadaba1990]_, [Davis1991]_. Knee and ankle centre
+  are determined by the markers on epicondyles and malleoli, the metatarsal head by its marker. The
+  angle therefore includes the midfoot, which adds several degrees at push-off when the arch flexes,
+  and the soft tissue artefact at the knee. Missing markers are replaced by points of the body.
+* ``hip_adduction_thigh`` and ``hip_rotation_thigh`` are those of a thigh rotated about its hip
+centre to
+  fit its own markers alone, as in Plug-in Gait. The knee of the default body is a hinge, so
+  ``hip_rotation`` is a compromise of thigh, shank and foot; that of the thigh's markers includes
+  knee rotation and soft tissue artefact, in walking 10 to 15 degrees at the end of swing. They need
+  two markers on the thigh.
+* ``knee_adduction_markers`` and ``knee_rotation_markers`` are those of a shank that fits its own
+markers
+  against that thigh, as in [GroodSuntay1983]_; the hinge of the default body excludes them. They
+  need three markers on each segment. The axis of the hinge makes their mean zero, so only their
+  changes are meaningful. They include several degrees of soft tissue artefact of the thigh in
+  walking [Leardini2005]_.
 * ``foot_progression`` is the angle between the line from the heel to the second metatarsal head
   (see :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the
   forward axis, positive inward.
 * ``pelvis_tilt_plane`` and ``hip_flexion_plane`` are tilt and hip flexion of a pelvis defined by
   the plane through its iliac spines, positive forward: the coordinates ``pelvis_tilt`` (positive
-  backward) and ``hip_flexion`` but for :data:`plantigrade.models.anatomy.SPINE_PLANE`, the same for
-  everybody.
+  backward) and ``hip_flexion`` plus the constant :data:`plantigrade.models.anatomy.SPINE_PLANE`.
 
-``ankle_dorsiflexion`` and ``foot_progression`` are zero where the person stands with vertical
-shanks on flat feet that point ahead.
+``ankle_dorsiflexion`` and ``foot_progression`` are zero in standing with vertical shanks and flat
+feet that point forward.
 """
 
 import numpy as np
@@ -47,36 +48,38 @@ from plantigrade.record import Record
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
 TOE = "metatarsal_2_head"
-AHEAD = np.array([1.0, 0.0])  # where a fitted person faces
-RIGID = 1e-6  # places on one body move by less in it [m]
-FEWEST = 2  # markers of a thigh that tell how it lies, beside its hip centre
-MIN_KNEE_MARKERS = 3  # fewest markers of thigh and of shank that determine the knee's rotation
+FORWARD = np.array([1.0, 0.0])  # direction in which a fitted person faces
+RIGID_TOLERANCE = 1e-6  # [m] movement of a marker relative to its body
+MIN_THIGH_MARKERS = 2  # minimum number of markers on a thigh, besides its hip centre
+MIN_KNEE_MARKERS = 3  # minimum number of markers on thigh and shank
 
 
-def shown_angles(record: Record) -> Table | None:
-    """Return those angles of the module that markers show otherwise than the body does [rad].
+def marker_angles(record: Record) -> Table | None:
+    """Return the angles of this module for which markers were recorded [rad].
 
-    None where nothing was recorded that would show them.
+    The result is None if there are none.
     """
     if record.recorded_markers is None:
         return None
-    table, kept = laboratory_angles(record), []
+    table, columns_kept = laboratory_angles(record), []
     for i, name in enumerate(table.names):
         ankle = name.startswith("ankle_dorsiflexion")
         by_markers = "_thigh_" in name or "_markers_" in name
         if by_markers or (ankle and marker_path(record, f"{TOE}_{name[-1]}") is not None):
-            kept.append(i)
-    if not kept:
+            columns_kept.append(i)
+    if not columns_kept:
         return None
-    return Table(tuple(table.names[i] for i in kept), table.time, table.values[:, kept])
+    return Table(
+        tuple(table.names[i] for i in columns_kept), table.time, table.values[:, columns_kept]
+    )
 
 
 def laboratory_figures(record: Record) -> dict[str, float]:
-    """Return range and extremes in the gait cycle of what :func:`shown_angles` has [deg].
+    """Return range and extremes over the gait cycle of :func:`marker_angles` [deg].
 
-    Means over the cycles of each foot; nothing where nobody walks.
+    They are means over the cycles of each foot; the result is empty without gait.
     """
-    table = shown_angles(record)
+    table = marker_angles(record)
     found: dict[str, float] = {}
     if table is None:
         return found
@@ -93,7 +96,7 @@ def laboratory_figures(record: Record) -> dict[str, float]:
 
 
 def laboratory_angles(record: Record) -> Table:
-    """Return the angles of the module over time [rad], those of the legs of both sides.
+    """Return the angles of this module over time [rad].
 
     Flexion, dorsiflexion, forward tilt and internal rotation are positive.
     """
@@ -106,9 +109,9 @@ def laboratory_angles(record: Record) -> Table:
         names.append(f"foot_progression_{side}")
         line = foot_line(record, side)
         columns += [motion[f"hip_flexion_{side}"] + plane, _dorsiflexion(record, side)]
-        columns.append(inward_angle(line, side, AHEAD))
-        seen = _segments_of_markers(record, side)
-        for stem, pair in seen.items():
+        columns.append(inward_angle(line, side, FORWARD))
+        segment_angles = _segments_of_markers(record, side)
+        for stem, pair in segment_angles.items():
             names += [f"{n}_{side}" for n in stem]
             columns += [*pair]
     return Table(tuple(names), record.motion.time, np.stack(columns, axis=1))
@@ -117,11 +120,10 @@ def laboratory_angles(record: Record) -> Table:
 def _segments_of_markers(
     record: Record, side: str
 ) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
-    """Return adduction and rotation [rad] of hip and knee whose segments meet their own markers.
+    """Return adduction and rotation [rad] of hip and knee by segments that fit their own markers.
 
-    The thigh is turned about its hip centre, the shank about the middle of its markers, from where
-    the body has them to where their markers come closest to the recorded ones in the sense of least
-    squares. A joint with too few markers is left out.
+    The thigh is rotated about its hip centre, the shank about the mean of its markers, by least
+    squares of the marker errors. A joint with too few markers is omitted.
     """
     markers, fitted = record.recorded_markers, record.fitted_markers
     if markers is None or fitted is None:
@@ -131,9 +133,9 @@ def _segments_of_markers(
     bodies += np.flatnonzero(parents == bodies[2]).tolist()
     origins, axes = body_paths(record.human, record.motion.qpos, bodies)
     on = np.array([_fixed_on(fitted, origins[:, k], axes[:, k]) for k in range(len(bodies))])
-    alone = on & (on.sum(axis=0) == 1)  # not those of a joint that never moves
+    alone = on & (on.sum(axis=0) == 1)  # excludes markers of a joint that never moves
     mine, low = alone[1], alone[2]
-    if mine.sum() < FEWEST:
+    if mine.sum() < MIN_THIGH_MARKERS:
         return {}
     off = np.nan_to_num(markers.positions - fitted)
     pelvis, thigh, shank = (axes[:, k] for k in range(3))
@@ -150,27 +152,27 @@ def _segments_of_markers(
 
 
 def _fixed_on(points, origin, axes) -> np.ndarray:
-    """Return which points keep their place on a body through the whole motion."""
+    """Return which points are fixed on a body during the whole motion."""
     local = np.einsum("nji,nmj->nmi", axes, points - origin[:, None])
-    return np.max(np.ptp(local, axis=0), axis=1) < RIGID
+    return np.max(np.ptp(local, axis=0), axis=1) < RIGID_TOLERANCE
 
 
 def _turned(axes, arms, off) -> np.ndarray:
-    """Return axes turned by the rotation that brings ``arms`` closest to ``arms + off``."""
+    """Return axes rotated so that ``arms`` fit ``arms + off`` in the least-squares sense."""
     u, _, vt = np.linalg.svd(np.einsum("nmi,nmj->nij", arms + off, arms))
     u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
     return u @ vt @ axes
 
 
 def _about(axis: np.ndarray) -> np.ndarray:
-    """Return axes whose second is ``axis``, the first as near to x as can be."""
+    """Return axes whose second is ``axis`` and whose first is as close as possible to x."""
     up = np.cross([1.0, 0.0, 0.0], axis)
     up /= np.linalg.norm(up)
     return np.stack([np.cross(axis, up), axis, up], axis=1)
 
 
 def _frontal(above, below, side: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return adduction and internal rotation of a segment against the one above it [rad]."""
+    """Return adduction and internal rotation relative to the segment above [rad]."""
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_matrix(np.swapaxes(above, 1, 2) @ below)
@@ -210,8 +212,8 @@ def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
 def _carried(record: Record, centre, across, joint: str, side: str):
     """Return a joint centre at the height of its lateral and medial markers [m].
 
-    As the markers were recorded, and as they lie on the body; ``across`` is the direction in which
-    they lie beside the centre.
+    The first result is by recorded markers, the second by fitted ones; ``across`` is the direction
+    from the centre to the markers.
     """
     found = []
     for place in ("lateral", "medial"):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from plantigrade.analyze.clinical import clinical_figures, compared_with
+from plantigrade.analyze.clinical import clinical_figures, norms_for
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
@@ -21,29 +21,27 @@ from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
-RATE = 200.0
-"""Frames per second of the feet's paths, whose measures need an even clock [Hz]."""
+FOOT_PATH_RATE = 200.0  # [Hz] of the feet's paths, resampled to equidistant times
 
-TRAVELS = 0.3
-"""Way from which a walk has a cost of transport [m]."""
+MIN_DISTANCE = 0.3  # [m] above which a walk has a cost of transport
 
 
 def movement_figures(record: Record, person: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return how far the body moves and what that takes; of a walk also how it walks.
+    """Return figures of distance, work and forces, and of a walk its gait measures.
 
-    Flat keys in snake_case, unit as suffix. The record needs torques and contact forces; figures of
-    the ``person`` (``age_years``) say with whom a walk is compared.
+    Keys are flat, in snake_case, with the unit as suffix. The record needs torques and contact
+    forces; figures of the ``person`` (``age_years``) determine the norms.
     """
     motion, human = record.motion, record.human
     whole = centroid(human, motion.qpos, motion.qvel)
     com = whole.com
-    way = float(np.linalg.norm(com[-1, :2] - com[0, :2]))
+    distance = float(np.linalg.norm(com[-1, :2] - com[0, :2]))
     vertical = sum(record.foot(side).force[:, 2] for side in SIDES) / record.weight
     power = np.stack([record.torque(n) * motion.velocity(n) for n in human.coordinates], axis=1)
     positive = np.maximum(power, 0.0).sum(axis=1)
     given, work = (float(trapezoid(x, motion.time)) for x in (positive, np.abs(power).sum(1)))
     found = {
-        "displacement_m": way,
+        "displacement_m": distance,
         "com_lowest_m": float(com[:, 2].min()),
         "com_highest_m": float(com[:, 2].max()),
         "ground_force_max_bw": float(np.max(vertical)),
@@ -58,14 +56,14 @@ def movement_figures(record: Record, person: Mapping[str, Any] | None = None) ->
             most = np.abs(record.torque(name)).max() / human.mass
             found[f"{stem}_moment_max_{side}_nm_kg"] = float(most)
     found |= flight_figures(record, whole)
-    if motion.events and way > TRAVELS:
-        found["cost_of_transport"] = work / (record.weight * way)
-        found["cost_of_transport_positive"] = given / (record.weight * way)
+    if motion.events and distance > MIN_DISTANCE:
+        found["cost_of_transport"] = work / (record.weight * distance)
+        found["cost_of_transport_positive"] = given / (record.weight * distance)
     return found | walk_figures(record, person or {})
 
 
 def flight_figures(record: Record, whole: Centroid) -> dict[str, float]:
-    """Return how long and how high the body flies; nothing where it always stands on something."""
+    """Return duration and height of flight; nothing without flight."""
     time, planned = record.motion.time, record.contact_planned
     flies = np.flatnonzero(~planned.any(axis=1)) if planned is not None else np.zeros(0, int)
     if len(flies) < 2:
@@ -85,7 +83,7 @@ def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     if not motion.events:
         return {}
     time = np.linspace(
-        motion.time[0], motion.time[-1], int(np.ceil(motion.duration * RATE - 1e-9)) + 1
+        motion.time[0], motion.time[-1], int(np.ceil(motion.duration * FOOT_PATH_RATE - 1e-9)) + 1
     )
     feet = foot_path(human, motion.qpos)
     heel, toe = (interpolate(time, motion.time, x) for x in (feet.heel, feet.toe))
@@ -122,12 +120,12 @@ def ground_force_figures(record: Record) -> dict[str, float]:
 
 
 def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
-    """Return how far angles of hip, knee and ankle are from published means over the cycle.
+    """Return differences of hip, knee and ankle angles from published means over the cycle.
 
-    The means are those of adults or children, whichever the person is; of own norms if given.
+    The means are those of adults, children or the user's norms.
     """
-    who, curves = compared_with(record, known), gait_curves(record)
-    if "walking_speed_m_s" not in known or not set(SAGITTAL) <= set(names(who.population)):
+    choice, curves = norms_for(record, known), gait_curves(record)
+    if "walking_speed_m_s" not in known or not set(SAGITTAL) <= set(names(choice.population)):
         return {}
     found, raw, free = {}, [], []
     for name in SAGITTAL:
@@ -136,7 +134,7 @@ def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
             return {}
         mean = np.nanmean(rows, axis=0)
         held = agreement_with_norm(
-            curves.percent, mean, name, who.speed_class, population=who.population
+            curves.percent, mean, name, choice.speed_class, population=choice.population
         )
         raw.append(held.rmse)
         free.append(held.rmse_offset_removed)
@@ -148,12 +146,12 @@ def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
 
 
 def muscle_work(record: Record) -> tuple[float, float]:
-    r"""Return the work [J] that the muscles do at the joints, and what they absorb (positive).
+    r"""Return the positive work and the absorbed work of the muscles at the joints [J].
 
     It is :math:`\int \max(\tau_m \dot q, 0)\, dt` over all joints, with :math:`\tau_m` the joint
-    torque less the passive moment of tissue (:mod:`plantigrade.dynamics.passive`). Muscles across
-    two joints and stretched tendons make the true work of muscle fibres smaller; heat is not
-    counted.
+    torque less the passive moment of tissue (:mod:`plantigrade.dynamics.passive`). The work of
+    muscle fibres is smaller, because of biarticular muscles and elastic tendons; heat is not
+    included.
 
     Raises:
         ParameterError: If the record has no joint torques.

@@ -1,6 +1,6 @@
-"""Published mean and standard deviation of gait curves, to compare with.
+"""Published mean and standard deviation of gait curves for comparison.
 
-Two populations, never mixed up: a page names the one it shows, with number, ages and speed.
+There are two populations; pages name the one they show, with number, ages and speed.
 
 - :data:`ADULTS` [Fukuchi2018]_: 42 healthy adults, 24 of 21 to 37 and 18 of 50 to 84 years, over
   ground at their own comfortable speed: joint angles. Their step length and cadence change with
@@ -9,17 +9,17 @@ Two populations, never mixed up: a page names the one it shows, with number, age
   17 years, barefoot, at five speeds: joint angles, moments, powers, ground reactions. Children's
   ankle moment and power are smaller than adults'.
 
-A user's own are a third (:mod:`plantigrade.analyze.own_norms`).
+A third one may be given by the user (:mod:`plantigrade.analyze.own_norms`).
 
-No table of joint moments, powers or ground reactions of adults with their standard deviation is
-free to be passed on; those of children are then the nearest there is, and are called children's.
+No table of joint moments, powers or ground reactions of adults with standard deviations may be
+redistributed; those of children are shown instead, under their name.
 
 Published angles are those of a pelvis defined by the plane through its iliac spines. In Rajagopal's
-pelvis that plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` where the tilt is
-zero: this is taken out of pelvis tilt and hip flexion.
+pelvis that plane leans forward by :data:`plantigrade.models.anatomy.SPINE_PLANE` at zero tilt,
+which is subtracted from pelvis tilt and hip flexion.
 
-``schwartz2008.json`` and ``fukuchi2018.json`` were made from those tables: every 2 % of the cycle,
-angles rounded to 0.1 degree and everything else to 0.01; names and signs turned to those of
+``schwartz2008.json`` and ``fukuchi2018.json`` contain these tables at every 2 % of the cycle, with
+angles rounded to 0.1 degree and everything else to 0.01, and names and signs converted to those of
 OpenSim's Rajagopal model (pelvis tilt positive backward, pelvis list positive to the right side
 down, rotation positive to the left, knee flexion positive; internal moments positive in the
 direction of their coordinate, so that knee extensors and plantarflexors are negative; foot
@@ -45,7 +45,7 @@ from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.usual_mass import ADULT_AGE
 
 MIRRORED = ("pelvis_list", "pelvis_rotation")
-"""Angles that change sign where left and right are exchanged."""
+"""Angles that change sign when left and right are exchanged."""
 
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
@@ -59,9 +59,9 @@ class Population:
     """A population with published gait curves."""
 
     name: str  #: ``"adults"``, ``"children"`` or ``"own norms"``
-    people: str  #: Who they are, how many, of which ages
-    speed: str  #: How fast they walked
-    citation: str  #: Where the numbers were published
+    people: str  #: Number and ages of the people
+    speed: str  #: Walking speed
+    citation: str  #: Source
     #: Mean and SD of a user's own curves, at even percentages of the cycle, by our names
     curves: Mapping[str, tuple[Array, Array]] = field(default_factory=dict, compare=False)
 
@@ -72,7 +72,7 @@ class Population:
 
 
 COMFORTABLE = (1.24, 0.16)
-"""Comfortable speed of those adults, mean and SD [m/s]."""
+"""Comfortable speed of these adults, mean and SD [m/s]."""
 
 ADULTS = Population(
     "adults",
@@ -95,9 +95,9 @@ PUBLISHED_NAMES = {
 }
 """Names of our curves → those of the published tables, where they differ."""
 
-SHORT = 1.45
-"""Body height below which somebody of unknown age is compared with children [m]: one woman in a
-hundred is shorter, and half of the children of eleven."""
+MAX_CHILD_HEIGHT = 1.45
+"""Body height below which a person of unknown age is compared with children [m]; 1 % of women and
+half of the children of eleven years are shorter."""
 
 ADULT_SPEEDS = (0.34, 1.77)
 """Speeds at which step length and cadence of adults were measured [m/s]."""
@@ -106,7 +106,7 @@ STEP_LENGTH = ((-0.0371, 0.3803, 0.2071), 0.040)
 """Step length of adults [m]: a polynomial of speed [m/s], and the SD about it."""
 
 CADENCE = ((-22.34, 96.64, 35.48), 8.2)
-"""Cadence of adults [steps/min], likewise."""
+"""Cadence of adults [steps/min]: a polynomial of speed [m/s], and the SD about it."""
 
 FOOT_OFF: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((68, 5), (62, 2), (59, 2), (58, 2), (56, 2)), strict=True)
@@ -116,7 +116,7 @@ FOOT_OFF: dict[str, tuple[float, float]] = dict(
 DOUBLE_SUPPORT: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((36, 10), (24, 4), (19, 2), (16, 3), (14, 3)), strict=True)
 )
-"""Double support, both parts together, of children by speed class: mean and SD [% of cycle]."""
+"""Total double support of children by speed class: mean and SD [% of cycle]."""
 
 
 @dataclass(frozen=True)
@@ -129,15 +129,15 @@ class NormCurve:
     mean: Float[Array, " n"]  #: Mean over subjects, in ``unit``
     sd: Float[Array, " n"]  #: Standard deviation between subjects, in ``unit``
     unit: str  #: ``"deg"``, ``"N m/kg"``, ``"W/kg"`` or ``"body weight"``
-    population: Population  #: Whose it is
+    population: Population  #: Population
 
 
 def population(age: float | None = None, height: float | None = None) -> Population:
-    """Return whom somebody is compared with: adults, unless age or else height say a child.
+    """Return the population for comparison: adults, unless age or height indicate a child.
 
     Args:
-        age: Age [years]; None where it is not known.
-        height: Body height [m]; None where it is not known, or estimated only.
+        age: Age [years]; None if unknown.
+        height: Body height [m]; None if unknown or estimated only.
 
     Example:
         >>> [population(*known).name for known in ((9, 1.5), (30, 1.4), (None, 1.3), (None, 1.7))]
@@ -145,11 +145,11 @@ def population(age: float | None = None, height: float | None = None) -> Populat
     """
     if age is not None:
         return CHILDREN if age < ADULT_AGE else ADULTS
-    return CHILDREN if height is not None and height < SHORT else ADULTS
+    return CHILDREN if height is not None and height < MAX_CHILD_HEIGHT else ADULTS
 
 
 def reason(age: float | None = None, height: float | None = None) -> str:
-    """Return why :func:`population` chose as it did.
+    """Return the reason for the choice of :func:`population`.
 
     Example:
         >>> reason(9), reason(None, 1.7)
@@ -163,7 +163,7 @@ def reason(age: float | None = None, height: float | None = None) -> str:
 
 
 def names(population: Population = CHILDREN) -> tuple[str, ...]:
-    """Return the names of the curves there are of a population."""
+    """Return the names of the curves of a population."""
     return tuple(population.curves or _tables(population.name))
 
 
@@ -179,13 +179,13 @@ def norm(
     Args:
         name: A coordinate (``"knee_angle"``, or with its side, ``"knee_angle_l"``), its moment
             (``"knee_angle_moment"``) or power (``"knee_angle_power"``), ``"ground_force_up"`` or
-            ``"ground_force_forward"``; the names of the published tables (``"hip_power"``,
-            ``"vertical_grf"``) are taken too.
+            ``"ground_force_forward"``; names of the published tables (``"hip_power"``,
+            ``"vertical_grf"``) are accepted, too.
         speed_class: One of :data:`SPEED_CLASSES`; see :func:`speed_class`. Adults walked at their
             comfortable speed only.
         side: Foot whose heel strikes bound the cycle; for ``"l"`` pelvis list and rotation change
             sign.
-        population: Whose curve.
+        population: The population.
 
     Raises:
         ParameterError: If there is no such curve or class.
@@ -211,7 +211,7 @@ def norm(
         table = _tables(population.name)[stem]
         speed_class = next(iter(table)) if population is ADULTS else speed_class
         mean, sd = (np.array(table[speed_class][key], dtype=float) for key in ("mean", "sd"))
-        # Tilt is positive backward, flexion forward: the plane's lean leaves both.
+        # Tilt is positive backward, flexion forward; the lean of the plane affects both.
         mean = mean + {"pelvis_tilt": SPINE_PLANE, "hip_flexion": -SPINE_PLANE}.get(stem, 0.0)
     if side == "l" and stem in MIRRORED:
         mean = -mean
@@ -233,7 +233,7 @@ def unit_of(name: str) -> str:
 
 
 def comfortable(speed: float) -> bool:
-    """Return whether a speed [m/s] is within two SD of the adults' own.
+    """Return whether a speed [m/s] is within two SD of the adults' comfortable speed.
 
     Example:
         >>> comfortable(1.3), comfortable(0.7)
@@ -244,9 +244,9 @@ def comfortable(speed: float) -> bool:
 
 
 def adult_steps(speed: float) -> dict[str, tuple[float, float]]:
-    """Return what adults do at a speed [m/s]: mean and SD of step length [m] and cadence [1/min].
+    """Return mean and SD of step length [m] and cadence [1/min] of adults at a speed [m/s].
 
-    Empty at a speed at which nobody was measured.
+    The result is empty outside the measured speeds.
 
     Example:
         >>> {name: f"{mean:.2f} ± {sd:.2f}" for name, (mean, sd) in adult_steps(1.2).items()}
@@ -273,7 +273,7 @@ def dimensionless_speed(speed: float, leg_length: float) -> float:
 
 
 def speed_class(speed: float, leg_length: float) -> str:
-    """Return the speed class of [Schwartz2008]_ that a walking speed falls into.
+    """Return the speed class of a walking speed [Schwartz2008]_.
 
     Example:
         >>> speed_class(1.25, 0.9)

@@ -1,4 +1,4 @@
-"""Norms from the runs of several people: each counts once, with the mean of its cycles."""
+"""Norms from the runs of several people, each with the mean of its cycles."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,8 +17,8 @@ from plantigrade.record import Record, Run
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.run import MOTION
 
-FEWEST = 2
-"""People without whom there is no standard deviation."""
+MIN_PEOPLE = 2
+"""Minimum number of people for a standard deviation."""
 
 
 def read_norms(path: str | Path) -> Population:
@@ -41,36 +41,35 @@ def norm_files(path: str | Path | None) -> list[Path]:
 
 
 def run_folders(folder: Path) -> list[Path]:
-    """Return the run folders in a folder, also in that of a batch; itself where it is one."""
+    """Return the run folders in a folder or batch, or the folder itself if it is a run."""
     inside = [folder] if (folder / MOTION).exists() else sorted(folder.iterdir())
     return [place for place in inside if all((place / n).is_file() for n in (METRICS, MOTION))]
 
 
 def norms_of_folder(*folders: str | Path) -> tuple[Population, dict[str, str]]:
-    """Return the norms of the runs in folders, or of run folders, each run one person's.
+    """Return the norms of the runs in folders, or of run folders, with one run per person.
 
-    Runs that are no measure of walking are left out: those that are not ok, of somebody who walks
-    backward, or without a whole gait cycle.
+    Runs that are not ok, of backward walking, or without a complete gait cycle are excluded.
 
     Returns:
-        The norms, and for each run that was left out the reason.
+        The norms, and for each excluded run the reason.
 
     Raises:
         FileError: If a run cannot be read.
-        ParameterError: If fewer than two are left, or two are of one recording.
+        ParameterError: If fewer than two runs remain, or two are of one recording.
     """
     found: dict[str, Run] = {}
     for folder in map(Path, folders):
         if not folder.is_dir():
             raise FileError(folder, "is no folder", remedy="name a folder that holds run folders")
         found |= {str(each): Run.load(each) for each in run_folders(folder)}
-    left_out = {name: why for name, run in found.items() if (why := unfit(run))}
-    found = {name: run for name, run in found.items() if name not in left_out}
+    excluded = {name: why for name, run in found.items() if (why := reason_excluded(run))}
+    found = {name: run for name, run in found.items() if name not in excluded}
     where = ", ".join(map(str, folders))
-    if left_out and len(found) < FEWEST:
-        reasons = "; ".join(f"{name}: {why}" for name, why in left_out.items())
+    if excluded and len(found) < MIN_PEOPLE:
+        reasons = "; ".join(f"{name}: {why}" for name, why in excluded.items())
         raise ParameterError(
-            f"norms need runs of {FEWEST} people at least, {len(found)} can be used; {reasons}"
+            f"norms need runs of at least {MIN_PEOPLE} people, {len(found)} can be used; {reasons}"
         )
     sources: dict[tuple, str] = {}
     for name, run in found.items():
@@ -82,41 +81,41 @@ def norms_of_folder(*folders: str | Path) -> tuple[Population, dict[str, str]]:
             )
         sources[key] = name
     people = f"{len(found)} people: the runs in {', '.join(Path(f).name for f in folders)}"
-    if left_out:
-        people += f" without {', '.join(Path(name).name for name in left_out)}"
-    return norms_of({name: run.record for name, run in found.items()}, people, where), left_out
+    if excluded:
+        people += f" without {', '.join(Path(name).name for name in excluded)}"
+    return norms_of({name: run.record for name, run in found.items()}, people, where), excluded
 
 
-def unfit(run: Run) -> str:
-    """Return why a run is no measure of how people walk; empty where it is.
+def reason_excluded(run: Run) -> str:
+    """Return the reason why a run is excluded from norms; empty if it is not.
 
-    Example of a reason: ``"its status is not ok: the markers are 31 mm off"``.
+    An example is ``"its status is not ok: the markers are 31 mm off"``.
     """
     if not run.ok:
         return f"its status is not ok: {run.status}"
     if not gait_curves(run.record).cycles:
-        return "it has no whole gait cycle"
+        return "it has no complete gait cycle"
     if progress_in_stance(run.record.human, run.record.motion) < 0:
         return "it walks backward"
     return ""
 
 
 def norms_of(records: Mapping[str, Record], people: str, where: str = "") -> Population:
-    """Return mean and SD over the people of records, by name; of the curves that all have.
+    """Return mean and SD, over the people of records, of the curves that all have.
 
     Raises:
-        ParameterError: If there are fewer than two, or one has no whole gait cycle.
+        ParameterError: If there are fewer than two, or one has no complete gait cycle.
     """
-    if len(records) < FEWEST:
+    if len(records) < MIN_PEOPLE:
         raise ParameterError(
-            f"norms need runs of {FEWEST} people at least; {where or 'here'} holds "
+            f"norms need runs of at least {MIN_PEOPLE} people; {where or 'this'} holds "
             f"{len(records)}: name a folder that holds run folders"
         )
     means = {name: person_curves(record) for name, record in records.items()}
     still = [name for name, curves in means.items() if not curves]
     if still:
         raise ParameterError(
-            f"{', '.join(still)}: no whole gait cycle; move runs without walking elsewhere"
+            f"{', '.join(still)}: no complete gait cycle; move runs without walking elsewhere"
         )
     shared = [n for n in NAMES if all(n in curves for curves in means.values())]
     curves = {}
@@ -127,7 +126,7 @@ def norms_of(records: Mapping[str, Record], people: str, where: str = "") -> Pop
 
 
 def person_curves(record: Record) -> dict[str, Float[Array, " n_percent"]]:
-    """Return the curves of one person by name without side: mean of cycles, then of both sides."""
+    """Return the curves of one person without side, as the mean of cycles and then of sides."""
     curves = gait_curves(record)
     if not curves.cycles:
         return {}

@@ -1,4 +1,4 @@
-"""How deep parts of the body are inside each other: solids that do not meet at a joint."""
+"""Overlap of body parts that are not connected by a joint."""
 
 from dataclasses import dataclass
 
@@ -9,29 +9,37 @@ from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
 from plantigrade.models.skeleton import split_side
 
-SOLID = 1
-"""Group of the geoms that are solids of the body."""
+SOLID_GROUP = 1
+"""Geom group of the solids of the body."""
 
-TRUNK = ("pelvis", "abdomen", "torso", "lower_thorax", "thorax", "lower_neck", "upper_neck", "neck")
-TRUNK += ("head", "clavicle")
-BELLY = ("abdomen", "torso")
-SHOULDER = ("torso", "lower_thorax", "thorax", "clavicle", "lower_neck")
+TRUNK_BODIES = (
+    "pelvis",
+    "abdomen",
+    "torso",
+    "lower_thorax",
+    "thorax",
+    "lower_neck",
+    "upper_neck",
+    "neck",
+)
+TRUNK_BODIES += ("head", "clavicle")
+BELLY_BODIES = ("abdomen", "torso")
+SHOULDER_BODIES = ("torso", "lower_thorax", "thorax", "clavicle", "lower_neck")
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """How deep pairs of bodies are inside each other."""
+    """Depth of pairs of bodies in each other."""
 
-    names: tuple[str, ...]  #: Of the pairs: ``"tibia_r in tibia_l"``
-    depth: Float[Array, "n_frames n_pairs"]  #: Depth, negative where they are apart [m]
+    names: tuple[str, ...]  #: Names of the pairs, as ``"tibia_r in tibia_l"``
+    depth: Float[Array, "n_frames n_pairs"]  #: Depth, negative if separate [m]
 
 
-def meet(human: Human, one: str, two: str) -> bool:
-    """Return whether two bodies belong together, so that their solids may overlap.
+def may_overlap(human: Human, one: str, two: str) -> bool:
+    """Return whether the solids of two bodies may overlap.
 
     These are bodies of one joint, those of the trunk with neck, head and girdles, of a foot with
-    its shank, the upper arm with the trunk about its shoulder, and the thigh with the belly: they
-    touch where somebody bends down, and both are soft.
+    its shank, the upper arm with the trunk near its shoulder, and the thigh with the soft belly.
     """
     if one == two:
         return True
@@ -39,16 +47,16 @@ def meet(human: Human, one: str, two: str) -> bool:
     if parents[one] == two or parents[two] == one:
         return True
     (a, side_a), (b, side_b) = split_side(one), split_side(two)
-    if a in TRUNK and b in TRUNK:
+    if a in TRUNK_BODIES and b in TRUNK_BODIES:
         return True
-    for limb, near in (("humerus", SHOULDER), ("femur", BELLY)):
+    for limb, near in (("humerus", SHOULDER_BODIES), ("femur", BELLY_BODIES)):
         if limb in (a, b) and (b if a == limb else a) in near:
             return True
     return side_a == side_b and _of_foot(parents, one) and _of_foot(parents, two)
 
 
 def _of_foot(parents: dict[str, str], body: str) -> bool:
-    """Return whether a body is a shank or hangs on one."""
+    """Return whether a body is a shank or a descendant of one."""
     while body and not body.startswith("tibia"):
         body = parents[body]
     return bool(body)
@@ -59,12 +67,12 @@ def overlap(
     position: Float[Array, "n_frames n_bodies 3"],
     rotation: Float[Array, "n_frames n_bodies 3 3"],
 ) -> Overlap:
-    """Return how deep bodies are inside each other, pair by pair.
+    """Return the depth of bodies in each other, pair by pair.
 
     Args:
         human: The person.
         position: Origins of the bodies, the world first [m].
-        rotation: Their rotations.
+        rotation: Rotations of the bodies.
     """
     model = human.model
     first, second, pair, names = _pairs(human)
@@ -88,15 +96,15 @@ def overlap(
 
 
 def _pairs(human: Human) -> tuple[Array, Array, Array, tuple[str, ...]]:
-    """Return geoms that must not overlap, which pair of bodies each belongs to, and its name."""
+    """Return pairs of geoms that must not overlap, with index and name of their pair of bodies."""
     model = human.model
-    geoms = [g for g in range(model.ngeom) if model.geom_group[g] == SOLID]
+    geoms = [g for g in range(model.ngeom) if model.geom_group[g] == SOLID_GROUP]
     names: dict[str, int] = {}
     found = []
     for i, a in enumerate(geoms):
         for b in geoms[i + 1 :]:
             one, two = (human.body_names[int(model.geom_bodyid[g]) - 1] for g in (a, b))
-            if not meet(human, one, two):
+            if not may_overlap(human, one, two):
                 found.append((a, b, names.setdefault(f"{one} in {two}", len(names))))
     table = np.array(found, int).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2], tuple(names)

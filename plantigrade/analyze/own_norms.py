@@ -1,4 +1,4 @@
-"""A user's own norms: mean and standard deviation of gait curves, as a file and inside a record.
+"""Norms given by the user: mean and standard deviation of gait curves, in a file or a record.
 
 The file is a table with a header, separated by commas, semicolons or tabs::
 
@@ -12,8 +12,8 @@ The file is a table with a header, separated by commas, semicolons or tabs::
 ``foot_progression``; degrees), its moment (``knee_angle_moment``; N m/kg, internal) or power
 (``knee_angle_power``; W/kg), or ``ground_force_up`` or ``ground_force_forward`` (body weights),
 with zero and sign as in this package; list and rotation of the pelvis are those of the right side.
-``percent`` goes from 0 to 100 in any steps. The first line, which may be left out, says who they
-are. ``plantigrade norms`` writes such a file from runs.
+``percent`` goes from 0 to 100 in any steps. The optional first line describes the people.
+``plantigrade norms`` writes such a file from runs.
 """
 
 import csv
@@ -33,18 +33,17 @@ from plantigrade.io.writing import csv_text
 from plantigrade.motion.cycles import PERCENT
 
 HEADER = ("variable", "percent", "mean", "sd")
-LIMIT = 20e6
-"""Largest file of norms that is read [bytes]."""
-_PLAIN = [name for name in COORDINATES if not name.startswith(("ground_force", "pelvis_t"))]
+MAX_FILE_SIZE = 20e6  # [bytes]
+_ANGLES = [name for name in COORDINATES if not name.startswith(("ground_force", "pelvis_t"))]
 NAMES = (
-    *(*_PLAIN, "pelvis_tilt", "ground_force_up", "ground_force_forward"),
-    *(f"{name}{kind}" for name in _PLAIN for kind in ("_moment", "_power")),
+    *(*_ANGLES, "pelvis_tilt", "ground_force_up", "ground_force_forward"),
+    *(f"{name}{kind}" for name in _ANGLES for kind in ("_moment", "_power")),
 )
-"""What a variable may be called."""
+"""Allowed names of variables."""
 
 
 def own_population(curves: Mapping[str, tuple[Array, Array]], people: str) -> Population:
-    """Return the population of a user's own curves, given at even percentages of the cycle."""
+    """Return a population with given curves, at equidistant percentages of the cycle."""
     return Population("own norms", people or "your own norms", "", "", dict(curves))
 
 
@@ -52,44 +51,44 @@ def read_norms_file(path: str | Path) -> Population:
     """Return the norms of a file.
 
     Raises:
-        FileError: If it cannot be read or is no such table; the message names the line.
+        FileError: If it cannot be read or is not such a table; the message names the line.
     """
-    lines = read_text(path, LIMIT).split("\n")
-    said = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
+    lines = read_text(path, MAX_FILE_SIZE).split("\n")
+    comments = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
     rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     remedy = f"write a header '{', '.join(HEADER)}' and below it one row per percent"
     head = rows[0][1] if rows else ""
     delimiter = max(",;\t", key=head.count)
     names = [word.strip().lower() for word in head.split(delimiter)]
     if not set(HEADER) <= set(names):
-        lacks = ", ".join(sorted(set(HEADER) - set(names)))
-        raise FileError(path, f"has no column {lacks}", where="line 1", remedy=remedy)
+        missing = ", ".join(sorted(set(HEADER) - set(names)))
+        raise FileError(path, f"has no column {missing}", where="line 1", remedy=remedy)
     table: dict[str, list[tuple[float, float, float]]] = {}
     for n, line in rows[1:]:
-        wrong = partial(FileError, path, where=f"line {n}")
+        error_at = partial(FileError, path, where=f"line {n}")
         try:
             cells = next(csv.reader([line], delimiter=delimiter))
         except csv.Error as error:
-            raise wrong(f"is no row of a table ({error})", remedy=remedy) from None
+            raise error_at(f"is not a row of a table ({error})", remedy=remedy) from None
         found = dict(zip(names, (cell.strip() for cell in cells), strict=False))
         variable = found.get("variable", "")
         if variable not in NAMES:
-            raise wrong(f"there is no variable {variable[:40]!r}", remedy=_advice(variable))
+            raise error_at(f"there is no variable {variable[:40]!r}", remedy=_advice(variable))
         try:
             values = float(found["percent"]), float(found["mean"]), float(found["sd"])
         except (KeyError, ValueError):
-            raise wrong("percent, mean and sd must be numbers", remedy=remedy) from None
+            raise error_at("percent, mean and sd must be numbers", remedy=remedy) from None
         if not np.isfinite(values).all() or values[2] < 0:
-            raise wrong("mean and sd must be finite and sd not negative", remedy=remedy)
+            raise error_at("mean and sd must be finite and sd not negative", remedy=remedy)
         table.setdefault(variable, []).append(values)
     if not table:
         raise FileError(path, "holds no rows", remedy=remedy)
     curves = {name: _even(path, name, np.array(table[name])) for name in table}
-    return own_population(curves, said[0] if said else Path(path).name)
+    return own_population(curves, comments[0] if comments else Path(path).name)
 
 
 def norms_csv(population: Population) -> str:
-    """Return a user's own norms as such a file."""
+    """Return norms as the text of such a file."""
     rows = [
         [name, *row]
         for name, curves in population.curves.items()
@@ -99,7 +98,7 @@ def norms_csv(population: Population) -> str:
 
 
 def as_signals(population: Population) -> dict[str, Array]:
-    """Return a user's own norms as signals of a record, so that its run can be reported anew."""
+    """Return norms as signals of a record, so that its pages can be written again."""
     names = list(population.curves)
     mean, sd = (np.array([population.curves[name][k] for name in names]) for k in (0, 1))
     return {
@@ -111,7 +110,7 @@ def as_signals(population: Population) -> dict[str, Array]:
 
 
 def from_signals(signals: Mapping[str, Array]) -> Population | None:
-    """Return the user's own norms among the signals of a record; None where there are none."""
+    """Return the norms in the signals of a record; None if there are none."""
     if "norms.names" not in signals:
         return None
     rows = zip(signals["norms.mean"], signals["norms.sd"], strict=True)

@@ -1,12 +1,12 @@
 r"""Centres of pressure against the base of support.
 
-What the ground must supply follows from the motion alone. Its centre of pressure, the point where
-that wrench has no moment in the plane of the ground,
+The required wrench of the ground follows from the motion alone. Its centre of pressure, the point
+where the wrench has no moment in the plane of the ground,
 
 .. math:: p = O + \frac{n \times M_O}{n^T F},
 
-must lie in the hull of what stands. Below body weight its distance counts in proportion to the
-load, as what is missing is a moment.
+must lie in the convex hull of the sites in stance. Below body weight its distance is scaled with
+the load, because the fault is a missing moment.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from plantigrade.record import Record
 
 
 def centre_of_pressure(record: Record, s: Sweep, least: float) -> Float[Array, "n 3"]:
-    """Return where the feet must push for a motion, world [m]; NaN where they need not.
+    """Return the centre of pressure that a motion requires, world [m]; NaN without load.
 
     Args:
         record: The motion.
@@ -27,11 +27,11 @@ def centre_of_pressure(record: Record, s: Sweep, least: float) -> Float[Array, "
     normal, feet = record.ground.normal, _feet(record)
     pushed = np.einsum("nki,nki->nk", s.force, s.normal)
     load = np.where(feet, np.maximum(pushed, 0.0), 0.0)
-    # What the feet must supply: all that the motion demands, less what other supports give.
+    # Wrench required from the feet: that of the motion less that of other supports.
     other = np.where(feet[:, None], 0.0, s.force)
     force = s.root[:, :3] - other.sum(axis=1)
     moment = s.root[:, 3:] - cross(s.point - s.com[:, None], other).sum(axis=1)
-    # Feet on different levels: friction acts at the height of each.
+    # With feet at different heights, friction acts at the height of each.
     level = s.point @ normal
     share = load + 1e-9 * feet * (1.0 + 1e6 * s.standing)
     total = share.sum(axis=1, keepdims=True)
@@ -49,10 +49,10 @@ def centre_of_pressure(record: Record, s: Sweep, least: float) -> Float[Array, "
 def outside_support(
     record: Record, s: Sweep, centre: Float[Array, "n 3"], least: float
 ) -> Float[Array, "n 3"]:
-    """Return how far centres of pressure are outside the base of support, scaled with load [m].
+    """Return distances of centres of pressure outside the base of support, scaled with load [m].
 
-    Columns: that of the motion under both feet, then that of the forces under the right and the
-    left foot. Negative inside; NaN where nothing stands.
+    Columns are the required centre under both feet, and those of the forces under the right and the
+    left foot. Values are negative inside, and NaN without stance.
     """
     plane = _tangents(record.ground.normal)
     flat = s.point @ plane.T  # (n, k, 2)
@@ -60,14 +60,16 @@ def outside_support(
     up = (s.root[:, :3] - np.where(_feet(record)[:, None], 0.0, s.force).sum(axis=1)) @ (
         record.ground.normal
     )
-    out = outside_hull(centre @ plane.T, flat, s.standing & _feet(record))
+    out = distance_outside_hull(centre @ plane.T, flat, s.standing & _feet(record))
     columns = [out * np.clip(up / s.weight, 0.0, 1.0)]
     for side in ("r", "l"):
         mine = np.array([site.side == side for site in record.sites], bool)
         own = np.where(mine, pushed, 0.0)
         up = own.sum(axis=1)
         safe = np.where(up > least, up, np.nan)[:, None]
-        out = outside_hull((own[..., None] * flat).sum(axis=1) / safe, flat, s.standing & mine)
+        out = distance_outside_hull(
+            (own[..., None] * flat).sum(axis=1) / safe, flat, s.standing & mine
+        )
         columns.append(out * np.clip(up / s.weight, 0.0, 1.0))
     return np.stack(columns, axis=1)
 
@@ -85,18 +87,18 @@ def _tangents(normal: Float[Array, " 3"]) -> Float[Array, "2 3"]:
     return np.stack([first, np.cross(normal, first)])
 
 
-def outside_hull(
+def distance_outside_hull(
     point: Float[Array, "n 2"], corners: Float[Array, "n k 2"], there: np.ndarray
 ) -> Float[Array, " n"]:
-    r"""Return how far points are outside of hulls; negative inside, NaN where nothing stands.
+    r"""Return distances of points outside convex hulls; negative inside, NaN without corners.
 
     The distance is :math:`\max_d\; d^T p - \max_i d^T x_i` over unit directions :math:`d`; the
-    greatest is at the normal of a side, or points from a corner to the point.
+    maximum is at the normal of a side, or in the direction from a corner to the point.
 
     Args:
         point: Point of every frame [m].
-        corners: Places whose hull is meant [m].
-        there: Which of them count (n, k).
+        corners: Corners of the hulls [m].
+        there: Whether each corner counts (n, k).
     """
     n, k = there.shape
     result = np.full(n, np.nan)

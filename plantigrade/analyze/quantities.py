@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a quantity is reported."""
+    """Report of a quantity."""
 
     key: str  #: Its key in ``metrics.json``
     unit: str  #: Unit of its value and limit
-    words: str  #: What is wrong, with ``{where}``, ``{value}`` and ``{unit}``
-    advice: str  #: What to do about it
+    words: str  #: Sentence of a fault, with ``{where}``, ``{value}`` and ``{unit}``
+    advice: str  #: Advice
 
 
 _REFINE = "refine the mesh there"
@@ -26,26 +26,25 @@ QUANTITY = {
     "root_force": Quantity(
         "check_root_force_max_bw_percent",
         _BW,
-        "no contact explains a force of {value} % of body weight on the body",
+        "the residual force at the root is {value} % of body weight",
         _ROOT,
     ),
     "root_force_rms": Quantity(
         "check_root_force_rms_bw_percent",
         _BW,
-        "no contact explains a force of {value} % of body weight (root mean square) on the body",
+        "the RMS residual force at the root is {value} % of body weight",
         "refine the mesh, or increase the weight of the accelerations",
     ),
     "root_moment": Quantity(
         "check_root_moment_max_bwm_percent",
         _BWM,
-        "no contact explains a moment of {value} % of body weight times metre on the body",
+        "the residual moment at the root is {value} % of body weight times metre",
         _ROOT,
     ),
     "root_moment_rms": Quantity(
         "check_root_moment_rms_bwm_percent",
         _BWM,
-        "no contact explains a moment of {value} % of body weight times metre (root mean square) "
-        "on the body",
+        "the RMS residual moment at the root is {value} % of body weight times metre",
         "refine the mesh, or increase the weight of the accelerations",
     ),
     "slip": Quantity("check_slip_max_mm", "mm", "the {where} slips {value} mm", _HOLD),
@@ -148,12 +147,12 @@ QUANTITY = {
     ),
 }
 QUANTITIES = tuple(QUANTITY)
-"""Everything that is looked at in every motion."""
+"""Quantities that are checked in every motion."""
 
 CONDITION = Quantity(
     "check_conditions_broken", "", "{where} is {value} {unit}", f"{_REFINE}, or relax the task"
 )
-"""What a task demanded besides; each of its conditions is reported by its own name and unit."""
+"""Conditions of a task, reported by their own names and units."""
 
 OF_JOINTS = ("coordinate", "velocity", "torque", "condition")
 """Quantities that are reported by name."""

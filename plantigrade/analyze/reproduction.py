@@ -1,8 +1,8 @@
-"""A reproduced gait compared with the recorded one: ranges of motion, curves, feet, centre of mass.
+"""Comparison of a reproduced gait with the recorded one: joint angles, feet, centre of mass.
 
-The recorded motion is the record's reference ``"recorded"``: both move the same person on the same
-soles and the same clock. What is compared was tracked only in part: of the
-joint angles the tasks know a few instants, of the feet's heights nothing.
+The recorded motion is the record's reference ``"recorded"``, for the same person, soles and times.
+The tasks track the compared quantities only in part: joint angles at a few instants, and no heights
+of the feet.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,57 +42,56 @@ ROTATIONS = (
     ("Ankle L Dors/Plan", "ankle_angle_l"),
     ("Ankle L Ever/Inve", "subtalar_angle_l"),
 )
-"""Rows of Table I of [Boukheddimi]_, label as printed and our coordinate, in its order."""
+"""Rows of Table I of [Boukheddimi]_ in order, with printed label and coordinate."""
 
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
-TOUCHING = 0.002  # a point of the sole no higher than this has touched the ground [m]
-STANDING = 0.005  # a foot whose lowest point is no higher than this stands on the ground [m]
+TOUCH_HEIGHT = 0.002  # [m] maximum height of a point of the sole that has touched the ground
+STANDING_HEIGHT = 0.005  # [m] maximum height of the lowest point of a foot in stance
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One reproduced gait compared with the recorded one.
+    """Comparison of one reproduced gait with the recorded one.
 
-    Curves are cut at the recorded heel strikes of the coordinate's own side (pelvis and trunk: the
-    right's); of the other side where the own has no whole cycle. Without any whole cycle they
+    Cycles start at recorded heel strikes of the coordinate's side (the right one for pelvis and
+    trunk), or of the other side if there is no complete cycle. Without any complete cycle curves
     are empty, and ranges, differences and correlations are over the whole motion.
     """
 
     percent: Float[Array, " n_percent"]  #: Percent of the gait cycle
     #: Coordinate → reproduced angle of each cycle [deg] (n_cycles, n_percent)
     curves_simulated: dict[str, np.ndarray] = field(repr=False)
-    curves_reference: dict[str, np.ndarray] = field(repr=False)  #: Likewise as recorded
+    curves_reference: dict[str, np.ndarray] = field(repr=False)  #: The same as recorded
     #: Coordinate → range of motion, reproduced and recorded [deg], mean over the cycles
     rom: dict[str, tuple[float, float]] = field(repr=False)
     rmse: dict[str, float] = field(repr=False)  #: Coordinate → root mean square difference [deg]
-    #: Coordinate → Pearson's r; NaN where one of both does not move
+    #: Coordinate → Pearson's r; NaN if one of them is constant
     correlation: dict[str, float] = field(repr=False)
-    cycles: tuple[Cycle, ...]  #: The whole cycles, both feet
+    cycles: tuple[Cycle, ...]  #: Complete cycles of both feet
     #: Distance of the centre of mass from its recorded path at each tick [m]
     com_error: Float[Array, " n"] = field(repr=False)
-    #: Largest horizontal way of any point of the soles from where it first touched, during one
-    #: unbroken contact [m]
+    #: Largest horizontal displacement of any point of the soles since touchdown, within one
+    #: contact [m]
     contact_drift_m: float
     lowest_m: float  #: Height of the lowest point of the soles [m]; negative below the ground
-    #: Share of each foot's planned stance in which it does stand on the ground: feet that never
-    #: come down would not drift either
+    #: Share of each foot's planned stance in which it is on the ground
     contact_share: float
-    #: Side → least height of the forefoot and toes in mid swing (the middle third), reproduced
-    #: and recorded [m], mean over the swings; NaN where none was seen
+    #: Side → minimum height of forefoot and toes in midswing (the middle third), reproduced and
+    #: recorded [m], mean over the swings; NaN without swings
     clearance: dict[str, tuple[float, float]]
-    #: Side → greatest knee flexion in swing, reproduced and recorded [deg], mean over the
-    #: swings; NaN where none was seen
+    #: Side → maximum knee flexion in swing, reproduced and recorded [deg], mean over the swings;
+    #: NaN without swings
     swing_knee: dict[str, tuple[float, float]]
     #: Height of the lowest point of each foot, right and left, at each tick [m]
     soles: Float[Array, "n_ticks 2"] = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
-    #: Likewise, recorded
+    #: The same as recorded
     soles_reference: Float[Array, "n_ticks 2"] = field(
         default_factory=lambda: np.zeros((0, 2)), repr=False
     )
-    #: Side → time from heel strike until ball and toes are down, and recorded [s], mean over the
-    #: stances; NaN where none was seen
+    #: Side → time from heel strike to foot flat, reproduced and recorded [s], mean over the
+    #: stances; NaN without stances
     foot_flat: dict[str, tuple[float, float]] = field(default_factory=dict)
-    #: Point that has the largest way of :attr:`contact_drift_m`, and when [s]
+    #: Point and time [s] of :attr:`contact_drift_m`
     contact_drift_at: tuple[str, float] = ("", 0.0)
 
     @property
@@ -111,7 +110,7 @@ class Comparison:
         return {name: ours - theirs for name, (ours, theirs) in self.rom.items()}
 
     def metrics(self) -> dict[str, Any]:
-        """Return flat figures with units; of the coordinates those of Table I."""
+        """Return flat figures with units, for the coordinates of Table I."""
         flat: dict[str, Any] = {}
         for _, name in ROTATIONS:
             if name not in self.rom:
@@ -151,17 +150,16 @@ def compare(record: Record) -> Comparison:
         record: The reproduced gait, with the recorded motion as a reference.
 
     Raises:
-        ReproduceError: If there is nothing to compare: no reference, fewer than two ticks, or not
-            finite.
+        ReproduceError: If there is no reference, fewer than two ticks, or a tick is not finite.
     """
     motion, recorded = record.motion, record.references.get("recorded")
     if recorded is None:
-        raise ReproduceError("this record has no recorded motion beside it to compare with")
+        raise ReproduceError("this record has no recorded motion as reference")
     if len(motion.time) < 2 or not np.isfinite(motion.qpos).all():
         raise ReproduceError(
             f"the reproduced motion has {len(motion.time)} ticks, "
             f"{np.count_nonzero(~np.isfinite(motion.qpos).all(axis=1))} of them not finite; "
-            "a comparison needs two finite ones or more"
+            "a comparison needs at least two finite ones"
         )
     human, phases = record.human, phases_of(record)
     names, ours = angles_deg(human, motion.qpos)
@@ -183,7 +181,7 @@ def compare(record: Record) -> Comparison:
     com, soles = _com_and_soles(human, motion.qpos)
     com_recorded, soles_recorded = _com_and_soles(human, recorded.qpos)
     path = Trajectory(recorded.time, com_recorded)
-    wanted = np.array([path(float(time))[0] for time in motion.time])
+    desired = np.array([path(float(time))[0] for time in motion.time])
     knees = {side: names.index(f"knee_angle_{side}") for side in SIDES}
 
     def swings(side, mine, their, what, margin=0.0):
@@ -207,7 +205,7 @@ def compare(record: Record) -> Comparison:
         rmse=difference,
         correlation=r,
         cycles=cycles,
-        com_error=np.linalg.norm(com - wanted, axis=1),
+        com_error=np.linalg.norm(com - desired, axis=1),
         **_contacts(record, soles),
         clearance={
             s: swings(s, _forefoot(soles, s), _forefoot(soles_recorded, s), np.min, 1 / 3)
@@ -221,7 +219,7 @@ def compare(record: Record) -> Comparison:
 
 
 def phases_of(record: Record) -> tuple[Phase, ...]:
-    """Return the phases of gait that a record was planned with."""
+    """Return the planned phases of gait of a record."""
     spans, kinds, swings = (record.signals.get(f"phase.{k}", ()) for k in ("span", "kind", "swing"))
     return tuple(
         Phase(float(span[0]), float(span[1]), str(kind), str(swing))
@@ -238,13 +236,13 @@ def angles_deg(
 
 
 def _spans(cycles, side: str, first: float, last: float) -> list[tuple[float, float]]:
-    """Return the spans of a side's cycles; of the other side's, or the whole motion, failing it."""
+    """Return the spans of a side's cycles, or of the other side's, or the whole motion."""
     mine = [c for c in cycles if c.side == side] or list(cycles)
     return [(max(c.start, first), min(c.stop, last)) for c in mine] or [(first, last)]
 
 
 def _cut(time, values, spans) -> np.ndarray:
-    """Return a curve over each span on percent (n_spans, n_percent)."""
+    """Return a curve over each span, resampled to percent (n_spans, n_percent)."""
     return np.array([normalise(time, values, start, stop) for start, stop in spans])
 
 
@@ -260,32 +258,32 @@ def _com_and_soles(human: Human, qpos: Float[Array, "n nq"]) -> tuple[Array, Sol
 
 
 def _contacts(record: Record, soles: SolePaths) -> dict[str, Any]:
-    """Return how well planned contacts and the ground were kept."""
+    """Return drift, penetration and duration of the planned contacts."""
     planned = np.zeros(soles.position.shape[:2], dtype=bool)
     if record.contact_planned is not None:
         names = [site.name for site in record.sites]
-        for k, sole in enumerate(soles.sites):  # a plan may name the sphere alone, and seats too
+        for k, sole in enumerate(soles.sites):  # a plan may name spheres without prefix, and seats
             own = [i for i, n in enumerate(names) if sole.name == n or sole.name.endswith(f"_{n}")]
             if own:
                 planned[:, k] = record.contact_planned[:, own[0]]
     feet = [soles.of(side) for side in SIDES]
-    spot = np.full((len(soles.sites), 2), np.nan)  # where each point that touches did so first
+    spot = np.full((len(soles.sites), 2), np.nan)  # position of each point at touchdown
     drift, place, due, standing = 0.0, ("", float(record.motion.time[0])), 0, 0
     for now, point, on in zip(record.motion.time, soles.position, planned, strict=True):
         height = point[:, 2]
         spot[~on] = np.nan
-        new = on & np.isnan(spot[:, 0]) & (height < TOUCHING)
+        new = on & np.isnan(spot[:, 0]) & (height < TOUCH_HEIGHT)
         spot[new] = point[new, :2]
-        held = np.isfinite(spot[:, 0])
-        if held.any():
-            way = np.linalg.norm(point[held, :2] - spot[held], axis=1)
+        touching = np.isfinite(spot[:, 0])
+        if touching.any():
+            way = np.linalg.norm(point[touching, :2] - spot[touching], axis=1)
             if way.max() > drift:
                 drift = float(way.max())
-                place = soles.sites[int(np.flatnonzero(held)[np.argmax(way)])].name, float(now)
+                place = soles.sites[int(np.flatnonzero(touching)[np.argmax(way)])].name, float(now)
         for foot in feet:
             if on[foot].any():
                 due += 1
-                standing += bool(height[foot].min() < STANDING)
+                standing += bool(height[foot].min() < STANDING_HEIGHT)
     return {
         "contact_drift_m": drift,
         "contact_drift_at": place,
@@ -314,15 +312,15 @@ def over_swings(
     what: Callable[[np.ndarray], float],
     margin: float = 0.0,
 ) -> float:
-    """Return a figure of each swing of a foot, mean over the swings; NaN where there is none.
+    """Return the mean over the swings of a foot of a figure of each; NaN without swings.
 
     Args:
         phases: The phases of gait.
         side: The foot.
         time: Time of each value [s].
         values: A signal.
-        what: Makes one figure of the values within a swing.
-        margin: Share of the swing left out at either end.
+        what: Function from the values within a swing to a figure.
+        margin: Share of the swing omitted at either end.
     """
     found = []
     for phase in phases:

@@ -1,4 +1,4 @@
-"""Whether a reproduced gait succeeded, with and without forces, and its figures."""
+"""Status and figures of a reproduced gait, with and without forces."""
 
 from typing import Any
 
@@ -17,23 +17,24 @@ LIMITS = {
     "contact_drift_max_mm": 20.0,
     "sole_lowest_mm": -10.0,
 }
-"""Largest errors of a reproduced gait: centre of mass, ranges of motion (mean and worst rotation of
-the legs), sliding of the soles and their depth in the ground."""
+"""Maximum errors of a reproduced gait: centre of mass, ranges of motion (mean and worst rotation of
+the legs), slip of the soles and their penetration of the ground."""
 FORCE_LIMITS = {"force_residual_rms_bw": 0.10, "equations_residual_max_bw": 1e-6}
-"""Largest differences of forces from the estimated ones, and from those that the motion needs."""
+"""Maximum differences of forces from the estimated ones, and from those that the motion
+requires."""
 PELVIS_LIMIT = 0.30
-"""Largest distance of the pelvis from the recorded one [m]."""
-FALLEN = 0.15
-"""Error of the centre of mass of a body moved by forces above which it has fallen [m]."""
+"""Maximum distance of the pelvis from the recorded one [m]."""
+MAX_FORCED_COM_ERROR = 0.15
+"""Error of the centre of mass above which a body moved by forces has fallen [m]."""
 
 LEGS = tuple(name for _, name in ROTATIONS)
 FOOT = {"r": "right", "l": "left"}
 UNITS = {"mm": " mm", "deg": "°", "bw": " body weights"}
-LOOK = "; the report's “Residual of each level” shows which task gave way first"
+ADVICE = "; the report's “Residual of each level” shows which task gave way first"
 
 
 def run_status(motion: str, forces: str = "ok") -> str:
-    """Return ``"ok"``, or what is wrong with each part of a run.
+    """Return ``"ok"``, or the failures of each part of a run.
 
     Args:
         motion: Status of the gait computed from accelerations.
@@ -45,48 +46,49 @@ def run_status(motion: str, forces: str = "ok") -> str:
     )
 
 
-def gait_status(record: Record, held: Comparison) -> str:
-    """Return ``"ok"``, or what went wrong with a reproduced gait, where and when."""
+def gait_status(record: Record, comparison: Comparison) -> str:
+    """Return ``"ok"``, or failures of a reproduced gait with location and time."""
     time = record.motion.time
     stopped = str(record.signals.get("stopped", ""))
     if stopped:
-        return f"the motion ended early, {when(record, time[-1])}: {stopped}{LOOK}"
-    com_error, most = held.com_error, 1e-3 * LIMITS["com_error_max_mm"]
+        return f"the motion ended early, {when(record, time[-1])}: {stopped}{ADVICE}"
+    com_error, most = comparison.com_error, 1e-3 * LIMITS["com_error_max_mm"]
     if com_error.max() > most:
         first = time[np.argmax(com_error > most)]
         return (
             f"the centre of mass left its path by more than {100 * most:.0f} cm, "
-            f"{when(record, first)} (at most {100 * com_error.max():.0f} cm off){LOOK}"
+            f"{when(record, first)} (at most {100 * com_error.max():.0f} cm off){ADVICE}"
         )
     recorded = record.references["recorded"].at(time)
     off = np.linalg.norm(record.motion.qpos[:, :3] - recorded.qpos[:, :3], axis=1)
     if off.max() > PELVIS_LIMIT:
         first = time[np.argmax(off > PELVIS_LIMIT)]
         return (
-            f"the pelvis wandered more than {100 * PELVIS_LIMIT:.0f} cm from the recorded one, "
-            f"{when(record, first)}{LOOK}"
+            f"the pelvis deviated by more than {100 * PELVIS_LIMIT:.0f} cm from the recorded one, "
+            f"{when(record, first)}{ADVICE}"
         )
-    return beyond(record, held, LIMITS) or "ok"
+    return limits_exceeded(record, comparison, LIMITS) or "ok"
 
 
-def forces_status(forced: Record, held: Comparison) -> str:
-    """Return ``"ok"``, or how a gait moved by forces was lost, or what of it is too far off."""
+def forces_status(forced: Record, comparison: Comparison) -> str:
+    """Return ``"ok"``, or failures of a gait moved by forces."""
     time = forced.motion.time
     stopped = str(forced.signals.get("stopped", ""))
     if stopped:
         return f"it ended early, {when(forced, time[-1])}: {stopped}"
-    if held.com_error.max() > FALLEN:
-        first = time[np.argmax(held.com_error > FALLEN)]
+    if comparison.com_error.max() > MAX_FORCED_COM_ERROR:
+        first = time[np.argmax(comparison.com_error > MAX_FORCED_COM_ERROR)]
         return (
-            f"the body fell: its centre of mass was more than {100 * FALLEN:.0f} cm off its path, "
+            f"the body fell: its centre of mass was more than {100 * MAX_FORCED_COM_ERROR:.0f} cm "
+            "off its path, "
             f"{when(forced, first)}"
         )
-    return beyond(forced, held, LIMITS | FORCE_LIMITS) or "ok"
+    return limits_exceeded(forced, comparison, LIMITS | FORCE_LIMITS) or "ok"
 
 
-def beyond(record: Record, held: Comparison, limits: dict[str, float]) -> str:
-    """Return the figures beyond their limits, with place and time, in words; empty if none is."""
-    figures = held.metrics()
+def limits_exceeded(record: Record, comparison: Comparison, limits: dict[str, float]) -> str:
+    """Return a description of figures beyond their limits; empty if there are none."""
+    figures = comparison.metrics()
     if record.qfrc_actuator is not None:
         figures |= force_residuals(record)
     found = []
@@ -96,65 +98,67 @@ def beyond(record: Record, held: Comparison, limits: dict[str, float]) -> str:
             continue
         allowed = f"{limit:g}{UNITS[key.rpartition('_')[2]]}"
         bound = "at least" if limit < 0 else "at most"
-        found.append(f"{_words(key, value, record, held)} ({bound} {allowed} allowed)")
+        found.append(f"{_describe(key, value, record, comparison)} ({bound} {allowed} allowed)")
     return "; ".join(found)
 
 
-def _words(key: str, value: float, record: Record, held: Comparison) -> str:
-    """Return one figure in words, with the place and the time of its worst value."""
+def _describe(key: str, value: float, record: Record, comparison: Comparison) -> str:
+    """Return a description of one figure, with location and time of its worst value."""
     time = record.motion.time
     if key == "com_error_max_mm":
-        there = when(record, time[np.argmax(held.com_error)])
-        return f"the centre of mass is {value:.0f} mm off its path, {there}"
+        instant = when(record, time[np.argmax(comparison.com_error)])
+        return f"the centre of mass is {value:.0f} mm off its path, {instant}"
     if key == "rom_error_mean_deg":
         return f"the ranges of motion of the legs are {value:.1f}° off on average over the strides"
     if key == "rmse_max_deg":
-        worst = max((name for name in LEGS if name in held.rmse), key=lambda n: held.rmse[n])
-        there = when(record, time[np.argmax(_apart(record, worst))])
-        return f"{worst} is {value:.1f}° (RMS) from the recorded one, furthest apart {there}"
+        worst = max(
+            (name for name in LEGS if name in comparison.rmse), key=lambda n: comparison.rmse[n]
+        )
+        instant = when(record, time[np.argmax(_deviation(record, worst))])
+        return f"{worst} is {value:.1f}° (RMS) from the recorded one, furthest apart {instant}"
     if key == "rom_error_max_deg":
-        errors = {name: x for name, x in held.rom_error.items() if name in LEGS}
+        errors = {name: x for name, x in comparison.rom_error.items() if name in LEGS}
         worst = max(errors, key=lambda name: abs(errors[name]))
-        ours, theirs = held.rom[worst]
-        there = when(record, time[np.argmax(_apart(record, worst))])
+        ours, theirs = comparison.rom[worst]
+        instant = when(record, time[np.argmax(_deviation(record, worst))])
         return (
             f"the range of motion of {worst} is {value:.1f}° off ({ours:.0f}° for {theirs:.0f}° "
-            f"recorded, furthest apart {there})"
+            f"recorded, furthest apart {instant})"
         )
     if key == "contact_drift_max_mm":
-        site, instant = held.contact_drift_at
+        site, instant = comparison.contact_drift_at
         return f"the sole slides by {value:.0f} mm at {site}, {when(record, instant)}"
     if key == "sole_lowest_mm":
-        tick, k = np.unravel_index(np.argmin(held.soles), held.soles.shape)
+        tick, k = np.unravel_index(np.argmin(comparison.soles), comparison.soles.shape)
         foot = FOOT[SIDES[int(k)]]
         return f"the {foot} sole is at {value:.0f} mm, in the ground, {when(record, time[tick])}"
     if key == "force_residual_rms_bw":
-        apart = _force_residual(record)
-        tick, k = np.unravel_index(np.nanargmax(apart), apart.shape)
+        deviation = _force_residual(record)
+        tick, k = np.unravel_index(np.nanargmax(deviation), deviation.shape)
         return (
             f"the ground reactions are {value:.2f} body weights (RMS) from the estimated ones, "
             f"most at the {FOOT[SIDES[int(k)]]} foot, {when(record, time[tick])}"
         )
     assert record.qfrc_actuator is not None
-    there = when(record, time[np.argmax(np.abs(record.qfrc_actuator[:, :3]).max(axis=1))])
-    return f"forces and motion disagree by {value:.1g} body weights, {there}"
+    instant = when(record, time[np.argmax(np.abs(record.qfrc_actuator[:, :3]).max(axis=1))])
+    return f"forces and motion disagree by {value:.1g} body weights, {instant}"
 
 
-def _apart(record: Record, name: str) -> Float[Array, " n"]:
-    """Return how far a coordinate is from the recorded one at each tick, mean removed [rad]."""
+def _deviation(record: Record, name: str) -> Float[Array, " n"]:
+    """Return the mean-free deviation of a coordinate from the recorded one at each tick [rad]."""
     ours = record.motion[name]
-    apart = ours - record.references["recorded"].at(record.motion.time)[name]
-    return np.abs(apart - apart.mean())
+    deviation = ours - record.references["recorded"].at(record.motion.time)[name]
+    return np.abs(deviation - deviation.mean())
 
 
 def limit_of(key: str) -> str:
-    """Return the name of a figure's limit: ``_limit`` stands before the unit."""
+    """Return the name of a figure's limit, with ``_limit`` before the unit."""
     stem, _, unit = key.rpartition("_")
     return f"{stem}_limit_{unit}"
 
 
 def force_residuals(forced: Record) -> dict[str, float]:
-    """Return how far forces are from the estimated ones, and from the motion that they move."""
+    """Return differences of forces from the estimated ones and from the equations of motion."""
     assert forced.qfrc_actuator is not None
     found = {
         "equations_residual_max_bw": float(
@@ -167,18 +171,18 @@ def force_residuals(forced: Record) -> dict[str, float]:
 
 
 def _force_residual(forced: Record) -> Float[Array, "n 2"]:
-    """Return how far the force on each foot is from the estimated one [body weights].
+    """Return the difference between force and estimated force on each foot [body weights].
 
-    NaN where neither is loaded.
+    It is NaN where neither foot is loaded.
     """
     estimated = forced.signals["estimated.force"]
     force = np.stack([forced.foot(side).force for side in SIDES], axis=1)
-    apart = np.linalg.norm(force - estimated, axis=2) / forced.weight
-    return np.where((force[..., 2] > 0) | (estimated[..., 2] > 0), apart, np.nan)
+    deviation = np.linalg.norm(force - estimated, axis=2) / forced.weight
+    return np.where((force[..., 2] > 0) | (estimated[..., 2] > 0), deviation, np.nan)
 
 
 def when(record: Record, time: float) -> str:
-    """Return an instant in words."""
+    """Return a description of an instant."""
     words = f"{time:.2f} s into the recording"
     for phase in phases_of(record):
         if phase.start <= time <= phase.stop:
@@ -187,16 +191,16 @@ def when(record: Record, time: float) -> str:
     return words
 
 
-def gait_figures(record: Record, held: Comparison) -> dict[str, Any]:
+def gait_figures(record: Record, comparison: Comparison) -> dict[str, Any]:
     """Return the figures of a reproduced gait."""
     time, signals = record.motion.time, record.signals
     return {
-        "motion_status": gait_status(record, held),
+        "motion_status": gait_status(record, comparison),
         "task_order": [str(name) for name in signals["tasks.names"]],
         "reproduced_from_s": float(time[0]),
         "reproduced_to_s": float(time[-1]),
-        "cycles_count": len(held.cycles),
-        **held.metrics(),
+        "cycles_count": len(comparison.cycles),
+        **comparison.metrics(),
         **{limit_of(key): limit for key, limit in LIMITS.items()},
         "step_s": float(time[1] - time[0]),
         "ticks_exact_pct": 100.0 * float(np.mean(signals["exact"])),
@@ -205,19 +209,19 @@ def gait_figures(record: Record, held: Comparison) -> dict[str, Any]:
 
 def force_figures(
     forced: Record,
-    held: Comparison,
+    comparison: Comparison,
     measured: Record | None = None,
     ground: Float[Array, "n_frames 3"] | None = None,
 ) -> dict[str, Any]:
-    """Return the figures of a gait moved by forces, beside the measured forces where known.
+    """Return the figures of a gait moved by forces, with a comparison to measured forces if known.
 
     Args:
         forced: The gait moved by forces.
-        held: The same against the recorded one.
+        comparison: The same against the recorded one.
         measured: The fitted recording with its measured forces.
-        ground: Path of the ground itself, a treadmill's belt [m]; at rest if absent.
+        ground: Path of a treadmill's belt [m]; at rest if absent.
     """
-    status, against = forces_status(forced, held), held.metrics()
+    status, against = forces_status(forced, comparison), comparison.metrics()
     found: dict[str, Any] = {
         "dynamics_status": status,
         **force_residuals(forced),

@@ -1,4 +1,4 @@
-"""Two or more gaits over each other: cycles of every curve, their differences and figures."""
+"""Comparison of two or more gaits: cycles of every curve, their differences, and figures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ import numpy as np
 
 from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curve_difference import CurveDifference, curve_difference
-from plantigrade.analyze.curves import LOADED, gait_curves
+from plantigrade.analyze.curves import LOADED_JOINTS, gait_curves
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.analyze.norms import unit_of
 from plantigrade.arrays import Array
@@ -22,12 +22,12 @@ from plantigrade.record import Run
 TRUNK = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
 CURVES = (
     *(*ANGLES, "subtalar_angle", "mtp_angle", *TRUNK),
-    *(f"{name}_moment" for name in LOADED),
+    *(f"{name}_moment" for name in LOADED_JOINTS),
     *("ground_force_up", "ground_force_forward"),
 )
-"""What is compared, by name without side."""
-MADE = ("synthesize",)
-"""Kinds of runs whose strides are all one, for nobody was measured."""
+"""Names of the compared curves, without side."""
+SYNTHESISED_KINDS = ("synthesize",)
+"""Kinds of runs whose strides have no variability, because they are synthesised."""
 MEASURES = (
     *(
         "walking_speed_m_s",
@@ -39,27 +39,27 @@ MEASURES = (
     *(f"{n}_{s}_{u}" for n, u in (("step_length", "m"), ("stance", "pct")) for s in SIDES),
     *("gps_deg", "gps_r_deg", "gps_l_deg", "marker_rms_mean_mm"),
 )
-"""Figures of runs that stand side by side."""
+"""Figures that are compared."""
 SUFFIX = {"deg": "deg", "N m/kg": "nm_kg", "body weight": "bw"}
 
 
 @dataclass(frozen=True)
 class Gait:
-    """One of the gaits that are compared."""
+    """One of the compared gaits."""
 
-    name: str  #: What it is called
+    name: str  #: Name of the gait
     curves: Mapping[str, Array] = field(repr=False)  #: Curve → one row per cycle
     foot_off: Mapping[str, float]  #: Side → foot off [% of the cycle]
-    exact: bool = False  #: Whether its strides do not scatter, for it was made, not measured
+    exact: bool = False  #: Whether its strides have no variability, because it is synthesised
 
 
 @dataclass(frozen=True, eq=False)
 class RunComparison:
-    """Gaits compared: each later one with the first.
+    """Comparison of gaits, each later one with the first.
 
     Attributes:
         gaits: The gaits, in order.
-        runs: Their runs; one alone where its right and left are compared.
+        runs: Their runs; a single one if its sides are compared.
     """
 
     gaits: tuple[Gait, ...]
@@ -67,7 +67,7 @@ class RunComparison:
 
     @property
     def sides(self) -> bool:
-        """Whether right and left of one run are compared."""
+        """Whether the sides of one run are compared."""
         return len(self.runs) == 1
 
     @property
@@ -91,7 +91,7 @@ class RunComparison:
         }
 
     def metrics(self) -> dict[str, Any]:
-        """Return every figure: of each later gait against the first, and what the runs say."""
+        """Return figures of each later gait relative to the first, and measures of the runs."""
         found: dict[str, Any] = {"status": "ok", "compared_count": len(self.gaits)}
         found["gaits"] = [gait.name for gait in self.gaits]
         found["differences"] = {}
@@ -112,7 +112,7 @@ class RunComparison:
         return found
 
     def rows(self) -> tuple[list[str], list[list[Any]]]:
-        """Return every curve as names of columns and rows of plain values."""
+        """Return every curve as column names and rows of values."""
         later = list(self.differences)
         header = ["variable", "percent"]
         header += [f"{what} {gait.name}" for gait in self.gaits for what in ("mean", "sd")]
@@ -133,14 +133,14 @@ class RunComparison:
 
 
 def compare_runs(runs: Sequence[Run], names: Sequence[str]) -> RunComparison:
-    """Return runs compared by their gait cycles; right and left of a single one.
+    """Return the comparison of runs over their gait cycles, or of the sides of a single one.
 
     Args:
-        runs: One or more.
-        names: What each is called; all different.
+        runs: One or more runs.
+        names: Names of the runs, all different.
 
     Raises:
-        ParameterError: If there is none, or one has no whole gait cycle.
+        ParameterError: If there is none, or one has no complete gait cycle.
     """
     if not runs:
         raise ParameterError(
@@ -156,12 +156,12 @@ def gait_of(run: Run, name: str) -> Gait:
     """Return the gait of a run.
 
     Raises:
-        ParameterError: If it has no whole gait cycle.
+        ParameterError: If it has no complete gait cycle.
     """
     curves, loaded = gait_curves(run.record), gait_curves(run.with_forces)
     if not curves.cycles:
         raise ParameterError(
-            f"{name} shows no whole gait cycle; runs are compared over the gait cycle, so give "
+            f"{name} shows no complete gait cycle; runs are compared over the gait cycle, so give "
             "walks"
         )
     every: dict[str, Array] = dict(clinical_angles(run.record, curves))
@@ -173,21 +173,21 @@ def gait_of(run: Run, name: str) -> Gait:
     }
     offs = {side: run.figures.get(f"stance_{side}_pct") for side in SIDES}
     foot_off = {side: float(value) for side, value in offs.items() if isinstance(value, float)}
-    return Gait(name, known, foot_off, run.kind in MADE)
+    return Gait(name, known, foot_off, run.kind in SYNTHESISED_KINDS)
 
 
 def sides_of(gait: Gait) -> tuple[Gait, Gait]:
     """Return right and left of a gait, as two gaits whose curves have no side.
 
     Raises:
-        ParameterError: If a foot has no whole gait cycle.
+        ParameterError: If a foot has no complete gait cycle.
     """
     found = []
     for side, name in zip(SIDES, ("right", "left"), strict=True):
         mine = {n[:-2]: rows for n, rows in gait.curves.items() if n.endswith(f"_{side}")}
         if not mine:
             raise ParameterError(
-                f"{gait.name} shows no whole gait cycle of the {name} foot: its sides cannot be "
+                f"{gait.name} shows no complete gait cycle of the {name} foot: its sides cannot be "
                 "compared; name a second run"
             )
         offs = {side: gait.foot_off[side]} if side in gait.foot_off else {}

@@ -1,4 +1,4 @@
-"""How far the soles of standing feet are from the ground, and whether that is worth a word."""
+"""Height of the soles above the ground in stance, and a warning if it is large."""
 
 from collections.abc import Sequence
 
@@ -14,19 +14,18 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.motion import GaitEvent
 
-LOADED = 20.0  # a foot with this much under it stands [N]
-# Soles this far from the ground on average, or that far in more than a few frames (a contact is
-# timed to a frame or two), are worth a word [mm].
-FAR, FARTHEST, OFTEN = 10.0, 25.0, 0.05
+STANCE_LOAD = 20.0  # [N] minimum load of a foot in stance
+# Limits of the mean height [mm], and of the height [mm] that a share of frames may exceed, because
+# contacts are timed to one or two frames.
+MAX_MEAN_HEIGHT, MAX_HEIGHT, MAX_SHARE = 10.0, 25.0, 0.05
 
 
 def standing_soles(
     fit: Fit, events: Sequence[GaitEvent], forces: FootForces | None
 ) -> Float[Array, "n_frames 2"]:
-    """Return how high the soles are while their feet stand (right, left) [m]; NaN in swing.
+    """Return heights of the soles in stance (right, left) [m]; NaN in swing.
 
-    A foot stands where plates carry it; without plates between its gait events; without events
-    where it rests.
+    Stance is detected by load on plates, or else by gait events, or else by rest of the foot.
     """
     contact, time = sole_paths(fit.human, fit.qpos, fit.ground), fit.time
     stance = np.zeros((len(time), 2), dtype=bool)
@@ -39,21 +38,21 @@ def standing_soles(
             stance[rest.start : rest.stop, SIDES.index(rest.side)] = True
     if forces is not None:
         order = [forces.sides.index(side) for side in SIDES]
-        loaded = forces.force[:, order, 2] > LOADED
+        loaded = forces.force[:, order, 2] > STANCE_LOAD
         stance = np.where(np.asarray(forces.valid_side)[:, order], loaded, stance)
     return heights_in_stance(contact, stance)
 
 
 def sole_notes(soles: Float[Array, "n_frames 2"]) -> list[str]:
-    """Return a sentence where the standing feet are far from the ground."""
+    """Return a warning if the feet in stance are far from the ground."""
     figures = height_figures(soles)
     if not figures:
         return []
     mean, worst = figures["sole_in_stance_mean_mm"], figures["sole_in_stance_worst_mm"]
-    away = np.abs(1e3 * soles[np.isfinite(soles)]) > FARTHEST
-    if abs(mean) <= FAR and away.mean() <= OFTEN:
+    away = np.abs(1e3 * soles[np.isfinite(soles)]) > MAX_HEIGHT
+    if abs(mean) <= MAX_MEAN_HEIGHT and away.mean() <= MAX_SHARE:
         return []
     return [
-        f"the lowest point of the standing soles is {mean:+.0f} mm from the ground on average "
-        f"({worst:+.0f} mm at most): the feet do not stand on the ground of the file."
+        f"the lowest point of the soles in stance is {mean:+.0f} mm from the ground on average "
+        f"({worst:+.0f} mm at most); the ground of the file does not match the feet."
     ]

@@ -1,4 +1,4 @@
-"""Mean of curves, and how far two curves differ."""
+"""Mean of curves, and differences between two curves."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from plantigrade.errors import ParameterError
 
 
 def rmse(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return the root mean square difference, over what both know; NaN where they share nothing.
+    """Return the RMS difference over the samples that both have; NaN if there are none.
 
     Example:
         >>> rmse(np.array([0.0, 0.0, np.nan]), np.array([3.0, 4.0, 9.0]))
@@ -18,22 +18,22 @@ def rmse(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
 
 
 def rmse_offset_removed(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return the root mean square difference after removing the mean difference.
+    """Return the RMS difference after removing the mean difference.
 
-    It compares shapes where two conventions differ by a constant (neutral pose of a joint).
+    It compares shapes if two conventions differ by a constant, such as the neutral pose of a joint.
     """
     x, y = _shared(a, b)
     return float(np.std(x - y)) if len(x) else float("nan")
 
 
 def mean_difference(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return the mean of ``a - b``, over what both know."""
+    """Return the mean of ``a - b`` over the samples that both have."""
     x, y = _shared(a, b)
     return float(np.mean(x - y)) if len(x) else float("nan")
 
 
 def correlation(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return Pearson's r, over what both know; NaN where one of them is constant."""
+    """Return Pearson's r over the samples that both have; NaN if one of them is constant."""
     x, y = _shared(a, b)
     if len(x) < 2:
         return float("nan")

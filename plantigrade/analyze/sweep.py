@@ -1,4 +1,4 @@
-"""Everything MuJoCo says about a Record, frame by frame: one pass, then arrays."""
+"""Kinematics and dynamics of all frames of a Record, computed by MuJoCo in one pass."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
 
-CARRIES = 1e-3
-"""Without a plan, a site with more than this share of body weight is taken to stand."""
+STANCE_SHARE = 1e-3
+"""Share of body weight above which a site is in stance, if there is no plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,38 +22,40 @@ class Sweep:
 
     weight: float  #: Body weight [N]
     qacc: Float[Array, "n nv"]  #: Accelerations, as recorded
-    force: Float[Array, "n k 3"]  #: Contact forces, zero where none is known [N]
-    torque: Float[Array, "n k 3"]  #: Free moments with them [N m]
-    #: Which site was planned to stand; without a plan, which one carries
+    force: Float[Array, "n k 3"]  #: Contact forces, zero if unknown [N]
+    torque: Float[Array, "n k 3"]  #: Free moments [N m]
+    #: Sites in stance, by plan or else by load
     standing: Bool[Array, "n k"]
     known: Bool[Array, " n"]  #: Frames in which all contact forces are known
-    spread: Bool[Array, " k"]  #: Sites with a place of their own on the body; not measured forces
-    #: What the motion demands at the root: force [N] and moment about the centre of mass [N m]
+    spread: Bool[Array, " k"]  #: Sites at fixed points of the body, not measured forces
+    #: Required force [N] and moment about the centre of mass [N m] at the root
     root: Float[Array, "n 6"]
-    #: Generalised forces that the contacts leave to the joints [N m]; the first six entries are
-    #: the unexplained root (world force [N], moment about the pelvis in body axes [N m])
+    #: Generalised forces from inverse dynamics [N m]; the first six entries are the residual at
+    #: the root (world force [N], moment about the pelvis in body axes [N m])
     tau: Float[Array, "n nv"]
-    root_force: Float[Array, "n 3"]  #: Unexplained force [N]
-    root_moment: Float[Array, "n 3"]  #: Unexplained moment about the centre of mass [N m]
+    root_force: Float[Array, "n 3"]  #: Residual force [N]
+    root_moment: Float[Array, "n 3"]  #: Residual moment about the centre of mass [N m]
     com: Float[Array, "n 3"]  #: Centre of mass [m]
-    point: Float[Array, "n k 3"]  #: Lowest point of each site, or where a measured force acts [m]
-    gap: Float[Array, "n k"]  #: Height of that point above what it stands on [m]
-    #: Of the material at these points, against the ground where that moves [m/s]
+    point: Float[
+        Array, "n k 3"
+    ]  #: Lowest point of each site, or point of application of a measured force [m]
+    gap: Float[Array, "n k"]  #: Height of that point above its support [m]
+    #: Velocity of the material at these points, relative to moving ground [m/s]
     velocity: Float[Array, "n k 3"]
-    normal: Float[Array, "n k 3"]  #: Direction in which what a site stands on pushes
+    normal: Float[Array, "n k 3"]  #: Normal of the support
     momentum: Float[Array, "n 6"]  #: Linear [kg m/s] and about the centre of mass [kg m²/s]
     energy: Float[Array, " n"]  #: Kinetic and potential [J]
-    power: Float[Array, " n"]  #: Of all generalised forces [W]
+    power: Float[Array, " n"]  #: Power of all generalised forces [W]
     position: Float[Array, "n n_bodies 3"]  #: Origins of the bodies, the world first [m]
-    rotation: Float[Array, "n n_bodies 3 3"]  #: Their rotations
+    rotation: Float[Array, "n n_bodies 3 3"]  #: Rotations of the bodies
     spheres: Float[Array, "n s 3"]  #: Lowest points of the contact spheres [m]
-    clearance: Float[Array, "n s"]  #: Their height above the ground [m]
-    sphere_names: tuple[str, ...]  #: Their names
-    sphere_sides: tuple[str, ...]  #: Their sides
+    clearance: Float[Array, "n s"]  #: Height of these points above the ground [m]
+    sphere_names: tuple[str, ...]  #: Names of the contact spheres
+    sphere_sides: tuple[str, ...]  #: Sides of the contact spheres
 
 
 def sweep(record: Record) -> Sweep:
-    """Run MuJoCo's inverse dynamics, contacts and joint limits off, over all frames.
+    """Run MuJoCo's inverse dynamics over all frames, without contacts and joint limits.
 
     Raises:
         ParameterError: If the motion cannot be checked: it has no accelerations, missing values,
@@ -71,7 +73,7 @@ def sweep(record: Record) -> Sweep:
         else np.zeros((n, k, 3))
         for name in ("contact_force", "contact_torque", "contact_point")
     )
-    carriers = np.array([human.body(site.body) for site in record.sites], int)
+    site_bodies = np.array([human.body(site.body) for site in record.sites], int)
     measured = np.array([site.measured for site in record.sites], bool)
     local = np.array([site.position for site in record.sites]).reshape(k, 3)
     level = {seat.site: seat.position[2] for seat in ground.seats}
@@ -80,9 +82,9 @@ def sweep(record: Record) -> Sweep:
     upward[seated] = [0.0, 0.0, 1.0]
     radius = np.array([site.radius for site in record.sites])[:, None]
     down = radius * upward
-    moved = GroundPath.of(record)
+    ground_path = GroundPath.of(record)
 
-    wanted, explained = np.empty((n, nv)), np.zeros((n, nv))
+    required, contact_part = np.empty((n, nv)), np.zeros((n, nv))
     position, rotation = np.empty((n, nb, 3)), np.empty((n, nb, 3, 3))
     twist, com = np.empty((n, nb, 6)), np.empty((n, 3))
     momentum, energy, power = np.empty((n, 6)), np.empty(n), np.empty(n)
@@ -93,37 +95,39 @@ def sweep(record: Record) -> Sweep:
         mujoco.mj_subtreeVel(model, data)
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
-        wanted[f], energy[f] = data.qfrc_inverse, data.energy.sum()
+        required[f], energy[f] = data.qfrc_inverse, data.energy.sum()
         power[f] = (data.qfrc_inverse + data.qfrc_passive) @ data.qvel
         position[f], rotation[f] = data.xpos, data.xmat.reshape(nb, 3, 3)
         twist[f], com[f] = data.cvel, data.subtree_com[1]
         momentum[f, :3] = model.body_subtreemass[1] * data.subtree_linvel[1]
         momentum[f, 3:] = data.subtree_angmom[1]
         if k:
-            placed = position[f, carriers] + np.einsum("kij,kj->ki", rotation[f, carriers], local)
-            if ground.uneven:  # the lowest point is where the ground pushes
+            placed = position[f, site_bodies] + np.einsum(
+                "kij,kj->ki", rotation[f, site_bodies], local
+            )
+            if ground.uneven:  # the ground pushes at the lowest point
                 down = radius * ground.normal_at(placed)
                 down[seated] = radius[seated] * [0.0, 0.0, 1.0]
-            elif moved is not None:
-                down = radius * (moved.rotation[f] @ ground.normal)
+            elif ground_path is not None:
+                down = radius * (ground_path.rotation[f] @ ground.normal)
             point[f, ~measured] = (placed - down)[~measured]
         for i in np.flatnonzero(loaded[f]):
             push, turn, at = force[f, i], torque[f, i], point[f, i]
-            mujoco.mj_applyFT(model, data, push, turn, at, int(carriers[i]), explained[f])
+            mujoco.mj_applyFT(model, data, push, turn, at, int(site_bodies[i]), contact_part[f])
 
-    own = twist[:, carriers]  # angular, then linear where the body's centre of mass is
+    own = twist[:, site_bodies]  # angular, then linear at the centre of mass of the body
     height = ground.under(point)
     height[:, seated] = [level[record.sites[i].name] for i in seated]
     normal = ground.normal_at(point)
     normal[:, seated] = [0.0, 0.0, 1.0]
     gap = np.einsum("nki,ki->nk", point, upward) - height
     velocity = own[..., 3:] + cross(own[..., :3], point - com[:, None])
-    if moved is not None:  # level where it is at rest, and without a seat
-        here = moved.inward(point)
+    if ground_path is not None:  # moving ground is level at rest and has no seat
+        here = ground_path.inward(point)
         gap = here @ ground.normal - ground.under(here)
-        velocity -= moved.velocity_at(point)
-        normal = np.broadcast_to((moved.rotation @ ground.normal)[:, None], normal.shape)
-    tau = wanted - explained
+        velocity -= ground_path.velocity_at(point)
+        normal = np.broadcast_to((ground_path.rotation @ ground.normal)[:, None], normal.shape)
+    tau = required - contact_part
     root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
     spheres = contact_sites(human)
@@ -131,17 +135,17 @@ def sweep(record: Record) -> Sweep:
     under = [human.body(s.body) for s in spheres]
     inside = np.array([s.position for s in spheres]).reshape(-1, 3)
     centre = position[:, under] + np.einsum("nsij,sj->nsi", rotation[:, under], inside)
-    if moved is None:
+    if ground_path is None:
         lowest = beneath = centre - size * ground.normal_at(centre)
     else:
-        lowest = centre - size * (moved.rotation @ ground.normal)[:, None]
-        beneath = moved.inward(lowest)
+        lowest = centre - size * (ground_path.rotation @ ground.normal)[:, None]
+        beneath = ground_path.inward(lowest)
     known = np.full(n, record.contact_force is not None)
     if record.contact_known is not None:
         known &= record.contact_known.all(axis=1)
     standing = record.contact_planned
     if standing is None:
-        standing = np.linalg.norm(force, axis=2) > CARRIES * weight
+        standing = np.linalg.norm(force, axis=2) > STANCE_SHARE * weight
     return Sweep(
         weight=weight,
         qacc=qacc,
@@ -150,7 +154,7 @@ def sweep(record: Record) -> Sweep:
         standing=standing & ~measured,
         known=known,
         spread=~measured,
-        root=np.hstack(root_wrench_at(wanted[:, :6], motion.qpos, com)),
+        root=np.hstack(root_wrench_at(required[:, :6], motion.qpos, com)),
         tau=tau,
         root_force=root_force,
         root_moment=root_moment,
@@ -172,7 +176,7 @@ def sweep(record: Record) -> Sweep:
 
 
 def _accelerations(record: Record) -> Float[Array, "n nv"]:
-    """Return the accelerations of a record that can be checked; raise for any other."""
+    """Return the accelerations of a record; raise if it cannot be checked."""
     motion, n = record.motion, record.motion.n_frames
     if motion.qacc is None:
         raise ParameterError("cannot check a record without accelerations (motion.qacc)")
@@ -180,7 +184,7 @@ def _accelerations(record: Record) -> Float[Array, "n nv"]:
         raise ParameterError("a motion to check needs frames at finite, increasing times [s]")
     check_motion(record.human, motion.qpos, motion.qvel, motion.qacc)
     if record.contact_force is not None and not np.isfinite(record.contact_force).all():
-        raise ParameterError("contact_force has missing values; contact_known says what is unknown")
+        raise ParameterError("contact_force has missing values; mark them with contact_known")
     if np.any(np.abs(np.linalg.norm(motion.qpos[:, 3:7], axis=1) - 1.0) > 1e-6):
         raise ParameterError("the quaternions in qpos[:, 3:7] must have length one")
     for site in record.sites:
@@ -191,7 +195,7 @@ def _accelerations(record: Record) -> Float[Array, "n nv"]:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross product of rows; much faster than NumPy's own for three columns."""
+    """Return the cross product of rows; much faster than NumPy for three columns."""
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)

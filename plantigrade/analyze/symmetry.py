@@ -1,16 +1,16 @@
-r"""How alike left and right are: one index of single measures, one of curves.
+r"""Symmetry of left and right: an index of single measures, and one of curves.
 
 The symmetry index of a measure is the difference of right and left in percent of their mean
 [Robinson1987]_,
 
 .. math:: \mathrm{SI} = 100\,\frac{R - L}{\frac{1}{2} (R + L)} :
 
-0 where they are alike, positive where the right is greater. It is undefined for measures that
-change sign, such as an angle; for those the range over the cycle is taken.
+0 if they are equal, positive if the right is greater. It is undefined for measures that change
+sign, such as an angle; for those the range over the cycle is used.
 
 The trend symmetry of two curves compares their shapes alone [Crenshaw2006]_: of the points
 :math:`(R_i - \bar R, L_i - \bar L)` over the cycle it is the variance across the principal axis in
-percent of that along it; 0 where one curve is the other stretched and shifted.
+percent of that along it; 0 if one curve is the other scaled and shifted.
 
 References:
     [Robinson1987]_, [Crenshaw2006]_.
@@ -29,7 +29,7 @@ ANGLES = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_a
 
 
 def symmetry_index(right: float, left: float) -> float:
-    """Return the symmetry index of a measure that is positive on both sides [%]; else NaN.
+    """Return the symmetry index of a measure [%]; NaN unless it is positive on both sides.
 
     Example:
         >>> symmetry_index(0.66, 0.60), symmetry_index(0.6, -0.6)
@@ -41,7 +41,7 @@ def symmetry_index(right: float, left: float) -> float:
 
 
 def trend_symmetry(right: Float[Array, " n"], left: Float[Array, " n"]) -> float:
-    """Return the trend symmetry of two mean curves over the cycle [%]; NaN where nothing moves.
+    """Return the trend symmetry of two mean curves over the cycle [%]; NaN for constant curves.
 
     Example:
         >>> t = np.linspace(0, 2 * np.pi, 100, endpoint=False)
@@ -60,11 +60,11 @@ def trend_symmetry(right: Float[Array, " n"], left: Float[Array, " n"]) -> float
 def symmetry_figures(
     figures: Mapping[str, Any], angles: Mapping[str, Float[Array, "n_cycles n_percent"]]
 ) -> dict[str, float]:
-    """Return the indices of a gait under flat keys [%, deg]; unknown ones are left out.
+    """Return the indices of a gait under flat keys [%, deg]; unknown ones are omitted.
 
     Args:
-        figures: Its spatio-temporal measures, as in ``metrics.json``.
-        angles: Its angles by name and side, cycles by percent [deg].
+        figures: Spatio-temporal measures, as in ``metrics.json``.
+        angles: Angles by name and side, cycles by percent [deg].
     """
     found = {}
     for key in MEASURES:

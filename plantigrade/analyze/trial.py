@@ -1,7 +1,7 @@
 """Analysis of a fitted recording: one Record and its curves.
 
-Filter and differentiate, find the gait events, share the plates out to the feet, estimate the
-forces that no plate measured, compute the joint moments, cut the cycles, measure the gait.
+The steps are filtering and differentiation, detection of gait events, assignment of plates to feet,
+estimation of unmeasured forces, joint moments, gait cycles, and gait measures.
 """
 
 from dataclasses import dataclass, replace
@@ -10,13 +10,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plantigrade.analyze.body_mass import Weighing, weigh_gait, weigh_standing
+from plantigrade.analyze.body_mass import MeasuredMass, weigh_gait, weigh_standing
 from plantigrade.analyze.estimated_forces import (
     estimate,
     estimate_figures,
     estimate_signals,
-    left_over,
-    support_push,
+    residual_wrench,
+    support_forces,
 )
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
@@ -52,38 +52,35 @@ from plantigrade.record import Record
 CUTOFF = 6.0
 """Low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_."""
 RUNNING_CUTOFF = 15.0
-"""The same in running [Hz] [Hamner2013]_ and in jumps; forces and motion alike
-[Kristianslund2012]_."""
+"""Low-pass of motion and forces in running [Hz] [Hamner2013]_ and in jumps [Kristianslund2012]_."""
 
-DOUBTFUL_MASS = 0.1
-"""A given body mass that differs more from the one weighed, as a fraction of it, is doubted."""
+MAX_MASS_DIFFERENCE = 0.1
+"""Maximum relative difference between given and measured body mass without a warning."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A fitted recording, analysed."""
+    """An analysed recording."""
 
-    fit: Fit  #: The fit; its Human has the mass that was found
+    fit: Fit  #: The fit, with the body mass that was determined
     motion: Motion  #: The motion, filtered, with its gait events
     feet: FootPath  #: Paths of the feet
     cycles: tuple[Cycle, ...]  #: Gait cycles of both feet, by start
     measures: GaitMeasures  #: Spatio-temporal measures
-    forces: FootForces | None  #: Ground reactions by foot, where they were measured
-    #: Inverse dynamics with the forces on the feet, measured and estimated; what a seat carries
-    #: is left at the root
+    forces: FootForces | None  #: Measured ground reactions by foot
+    #: Inverse dynamics with measured and estimated forces on the feet; the force of a seat remains
+    #: at the root
     moments: Moments | None
     #: Height of the lowest point of each sole above the ground (right, left) [m]; NaN in swing
     soles: Float[Array, "n_frames 2"] | None = None
-    notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
+    notes: tuple[str, ...] = ()  #: Notes for the user
     cutoff: float | None = None  #: Low-pass of motion and forces [Hz]
-    weighed: Weighing | None = None  #: The body mass that the plates carry
-    events_from_plates: int = 0  #: How many gait events were timed by plates
-    plate_clock_offset: float | None = (
-        None  #: Delay of the plates' clock, if it can be estimated [s]
-    )
-    #: Ground reactions of every foot in every frame, estimated where they were not measured
+    weighed: MeasuredMass | None = None  #: Body mass measured by the plates
+    events_from_plates: int = 0  #: Number of gait events timed by plates
+    plate_clock_offset: float | None = None  #: Delay of the plates, if it can be estimated [s]
+    #: Ground reactions of every foot in every frame, estimated if not measured
     ground: GroundForces | None = None
-    #: What plates measured that nothing here has seen: ground reactions, and joint moments by them
+    #: Withheld measured ground reactions, and joint moments by them
     withheld: tuple[FootForces, Moments] | None = None
 
     def record(self) -> Record:
@@ -92,7 +89,7 @@ class Trial:
 
     @cached_property
     def measured(self) -> Record | None:
-        """The record with what plates measured and nothing else; None where there were none."""
+        """The record with measured forces only; None without plates."""
         if self.withheld is None:
             return None if self.forces is None else self._record
         forces, moments = self.withheld
@@ -111,7 +108,7 @@ class Trial:
         contact: dict[str, Any] = {}
         torque = None if self.moments is None else self.moments.tau
         if self.ground is not None and torque is not None:
-            torque = torque - support_push(self.fit.human, self.motion, self.ground)
+            torque = torque - support_forces(self.fit.human, self.motion, self.ground)
             signals |= estimate_signals(self.ground)
             contact = _contact(self.fit, self.motion, self.ground.forces, self.ground)
         elif self.forces is not None:
@@ -153,7 +150,7 @@ class Trial:
             figures |= com_metrics(self.moments, self.forces, motion.qpos)
             figures |= _peak_moments(human, self.forces, self.moments)
         if self.ground is not None and self.moments is not None:
-            force, moment = left_over(human, motion, self.ground, self.moments)
+            force, moment = residual_wrench(human, motion, self.ground, self.moments)
             figures |= {
                 **estimate_figures(human, self.ground),
                 "estimate_residual_force_rms_bw": force,
@@ -173,13 +170,10 @@ def analyse(
 
     Args:
         fit: The fit.
-        cutoff: Low-pass of motion and forces [Hz]: the one usual for what the person does
-            (:data:`CUTOFF`, in running and jumps :data:`RUNNING_CUTOFF`) if not given; None to
-            leave them as they are.
-        mass: Body mass given by the user [kg]; None: that of the file, or else the one that the
-            measured forces carry.
-        without_plates: Withhold the plates: forces are estimated, and stand beside the measured
-            ones, which nothing else sees.
+        cutoff: Low-pass of motion and forces [Hz]; by default :data:`CUTOFF`, in running and jumps
+            :data:`RUNNING_CUTOFF`; None for no filter.
+        mass: Body mass [kg]; by default that of the file, or else by the plates.
+        without_plates: Withhold the plates from the estimation of forces, for a comparison.
     """
     human, notes, plates = fit.human, list(fit.warnings), fit.recording.plates
     if without_plates and plates:
@@ -189,7 +183,7 @@ def analyse(
         human = human.with_mass(mass)
     given = mass is not None or fit.recording.subject.mass is not None
     age = fit.recording.subject.age
-    feet = foot_path(human, fit.qpos)  # as fitted: the filter of the dynamics blurs contact
+    feet = foot_path(human, fit.qpos)  # unfiltered, because the filter smooths contacts
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
     flies = "runs" if is_running(events) else ""
@@ -207,8 +201,8 @@ def analyse(
             )
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
-    moved = (human, smooth.qpos, smooth.qvel, smooth.qacc)
-    body = centroid(*moved) if plates else None
+    kinematics = (human, smooth.qpos, smooth.qvel, smooth.qacc)
+    body = centroid(*kinematics) if plates else None
     forces, from_plates, offset = None, 0, None
     if body is not None:
         soles, lift = sole_points(human, smooth.qpos), _lift(human, body)
@@ -221,9 +215,9 @@ def analyse(
         shift = clock_shift(events, seen)
         if shift is not None:
             notes.append(
-                f"the clock of the force plates seems to be {abs(1e3 * shift):.0f} ms "
-                f"{'late' if shift > 0 else 'early'} against that of the motion: feet are loaded "
-                "and unloaded at other times than they land and leave; joint moments are doubtful."
+                f"the force plates seem to be {abs(1e3 * shift):.0f} ms "
+                f"{'late' if shift > 0 else 'early'} relative to the motion: loading of the feet "
+                "does not match their landing and lift-off; joint moments are doubtful."
             )
         else:
             clean = as_measured(plates)
@@ -240,20 +234,20 @@ def analyse(
             lift,
             _pelvis_height(human, smooth.qpos, soles),
         )
-        _tell_mass(human, weighed, given, True, age, notes)
+        _add_mass_note(human, weighed, given, True, age, notes)
         if weighed is not None and not given:
             human = human.with_mass(weighed.mass)
     elif not given:
-        _tell_mass(human, None, False, False, age, notes)
+        _add_mass_note(human, None, False, False, age, notes)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
-    ground, moments, said = estimate(human, motion, forces, heights, fit.ground)
-    notes += _beside_plates(forces, ground is not None)
-    notes += said
+    ground, moments, estimate_notes = estimate(human, motion, forces, heights, fit.ground)
+    notes += _off_plate_notes(forces, ground is not None)
+    notes += estimate_notes
     if ground is None and forces is not None:
-        moments = inverse_dynamics(human, *moved[1:], forces)
+        moments = inverse_dynamics(human, *kinematics[1:], forces)
     return Trial(
         fit=replace(fit, human=human),
         motion=motion,
@@ -276,14 +270,14 @@ def analyse(
 def _withheld(
     fit: Fit, motion: Motion, human: Human, cutoff: float | None, given: bool
 ) -> tuple[FootForces, Moments] | None:
-    """Return what plates measured, and joint moments by it; None where there were none."""
+    """Return measured forces and joint moments by them; None without plates."""
     if not fit.recording.plates or motion.qacc is None:
         return None
-    moved = (human, motion.qpos, motion.qvel, motion.qacc)
-    soles, body = sole_points(human, motion.qpos), centroid(*moved)
+    kinematics = (human, motion.qpos, motion.qvel, motion.qacc)
+    soles, body = sole_points(human, motion.qpos), centroid(*kinematics)
     lift, mass = _lift(human, body), human.mass if given else None
     forces, _, _ = _on_feet(fit.recording.plates, motion.time, soles, body, cutoff, mass, lift)
-    return forces, inverse_dynamics(*moved, forces)
+    return forces, inverse_dynamics(*kinematics, forces)
 
 
 def _on_feet(
@@ -295,7 +289,7 @@ def _on_feet(
     mass: float | None,
     lift: Float[Array, " n_frames"],
 ) -> tuple[FootForces, tuple[ForcePlate, ...], float | None]:
-    """Return the forces on the feet, plates on the motion's clock, and the delay of theirs [s].
+    """Return forces on the feet, synchronised plates, and their delay [s].
 
     Plates whose delay is small or cannot be estimated are returned unchanged.
     """
@@ -310,28 +304,28 @@ def _on_feet(
 
 
 def _lift(human: Human, body: Centroid) -> Float[Array, " n_frames"]:
-    """Return the vertical force that a motion needs, by body mass [m/s²]."""
+    """Return the required vertical force per body mass [m/s²]."""
     assert body.force is not None
     return body.force[:, 2] / human.mass
 
 
-def _tell_mass(
+def _add_mass_note(
     human: Human,
-    weighed: Weighing | None,
+    weighed: MeasuredMass | None,
     given: bool,
     plates: bool,
     age: float | None,
     notes: list[str],
 ) -> None:
-    """Say where the body mass comes from, or that it is doubtful."""
+    """Add a note on the source of the body mass, or a warning if it is doubtful."""
     if given:
-        if weighed is not None and abs(weighed.mass / human.mass - 1) > DOUBTFUL_MASS:
+        if weighed is not None and abs(weighed.mass / human.mass - 1) > MAX_MASS_DIFFERENCE:
             notes.append(
                 f"the body mass is given as {human.mass:.1f} kg, but the force plates measured "
                 f"{weighed.mass:.1f} kg."
             )
     elif weighed is not None:
-        where = "quiet standing" if weighed.how == "standing" else "gait"
+        where = "quiet standing" if weighed.method == "standing" else "gait"
         notes.append(
             Info(
                 f"the file gives no body mass; the force plates measured {weighed.mass:.1f} kg "
@@ -348,8 +342,8 @@ def _tell_mass(
         )
 
 
-def _beside_plates(forces: FootForces | None, estimated: bool) -> list[str]:
-    """Return notes on the frames in which a foot stands on no plate."""
+def _off_plate_notes(forces: FootForces | None, estimated: bool) -> list[str]:
+    """Return notes on frames in which a foot is on no plate."""
     notes = []
     names = {"r": "right", "l": "left"}
     for side, share in zip(forces.sides, forces.beside_plates, strict=True) if forces else ():
@@ -370,7 +364,7 @@ def _pelvis_height(human: Human, qpos: np.ndarray, soles: dict[str, np.ndarray])
 
 
 def _possible_cutoff(time, cutoff: float | None) -> float | None:
-    """Return the cut-off, or None where the frame rate is too low for it to do anything."""
+    """Return the cut-off, or None if the frame rate is too low for it."""
     if cutoff is None or len(time) < 12:
         return None
     rate = (len(time) - 1) / (time[-1] - time[0])
@@ -378,14 +372,14 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
 
 
 def _leg_known(forces: FootForces, side: str) -> np.ndarray:
-    """Return the frames in which the force on one foot is known (also when it is in the air)."""
+    """Return the frames in which the force on one foot is known, flight included."""
     return np.asarray(forces.valid_side)[:, forces.sides.index(side)]
 
 
 def _contact(
     fit: Fit, motion: Motion, forces: FootForces, ground: GroundForces | None = None
 ) -> dict[str, Any]:
-    """Return forces by the segments that carry them, and on supports, as fields of a Record."""
+    """Return forces on segments and supports as fields of a Record."""
     carried = segment_forces(fit.human, motion.qpos, forces.force, forces.point, forces.torque)
     sites = tuple(
         ContactSite(body=f"{segment}_{side}", name=f"{segment}_{side}", side=side, measured=True)
@@ -422,7 +416,7 @@ def _contact(
 
 
 def _markers(fit: Fit, motion: Motion) -> tuple[Markers | None, np.ndarray | None]:
-    """Return the recorded markers that were used, and the same markers on the body."""
+    """Return the recorded markers used by the fit, and their fitted positions."""
     if fit.markers is None:
         return None, None
     seen = fit.markers.positions

@@ -1,4 +1,4 @@
-"""The verdict of the check: the worst value of every quantity, and every fault in words."""
+"""The verdict of the check: the worst value of every quantity, and a sentence for every fault."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,23 +8,23 @@ import numpy as np
 from plantigrade.analyze.quantities import OF_COORDINATES, OF_JOINTS, QUANTITY, quantity
 from plantigrade.arrays import Array, Float
 
-MOST_SAID = 3
-"""Sentences in :attr:`Verdict.status`; the others are counted."""
+MAX_STATUS_SENTENCES = 3
+"""Maximum number of sentences in :attr:`Verdict.status`; further ones are counted."""
 
 
 @dataclass(frozen=True)
 class Measure:
-    """The worst of one quantity over the motion."""
+    """The worst value of one quantity over the motion."""
 
-    #: Which, one of :data:`~plantigrade.analyze.quantities.QUANTITIES` or ``"condition"``
+    #: One of :data:`~plantigrade.analyze.quantities.QUANTITIES` or ``"condition"``
     quantity: str
-    value: float  #: The worst value; NaN if there was nothing to look at
-    limit: float  #: What is allowed
+    value: float  #: The worst value; NaN if there was none
+    limit: float  #: The limit
     unit: str  #: Unit of both
-    time: float = np.nan  #: When [s]; NaN for a mean over the motion
+    time: float = np.nan  #: Time of the worst value [s]; NaN for a mean over the motion
     name: str = ""  #: Site, coordinate or condition; empty for the whole body
     side: str = ""  #: ``"r"``, ``"l"`` or empty
-    bad: bool = False  #: Whether it is out of its limit by more than the tolerance
+    bad: bool = False  #: Whether the limit is exceeded by more than the tolerance
     below: bool = False  #: Whether the limit is a lower one
 
 
@@ -32,27 +32,27 @@ class Measure:
 class Finding(Measure):
     """One fault, with place and time of its worst value."""
 
-    start: float = np.nan  #: Since when it is too large [s]
-    end: float = np.nan  #: Until when [s]
+    start: float = np.nan  #: Start of the violation [s]
+    end: float = np.nan  #: End of the violation [s]
     #: More sites of the same foot with the same fault at the same time
     others: tuple[str, ...] = ()
-    #: How bad it is: value over limit; of a condition, violation over tolerance
+    #: Value over limit, or violation over tolerance for a condition
     excess: float = np.nan
-    advice: str = ""  #: What to do; that of the quantity if empty
+    advice: str = ""  #: Advice; that of the quantity if empty
 
     @property
     def where(self) -> str:
-        """The place in words: ``"left heel back medial"``, or the name of a coordinate."""
+        """Readable location, such as ``"left heel back medial"``, or the name of a coordinate."""
         if self.quantity in (*OF_COORDINATES, "pressure"):
             return self.name
         plain = self.name.removesuffix(f"_{self.side}") if self.side else self.name
         return ({"r": "right ", "l": "left "}.get(self.side, "") + plain).replace("_", " ")
 
     def sentence(self, more_times: int = 0) -> str:
-        """Return what is wrong, where, when, what is allowed and what to do.
+        """Return a sentence with fault, location, time, limit and advice.
 
         Args:
-            more_times: How often the same happens at other times.
+            more_times: Number of further occurrences.
         """
         kind = quantity(self.quantity)
         if np.isnan(self.value):
@@ -63,7 +63,7 @@ class Finding(Measure):
         if self.others:
             n, foot = len(self.others), self.side and self.quantity not in OF_COORDINATES
             more = ("more place" if n == 1 else "more places") + " of that foot" if foot else "more"
-            what += f" (and so {'does' if n == 1 else 'do'} {n} {more})"
+            what += f" (as {'does' if n == 1 else 'do'} {n} {more})"
         again = "once more" if more_times == 1 else f"{more_times} more times"
         when = self._when() + (f", and {again}" if more_times else "")
         return f"{what} {when}; {allowed} is allowed: {self.advice or kind.advice}"
@@ -80,56 +80,58 @@ class Finding(Measure):
 class Slip:
     """One stance of one site."""
 
-    site: str  #: Its name
-    side: str  #: Its foot
-    start: float  #: First frame of the stance, its time [s]
-    end: float  #: Last frame [s]
-    distance: float  #: Largest distance along the ground from where the material touched [mm]
-    time: float  #: When [s]
-    since: float  #: When 5 % of that distance was covered [s]
-    until: float  #: When 95 % of it was covered [s]
+    site: str  #: Name of the site
+    side: str  #: Side of its foot
+    start: float  #: Time of the first frame of the stance [s]
+    end: float  #: Time of the last frame [s]
+    distance: float  #: Largest tangential displacement since touchdown [mm]
+    time: float  #: Time of that displacement [s]
+    since: float  #: Time at 5 % of that displacement [s]
+    until: float  #: Time at 95 % of that displacement [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
     """The verdict of the check on a Record."""
 
-    measures: dict[str, Measure]  #: The worst of every quantity, by its name, good or bad
-    conditions: dict[str, Measure]  #: The worst of every condition of the task, by its name
-    findings: tuple[Finding, ...]  #: What is wrong, worst first
+    measures: dict[str, Measure]  #: The worst value of every quantity by name
+    conditions: dict[str, Measure]  #: The worst value of every condition of the task by name
+    findings: tuple[Finding, ...]  #: Faults, worst first
     time: Float[Array, " n_frames"]  #: Time of each frame [s]
-    #: Generalised forces that the contacts leave to the joints [N m]; the first six entries are
-    #: the unexplained root (world force [N], moment about the pelvis in body axes [N m])
+    #: Generalised forces from inverse dynamics [N m]; the first six entries are the residual at
+    #: the root (world force [N], moment about the pelvis in body axes [N m])
     tau: Float[Array, "n_frames nv"]
-    root_force: Float[Array, "n_frames 3"]  #: Unexplained force, world [N]
-    #: Unexplained moment about the centre of mass, world [N m]
+    root_force: Float[Array, "n_frames 3"]  #: Residual force, world [N]
+    #: Residual moment about the centre of mass, world [N m]
     root_moment: Float[Array, "n_frames 3"]
     com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
     contact_point: Float[Array, "n_frames n_sites 3"]  #: Lowest point of each site, world [m]
-    gap: Float[Array, "n_frames n_sites"]  #: Height of that point above what it stands on [m]
-    #: Where the feet must push for this motion, world [m]; NaN where they need (next to) no
-    #: force
+    gap: Float[Array, "n_frames n_sites"]  #: Height of that point above its support [m]
+    #: Centre of pressure that the motion requires, world [m]; NaN without a significant force
     centre_of_pressure: Float[Array, "n_frames 3"]
     slips: tuple[Slip, ...]  #: Every stance of every site
 
     @property
     def ok(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether there are no faults."""
         return not self.findings
 
     @property
     def status(self) -> str:
-        """``"ok"``, or what is wrong, where and when, worst first."""
-        words = self.words()
+        """``"ok"``, or the worst faults with location and time."""
+        words = self.sentences()
         if self.ok:
             return "ok"
-        more = len(words) - MOST_SAID
+        more = len(words) - MAX_STATUS_SENTENCES
         if more > 0:
-            words = [*words[:MOST_SAID], f"and {more} more finding{'s' if more > 1 else ''}"]
+            words = [
+                *words[:MAX_STATUS_SENTENCES],
+                f"and {more} more finding{'s' if more > 1 else ''}",
+            ]
         return "; ".join(words)
 
-    def words(self) -> list[str]:
-        """Return one sentence for each fault; of one that recurs, for the worst time."""
+    def sentences(self) -> list[str]:
+        """Return one sentence for each fault; a recurring fault is reported at its worst time."""
         if self.ok:
             return [f"checked {len(self.time)} frames: everything is within its limits"]
         times: dict[tuple[str, str], list[Finding]] = {}
@@ -178,5 +180,5 @@ class Verdict:
 
 
 def _number(value: float) -> str:
-    """Return a number with three digits."""
+    """Return a number with three significant digits."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"

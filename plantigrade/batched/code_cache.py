@@ -43,7 +43,7 @@ def folder() -> Path | None:
 
 
 def read(name: str) -> bytes | None:
-    """Return what was written under a name; None if there is nothing that can be trusted."""
+    """Return the bytes stored under a name; None if there are none that can be trusted."""
     path = path_of(name)
     if path is None:
         return None
@@ -60,7 +60,7 @@ def read(name: str) -> bytes | None:
 
 
 def write(name: str, body: bytes) -> None:
-    """Store bytes under a name, all or nothing; do nothing where that is not possible."""
+    """Store bytes under a name atomically; do nothing if that is not possible."""
     path = path_of(name)
     if path is None:
         return
@@ -82,7 +82,7 @@ def write(name: str, body: bytes) -> None:
 
 
 def path_of(name: str) -> Path | None:
-    """Return the file that holds what is written under a name; None if there is no cache."""
+    """Return the file of a name; None if there is no cache."""
     base = folder()
     return None if base is None else base / (hashlib.sha256(name.encode()).hexdigest() + ".bin")
 
@@ -116,7 +116,7 @@ def _opened(path: Path | str, flags: int, *, dir_fd: int | None = None) -> Itera
 
 
 def _require_private(status: os.stat_result) -> None:
-    """Refuse what another user owns, or what the group or everybody can write to."""
+    """Check that only this user owns a file and can write to it."""
     if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PermissionError("other users could have written this")
 

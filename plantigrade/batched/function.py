@@ -123,7 +123,7 @@ class BatchedFunction:
         *,
         add: bool = False,
     ) -> None:
-        """Write the nonzeros of every output to given places of given arrays, at every node.
+        """Write the nonzeros of every output to given indices of given arrays, at every node.
 
         Args:
             inputs: As for a call.

@@ -1,4 +1,4 @@
-"""What a CasADi function of SX symbols does, operation by operation, as arrays.
+"""Operations of a CasADi function of SX symbols as arrays.
 
 CasADi tells of one operation at a time, which takes longer than to make the derivatives of a body.
 In the text of a function that CasADi stores, all of them stand in a row: sixteen bytes each, a
@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float, Int
 if TYPE_CHECKING:
     import casadi
 
-COMPARED = 16  # operations at either end
+COMPARED_OPERATIONS = 16  # operations at either end
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,15 +26,15 @@ class Instructions:
 
     Attributes:
         operations: CasADi's numbers of them.
-        taken: Which operations made what each takes, -1 for none; of an input its number and
+        operands: Which operations made what each takes, -1 for none; of an input its number and
             element.
-        made: Of an output its number and nonzero, of everything else nothing of use.
+        results: Of an output its number and nonzero, of everything else nothing of use.
         numbers: Of constants; 0 of everything else.
     """
 
     operations: Int[Array, " n"]
-    taken: Int[Array, "n 2"]
-    made: Int[Array, "n 2"]
+    operands: Int[Array, "n 2"]
+    results: Int[Array, "n 2"]
     numbers: Float[Array, " n"]
 
     @classmethod
@@ -48,24 +48,24 @@ class Instructions:
         inputs = operations == ca.OP_INPUT
         numbers = np.zeros(len(lines))
         numbers[constant] = lines[constant, 2:].copy().view(np.float64)[:, 0]
-        # registers → operations that wrote to them last before
+        # registers → latest operations that wrote to them
         n, at = len(lines), np.arange(len(lines))
         wrote = np.flatnonzero(~output)
         key = np.sort(lines[wrote, 1].astype(np.int64) * (n + 1) + wrote)
-        taken = np.full((n, 2), -1)
+        operands = np.full((n, 2), -1)
         count = _operands(function, operations)
         for i in range(2):
             column = np.where(output, 2, 2 + i)
             reads = np.flatnonzero(count > i)
             asked = lines[reads, column[reads]].astype(np.int64) * (n + 1) + at[reads]
-            taken[reads, i] = key[np.searchsorted(key, asked) - 1] % (n + 1)
-        taken[inputs] = lines[inputs, 2:]
-        made = lines[:, [1, 3]].astype(np.int64)
-        return cls(operations, taken, made, numbers)
+            operands[reads, i] = key[np.searchsorted(key, asked) - 1] % (n + 1)
+        operands[inputs] = lines[inputs, 2:]
+        results = lines[:, [1, 3]].astype(np.int64)
+        return cls(operations, operands, results, numbers)
 
 
 def _operands(function: "casadi.Function", operations: Array) -> Int[Array, " n"]:
-    """Return how many values each operation takes from others."""
+    """Return the number of operands of each operation."""
     import casadi as ca
 
     count = np.zeros(int(operations.max(initial=0)) + 1, int)
@@ -82,8 +82,8 @@ def _lines(function: "casadi.Function") -> Int[Array, "n 4"]:
     output has its number, the register that is read, and its nonzero.
     """
     n = function.n_instructions()
-    first = _asked(function, range(min(n, COMPARED)))
-    last = _asked(function, range(max(n - COMPARED, 0), n))
+    first = _asked(function, range(min(n, COMPARED_OPERATIONS)))
+    last = _asked(function, range(max(n - COMPARED_OPERATIONS, 0), n))
     text = function.serialize()
     at = text.find(_as_text(first))
     if n and at >= 0 and len(text) >= at + 32 * n:
@@ -106,13 +106,13 @@ def _asked(function: "casadi.Function", which: Iterable[int]) -> Int[Array, "n 4
 
     found = []
     for k in which:
-        operation, made = function.instruction_id(k), function.instruction_output(k)
-        taken = function.instruction_input(k)
+        operation, results = function.instruction_id(k), function.instruction_output(k)
+        operands = function.instruction_input(k)
         if operation == ca.OP_CONST:
             value = np.array([function.instruction_constant(k)]).view("<i4")
-            found.append((operation, made[0], *value.tolist()))
+            found.append((operation, results[0], *value.tolist()))
         elif operation == ca.OP_OUTPUT:
-            found.append((operation, made[0], taken[0], made[1]))
+            found.append((operation, results[0], operands[0], results[1]))
         else:
-            found.append((operation, made[0], taken[0], taken[-1]))
+            found.append((operation, results[0], operands[0], operands[-1]))
     return np.array(found, dtype=np.int32).reshape(-1, 4)

@@ -1,4 +1,4 @@
-"""The source, in LLVM's language, of the machine that steps through tables.
+"""Source of the vector machine in LLVM's intermediate representation.
 
 Memory is a row of places, each of which holds some vectors (blocks), each of them the numbers of
 four or eight nodes (lanes). ``run`` takes arrays of nodes into the places of inputs, has ``tile``
@@ -24,13 +24,13 @@ LINE = 5  # numbers of a line: operation, place of the result, places of operand
 
 
 def kernel(width: int, blocks: int) -> str:
-    """Return the text of the machine for vectors of a width and places of so many of them."""
+    """Return the source for a vector width and a number of vectors per memory slot."""
     V = f"<{width} x double>"
     return "\n".join((_library_calls(V, width), _tile(V, width, blocks), _run(V, width, blocks)))
 
 
 def _tile(V: str, width: int, blocks: int) -> str:
-    """Return what steps through a table once."""
+    """Return the function that evaluates a table once."""
     text = [
         f"declare {V} @llvm.fmuladd.v{width}f64({V}, {V}, {V})\n"
         "define internal void @tile(ptr %w, ptr %table, ptr %f) {\n"
@@ -86,7 +86,7 @@ def _fused(name: str, k: int, a: str, b: str, c: str, V: str, width: int) -> str
 
 
 def _operation(name: str, k: int, a: str, b: str, V: str, width: int) -> str:
-    """Return the text that makes value k."""
+    """Return the instructions that compute value k."""
     zero, one, minus = "zeroinitializer", _splat("1.0", width), _splat("-1.0", width)
     M, v = f"<{width} x i1>", f"%v{k}"
     if name in ARITHMETIC:
@@ -159,7 +159,7 @@ class _Loops:
 
     @contextmanager
     def loop(self, index: str, count: str) -> Iterator[None]:
-        """Repeat what is added within, with an index from zero to less than a count."""
+        """Repeat the lines added within, with an index from zero to below a count."""
         before, i = self._block, f"%{index}"
         head, inside, after = (f"{index}.{n}" for n in ("head", "inside", "after"))
         self.text.append(f"br label %{head}\n{head}:\n{i} = phi i64 [0, %{before}], [{i}.1, @@]")
@@ -174,7 +174,7 @@ class _Loops:
 
 
 def _run(V: str, width: int, blocks: int) -> str:
-    """Return ``run``, which takes nodes into vectors, runs the program and writes results back.
+    """Return ``run``, which loads nodes into vectors, runs the program and stores the results.
 
     Lanes that are left over repeat the last node, and write nothing.
     """

@@ -60,7 +60,7 @@ def unavailable() -> str:
 
 @contextmanager
 def _refusals() -> Iterator[None]:
-    """Turn what LLVM refuses into our error."""
+    """Raise errors of LLVM as :class:`Untranslatable`."""
     try:
         yield
     except RuntimeError as error:
@@ -69,7 +69,7 @@ def _refusals() -> Iterator[None]:
 
 @cache
 def target() -> str:
-    """Return what machine code depends on besides its text."""
+    """Return the target of machine code: triple, processor and features."""
     import llvmlite
     import llvmlite.binding as llvm
 
@@ -79,7 +79,7 @@ def target() -> str:
 
 @cache
 def vector_width() -> int:
-    """Return how many numbers one instruction takes."""
+    """Return the number of doubles in a vector register."""
     return 8 if "+avx512f" in _host()[1].split(",") else 4
 
 
@@ -110,8 +110,8 @@ def _machine() -> Any:
 
 @cache
 def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
-    """Return where functions of the C library are, or raise :class:`Untranslatable`."""
-    for library in (None, "m", "System"):  # what is loaded already, Linux, macOS
+    """Return the addresses of functions of the C library, or raise :class:`Untranslatable`."""
+    for library in (None, "m", "System"):  # loaded already, Linux, macOS
         try:
             found = ctypes.CDLL(library and ctypes.util.find_library(library))
             pointers = [ctypes.cast(getattr(found, name), ctypes.c_void_p) for name in names]

@@ -1,4 +1,4 @@
-"""A function whose numbers become an input, so that one compiled function serves every body."""
+"""Functions whose constants become an input, so that one compiled function serves every body."""
 
 import hashlib
 from collections.abc import Callable
@@ -19,7 +19,7 @@ _NONE, _NUMBER, _EXPONENT, _OF_FORMULA = -1, -2, -3, -100
 def parametrised(
     function: "casadi.Function",
 ) -> tuple[Callable[[], "casadi.Function"], Float[Array, " n_parameters"], str]:
-    """Return a function that takes its numbers as a last input, the numbers, and a fingerprint.
+    """Return a function with its constants as last input, the constants, and a fingerprint.
 
     Small whole and half numbers stay: they belong to the formula (and to its simplifications),
     not to a body. Every use of a number becomes a parameter of its own, because two numbers that
@@ -36,13 +36,13 @@ def parametrised(
 
     f = function if function.is_a("SXFunction") else function.expand()
     does = Instructions.of(f)
-    operations, taken = does.operations, does.taken
+    operations, taken = does.operations, does.operands
     constant = operations == ca.OP_CONST
     exponents = np.isin(operations, (ca.OP_CONSTPOW, ca.OP_POW))
     used = (taken >= 0) & (operations != ca.OP_INPUT)[:, None]
     given = used & constant[taken]
     lifted = given & ~exponents[:, None] & ~_belong_to_formula(does.numbers)[taken]
-    # what each operation takes: the place of another among those that are no constants, or a number
+    # operands: index of another operation among those that are not constants, or a constant
     place = np.cumsum(~constant) - 1
     meaning = np.where(used, place[taken], np.where(taken < 0, _NONE, taken))
     formula = np.where(_belong_to_formula(does.numbers), does.numbers, 0.0)
@@ -50,7 +50,7 @@ def parametrised(
     meaning = np.where(given & exponents[:, None], _EXPONENT, meaning)
     meaning = np.where(lifted, _NUMBER, meaning)
     powers = does.numbers[taken[given & exponents[:, None]]]
-    outputs = np.where((operations == ca.OP_OUTPUT)[:, None], does.made, 0)
+    outputs = np.where((operations == ca.OP_OUTPUT)[:, None], does.results, 0)
     sparsities = [f.sparsity_in(i) for i in range(f.n_in())]
     sparsities += [f.sparsity_out(i) for i in range(f.n_out())]
     shapes = [(s.dim(True), s.get_triplet()) for s in sparsities]
@@ -65,7 +65,7 @@ def parametrised(
 def _made(
     f: "casadi.Function", does: Instructions, lifted: Bool[Array, "n 2"]
 ) -> "casadi.Function":
-    """Return a function with what is lifted as its last input."""
+    """Return a function with the lifted constants as its last input."""
     import casadi as ca
 
     symbols = [ca.SX.sym(f.name_in(i), f.sparsity_in(i)) for i in range(f.n_in())]
@@ -73,7 +73,7 @@ def _made(
     outputs: list[list[Any]] = [[0.0] * f.nnz_out(i) for i in range(f.n_out())]
     unknowns: list[Any] = []
     values: list[Any] = []
-    steps = zip(does.operations.tolist(), does.taken.tolist(), lifted.tolist(), strict=True)
+    steps = zip(does.operations.tolist(), does.operands.tolist(), lifted.tolist(), strict=True)
     for k, (operation, taken, own) in enumerate(steps):
         if operation == ca.OP_CONST:
             values.append(ca.SX(float(does.numbers[k])))
@@ -89,7 +89,7 @@ def _made(
             elif source >= 0:
                 operands.append(values[source])
         if operation == ca.OP_OUTPUT:
-            i, j = does.made[k].tolist()
+            i, j = does.results[k].tolist()
             outputs[i][j] = operands[0]
             values.append(None)
             continue

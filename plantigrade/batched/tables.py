@@ -51,7 +51,7 @@ class Program:
     """Operations in order, each making one value that is never made again."""
 
     operations: np.ndarray  # numbers of lines; INPUT or CONSTANT
-    # two numbers for each: the values it takes (-1: none); number and element of an input; the
+    # two numbers for each: its operands (-1: none); number and element of an input; the
     # index of a constant
     operands: np.ndarray
     outputs: np.ndarray  # values of the nonzeros of every output, one output after the other
@@ -84,7 +84,7 @@ class Program:
         kinds = np.full(max(names) + 1, _UNKNOWN)
         for number, name in names.items():
             kinds[number] = NUMBERS.get(name, _OTHER.get(name, _UNKNOWN))
-        operations, taken = kinds[does.operations], does.taken.copy()
+        operations, taken = kinds[does.operations], does.operands.copy()
         if (operations == _UNKNOWN).any():
             name = names[int(does.operations[np.argmax(operations == _UNKNOWN)])]
             raise Untranslatable(f"{function.name()!r} has the operation {name!r}")
@@ -106,7 +106,7 @@ class Program:
         out = operations == _OUTPUT
         starts = np.cumsum([0, *nonzeros])
         outputs = np.full(starts[-1], -1)
-        outputs[starts[does.made[out, 0]] + does.made[out, 1]] = made[taken[out, 0]]
+        outputs[starts[does.results[out, 0]] + does.results[out, 1]] = made[taken[out, 0]]
         if (outputs < 0).any():
             raise Untranslatable(f"{function.name()!r} leaves nonzeros of outputs unset")
         return cls(operations[kept], operands, outputs, constants, sizes, nonzeros)
@@ -114,7 +114,7 @@ class Program:
 
 @no_type_check  # of hundreds of thousands of values
 def _once(operations: list, first: list, second: list) -> tuple[list, list]:
-    """Return which operations are the first to make their value, and the values of all."""
+    """Return the operations that first compute their value, and the values of all."""
     commute = {NUMBERS[name] for name in _COMMUTE}
     known, kept, value, size = {}, [], [-1] * len(operations), 0
     for k, (operation, a, b) in enumerate(zip(operations, first, second, strict=True)):
@@ -138,7 +138,7 @@ def _once(operations: list, first: list, second: list) -> tuple[list, list]:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A program as the machine reads it."""
+    """A program in the format of the machine."""
 
     # number of lines; then for each the operation, the place of its result and three places of
     # operands (unused ones 0); int32
@@ -159,7 +159,7 @@ def tabulated(program: Program, n_constants: int) -> Table:
     computed = operations >= 0
     used = [a[computed], b[computed & (b >= 0)], program.outputs]
     uses = np.bincount(np.concatenate(used), minlength=n)
-    # products that are done where they are used
+    # products that are fused with their use
     sums = np.isin(operations, (NUMBERS["add"], NUMBERS["sub"]))
     single = (operations == NUMBERS["mul"]) & (uses == 1)
     first = sums & single[a]
@@ -198,7 +198,7 @@ def tabulated(program: Program, n_constants: int) -> Table:
 
 @no_type_check  # of hundreds of thousands of values
 def _placed(lines, counts, ended, place, n_places) -> int:
-    """Put the values of lines where others have ended; return the number of places."""
+    """Assign memory slots to values, reusing free ones; return the number of slots."""
     where, free, ending = place.tolist(), [], iter(ended.tolist())
     for k, count in zip(lines.tolist(), counts.tolist(), strict=True):
         if count:
@@ -248,7 +248,7 @@ class Signature:
 
 @dataclass(frozen=True, eq=False)
 class StoredTable:
-    """A table with everything a call has to know about the function.
+    """A table with the signature of its function.
 
     Attributes:
         signature: Inputs and outputs.

@@ -1,9 +1,9 @@
 """A virtual machine that steps through a table of operations, each for many nodes at once.
 
-Decoding an operation costs little beside doing it for 64 nodes. The machine itself is machine code,
-made by LLVM in a fifth of a second, stored on disk, and the same for all tables; compiling a table
-of 400 000 operations would take ten seconds or more, for code measured to be less than twice as
-fast.
+Decoding an operation costs little compared with computing it for 64 nodes. The machine itself is
+machine code, made by LLVM in a fifth of a second, stored on disk, and the same for all tables;
+compiling a table of 400 000 operations would take ten seconds or more, for code measured to be less
+than twice as fast.
 """
 
 import ctypes
@@ -18,7 +18,7 @@ from plantigrade.batched import code_cache, llvm
 from plantigrade.batched.kernel import kernel
 from plantigrade.batched.tables import LIBRARY_NAMES, Table
 
-LANES = (16, 32, 64)  # nodes at a time: the fewest that suffice, else the most
+LANES = (16, 32, 64)  # nodes at a time: the smallest that suffices, else the largest
 VERSION = 2  # of the machine; raise it whenever the kernel changes
 
 
@@ -69,7 +69,7 @@ class Machine:
         run(*(each.ctypes.data for each in arrays), n, len(inputs), len(outputs))
 
     def _with(self, lanes: int) -> tuple[Any, np.ndarray]:
-        """Return the code for so many nodes at a time, and this thread's memory for it."""
+        """Return the code for a number of nodes at a time, and this thread's memory for it."""
         if lanes not in self._engines:
             self._engines[lanes] = _machine(lanes)
         memories: dict[int, np.ndarray] = vars(self._own).setdefault("memories", {})
@@ -85,7 +85,7 @@ class Machine:
 
 @cache
 def _machine(lanes: int) -> tuple[Any, Any]:
-    """Return the engine that holds the code for so many nodes at a time, and the code."""
+    """Return the engine with the code for a number of nodes at a time, and the code."""
     width = llvm.vector_width()
     name = f"vector machine {VERSION} {lanes} {LIBRARY_NAMES} for {llvm.target()}"
     content = code_cache.read(name)

@@ -1,4 +1,4 @@
-"""Bars: one a row, and timelines."""
+"""Bar charts and timelines."""
 
 from collections.abc import Sequence
 
@@ -41,9 +41,9 @@ def bar_plot(
         values: Lengths of the bars; NaN leaves the row empty.
         title: Above the plot.
         x_label: With its unit.
-        tips: A second figure per row, drawn as a tick (the largest, say).
+        tips: A second value per row, drawn as a tick (the maximum, for example).
         colours: CSS colour per bar.
-        notes: Words at the end of each row.
+        notes: Text at the end of each row.
         width: Of the drawing [px].
     """
     row, top = 15, 30
@@ -79,13 +79,13 @@ def timeline_plot(
     marks: Sequence[float] = (),
     width: int = 1060,
 ) -> str:
-    """Return what is on when: a row of bars for each thing, over one axis of time.
+    """Return a timeline: rows of bars over one time axis.
 
     Args:
         rows: Name of each row and its bars.
         title: Above the plot.
         x_label: With its unit.
-        marks: Where thin upright lines are drawn.
+        marks: Positions of vertical lines.
         width: Of the drawing [px].
     """
     row, top = 19, 28

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from plantigrade.errors import FileError
 
-THIRD = 400
-"""Widest drawing of which three stand side by side on a page [px]."""
+MAX_THIRD_WIDTH = 400
+"""Maximum width of a drawing that fits a third of a page [px]."""
 
 _SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
@@ -19,7 +19,7 @@ class Figure:
 
     Attributes:
         svg: The drawing.
-        caption: One or two sentences that a student understands; none where empty.
+        caption: One or two sentences; empty for none.
         wide: Whether it takes the full width of a page.
     """
 
@@ -29,9 +29,9 @@ class Figure:
 
     @property
     def half(self) -> bool:
-        """Whether it takes half the width of a page: too wide for a third, not to be enlarged."""
+        """Whether it takes half the width of a page: too wide for a third, without scaling."""
         found = _SIZE.search(self.svg)
-        return not self.wide and found is not None and int(found[1]) > THIRD
+        return not self.wide and found is not None and int(found[1]) > MAX_THIRD_WIDTH
 
     def _repr_svg_(self) -> str:
         return self.svg

@@ -1,4 +1,4 @@
-"""Histograms: how the values of one figure are distributed."""
+"""Histograms of one quantity."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def histogram_plot(
     """Return a histogram with its median; the width of bins is that of Freedman and Diaconis.
 
     Args:
-        values: The values, two or more; those that are not finite are left out.
+        values: Two or more values; those that are not finite are omitted.
         title: Above the plot.
         x_label: With its unit.
         width: Of the drawing [px].

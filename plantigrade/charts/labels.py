@@ -1,4 +1,4 @@
-"""Words a reader sees for coordinates: titles, sides, and what positive and negative mean."""
+"""Labels of coordinates in plots: titles, sides, meaning of positive and negative values."""
 
 SIDE_NAMES = {"r": "right", "l": "left"}
 COORDINATES = {  # title, and what positive and negative mean, short enough for an axis
@@ -41,7 +41,7 @@ COORDINATES = {  # title, and what positive and negative mean, short enough for 
     "neck_rotation": ("Neck rotation", "to left", "to right"),
 }
 SPAN = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
-"""Least span of the vertical axis, by unit: a smaller one would magnify noise."""
+"""Minimum span of the vertical axis, by unit; a smaller one would magnify noise."""
 
 
 def side_of(name: str) -> str | None:
@@ -59,7 +59,7 @@ def side_of(name: str) -> str | None:
 
 
 def without_side(name: str) -> str:
-    """Return ``name`` without its side word.
+    """Return ``name`` without its side.
 
     Example:
         >>> without_side("knee_angle_r"), without_side("hip_flexion_l_moment")
@@ -71,7 +71,7 @@ def without_side(name: str) -> str:
 
 
 def title_of(name: str) -> str:
-    """Return the words a reader sees for coordinate ``name``, side left out.
+    """Return the title of the coordinate ``name``, without its side.
 
     Example:
         >>> title_of("knee_angle_r"), title_of("hip_flexion_l_moment"), title_of("neck_extension")
@@ -85,7 +85,7 @@ def title_of(name: str) -> str:
 
 
 def axis_label(base: str, unit: str) -> str:
-    """Return the label of the vertical axis with what its ends mean, where that is known."""
+    """Return the label of the vertical axis, with the meaning of its ends if known."""
     _, up, down = COORDINATES.get(base.removesuffix("_moment"), ("", "", ""))
     if base.endswith("_power"):
         up, down = "gives", "takes"

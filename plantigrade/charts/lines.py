@@ -22,7 +22,7 @@ from plantigrade.charts.svg import (
     title_text,
 )
 
-NEAR = 2.0  # upright lines nearer than this are drawn in turns [px]
+MIN_MARK_DISTANCE = 2.0  # upright lines nearer than this are drawn in turns [px]
 
 
 def line_plot(
@@ -66,7 +66,7 @@ def line_plot(
     ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
     x0, x1 = data_range(xs, pad=0.0)
     y0, y1 = data_range([*ys, np.zeros(1)] if zero else ys, pad=0.06, least=least)
-    series = _told_apart(series, y1 - y0)
+    series = _distinguishable(series, y1 - y0)
     left, right, bottom = 52, width - 10, height - 38
     second = legend_width(series) > right - left - TITLE * len(title)
     top = 40 if second else 26
@@ -88,8 +88,8 @@ def line_plot(
         parts += hatching(s, px, frame, rising=k % 2 == 0)
     for k, (where, colour) in enumerate(marks):
         at = float(px(where))
-        near = any(abs(float(px(other)) - at) < NEAR for other, _ in marks[:k])
-        shift = ' stroke-dashoffset="4"' if near else ""  # their dashes take turns
+        near = any(abs(float(px(other)) - at) < MIN_MARK_DISTANCE for other, _ in marks[:k])
+        shift = ' stroke-dashoffset="4"' if near else ""  # alternating dashes
         parts.append(
             f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
             f'style="stroke:{colour}" stroke-dasharray="4 4"{shift} stroke-width="1"/>'
@@ -102,8 +102,8 @@ def line_plot(
     return "".join(parts) + "</svg>"
 
 
-def _told_apart(series: Sequence[Series], height: float) -> list[Series]:
-    """Return curves with those dashed that would hide another one; ``height``: of the axis."""
+def _distinguishable(series: Sequence[Series], height: float) -> list[Series]:
+    """Return curves, dashed where they would hide another; ``height`` is that of the axis."""
     out: list[Series] = []
     for s in series:
         hides = not s.dash and any(

@@ -1,4 +1,4 @@
-"""What is drawn into a plot: curves, ribbons, bars and outlines."""
+"""Elements of plots: curves, ribbons, bars and outlines."""
 
 from dataclasses import dataclass
 
@@ -11,8 +11,8 @@ class Series:
     """One curve of a plot.
 
     Attributes:
-        x: Where.
-        y: How much; NaN breaks the curve.
+        x: Abscissae.
+        y: Ordinates; NaN interrupts the curve.
         label: Its name in the legend; none where empty.
         colour: CSS colour.
         width: Of the stroke [px].
@@ -36,7 +36,7 @@ class Ribbon:
     """A shaded range of a plot.
 
     Attributes:
-        x: Where.
+        x: Abscissae.
         low: Lower edge.
         high: Upper edge.
         colour: CSS colour.
@@ -55,8 +55,8 @@ class Bar:
     """A stretch of one row of a timeline.
 
     Attributes:
-        start: Where it begins.
-        stop: Where it ends.
+        start: Its beginning on the axis.
+        stop: Its end on the axis.
         colour: CSS colour.
         label: Written into it where there is room.
         opacity: Of the colour.

@@ -11,7 +11,7 @@ from plantigrade.charts.lines import line_plot
 from plantigrade.charts.marks import Series
 from plantigrade.charts.theme import DOTTED, STROKES
 
-FIRST = ("hip_flexion", "knee_angle", "ankle_angle", "pelvis_tilt", "lumbar_extension")
+FIRST_PANELS = ("hip_flexion", "knee_angle", "ankle_angle", "pelvis_tilt", "lumbar_extension")
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Panel:
 
     @property
     def title(self) -> str:
-        """What is plotted, in words."""
+        """Title of the plotted quantity."""
         return title_of(self.name)
 
 
@@ -50,8 +50,8 @@ def panels_of(curves: Mapping[str, Array]) -> tuple[Panel, ...]:
         name = name.strip()
         mine = grouped.setdefault((without_side(name), unit.rstrip("] ")), {})
         mine[side_of(name) or ""] = np.asarray(values, float)
-    order = {name: i for i, name in enumerate(FIRST)}
-    keys = sorted(grouped, key=lambda key: order.get(key[0], len(FIRST)))
+    order = {name: i for i, name in enumerate(FIRST_PANELS)}
+    keys = sorted(grouped, key=lambda key: order.get(key[0], len(FIRST_PANELS)))
     panels = (
         Panel(name, unit, {s: mine[s] for s in ("r", "l", "") if s in mine})
         for name, unit in keys

@@ -39,9 +39,9 @@ def path_plot(
         title: Above the plot.
         x_label: With its unit.
         y_label: With its unit.
-        outlines: Shapes drawn behind (foot prints).
+        outlines: Shapes in the background (footprints).
         width: Of the drawing [px].
-        max_height: The drawing is narrowed where it would be higher [px].
+        max_height: Maximum height; higher drawings are scaled down [px].
         ground: Whether a line is drawn at zero height.
     """
     reach = [np.concatenate([o.points - o.width / 2, o.points + o.width / 2]) for o in outlines]

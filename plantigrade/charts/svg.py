@@ -1,4 +1,4 @@
-"""Pieces that every plot is made of: scales, axes, legend, text."""
+"""Elements of plots in SVG: scales, axes, legend, text."""
 
 from collections.abc import Iterator
 from html import escape
@@ -6,8 +6,8 @@ from html import escape
 import numpy as np
 
 SOFT, GRID, INK = "var(--soft, #64707f)", "var(--grid, #e3e7ec)", "var(--fg, #1c2430)"
-TITLE, LETTER = 7.6, 5.6  # width of a letter of the title and of the legend, about [px]
-HATCH = 7  # between two lines of a hatching [px]
+TITLE, LETTER = 7.6, 5.6  # mean width of a letter of title and legend [px]
+HATCH = 7  # distance of hatching lines [px]
 _FONT = 'font-family="system-ui, sans-serif"'
 
 
@@ -41,7 +41,7 @@ def data_range(arrays, *, pad: float, least: float = 0.0) -> tuple[float, float]
 
 
 def linear_scale(a0: float, a1: float, b0: float, b1: float):
-    """Return the linear function that takes ``a0`` to ``b0`` and ``a1`` to ``b1``."""
+    """Return the linear function that maps ``a0`` to ``b0`` and ``a1`` to ``b1``."""
     slope = (b1 - b0) / (a1 - a0)
     return lambda a: b0 + slope * (np.asarray(a, dtype=float) - a0)
 
@@ -133,7 +133,7 @@ def curve(s, px, py) -> str:
 def hatching(s, px, box, *, rising: bool) -> Iterator[str]:
     """Yield oblique lines over the stretches of a series that are hatched, as high as the plot.
 
-    They are lines and no SVG pattern: a pattern of a folded part of a page is not drawn elsewhere.
+    Lines, not an SVG pattern: browsers do not draw patterns defined in a folded section.
     """
     if s.hatched is None or not np.any(s.hatched):
         return
@@ -158,7 +158,7 @@ def hatching(s, px, box, *, rising: bool) -> Iterator[str]:
 
 
 def open_svg(width: float, height: float, label: str) -> str:
-    """Return the opening tag of a drawing; ``label`` is read to those who do not see it."""
+    """Return the opening tag of a drawing; ``label`` is for screen readers."""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="plot" role="img" '
         f'aria-label="{escape(label, quote=True)}" width="{width}" height="{height}" '
@@ -175,7 +175,7 @@ def title_text(text: str, x: float) -> str:
 
 
 def text_at(words, x, y, *, anchor="start", colour=SOFT) -> str:
-    """Return words at a place."""
+    """Return a text at a point."""
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="10.5" {_FONT} '
         f'style="fill:{colour}">{escape(str(words))}</text>'
@@ -191,7 +191,7 @@ def rule(x1, x2, y1, y2, colour, width=1.0) -> str:
 
 
 def power_of_ten(exponent: float) -> str:
-    """Return a power of ten as it is written.
+    """Return a power of ten with a superscript exponent.
 
     Example:
         >>> power_of_ten(-3), power_of_ten(0)

@@ -55,7 +55,7 @@ class Command(Person, RunOptions):
         import tempfile
         import time
 
-        from plantigrade.analyze.norms import SHORT
+        from plantigrade.analyze.norms import MAX_CHILD_HEIGHT
         from plantigrade.commands.progress import Progress
         from plantigrade.dynamics.adult_walk import adult_walk
         from plantigrade.io import write
@@ -77,7 +77,7 @@ class Command(Person, RunOptions):
         told = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
         with progress.step("generating the textbook walk"):
-            adult = human.height >= SHORT
+            adult = human.height >= MAX_CHILD_HEIGHT
             walk = (adult_walk if adult else textbook_walk)(human, speed=self.speed)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / RECORDING

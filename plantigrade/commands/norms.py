@@ -17,7 +17,7 @@ class Command(PrintOptions):
     """Compute norms from your own runs: mean and standard deviation over people.
 
     Each run counts as one person and enters as the mean of its gait cycles and both sides. Runs
-    that are not ok, walk backward or have no whole gait cycle are left out and named.
+    that are not ok, walk backward or have no complete gait cycle are left out and named.
     """
 
     runs: Annotated[

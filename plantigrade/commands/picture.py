@@ -101,8 +101,8 @@ class Command(PrintOptions, Bounded):
                     raise ParameterError(f"--{name} has no effect with --still")
 
     def _moving(self, run: "Run") -> tuple[str, dict[str, Any]]:
-        from plantigrade.pages.moving import moving_picture
-        from plantigrade.pages.pages import title_of_run
+        from plantigrade.pages.animation import moving_picture
+        from plantigrade.pages.run_pages import title_of_run
         from plantigrade.pages.section import Subject
 
         picture = moving_picture(
@@ -121,7 +121,7 @@ class Command(PrintOptions, Bounded):
         return picture.svg, facts
 
     def _still(self, run: "Run") -> tuple[str, dict[str, Any]]:
-        from plantigrade.pages.pages import PICTURES, strip_of
+        from plantigrade.pages.run_pages import STRIP_PICTURES, strip_of
         from plantigrade.pages.section import Subject
 
         svg = strip_of(
@@ -132,7 +132,7 @@ class Command(PrintOptions, Bounded):
             start=self.start,
             stop=self.stop,
         )
-        return svg + "\n", {"frames": min(PICTURES, run.record.motion.n_frames)}
+        return svg + "\n", {"frames": min(STRIP_PICTURES, run.record.motion.n_frames)}
 
 
 def _told(facts: dict[str, Any]) -> str:

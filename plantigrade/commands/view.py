@@ -35,7 +35,7 @@ class Command(PrintOptions, Bounded):
             FileError: If the folder is no run folder.
         """
         from plantigrade.pages.live import serve
-        from plantigrade.pages.pages import title_of_run
+        from plantigrade.pages.run_pages import title_of_run
         from plantigrade.pages.section import Subject
         from plantigrade.record import Run
         from plantigrade.record.metrics import read_metrics

@@ -135,7 +135,7 @@ def _refuse_foreign(place: Path, overwrite: bool) -> None:
     if not os.path.lexists(place):
         return
     if place.is_dir() or not (place.is_file() or place.is_symlink()):
-        raise FileError(place, "is no ordinary file", remedy="move it elsewhere")
+        raise FileError(place, "is not a regular file", remedy="move it elsewhere")
     if not overwrite:
         problem = "exists, and is not the file of the data set"
         raise FileError(place, problem, remedy="choose another --to, or add --overwrite")

@@ -10,11 +10,11 @@ from plantigrade.errors import ParameterError, known_names
 from plantigrade.toml import parse_toml, read_toml
 
 REGISTRY = Path(__file__).with_name("public_data.toml")
-"""File that lists the sets."""
+"""File that lists the data sets."""
 HOST = "https://raw.githubusercontent.com"
-"""Address of the public files: a mirror serves the same paths under another one."""
+"""Address of the public files; mirrors serve the same paths."""
 PAGE = "https://github.com"
-"""Address of the pages on which a person finds the same files."""
+"""Address of the web pages of the same files."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class PublicFile:
 class DataSet:
     """A public data set."""
 
-    name: str  #: What the command line calls it
+    name: str  #: Name on the command line
     about: str  #: Its contents
-    use: str  #: What it is good for
+    use: str  #: Purpose
     licence: str  #: Name of the licence, or what it allows
     terms: tuple[str, ...]  #: Files of the set that hold the text of the licence
-    cite: str  #: Whom to cite
+    cite: str  #: Citation
     folder: str  #: Folder of its recordings in the folder of the data
     pages: tuple[str, ...]  #: Addresses of its sources, for people
     files: tuple[PublicFile, ...]  #: Its files, the text of the licence among them

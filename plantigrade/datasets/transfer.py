@@ -1,8 +1,8 @@
-"""One public file over HTTPS: resumed, tried again, checked, and only then given its name.
+"""Download of a public file over HTTPS, with resumption, retries and checksum.
 
-What has arrived is kept in ``NAME.part`` beside the file, whatever ends the transfer, and the next
-one asks the server for the rest (``Range``, RFC 9110). A server that sends the whole file again is
-read from the beginning. Contents of the wrong checksum are thrown away.
+A partial download is kept in ``NAME.part`` next to the file, and the next
+one requests the rest (``Range``, RFC 9110). A server that sends the whole file again is
+read from the beginning. Contents with a wrong checksum are deleted.
 
 The standard library suffices. Pooch, the usual choice for scientific data, checks hashes and
 retries, but does not resume a transfer, and brings three libraries with it.
@@ -39,19 +39,19 @@ from plantigrade.io.writing import not_written
 from plantigrade.locks import lock
 
 ATTEMPTS = 5
-"""Most attempts at a file: short failures of a server end within a few of them."""
+"""Maximum number of attempts per file: short failures of a server end within a few."""
 PAUSE_S = 1.0
 """Pause before the second attempt [s]; each further one is twice as long."""
 TIMEOUT_S = 30.0
-"""Longest silence of a server [s]."""
+"""Timeout of a server's answer [s]."""
 CHUNK = 2**16
-"""Bytes read at once: small enough for a progress bar that moves on slow lines."""
+"""Size of a block [bytes]: small enough for a smooth progress bar on slow connections."""
 REDIRECTS = 5
-"""Most redirections of one address; a file store needs one or two."""
+"""Maximum number of redirections per address; file stores need one or two."""
 PASSING = (408, 425, 429, 500, 502, 503, 504)
-"""HTTP status of a failure that may pass (RFC 9110, 6585): tried again."""
+"""HTTP status codes of temporary failures (RFC 9110, 6585): retried."""
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
-"""Hosts that may be asked without TLS: this machine."""
+"""Hosts allowed without TLS: this machine."""
 
 
 class Unreachable(DownloadError):
@@ -59,10 +59,10 @@ class Unreachable(DownloadError):
 
 
 class _Broken(Exception):
-    """An attempt failed in a way that another one may not.
+    """An attempt failed, and a retry may succeed.
 
     Attributes:
-        restart: Whether what has arrived is of no use.
+        restart: Whether the partial download is useless.
     """
 
     def __init__(self, why: str, *, restart: bool = False):
@@ -71,7 +71,7 @@ class _Broken(Exception):
 
 
 def may_be_asked(url: str) -> bool:
-    """Return whether an address is fetched from: HTTPS, or plain HTTP on this machine.
+    """Return whether an address is allowed: HTTPS, or plain HTTP on this machine.
 
     Example:
         >>> may_be_asked("https://example.org/a"), may_be_asked("http://example.org/a")
@@ -86,7 +86,7 @@ def may_be_asked(url: str) -> bool:
 
 
 def is_right(place: Path, file: PublicFile) -> bool:
-    """Return whether a file is there with the registered contents."""
+    """Return whether a file exists with the registered contents."""
     if not place.is_file() or place.stat().st_size != file.n_bytes:
         return False
     with open(place, "rb") as held:
@@ -96,13 +96,13 @@ def is_right(place: Path, file: PublicFile) -> bool:
 def download(
     file: PublicFile, url: str, place: Path, reached: Callable[[int], None] = lambda n_bytes: None
 ) -> None:
-    """Bring a file to its place, replacing what is there.
+    """Download a file to a path, replacing an existing one.
 
     Args:
-        file: What is expected.
+        file: The registered file.
         url: Its address.
-        place: Its path; folders above it are made.
-        reached: Told how many bytes are there.
+        place: Path of the download; folders above it are made.
+        reached: Called with the number of bytes received so far.
 
     Raises:
         Unreachable: If there is no connection.
@@ -133,10 +133,10 @@ def download(
 
 
 def _attempt(file: PublicFile, url: str, part: Path, reached: Callable[[int], None]) -> None:
-    """Fetch what is missing of a file into ``part``, and check it."""
+    """Download the missing part of a file into ``part``, and check it."""
     there = _length(part)
     if there > file.n_bytes:
-        raise _Broken("what was there is too long", restart=True)
+        raise _Broken("the partial download is too long", restart=True)
     whole = there == file.n_bytes
     with contextlib.nullcontext() if whole else _ask(url, there) as answer:
         start = there if answer is None else _start(answer, there)
@@ -160,7 +160,7 @@ def _attempt(file: PublicFile, url: str, part: Path, reached: Callable[[int], No
 
 
 def _ask(url: str, there: int) -> HTTPResponse:
-    """Return the answer of the server, asked for what lies behind the first ``there`` bytes."""
+    """Return the server's answer to a request for the bytes from ``there`` on."""
     host = urlsplit(url).hostname
     headers = {"User-Agent": f"plantigrade/{__version__}", "Accept-Encoding": "identity"}
     if there:
@@ -172,13 +172,14 @@ def _ask(url: str, there: int) -> HTTPResponse:
         error.close()
         if error.code == 416:  # range not satisfiable
             raise _Broken("the server has no such range", restart=True) from error
-        said = f"{host} answers {error.code} ({responses.get(error.code, 'unknown status')})"
+        status = responses.get(error.code, "unknown status")
+        answer = f"{host} answers {error.code} ({status})"
         if error.code in PASSING:
-            raise _Broken(said) from error
+            raise _Broken(answer) from error
         if 300 <= error.code < 400:
             problem = f"{host} redirects in a circle or to what is not HTTPS; neither is followed"
             raise DownloadError(problem) from error
-        raise DownloadError(said) from error
+        raise DownloadError(answer) from error
     except URLError as error:
         if isinstance(error.reason, ssl.SSLCertVerificationError):
             problem = (
@@ -196,7 +197,7 @@ def _ask(url: str, there: int) -> HTTPResponse:
 
 
 def _start(answer: HTTPResponse, there: int) -> int:
-    """Return where in the file the answer begins: at ``there``, or at 0 if it is the whole file."""
+    """Return the first byte of the answer: ``there``, or 0 if it is the whole file."""
     if answer.status != 206:  # partial content
         return 0
     unit, _, rest = (answer.headers.get("Content-Range") or "").partition(" ")
@@ -206,7 +207,7 @@ def _start(answer: HTTPResponse, there: int) -> int:
 
 
 def _chunks(answer: HTTPResponse, most: int) -> Iterator[bytes]:
-    """Yield what the server sends, and no more than is expected."""
+    """Yield the blocks that the server sends, up to the expected length."""
     try:
         while most and (chunk := answer.read(min(CHUNK, most))):
             most -= len(chunk)
@@ -217,7 +218,7 @@ def _chunks(answer: HTTPResponse, most: int) -> Iterator[bytes]:
 
 @contextlib.contextmanager
 def _own(part: Path, expected: int) -> Iterator[BufferedRandom]:
-    """Open what has arrived for this process alone; what another one wrote meanwhile is not ours.
+    """Open the partial download exclusively for this process.
 
     Raises:
         FileError: If another process downloads the same file.
@@ -232,19 +233,19 @@ def _own(part: Path, expected: int) -> Iterator[BufferedRandom]:
 
 
 def _length(part: Path) -> int:
-    """Return how much has arrived [bytes].
+    """Return the length of the partial download [bytes].
 
     Raises:
-        FileError: If something else has the name.
+        FileError: If the name belongs to something other than a regular file.
     """
     if part.is_symlink() or (part.exists() and not part.is_file()):
-        problem = "is no ordinary file, and its name is needed for the download"
+        problem = "is not a regular file, and its name is needed for the download"
         raise FileError(part, problem, remedy="move it elsewhere")
     return part.stat().st_size if part.exists() else 0
 
 
 def _put_in_place(part: Path, place: Path, file: PublicFile) -> None:
-    """Give a checked file its name."""
+    """Rename a checked download to its final name."""
     try:
         part.replace(place)
     except FileNotFoundError:  # another process, with the same contents, was faster
@@ -259,7 +260,7 @@ def _remove(part: Path, *, only_empty: bool = False) -> None:
 
 
 class _HTTPSRedirects(HTTPRedirectHandler):
-    """Follows redirections to what may be asked, and no others."""
+    """Follows redirections to allowed addresses only."""
 
     max_redirections = REDIRECTS
 
@@ -272,7 +273,7 @@ class _HTTPSRedirects(HTTPRedirectHandler):
 
 @cache
 def _opener(*, on_this_machine: bool) -> OpenerDirector:
-    """Return what opens addresses: HTTP and HTTPS with verified certificates, and nothing else.
+    """Return an opener of HTTP, and of HTTPS with verified certificates, and nothing else.
 
     The proxies of the environment are used, except for this machine.
     """

@@ -16,7 +16,7 @@ from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
 from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
-from plantigrade.pages.pages import title_of_run
+from plantigrade.pages.run_pages import title_of_run
 from plantigrade.pages.scene import VIEW_RATE, Scene, build_scene
 from plantigrade.pages.shapes import Shape, mesh_of, rgb
 from plantigrade.record import Run

@@ -55,7 +55,7 @@ def write_table(
 
     Raises:
         ParameterError: If ``over`` is none of them.
-        FileError: If there is no whole gait cycle to show, or the file cannot be written.
+        FileError: If there is no complete gait cycle to show, or the file cannot be written.
     """
     if over not in OVER:
         raise ParameterError(f"{over=} must be one of {', '.join(OVER)}")
@@ -64,7 +64,7 @@ def write_table(
     else:
         text = cycle_table(run, mean=over == "mean", estimated=estimated)
         if not text:
-            problem = "has no curves over the gait cycle: this motion shows no whole gait cycle"
+            problem = "has no curves over the gait cycle: this motion shows no complete gait cycle"
             raise FileError(path, problem, remedy="export its curves over time (--over time)")
     write_text(path, text)
     return ()
@@ -163,10 +163,10 @@ def side_curves(
         every: Whether cycles stay in curves of which they show less than half.
     """
     record, forces = run.record, run.with_forces
-    curves = gait_curves(record, estimated=estimated, every=every, side=side)
+    curves = gait_curves(record, estimated=estimated, keep_incomplete=every, side=side)
     loaded = curves
     if forces is not record:
-        loaded = gait_curves(forces, estimated=estimated, every=every, side=side)
+        loaded = gait_curves(forces, estimated=estimated, keep_incomplete=every, side=side)
     mine = tuple(cycle for cycle in curves.cycles if cycle.side == side)
     found: dict[str, Array] = {}
 

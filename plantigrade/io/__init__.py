@@ -16,7 +16,7 @@ import numpy as np
 
 from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
 from plantigrade.io.length import check_length
-from plantigrade.io.npz import LARGEST
+from plantigrade.io.npz import MAX_NUMBER
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
 from plantigrade.options import as_path
@@ -24,7 +24,7 @@ from plantigrade.signatures import takes
 
 __all__ = ["FORMATS", "Format", "convert", "format_of", "read", "write"]
 
-_HEAD = 65536  # bytes looked at to tell a format
+_HEAD = 65536  # bytes read to detect a format
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Format:
     """One file format.
 
     Attributes:
-        name: Its name in messages.
+        name: Name in messages.
         suffixes: File extensions, lower case, with the dot.
         reader: ``module:function`` under :mod:`plantigrade.io`, called with the path and options.
         writer: ``module:function``, called with a Recording and the path; None if read only.
@@ -104,7 +104,7 @@ def read(path: str | Path, **options: Any) -> Recording:
         options: Fields of ``ReadOptions``.
 
     Returns:
-        What the file holds, in SI units and world axes.
+        Recording in SI units and world axes.
 
     Raises:
         UnsupportedFormat: If no format fits the file.
@@ -138,7 +138,7 @@ def read(path: str | Path, **options: Any) -> Recording:
 
 
 def _check_sizes(recording: Recording, path: Path) -> None:
-    """Refuse numbers that are no measurement, and gaps where a format has none."""
+    """Raise for implausible numbers, and for gaps in formats without gaps."""
     parts = {"markers": recording.markers, "skeleton": recording.skeleton}
     parts |= {"coordinates": recording.coordinates}
     parts |= {f"force plate {plate.name}": plate for plate in recording.plates}
@@ -150,7 +150,7 @@ def _check_sizes(recording: Recording, path: Path) -> None:
                 problem, remedy = f"{name} are not finite", "export the motion again"
                 raise FileError(path, problem, where=where, remedy=remedy)
             largest = float(np.nanmax(np.abs(array), initial=0.0))
-            if largest > LARGEST:
+            if largest > MAX_NUMBER:
                 problem = f"{name} reach {largest:.1e} in SI units, which no recording does"
                 raise FileError(path, problem, where=where, remedy="check the file's units")
 
@@ -158,7 +158,7 @@ def _check_sizes(recording: Recording, path: Path) -> None:
 def write(recording: Recording, path: str | Path) -> None:
     """Write a recording in the format given by the extension of ``path``.
 
-    Parts that the format cannot store are left out; :func:`convert` reports them.
+    Parts that the format cannot store are omitted; :func:`convert` reports them.
 
     Raises:
         UnsupportedFormat: If no format with this extension can be written.
@@ -189,7 +189,7 @@ def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...
     does. The options are those of :func:`read`.
 
     Returns:
-        Warnings and what was left out, one sentence each.
+        Warnings and omitted parts, one sentence each.
 
     Raises:
         FileError: If ``source`` cannot be read, or ``target`` cannot hold it or be written.

@@ -107,7 +107,7 @@ def _read_frames(
 def _frames(
     path: Path, text: str, first_line: int, widths: dict[str, int], asf: AsfSkeleton, warnings: list
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return frame numbers and values; frames with gaps and a truncated last one are left out."""
+    """Return frame numbers and values, without incomplete frames."""
     frames: list[tuple[float, dict[str, array[float]]]] = []
     broken: tuple[int, str] | None = None  # a bad line, tolerated in the last frame only
     remedy = "correct or delete this frame in the motion file"
@@ -214,7 +214,7 @@ def _motion(
     zero = np.zeros(n)
     C = asf.root_axis
     angles = np.stack([root.get(f"R{x}", zero) for x in "XYZ"], 1) * to_rad
-    # The order of the channels is that of the rotations: the first listed turns first.
+    # Rotations have the order of the channels.
     sequence = "".join(c[1] for c in asf.root_order if c[0] == "R")
     sequence += "".join(x for x in asf.root_rotation_order if x not in sequence)
     R = np.empty((n, len(bones) + 1, 3, 3))

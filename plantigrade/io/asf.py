@@ -66,7 +66,7 @@ class AsfSkeleton:
     root_position: Float[Array, "3"]
 
     def rest_pose(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
-        """Return where each bone starts and ends at rest, root at the origin, file axes."""
+        """Return start and end of each bone at rest, root at the origin, file axes."""
         starts, ends = np.zeros((len(self.bones), 3)), np.zeros((len(self.bones), 3))
         for i, bone in enumerate(self.bones):
             starts[i] = ends[bone.parent] if bone.parent >= 0 else 0.0
@@ -218,7 +218,7 @@ class _AsfParser:
         return bones
 
     def check_limits(self, line: str) -> None:
-        """Refuse joint limits that are not pairs of numbers; they are not used otherwise."""
+        """Check that joint limits are pairs of numbers; they are not used."""
         for text in re.findall(r"\(([^()]*)\)", line):
             try:
                 _, _ = (float(word) for word in text.replace(",", " ").split())

@@ -68,7 +68,7 @@ def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[
     part = np.sort(part, axis=1)  # NaN last
     last = seen[frames].sum(axis=1) - 1
     rows = np.arange(len(frames))
-    # The 5th to 95th percentile: one flying marker does not make a body tall.
+    # The 5th to 95th percentile is robust against a stray marker.
     low = part[rows, np.rint(0.05 * last).astype(int)]
     high = part[rows, np.rint(0.95 * last).astype(int)]
     extent = np.median(high - low, axis=0)

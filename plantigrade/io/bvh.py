@@ -7,8 +7,8 @@ disagree. On a joint below the root they replace it where their median lies near
 than to zero; on the root, where an offset is given, the reading that brings the lowest point of the
 body closer to height 0 is used.
 
-A skeleton whose joints have axes along their bones is no standing person where nothing is turned;
-then an upright frame with the feet together is taken as the rest pose.
+A skeleton with joint axes along its bones does not stand upright without rotations; then an upright
+frame with the feet together is taken as the rest pose.
 
 **Unit.** BVH files do not store one. The person's height is summed along the bones from ankle to
 head; of metre, centimetre, millimetre, inch and CMU's unit (0.0254 / 0.45 m), in this order, the
@@ -164,7 +164,7 @@ def _kinematics(
     up = up_axis(names, p)
     if up is not None and not stands(names, parents, rest, up):
         warnings.append(
-            "without rotations the skeleton is no standing person: an upright frame of the motion "
+            "without rotations the skeleton does not stand upright: an upright frame of the motion "
             "was taken as rest pose"
         )
         rest = _upright(names, parents, R, p, up)
@@ -203,17 +203,17 @@ def _upright(
     p: Float[Array, "n k 3"],
     up: Float[Array, "3"],
 ) -> Float[Array, "k 3"]:
-    """Make a frame the rest pose, the pelvis facing along an axis; return it.
+    """Make a frame the rest pose, with the pelvis along an axis, and return it.
 
-    It is the one of the upright half in which the feet are nearest to each other: of a walk, where
-    they pass, and neither heel is raised.
+    It is the frame of the upright half with the smallest distance between the feet, in walking at
+    midstance.
 
     Args:
-        names: Of the joints.
-        parents: Of each joint, before it; -1 of the root.
-        R: Rotations of the joints; from the rest pose on, afterwards.
-        p: Their places.
-        up: The vertical.
+        names: Names of the joints.
+        parents: Parent of each joint; -1 for the root.
+        R: Rotations of the joints, changed to rotations from the rest pose.
+        p: Positions of the joints.
+        up: Vertical axis.
     """
     above, below = head_and_feet(names)
     rise = (p[:, above].mean(axis=1) - p[:, below].mean(axis=1)) @ up

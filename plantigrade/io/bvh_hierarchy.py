@@ -19,12 +19,12 @@ class Joint:
     """A joint of the hierarchy, in file axes and units.
 
     Attributes:
-        name: Its name.
-        parent: Index of its parent; -1 for the root.
-        offset: From the parent at rest.
-        channels: Its channels in file order: ``("rotation", "z")``.
-        first_channel: Column of the first of them.
-        end: Its End Site, from the joint.
+        name: Name of the joint.
+        parent: Index of the parent; -1 for the root.
+        offset: Offset from the parent at rest.
+        channels: Channels in file order, as ``("rotation", "z")``.
+        first_channel: Column of the first channel.
+        end: Offset of the End Site from the joint.
     """
 
     name: str

@@ -33,11 +33,11 @@ def write_bvh(
     """Write a skeleton's motion as BVH, y up, x left, z forward.
 
     Joints keep their rest offsets; a joint whose distance to its parent changes gets position
-    channels of its own. Bones that end at no joint get an ``End Site``. Angles go on beyond 180
-    degrees rather than jump.
+    channels of its own. Bones without a child joint get an ``End Site``. Angles are continuous
+    beyond 180 degrees.
 
     Args:
-        skeleton: What to write; evenly sampled.
+        skeleton: Evenly sampled motion.
         path: The file.
         order: Order of the rotation channels.
         unit: One of :data:`UNITS`; the file does not say which.

@@ -120,8 +120,8 @@ def _up(file: C3dFile, points: np.ndarray, unit: float, warnings: list[str]) -> 
     seen = plates or (body if sure > 1.4 else None)
     if declared is None:
         return seen or "+z"
-    # The screen says how the laboratory is drawn, and plates where the floor is. A body says it
-    # less surely: someone may lie down.
+    # The screen axes describe the display and plates the floor; the body is less reliable, because
+    # a person may lie down.
     if plates and plates != declared:
         warnings.append(
             f"POINT:Y_SCREEN says that {declared} is up, the force plates that {plates} is; the "
@@ -269,7 +269,7 @@ def _subject(file: C3dFile, warnings: list[str]) -> Subject:
 
 
 def _words(file: C3dFile, groups: tuple[str, ...], names: tuple[str, ...]) -> list[str]:
-    """Return the different words that parameters of these names hold, spelled anyhow."""
+    """Return the different values of parameters with these names, in any spelling."""
     found: dict[str, None] = {}
     for group in groups:
         for name, value in file.groups.get(group, {}).items():

@@ -26,8 +26,8 @@ LIMIT_BYTES = 2e9
 """Largest C3D file read [bytes]."""
 
 BYTES_OF_A_POINT = 100
-"""Memory that a point of a frame takes while it is read [bytes], measured; of an analog sample it
-is four numbers."""
+"""Measured memory per point of a frame while reading [bytes]; an analog sample takes that of four
+numbers."""
 
 _SUFFIXES = ("", *map(str, range(2, 256)))  # of a list and what continues it
 _INTEL, _DEC, _MIPS = 84, 85, 86
@@ -242,7 +242,7 @@ def _read_data(path, file, size, header: _Header, bare: Parameters, processor) -
     if not np.isfinite(scale) or scale == 0:
         scale = header.scale
     if not np.isfinite(scale) or scale == 0:
-        scale = -1.0  # both missing: points as floats is what today's programs write
+        scale = -1.0  # if both are missing, points are floats, as in files of current programs
     rate = bare.value("POINT", "RATE")
     if not 0 < rate < 1e5:
         rate = header.rate

@@ -61,7 +61,7 @@ class LabelledPoints:
         computed: Columns of positions computed by a model.
         typed: Columns of angles, forces, moments, powers, scalars (no positions).
         unlabelled: Columns of stray trajectories.
-        warnings: What the user should know.
+        warnings: Warnings for the user.
     """
 
     names: tuple[str, ...]

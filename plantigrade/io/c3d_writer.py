@@ -20,11 +20,11 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subje
 BLOCK = 512
 """Bytes of a block."""
 
-LONGEST = 255
-"""Longest list of a parameter, whose dimensions are bytes; ``LABELS2`` … continue ``LABELS``."""
+MAX_LIST = 255
+"""Maximum length of a parameter's list, because dimensions are bytes; ``LABELS2`` … continue it."""
 
 Parameters = dict[str, dict[str, Any]]
-"""By group and name: words, or numbers whose first dimension varies fastest."""
+"""Values by group and name: strings, or numbers whose first dimension varies fastest."""
 
 
 def write_c3d(recording: Recording, path: str | Path) -> None:
@@ -60,7 +60,7 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
     point = {"USED": len(markers.names), "SCALE": -1.0, "RATE": rate, "DATA_START": 0}
     point |= {"FRAMES": markers.n_frames, "X_SCREEN": ["+X"], "Y_SCREEN": ["+Z"], "UNITS": ["mm"]}
     for k, more in _portions(len(markers.names)):
-        names = list(markers.names[k : k + LONGEST])
+        names = list(markers.names[k : k + MAX_LIST])
         point |= {f"LABELS{more}": names, f"DESCRIPTIONS{more}": [""] * len(names)}
     parameters = {"POINT": point} | parameters | _events(recording.events, shift)
     parameters |= _subject(recording.subject)
@@ -83,15 +83,15 @@ def c3d_bytes(
     """Return a C3D file.
 
     Args:
-        points: Positions in the unit of the file and residual; -1 where not seen.
+        points: Positions in the unit of the file, and residual; -1 if not visible.
         samples: Analog samples.
-        parameters: What the parameter section holds; ``POINT:DATA_START`` is filled in.
+        parameters: Content of the parameter section; ``POINT:DATA_START`` is filled in.
         rate: Frames per second [Hz].
         first: Number of the first frame, from 1.
         path: The file, for errors.
 
     Raises:
-        FileError: If more is to be said than the format has room for.
+        FileError: If the content exceeds the limits of the format.
     """
     n_frames, n_points = points.shape[:2]
     per_frame, n_channels = samples.shape[1:]
@@ -145,7 +145,7 @@ def _value(value: Any) -> bytes:
 def _plates(
     plates: tuple[ForcePlate, ...], start: float, rate: float, per_frame: int, n_frames: int
 ) -> tuple[Float[Array, "n_frames per_frame n_channels"], Parameters]:
-    """Return the samples of force plates, and the parameters that tell of them."""
+    """Return the samples of force plates and their parameters."""
     clock = start + np.arange(n_frames * per_frame) / (rate * per_frame)
     n = len(plates)
     samples, corners = np.zeros((len(clock), 6 * n)), np.zeros((3, 4, n))
@@ -186,16 +186,16 @@ def _events(events: tuple[GaitEvent, ...], shift: float) -> Parameters:
     labels = [names[e.kind] for e in events]
     told: dict[str, Any] = {"USED": len(events)}
     for k, more in _portions(len(events)):
-        part = slice(k, k + LONGEST)
+        part = slice(k, k + MAX_LIST)
         told |= {f"CONTEXTS{more}": contexts[part], f"LABELS{more}": labels[part]}
         told[f"TIMES{more}"] = times[:, part]
     return {"EVENT": told}
 
 
 def _portions(count: int) -> Iterator[tuple[int, str]]:
-    """Yield the first of each portion of a list that is as long as a parameter, and its number."""
-    for k in range(0, count, LONGEST):
-        yield k, str(k // LONGEST + 1) if k else ""
+    """Yield start index and number of each portion of a list that fits into a parameter."""
+    for k in range(0, count, MAX_LIST):
+        yield k, str(k // MAX_LIST + 1) if k else ""
 
 
 def _subject(subject: Subject) -> Parameters:

@@ -16,7 +16,7 @@ from plantigrade.io.subjects import before_number, same_size
 from plantigrade.motion import ForcePlate, Recording
 from plantigrade.motion.distances import distances
 
-# Words that say what kind of data a file holds, not which trial it is.
+# Words that describe the kind of data of a file, not the trial.
 _KIND_WORDS = {
     "coordinates", "markers", "marker", "ik", "kinematics", "motion", "mot", "trc", "data",
     "results", "solution", "filtered", "raw", "joint", "angles", "reference",
@@ -24,11 +24,11 @@ _KIND_WORDS = {
 _FORCE_WORDS = {"grf", "grfs", "force", "forces", "fp", "kinetics", "ground", "reaction"}
 _STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibration", "tpose",
                  "npose", "neutral", "anatomical"}  # fmt: skip
-_MOST_READ = 12  # candidates opened at most
-_STILL = 0.02  # a standing trial's markers wander less than this about their mean [m]
-_KEPT = 0.004  # spread of a distance between two markers on one segment [m]
-_APART = 0.08  # such markers are further apart than this [m]
-_SAME = 0.04  # one person's distances agree in the middle to this share
+_MAX_CANDIDATES = 12  # maximum number of opened candidates
+_MAX_MARKER_MOTION = 0.02  # [m] maximum deviation of markers from their mean in a standing trial
+_MAX_SPREAD = 0.004  # [m] maximum spread of a distance between two markers on one segment
+_MIN_DISTANCE = 0.08  # [m] minimum distance between such markers
+_MAX_DIFFERENCE = 0.04  # maximum median relative difference of one person's distances
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
         if overlap >= 0.8 * (time[-1] - time[0]):
             found.append((candidate.plates, other))
     converted = [each for each in found if each[1].suffix.lower() != ".forces"]
-    found = converted or found  # one force file may be there twice, as recorded and for OpenSim
+    found = converted or found  # a force file may exist twice, as recorded and for OpenSim
     return found[0] if len(found) == 1 else ((), None)
 
 
@@ -113,9 +113,9 @@ def _static_candidates(path: Path) -> list[Path]:
         numbered = before_number(other.stem) == before_number(path.stem)
         related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
         if (named and related) or numbered:
-            # Standing trials are short: of many trials with numbers the small files come first.
+            # Standing trials are short, so small files come first.
             ranked.append((not named, other.stat().st_size, other))
-    return [other for *_, other in sorted(ranked)[:_MOST_READ]]
+    return [other for *_, other in sorted(ranked)[:_MAX_CANDIDATES]]
 
 
 def _force_candidates(path: Path) -> list[Path]:
@@ -145,23 +145,26 @@ def is_still(recording: Recording) -> bool:
     if seen.sum() < 4:
         return False
     wander = np.sqrt(np.nanvar(x[:, seen], axis=0).sum(axis=1))
-    return bool(np.quantile(wander, 0.8) < _STILL)
+    return bool(np.quantile(wander, 0.8) < _MAX_MARKER_MOTION)
 
 
 def same_person(a: Recording, b: Recording) -> bool:
     """Return whether two marker recordings may show the same person with the same markers.
 
     Distances between markers that are constant in one recording must be the same in the other, to
-    about a percent (soft tissue). A distance is constant if it varies by less than :data:`_KEPT`.
+    about a percent (soft tissue). A distance is constant if it varies by less than
+    :data:`_MAX_SPREAD`.
     """
     if not same_size(a, b) or a.markers is None or b.markers is None:
         return False
     names = [n for n in a.markers.names if n in b.markers.names]
     here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))
     with np.errstate(invalid="ignore"):
-        kept = np.triu((here.spread < _KEPT) & (here.usual > _APART) & np.isfinite(there.usual))
+        kept = np.triu(
+            (here.spread < _MAX_SPREAD) & (here.usual > _MIN_DISTANCE) & np.isfinite(there.usual)
+        )
     off = np.abs(there.usual[kept] / here.usual[kept] - 1)
-    return not len(off) or float(np.median(off)) < _SAME
+    return not len(off) or float(np.median(off)) < _MAX_DIFFERENCE
 
 
 def _time_of(recording: Recording) -> np.ndarray | None:

@@ -9,9 +9,9 @@ The package's own format: a header, then numbers, separated by commas, semicolon
 ``NAME_x, NAME_y, NAME_z`` is a marker; every other column is a coordinate [rad, m]. An empty field
 is a missing value. The lines that start with ``#`` may be left out, or say otherwise: ``unit`` (m,
 cm, mm), ``up`` (x, y, z, with a sign if need be), ``angles`` (radians, degrees: of the columns that
-are angles, that is all but those that end in ``_tx``, ``_ty`` or ``_tz``). Where they are left out
-and the body would be hundreds of metres tall or lie on its side, the reader says what it took
-instead.
+are angles, that is all but those that end in ``_tx``, ``_ty`` or ``_tz``). If they are absent and
+the body would be hundreds of metres tall or lie on its side, the reader assumes other values, with
+a warning.
 """
 
 import csv as _csv
@@ -30,7 +30,7 @@ from plantigrade.io.text import check_time, numbers, read_text, unique_labels
 from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Markers, Recording, Table
 
-_SURE = 1.4  # extent along the vertical over the next, of an upright body
+_MIN_CERTAINTY = 1.4  # extent along the vertical over the next, of an upright body
 _TIME_NAMES = {"time", "t", "time_s", "time[s]", "time(s)", "times", "seconds", "timestamp"}
 _SKIPPED_NAMES = {"frame", "frame#", "frames", "index", "sample", ""}
 _AXIS = re.compile(r"(.+?)[ _.:\-]([xyz])", re.I)
@@ -97,10 +97,10 @@ def read_csv(path: str | Path) -> Recording:
 
 
 def write_csv(recording: Recording, path: str | Path) -> None:
-    """Write markers and, on the same clock, coordinates: SI units, radians, z up.
+    """Write markers and coordinates at the same times: SI units, radians, z up.
 
     Raises:
-        FileError: If there is neither, or their clocks differ.
+        FileError: If there is neither, or their times differ.
     """
     markers, coordinates = recording.markers, recording.coordinates
     first = markers or coordinates
@@ -175,7 +175,7 @@ def _header(
 
 
 def _numbered(names: list[str], warnings: list[str]) -> list[str]:
-    """Return the columns with the labels of markers that occur again numbered: ``LKNE_2_x``."""
+    """Return the columns with numbered labels of repeated markers: ``LKNE_2_x``."""
     at: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         if (match := _AXIS.fullmatch(name)) and not re.search(r"_t[xyz]$", name):
@@ -227,7 +227,7 @@ def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.nda
             raise FileError(path, problem, where="# up", remedy=remedy)
         return to_world(raw * unit, up)
     body, sure = up_axis_of_points(raw)
-    if sure <= _SURE or body == "+z":
+    if sure <= _MIN_CERTAINTY or body == "+z":
         return to_world(raw * unit, "+z")
     warnings.append(
         f"the table does not state the vertical; the body is upright along {body}, which was "

@@ -42,7 +42,7 @@ JOINTS: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
 )
 NUMBERS = 4 + sum(width for *_, width in JOINTS)
 
-# Far ends of bones at which no joint begins, in the bone's frame [m]: top of the head, toe end at
+# Ends of bones without a child joint, in the bone's frame [m]: top of the head, tip of the toes at
 # the height of the sole (the foot is a box 0.177 m long around a point 0.045 m before the ankle).
 ENDS = {
     "neck": (0.0, 0.2775, 0.0),

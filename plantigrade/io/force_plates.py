@@ -33,10 +33,10 @@ from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate
 
 COP_THRESHOLD = 10.0
-"""Vertical force below which there is no centre of pressure [N]."""
+"""Minimum vertical force for a centre of pressure [N]."""
 
-LOADED = 50.0  # somebody stands on the plate [N]
-UNLOADED = 30.0  # a baseline may not be larger than this [N]
+MIN_LOAD = 50.0  # [N] minimum force on a loaded plate
+MAX_BASELINE = 30.0  # [N]
 
 FORCE_UNITS = {
     **dict.fromkeys(("n", "newton", "newtons"), 1.0),
@@ -92,7 +92,7 @@ def plates_from_c3d(
         kind = int(kinds[i])
         if kind not in _CHANNELS:
             warnings.append(
-                f"force plate {name} has type {kind}; only types 1 to 5 are read; it was left out"
+                f"force plate {name} has type {kind}; only types 1 to 5 are read; it was omitted"
             )
             continue
         geometry = _geometry(file, i, length_unit)
@@ -256,7 +256,7 @@ def _without_baseline(file: C3dFile, raw: np.ndarray, name: str, warnings: list)
     per_frame = len(raw) // n_frames
     baseline = raw[(first - 1) * per_frame : last * per_frame]
     level, spread = np.abs(baseline.mean(axis=0)), np.ptp(raw, axis=0)
-    if (level > 0.05 * spread)[2:].any() and level[2] > UNLOADED:
+    if (level > 0.05 * spread)[2:].any() and level[2] > MAX_BASELINE:
         warnings.append(
             f"force plate {name}: FORCE_PLATFORM:ZERO names frames {first} to {last} as unloaded, "
             "but the plate is loaded there; no baseline was subtracted"
@@ -266,9 +266,9 @@ def _without_baseline(file: C3dFile, raw: np.ndarray, name: str, warnings: list)
 
 
 def _at_zero(wrench: _Wrench, up: np.ndarray, time: np.ndarray, name: str, warnings: list):
-    """Return a wrench without the baseline that the plate shows while nobody stands on it.
+    """Return a wrench without the baseline of the unloaded plate.
 
-    ``up`` takes its force to the vertical one on the body.
+    ``up`` maps its force to the vertical force on the body.
     """
     nobody = unloaded(time, wrench.force @ up)
     if nobody is None:
@@ -285,7 +285,7 @@ def _signs(forces: list[np.ndarray]) -> list[float]:
     signs = []
     for force in forces:
         vertical = force[:, 2]
-        loaded = vertical[np.abs(vertical) > LOADED]
+        loaded = vertical[np.abs(vertical) > MIN_LOAD]
         signs.append(float(np.sign(loaded.sum())) if loaded.size else 0.0)
     known = [sign for sign in signs if sign]
     usual = known[0] if known else -1.0  # C3D's own rule: the force on the plate
@@ -304,7 +304,7 @@ def _plane(wrench: _Wrench) -> np.ndarray:
 def _miss(wrench: _Wrench, geometry: _Geometry) -> float:
     """Return how far the centre of pressure is from lying well inside the plate."""
     p = _plane(wrench)[:, :2] / geometry.half_size
-    heavy = np.abs(wrench.force[:, 2]) > LOADED
+    heavy = np.abs(wrench.force[:, 2]) > MIN_LOAD
     if not heavy.any():
         return 0.0
     reach = np.median(np.abs(p[heavy]).max(axis=1))
@@ -328,7 +328,7 @@ def _plate(name, geometry, wrench, sign, time, turn) -> ForcePlate:
 
 
 def _share_outside(plate: ForcePlate, geometry: _Geometry, turn: np.ndarray) -> float:
-    heavy = plate.force[:, 2] > LOADED
+    heavy = plate.force[:, 2] > MIN_LOAD
     if heavy.sum() < 5:
         return 0.0
     local = (plate.cop[heavy] - turn @ geometry.centre) @ (turn @ geometry.rotation)

@@ -11,7 +11,7 @@ A header of four lines, a line of column names, then one row per analog sample::
 Forces [N] and the centre of pressure [mm] are in the axes of the laboratory, the moment about the
 vertical at the centre of pressure is in N mm; one about the laboratory's origin is recognised
 (:mod:`plantigrade.io.moment_reference`). The file does not say which axis is up: it is the one
-along which the force is largest while a foot stands. Zeros stand where a plate is not loaded.
+with the largest force in stance. Values are zero while a plate is not loaded.
 """
 
 import re
@@ -30,8 +30,8 @@ from plantigrade.motion.recording import ForcePlate, Recording
 from plantigrade.notes import Info
 
 MILLIMETRE = 1e-3
-STANDING = 50.0  # a foot stands on the plate [N]
-_HEADER_LINES = 20  # a header longer than this is none
+MIN_LOAD = 50.0  # [N] minimum force of a foot on the plate
+_HEADER_LINES = 20  # maximum length of a header
 _COLUMNS = ("FX", "FY", "FZ", "X", "Y", "Z", "MZ")
 
 
@@ -80,7 +80,7 @@ def read_forces(path: str | Path) -> Recording:
     samples = np.nan_to_num(np.stack([table[:, seven] for seven in plates.values()]))
     up = _up(samples[..., :3])
     forces = to_world(samples[..., :3], up)
-    standing = forces[..., 2][np.abs(forces[..., 2]) >= STANDING]
+    standing = forces[..., 2][np.abs(forces[..., 2]) >= MIN_LOAD]
     sign = -1.0 if standing.size and np.median(standing) < 0 else 1.0
     if sign < 0:
         warnings.append("the forces point down; they were reversed to act on the body")
@@ -88,7 +88,7 @@ def read_forces(path: str | Path) -> Recording:
     moments = np.zeros_like(forces)
     moments[..., 2] = sign * MILLIMETRE * samples[..., 6]
     f, p, t = (each.reshape(-1, 3) for each in (forces, points, moments))
-    about = reference(f, p, t, f[:, 2] >= STANDING, 2)
+    about = reference(f, p, t, f[:, 2] >= MIN_LOAD, 2)
     if about is not None:
         moments = about.about(forces, points, moments)
         warnings.append(Info(f"the moments are about {about}; they were converted to free moments"))
@@ -114,7 +114,7 @@ def _plates(names: list[str]) -> dict[str, list[int]]:
 
 
 def _up(forces: Float[Array, "n_plates n_samples 3"]) -> str:
-    """Return the vertical: the axis along which feet push most."""
+    """Return the vertical, the axis with the largest force."""
     size = np.abs(forces).mean(axis=(0, 1))
     return "+" + "xyz"[int(size.argmax())] if size.max() > 0 else "+z"
 

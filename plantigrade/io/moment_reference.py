@@ -1,4 +1,4 @@
-r"""The reference point of the torques of a force file, where it is not the one that the file gives.
+r"""Detection of the reference point of torques in force files.
 
 A file gives a force :math:`f`, its point of application :math:`p` and a torque :math:`t`, which
 should be about :math:`p`. Some programs write it about the origin of the laboratory, or about a
@@ -36,12 +36,12 @@ MAX_FREE_SHARE = 0.35
 
 @dataclass(frozen=True)
 class Reference:
-    """What the torques of a file are about.
+    """Reference point of the torques of a file.
 
     Attributes:
         sign: 1 for torques on the body, -1 for those on the plate.
-        point: The fixed point that they are about, in the file's axes [m].
-        parts: 1 for each component that the file gives, 0 for those that it leaves at zero.
+        point: Fixed reference point, in the file's axes [m].
+        parts: 1 for each component in the file, 0 for those that are zero in it.
     """
 
     sign: float
@@ -55,7 +55,7 @@ class Reference:
         return np.where(np.isfinite(p), self.sign * t - self.parts * np.cross(p - self.point, f), t)
 
     def __str__(self) -> str:
-        """Return it in words, for a note."""
+        """Return a description for a note."""
         what = "the laboratory's origin"
         if self.point.any():
             what = "a fixed point at " + ", ".join(f"{x:.2f}" for x in self.point) + " m"
@@ -72,14 +72,14 @@ def reference(
     *,
     fixed: bool = True,
 ) -> Reference | None:
-    """Return the fixed point that torques are about; None where they are about ``p``.
+    """Return the fixed reference point of torques; None if it is ``p``.
 
     Args:
         f: Forces on the body [N].
-        p: Their points of application [m].
+        p: Points of application [m].
         t: Torques [N m].
-        loaded: Samples in which somebody stands on the plate.
-        up: Which of the axes is up.
+        loaded: Samples with load on the plate.
+        up: Index of the vertical axis.
         fixed: Whether fixed points other than the origin are considered.
     """
     loaded = loaded & np.isfinite(np.hstack([f, p, t])).all(axis=1)

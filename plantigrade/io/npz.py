@@ -15,8 +15,8 @@ from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 MAX_BYTES = 400 * 2**20  # [bytes] all arrays of a file together
 MAX_RATIO = 1000  # unpacked size over packed size; real motions stay far below
 
-LARGEST = 1e12
-"""Of any number of a motion [SI]: what is computed from larger ones may overflow."""
+MAX_NUMBER = 1e12
+"""Maximum magnitude of a number of a motion [SI], to prevent overflow."""
 
 _REMEDY = "name a motion.npz that plantigrade wrote"
 _FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted
@@ -29,7 +29,7 @@ class Arrays:
 
     Args:
         path: The file.
-        remedy: What to do where something is wrong with it.
+        remedy: Remedy in error messages.
 
     Raises:
         FileError: If the file cannot be read, is damaged, or unpacks to more than is allowed.
@@ -64,7 +64,7 @@ class Arrays:
     def numbers(self, key: str, *shape: int | None) -> Any:
         """Return the array ``key`` as floats, None if missing.
 
-        A length in ``shape`` is None where any will do.
+        A length in ``shape`` is None if it is arbitrary.
 
         Raises:
             FileError: If the array is of another kind or shape.
@@ -80,7 +80,7 @@ class Arrays:
             self.refuse(f"has shape {value.shape}, not ({want})", key)
         value = np.asarray(value, dtype=float)
         largest = np.nanmax(np.abs(value), initial=0.0)
-        if largest > LARGEST and not key.startswith("limit_"):  # a limit may be infinite
+        if largest > MAX_NUMBER and not key.startswith("limit_"):  # a limit may be infinite
             self.refuse(f"reaches {largest:.0e}, which is no measurement in SI units", key)
         return value
 
@@ -106,7 +106,7 @@ class Arrays:
         return tuple(str(word) for word in value)
 
     def _refuse_damaged_words(self, key: str, value: np.ndarray) -> None:
-        """Raise a FileError where words hold what is no Unicode character."""
+        """Raise a FileError for strings with invalid Unicode characters."""
         if value.dtype.kind == "U" and value.size and value.itemsize:
             native = np.ascontiguousarray(value, value.dtype.newbyteorder("="))
             if np.frombuffer(native.tobytes(), np.uint32).max() > sys.maxunicode:
@@ -140,7 +140,7 @@ class Arrays:
             self.refuse(str(error), "event_kind")
 
     def markers(self, time: Any) -> Markers | None:
-        """Return the recorded markers, on ``time`` unless they have a clock of their own."""
+        """Return the recorded markers, at ``time`` unless they have their own times."""
         names = self.words("marker_names")
         positions = self.numbers("recorded_markers", None, len(names), 3)
         if positions is None:
@@ -154,7 +154,7 @@ class Arrays:
         return Markers(names, self.increasing("marker_time", clock), positions)
 
     def refuse(self, problem: str, key: str) -> NoReturn:
-        """Raise a FileError that names the array ``key`` and what is wrong with it."""
+        """Raise a FileError with the array ``key`` and the problem."""
         raise FileError(self.path, problem, where=key, remedy=self._remedy)
 
 
@@ -187,7 +187,7 @@ def read_npz(path: str | Path) -> Recording:
         events=arrays.events(),
         warnings=(
             *arrays.words("notes"),
-            "the pose of the pelvis was left out: open the run folder instead to keep it",
+            "the pose of the pelvis was omitted: open the run folder instead to keep it",
         ),
     )
 

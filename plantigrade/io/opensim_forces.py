@@ -26,7 +26,7 @@ from plantigrade.notes import Info
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 
 MIN_FORCE = 10.0  # [N] vertical; below it there is no centre of pressure
-MOST_BASELINE = 50.0  # a larger force is somebody's, whatever the plate shows unloaded [N]
+MAX_BASELINE = 50.0  # [N] maximum force on an unloaded plate
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ def plates_of(
     """Return ground reactions at their centres of pressure, in our axes."""
     measured = [_samples(table, group, warnings) for group in groups]
     loaded = [
-        (each[0][:, 1] >= MOST_BASELINE) & np.isfinite(each[1]).all(axis=1) for each in measured
+        (each[0][:, 1] >= MAX_BASELINE) & np.isfinite(each[1]).all(axis=1) for each in measured
     ]
-    common = None  # one program wrote the file: all its torques are about the origin, or none is
+    common = None  # all torques of a file have the same kind of reference point
     if measured:
         f, p, t = (np.concatenate(each) for each in zip(*measured, strict=True))
         common = reference(f, p, t, np.concatenate(loaded), 1, fixed=False)
@@ -136,7 +136,7 @@ def _samples(
             "files have y up"
         )
     loaded = np.abs(f[:, 1]) >= MIN_FORCE
-    heavy = np.abs(f[:, 1]) >= MOST_BASELINE  # more than a plate shows with nothing on it
+    heavy = np.abs(f[:, 1]) >= MAX_BASELINE  # certainly loaded
     if heavy.any() and np.median(f[heavy, 1]) < 0:
         warnings.append(f"{group.name}: forces point down; they were reversed to act on the body")
         f, t = -f, -t
@@ -181,7 +181,7 @@ def _plate(
 
 
 def plates_table(plates: Sequence[ForcePlate]) -> Table:
-    """Return plates as OpenSim's columns, on the clock of the first, in its axes."""
+    """Return plates as OpenSim's columns, at the times of the first one."""
     if not plates:
         raise ParameterError("there are no plates to write")
     time = plates[0].time

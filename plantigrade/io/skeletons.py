@@ -1,8 +1,8 @@
 """Common parts of the skeleton formats (ASF/AMC, BVH, DeepMimic): rotations, axes, sides.
 
-Every skeleton file has its own up, forward and left. Two rotations take it to ours: one for the
-world (the vertical of the motion) and one for the body (the direction the person faces in the rest
-pose). Both are found from the names and positions of the joints.
+Every skeleton file has its own axes up, forward and left. Two rotations map them to ours: one for
+the world (the vertical of the motion) and one for the body (the direction the person faces in the
+rest pose). Both are found from the names and positions of the joints.
 """
 
 import re
@@ -15,8 +15,8 @@ from plantigrade.arrays import Array, Float
 FORWARD_LEFT_UP_OF_Y_UP = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 """Maps y-up file axes (x left, y up, z forward: CMU and most BVH) to ours (x, y left, z up)."""
 
-STRAIGHT = 0.6
-"""Who stands is so much as high as the way along the bones from foot to head, at least."""
+MIN_UPRIGHTNESS = 0.6
+"""Minimum ratio of height to bone path from foot to head of a standing person."""
 
 _HEAD = re.compile(r"head|neck|skull|thorax|chest|spine", re.IGNORECASE)
 _FEET = re.compile(r"foot|feet|ankle|toe|heel|ball|tibia|shin|calf", re.IGNORECASE)
@@ -148,7 +148,7 @@ def bone_height(
 
 
 def _path(parents: Sequence[int], rest: Float[Array, "n_joints 3"], one: int, other: int) -> float:
-    """Return the way along the bones from one joint to another."""
+    """Return the bone path from one joint to another."""
     chains: list[list[int]] = []
     for i in (one, other):
         chains.append([])
@@ -165,9 +165,9 @@ def stands(
     rest: Float[Array, "n_joints 3"],
     up: Float[Array, "3"],
 ) -> bool:
-    """Return whether a pose is one of a person who stands, legs and trunk nearly straight.
+    """Return whether a pose is standing, with legs and trunk nearly straight.
 
-    It is so where head and feet are not known by name.
+    The result is True if head and feet are not known by name.
     """
     above, below = head_and_feet(names)
     if not above or not below:
@@ -175,4 +175,4 @@ def stands(
     head = above[int(np.argmax(rest[above] @ up))]
     rises = [float((rest[head] - rest[k]) @ up) for k in below]
     ways = [_path(parents, rest, head, k) for k in below]
-    return all(rise > STRAIGHT * way for rise, way in zip(rises, ways, strict=True))
+    return all(rise > MIN_UPRIGHTNESS * way for rise, way in zip(rises, ways, strict=True))

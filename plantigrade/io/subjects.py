@@ -1,9 +1,9 @@
-"""Which recordings are of one subject with the same markers on.
+"""Grouping of recordings by subject with the same marker placement.
 
-Named alike: in one folder, with the same subject in the file or, where files name none, with the
-same name before the number of the trial. Alike in content: distances between markers that both
-recordings keep are the same. That holds within a session; markers that were put on anew are
-elsewhere by some millimetres, and other people differ by more.
+Recordings of one group are in one folder and have the same subject in the file or, without one, the
+same name before the trial number. In addition, constant distances between markers are equal. That
+holds within a session; another placement of markers differs by some millimetres, other people by
+more.
 """
 
 from collections.abc import Sequence
@@ -17,11 +17,10 @@ MAX_SPREAD, MIN_DISTANCE = (
     0.004,
     0.08,
 )  # spread of a distance on one segment, and the shortest such [m]
-MIN_DISTANCES = 6  # fewest distances that identify a subject
+MIN_DISTANCES = 6  # minimum number of distances that identify a subject
 MAX_DIFFERENCE = 0.02
-"""Median difference of such distances, as a share, up to which markers are on one person in one
-session. Trials of one session differ by 0.002 to 0.006, from a standing trial by up to 0.015; other
-people by 0.04 and more."""
+"""Maximum median relative difference of such distances within one session. Trials of a session
+differ by 0.002 to 0.006, from a standing trial by up to 0.015; other people by 0.04 and more."""
 
 
 def subjects(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
@@ -42,7 +41,7 @@ def subjects(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
 
 
 def one_subject(a: Recording, b: Recording) -> bool:
-    """Return whether two marker recordings are named as one subject's, and keep the distances."""
+    """Return whether two marker recordings have the same subject by name and distances."""
     if a.source.resolve().parent != b.source.resolve().parent:
         return False
     if a.subject.name or b.subject.name:
@@ -53,7 +52,7 @@ def one_subject(a: Recording, b: Recording) -> bool:
 
 
 def same_size(a: Recording, b: Recording) -> bool:
-    """Return whether height and mass are the same to 5 %, as far as both files give them."""
+    """Return whether height and mass agree to 5 %, if both files give them."""
     for name in ("height", "mass"):
         one, other = getattr(a.subject, name), getattr(b.subject, name)
         if one and other and abs(one - other) > 0.05 * one:
@@ -62,9 +61,9 @@ def same_size(a: Recording, b: Recording) -> bool:
 
 
 def difference(a: Recording, b: Recording) -> float:
-    """Return the median difference of marker distances that both keep, as a share of them.
+    """Return the median relative difference of common constant marker distances.
 
-    Infinite where they share too few.
+    It is infinite if there are too few.
     """
     if a.markers is None or b.markers is None:
         return float("inf")

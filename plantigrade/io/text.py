@@ -17,12 +17,12 @@ from plantigrade.errors import FileError, not_ordinary
 from plantigrade.printable import listed
 
 LIMIT_BYTES = 200e6
-"""Largest text file read by default [bytes]: about an hour of 60 markers."""
+"""Default maximum size of a text file [bytes], about an hour of 60 markers."""
 
 ROWS_AT_ONCE = 2000
-"""Rows of a table that are parsed in one pass [rows]: their copies are small beside the table."""
+"""Rows of a table that are parsed in one pass, few enough to limit memory."""
 
-# Words that stand for "not measured" in tables people export, beside an empty field.
+# Words for missing values in exported tables, besides an empty field.
 MISSING_WORDS = frozenset(
     {"", "nan", "+nan", "-nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing"}
     | {"inf", "+inf", "-inf", "infinity", "-infinity", "1.#ind", "-1.#ind", "1.#qnan", "-1.#qnan"}
@@ -40,7 +40,7 @@ _BYTE_ORDER_MARKS = (
 
 @contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Say in a FileError why a file cannot be read.
+    """Convert errors of reading a file to a FileError.
 
     Raises:
         FileError: If the file does not exist, is a folder, a pipe or a device, or may not be read.
@@ -86,7 +86,7 @@ def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
 
 
 def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
-    r"""Return the text of a file, line ends as ``\n``.
+    r"""Return the text of a file with ``\n`` line ends.
 
     UTF-8, UTF-16 and UTF-32 (by their byte order mark, UTF-16 also without one) and, where bytes
     are not UTF-8, Latin-1, in which every byte is a letter.
@@ -150,7 +150,7 @@ def numbers(
         names: Column names, for error messages.
 
     Raises:
-        FileError: With line and field, if a field is no number or a row has the wrong length.
+        FileError: With line and field, if a field is not a number or a row has the wrong length.
     """
     kept = [(n, line) for n, line in enumerate(lines, start=first_line) if not _blank(line)]
     if not kept:
@@ -249,14 +249,14 @@ def number(word: str, path: str | Path, *, where: str, what: str) -> float:
 
 
 def unique_labels(labels: Sequence[str], warnings: list[str]) -> tuple[str, ...]:
-    """Return the labels, each that occurs again with a number, and add a warning if there are any.
+    """Return unique labels, with numbers for repeated ones, and add a warning if there are any.
 
     Example:
         >>> unique_labels(["LKNE", "RKNE", "LKNE"], [])
         ('LKNE', 'RKNE', 'LKNE_2')
     """
     taken, used = set(labels), set[str]()
-    following: dict[str, int] = {}  # the number that a label gets when it occurs again
+    following: dict[str, int] = {}  # next number of each repeated label
     names = []
     for label in labels:
         new = label

@@ -16,8 +16,8 @@ from plantigrade.io.text import check_time, count_of, number, numbers, read_text
 from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Markers, Recording
 
-_HEADER_LINES = 40  # a header longer than this is none
-_SURE = 1.4  # extent along the vertical over the next, of an upright body
+_HEADER_LINES = 40  # maximum length of a header
+_MIN_CERTAINTY = 1.4  # extent along the vertical over the next, of an upright body
 
 
 def read_trc(path: str | Path) -> Recording:
@@ -62,7 +62,7 @@ def read_trc(path: str | Path) -> Recording:
     unit = _unit(fields, raw, warnings)
     up = "+y"
     body, sure = up_axis_of_points(raw)
-    if sure > _SURE and body != up:
+    if sure > _MIN_CERTAINTY and body != up:
         warnings.append(
             f"TRC files have y up, but this body is upright along {body} ({sure:.1f} times longer "
             f"than along the next axis); {body} was taken as up"

@@ -17,7 +17,7 @@ from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion import Motion
-from plantigrade.motion.cycles import LONGEST_CYCLE, SHORTEST_CYCLE, cut_cycles
+from plantigrade.motion.cycles import MAX_CYCLE, MIN_CYCLE, cut_cycles
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     pelvis_rates_to_free_joint,
@@ -169,7 +169,7 @@ def _alike(human: Human, motion: Motion) -> list[tuple[float, float]]:
 
     All of it, if that is nearly as alike: files of one cycle are meant to be looped.
     """
-    if not SHORTEST_CYCLE <= motion.duration <= MAX_SEARCH_DURATION:
+    if not MIN_CYCLE <= motion.duration <= MAX_SEARCH_DURATION:
         return []
     n = int(motion.duration * SEARCH_RATE) + 1
     time = np.linspace(motion.time[0], motion.time[-1], n)
@@ -180,7 +180,7 @@ def _alike(human: Human, motion: Motion) -> list[tuple[float, float]]:
     between = np.maximum.accumulate(np.triu(apart), axis=1)
     lasts = time[None, :] - time[:, None]
     still = between < np.maximum(MIN_EXCURSION, MIN_EXCURSION_RATIO * apart)
-    apart[still | (lasts < SHORTEST_CYCLE) | (lasts > LONGEST_CYCLE)] = np.inf
+    apart[still | (lasts < MIN_CYCLE) | (lasts > MAX_CYCLE)] = np.inf
     i, k = np.unravel_index(np.argmin(apart), apart.shape)
     if apart[0, -1] <= WHOLE_MOTION_RATIO * apart[i, k]:
         i, k = 0, n - 1
@@ -193,7 +193,7 @@ def _steps(motion: Motion) -> list[tuple[float, float]]:
     found = [(a, b) for (a, s), (b, t) in zip(strikes, strikes[1:], strict=False) if s != t]
     inside = [s for s in found if s[0] >= motion.time[0] and s[1] <= motion.time[-1]]
     whole = (float(motion.time[0]), float(motion.time[-1]))
-    return [s for s in inside or [whole] if SHORTEST_CYCLE <= 2.0 * (s[1] - s[0]) <= LONGEST_CYCLE]
+    return [s for s in inside or [whole] if MIN_CYCLE <= 2.0 * (s[1] - s[0]) <= MAX_CYCLE]
 
 
 def stood_apart(human: Human, motion: Motion) -> float:

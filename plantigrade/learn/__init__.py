@@ -1,6 +1,6 @@
 """Learning to walk: a Gymnasium environment and trained policies.
 
-Importing this room registers ``plantigrade/Walk-v0`` where Gymnasium is installed. The environments
+Importing this package registers ``plantigrade/Walk-v0`` if Gymnasium is installed. The environments
 need the extra ``learn``; a trained policy does not.
 """
 
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from plantigrade.learn.action import PAPER_GAINS, Gains
 from plantigrade.learn.controller import PolicyController
-from plantigrade.learn.following import Rules
 from plantigrade.learn.policy import Policy
 from plantigrade.learn.reference import Reference
-from plantigrade.learn.reward import Weights
+from plantigrade.learn.reward import RewardWeights
+from plantigrade.learn.rules import Rules
 
 if TYPE_CHECKING:
     from plantigrade.learn.environment import Walk, Walks
@@ -27,7 +27,7 @@ __all__ = [
     "Rules",
     "Walk",
     "Walks",
-    "Weights",
+    "RewardWeights",
 ]
 
 WALK = "plantigrade/Walk-v0"
@@ -35,7 +35,7 @@ WALK = "plantigrade/Walk-v0"
 
 
 def __getattr__(name: str) -> Any:
-    """Import the environments when they are asked for: they need Gymnasium."""
+    """Import the environments on first use, because they need Gymnasium."""
     if name not in ("Walk", "Walks"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import plantigrade.learn.environment as environment

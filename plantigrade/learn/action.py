@@ -1,13 +1,13 @@
 r"""Actions of a policy: displacements from the reference, and gains of the foot joints.
 
-An action :math:`a = [\theta_{disp}, \alpha_{pd}]` within ±1 asks for the posture
-:math:`\theta_{des} = \theta_{ref} + s\,\theta_{disp}` by stable PD, with gains of each joint of the
-foot [Park2020]_, Eqs. 8 and 9:
+An action :math:`a = [\theta_{disp}, \alpha_{pd}]` within ±1 sets the target posture
+:math:`\theta_{des} = \theta_{ref} + s\,\theta_{disp}` of stable PD, and the gains of each joint of
+the foot [Park2020]_, Eqs. 8 and 9:
 
 .. math:: k_p = \beta\, e^{\ln B \cdot \alpha} \qquad k_d = \gamma\, e^{\ln \Gamma \cdot \alpha / 2}
 
-The paper prints :math:`B = \beta = k_p = 400` and :math:`\Gamma = \gamma = k_d = 40`, by which the
-stiffness spans 1 to 160000 N m/rad: more than any tissue, but stable PD holds it.
+With :math:`B = \beta = k_p = 400` and :math:`\Gamma = \gamma = k_d = 40`, as printed, the stiffness
+ranges from 1 to 160000 N m/rad: more than any tissue, but stable PD remains stable.
 """
 
 from dataclasses import dataclass
@@ -15,23 +15,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.learn.reference import Frame
+from plantigrade.learn.reference import ReferenceState
 from plantigrade.models import Human
 from plantigrade.world.world_model import FOOT_PREFIXES
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gains:
-    """Gains of stable PD, and how far an action may change those of the feet.
+    """Gains of stable PD, and the range of those of the feet.
 
     Attributes:
-        stiffness: Of all joints [N m/rad].
-        damping: Likewise [N m s/rad].
-        foot_stiffness: Of the joints within a foot, :math:`β` [N m/rad].
-        foot_damping: Likewise, :math:`γ` [N m s/rad].
-        ankle_too: Whether ankles have the gains of the foot, not those of the body.
-        span: :math:`B`, by which an action of 1 multiplies the stiffness.
-        damping_span: :math:`Γ`, by whose root an action of 1 multiplies the damping.
+        stiffness: Stiffness of all joints [N m/rad].
+        damping: Damping of all joints [N m s/rad].
+        foot_stiffness: Stiffness of the joints within a foot, :math:`β` [N m/rad].
+        foot_damping: Damping of the joints within a foot, :math:`γ` [N m s/rad].
+        ankle_too: Whether ankles have the gains of the foot instead of those of the body.
+        span: Factor :math:`B` of the stiffness at an action of 1.
+        damping_span: :math:`Γ`; its square root is the factor of the damping at an action of 1.
     """
 
     stiffness: float = 400.0
@@ -46,23 +46,23 @@ class Gains:
 PAPER_GAINS = Gains(
     foot_stiffness=400.0, foot_damping=40.0, ankle_too=True, span=400.0, damping_span=40.0
 )
-"""As printed."""
+"""Gains as printed in [Park2020]_."""
 
 
 class Action:
-    """The entries of an action and the command they define.
+    """Entries of an action, and the command they define.
 
     Args:
         human: The person.
         gains: The gains.
         all_joints: Whether joints within the feet are displaced, too.
-        variable: Whether gains of the feet, ankles among them, are part of the action.
-        reach: Displacement that an action of 1 asks for, :math:`s` [rad].
-        lead: Whether the damping is towards the rates of the reference, not towards rest.
+        variable: Whether gains of the feet, ankles included, are part of the action.
+        reach: Displacement at an action of 1, :math:`s` [rad].
+        feed_rates: Whether the target rates are those of the reference instead of zero.
 
     Attributes:
-        displaced: Hinges that are displaced, one number each.
-        joints: Names of the joints with variable gains, one number each: the bodies they move.
+        displaced: Indices of the displaced hinges, one entry each.
+        joints: Joints with variable gains, named by the bodies they move, one entry each.
     """
 
     def __init__(
@@ -73,9 +73,9 @@ class Action:
         all_joints: bool,
         variable: bool,
         reach: float,
-        lead: bool,
+        feed_rates: bool,
     ):
-        self.gains, self.reach, self.lead = gains, reach, lead
+        self.gains, self.reach, self.feed_rates = gains, reach, feed_rates
         body = np.array(human.model.jnt_bodyid[1:])
         names = human.body_names
         foot = np.array([names[b - 1].startswith(FOOT_PREFIXES) for b in body])
@@ -91,18 +91,18 @@ class Action:
         self._n = len(self.displaced)
 
     def __len__(self) -> int:
-        """Return the number of numbers."""
+        """Return the number of entries."""
         return self._n + len(self.joints)
 
     @property
     def fixed(self) -> tuple[Float[Array, " n_hinges"], Float[Array, " n_hinges"]]:
-        """Stiffness [N m/rad] and damping [N m s/rad] of all hinges where no action changes any."""
+        """Stiffness [N m/rad] and damping [N m s/rad] of all hinges without variable gains."""
         return self._stiffness, self._damping
 
     def gains_of(
         self, action: Float[Array, "n k"]
     ) -> tuple[Float[Array, "n n_hinges"], Float[Array, "n n_hinges"]]:
-        """Return stiffness [N m/rad] and damping [N m s/rad] of all hinges, a row an action."""
+        """Return stiffness [N m/rad] and damping [N m s/rad] of all hinges, one row per action."""
         shape = (len(action), len(self._stiffness))
         stiffness, damping = (np.tile(x, (shape[0], 1)) for x in self.fixed)
         if self.joints:
@@ -113,12 +113,14 @@ class Action:
         return stiffness, damping
 
     def stiffness_of_joints(self, action: Float[Array, "n k"]) -> Float[Array, "n n_joints"]:
-        """Return the stiffness that actions give each of :attr:`joints` [N m/rad]."""
+        """Return the stiffness of :attr:`joints` [N m/rad], one row per action."""
         first = np.unique(self._joint, return_index=True)[1]
         return self.gains_of(action)[0][:, self._variable[first]]
 
-    def targets(self, action: Float[Array, "n k"], reference: Frame) -> Float[Array, "n n_hinges"]:
-        """Return the postures that actions within ±1 ask for at the end of the control step."""
+    def targets(
+        self, action: Float[Array, "n k"], reference: ReferenceState
+    ) -> Float[Array, "n n_hinges"]:
+        """Return the target postures at the end of the control step [rad]."""
         target = reference.qpos[:, 7:].copy()
         target[:, self.displaced] += self.reach * action[:, : self._n]
         return target

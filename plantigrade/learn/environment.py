@@ -9,7 +9,7 @@
     observation, info = env.reset(seed=0)
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
 
-Many of them in one process, which takes half the time for each::
+Parallel environments in one process take half the time per environment::
 
     envs = gymnasium.make_vec("plantigrade/Walk-v0", num_envs=16)
 """
@@ -21,7 +21,8 @@ import numpy as np
 
 from plantigrade.errors import ParameterError
 from plantigrade.extras import require
-from plantigrade.learn.following import DIVERGED, Following, Rules, part_of_stride
+from plantigrade.learn.parallel_tracking import DIVERGED, ParallelTracking
+from plantigrade.learn.rules import Rules, check_phase
 from plantigrade.options import refuse_unknown
 from plantigrade.record import Record
 from plantigrade.world import World
@@ -34,24 +35,24 @@ else:
 
 
 class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
-    """A person who tracks a walk, at 30 decisions per second.
+    """A person who tracks a reference walk, at 30 decisions per second.
 
-    Every episode begins on the reference, at a random instant of it [DeepMimic]_, and ends early
-    (``terminated``) where the person has fallen or lost the way, or the simulation has diverged;
-    ``truncated`` after its ``duration``, or where a reference that is no walk ends.
+    Every episode begins at a random phase of the reference [DeepMimic]_. It is ``terminated`` when
+    the person falls or loses the reference, or the simulation diverges, and ``truncated`` after its
+    ``duration``, or at the end of a reference that is not cyclic.
 
     Args:
-        reference: Whom and what to follow, as in :class:`~plantigrade.learn.following.Rules`.
-        render_mode: None; look at :meth:`record` instead.
-        rules: Fields of :class:`~plantigrade.learn.following.Rules` by name: ``form="paper"``,
+        reference: Reference motion and person, as in :class:`~plantigrade.learn.rules.Rules`.
+        render_mode: None; see :meth:`record` instead.
+        rules: Fields of :class:`~plantigrade.learn.rules.Rules` by name: ``form="paper"``,
             ``gains=True``, ``ground="bumps:2"``, …
 
     Raises:
-        ParameterError: If a value is not allowed, or the reference cannot be followed.
+        ParameterError: If a value is not allowed, or the reference cannot be tracked.
         MissingExtra: If Gymnasium is not installed.
 
     Attributes:
-        following: The person, and what is followed.
+        tracking: The person and the reference.
     """
 
     metadata = {"render_modes": []}
@@ -60,13 +61,13 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
         if render_mode is not None:
             raise ParameterError("render_mode must be None: save a run of record() and view that")
         self.render_mode = None
-        self.following = Following(_rules(reference, rules))
-        self.observation_space, self.action_space = spaces(self.following)
+        self.tracking = ParallelTracking(_rules(reference, rules))
+        self.observation_space, self.action_space = spaces(self.tracking)
 
     @property
     def world(self) -> World:
         """The world."""
-        return self.following.worlds[0]
+        return self.tracking.worlds[0]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -75,37 +76,38 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
 
         Args:
             seed: Seed of the random numbers of this environment, from now on.
-            options: ``{"phase": …}``: at which part of the stride, from 0 to 1.
+            options: ``{"phase": …}`` is the initial phase of the stride, from 0 to 1.
 
         Raises:
-            ParameterError: If the phase is none.
+            ParameterError: If the phase is out of range.
         """
         super().reset(seed=seed)
-        where = _start(self.following, options)
+        where = _start(self.tracking, options)
         part = self.np_random.random() if where is None else where
-        self.following.begin([0], [part], [int(self.np_random.integers(2**31))])
-        return self.following.seen()[0], {"phase": self.phase}
+        self.tracking.start_episodes([0], [part], [int(self.np_random.integers(2**31))])
+        return self.tracking.observations()[0], {"phase": self.phase}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Let one decision act, held for one control step.
+        """Apply an action for one control step.
 
-        ``info`` has the terms of the reward by name, ``phase``, and ``end``: why the episode ended.
+        ``info`` has the terms of the reward by name, ``phase``, and ``end``, the reason why the
+        episode ended.
 
         Raises:
             ParameterError: If the action has another size, or is not finite.
         """
-        rewards, (end,), over, terms = self.following.step(np.asarray(action)[None])
+        rewards, (end,), over, terms = self.tracking.step(np.asarray(action)[None])
         info: dict[str, Any] = {name: float(value[0]) for name, value in terms.items()}
         info |= {"phase": self.phase, "end": end}
-        seen = self.following.seen()[0]
+        seen = self.tracking.observations()[0]
         if end == DIVERGED:
             seen = np.zeros_like(seen)
         return seen, float(rewards[0]), bool(end), bool(over[0]), info
 
     @property
     def phase(self) -> float:
-        """Which part of the stride has passed, from 0 to 1."""
-        return float(self.following.phase[0])
+        """Phase of the stride, from 0 to 1."""
+        return float(self.tracking.phase[0])
 
     def record(self) -> Record:
         """Return the episode so far, for report and viewer.
@@ -117,16 +119,16 @@ class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
 
 
 class Walks(gymnasium.vector.VectorEnv):
-    """Many persons who track a walk, in one process.
+    """Parallel environments of persons who track a reference walk, in one process.
 
-    What is seen and rewarded is computed for all of them at once. An episode that has ended begins
-    anew in the same step: its last sight is ``infos["final_obs"]``, where ``infos["_final_obs"]``
-    says so, and likewise ``final_info`` with ``end``.
+    Observations and rewards are computed for all of them at once. An episode that has ended
+    restarts in the same step: its last observation is ``infos["final_obs"]`` where
+    ``infos["_final_obs"]`` is true, and likewise ``final_info`` with ``end``.
 
     Args:
-        num_envs: How many.
-        reference: As for :class:`Walk`.
-        rules: Likewise.
+        num_envs: Number of environments.
+        reference: Reference, as for :class:`Walk`.
+        rules: Rules, as for :class:`Walk`.
 
     Raises:
         ParameterError: As :class:`Walk`.
@@ -141,8 +143,8 @@ class Walks(gymnasium.vector.VectorEnv):
         if num_envs < 1:
             raise ParameterError(f"num_envs={num_envs} must be 1 or more")
         self.num_envs, self.render_mode = num_envs, None
-        self.following = Following(_rules(reference, rules), num_envs)
-        own = spaces(self.following)
+        self.tracking = ParallelTracking(_rules(reference, rules), num_envs)
+        own = spaces(self.tracking)
         self.single_observation_space, self.single_action_space = own
         self.observation_space, self.action_space = (
             gymnasium.vector.utils.batch_space(space, num_envs) for space in own
@@ -154,8 +156,8 @@ class Walks(gymnasium.vector.VectorEnv):
         """Start all episodes.
 
         Args:
-            seed: Seed of the random numbers of all, from now on.
-            options: As of :meth:`Walk.reset`, for all of them.
+            seed: Seed of the random numbers of all environments, from now on.
+            options: Options of :meth:`Walk.reset`, for all environments.
 
         Raises:
             ParameterError: As :meth:`Walk.reset`.
@@ -164,20 +166,20 @@ class Walks(gymnasium.vector.VectorEnv):
             known = [s for s in seed if s is not None]
             seed = int(np.random.SeedSequence(known).generate_state(1)[0]) if known else None
         super().reset(seed=seed)
-        self._begin(list(range(self.num_envs)), _start(self.following, options))
-        return self.following.seen(), {"phase": self.following.phase}
+        self._begin(list(range(self.num_envs)), _start(self.tracking, options))
+        return self.tracking.observations(), {"phase": self.tracking.phase}
 
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Let one decision of everybody act, held for one control step.
+        """Apply one action per environment for one control step.
 
         Raises:
             ParameterError: As :meth:`Walk.step`.
         """
-        rewards, ends, truncated, terms = self.following.step(actions)
+        rewards, ends, truncated, terms = self.tracking.step(actions)
         terminated = np.array([bool(end) for end in ends])
-        seen, phase = self.following.seen(), self.following.phase
+        seen, phase = self.tracking.observations(), self.tracking.phase
         for i, end in enumerate(ends):
             if end == DIVERGED:
                 seen[i] = 0.0
@@ -188,27 +190,27 @@ class Walks(gymnasium.vector.VectorEnv):
             infos["final_obs"], infos["_final_obs"] = seen, done
             infos["final_info"] = {"end": np.array(ends, dtype=object), "_end": done}
             infos["_final_info"] = done
-            self._begin(which, self.following.rules.start)
-            seen = self.following.seen()
+            self._begin(which, self.tracking.rules.start)
+            seen = self.tracking.observations()
         return seen, rewards, terminated, truncated, infos
 
     def _begin(self, which: list[int], start: float | None) -> None:
         parts = self.np_random.random(len(which)) if start is None else [start] * len(which)
         seeds = self.np_random.integers(2**31, size=len(which))
-        self.following.begin(which, [float(p) for p in parts], [int(s) for s in seeds])
+        self.tracking.start_episodes(which, [float(p) for p in parts], [int(s) for s in seeds])
 
 
-def spaces(following: Following) -> tuple[Any, Any]:
+def spaces(tracking: ParallelTracking) -> tuple[Any, Any]:
     """Return the observation and action spaces of one person."""
-    wide = np.full(len(following.observation), np.inf, dtype=np.float32)
-    one = np.ones(len(following.action), dtype=np.float32)
+    wide = np.full(len(tracking.observation), np.inf, dtype=np.float32)
+    one = np.ones(len(tracking.action), dtype=np.float32)
     box = gymnasium.spaces.Box
     return box(-wide, wide, dtype=np.float32), box(-one, one, dtype=np.float32)
 
 
-def _start(following: Following, options: dict[str, Any] | None) -> float | None:
-    """Return at which part of the stride episodes begin; None where it is random."""
-    return part_of_stride("phase", (options or {}).get("phase", following.rules.start))
+def _start(tracking: ParallelTracking, options: dict[str, Any] | None) -> float | None:
+    """Return the initial phase of episodes; None if it is random."""
+    return check_phase("phase", (options or {}).get("phase", tracking.rules.start))
 
 
 def _rules(reference: Any, rules: dict[str, Any]) -> Rules:

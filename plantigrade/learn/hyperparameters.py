@@ -4,26 +4,26 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
-class Learning:
-    """How a policy learns: the networks of [Park2020]_, and what taught a walk in 10 minutes.
+class Hyperparameters:
+    """Hyperparameters, with the networks of [Park2020]_; they suffice for a walk within 10 minutes.
 
     Attributes:
-        persons: How many walk at once.
-        steps: Decisions of each between two updates.
-        updates: Updates in a part.
-        epochs: Passes over the decisions in an update.
-        batch: Decisions in a gradient.
-        gamma: Discount of a decision later.
-        trace: λ of the generalised advantage.
-        clip: By which the ratio of probabilities may change.
-        rate: Learning rate of the actor to begin with; it follows the divergence.
-        judging: That of the critic, always the same; that of the actor if absent.
-        divergence: Wanted of the policies before and after an update.
-        spread: Standard deviation of displacements to begin with [rad].
-        layers: Neurons of the hidden layers, of actor and critic.
-        starts: From how many instants of the stride the goal is looked at.
-        patience: Parts between two looks.
-        listening: Parts in which only the critic learns, where a policy is there to begin with.
+        persons: Number of parallel environments.
+        steps: Decisions per environment between two updates.
+        updates: Updates per part.
+        epochs: Passes over the decisions per update.
+        batch: Decisions per gradient step.
+        gamma: Discount factor.
+        gae_lambda: λ of the generalised advantage estimate.
+        clip: Clip range of the probability ratio.
+        rate: Initial learning rate of the actor; it is adapted to the divergence.
+        critic_rate: Constant learning rate of the critic; that of the actor if absent.
+        target_kl: Desired Kullback-Leibler divergence of an update.
+        action_std: Initial standard deviation of displacements [rad].
+        layers: Neurons of the hidden layers of actor and critic.
+        evaluation_starts: Number of initial phases of an evaluation.
+        evaluation_interval: Parts between two evaluations.
+        critic_warmup: Parts in which only the critic learns, if training starts from a policy.
     """
 
     persons: int = 64
@@ -32,22 +32,22 @@ class Learning:
     epochs: int = 5
     batch: int = 1024
     gamma: float = 0.97
-    trace: float = 0.95
+    gae_lambda: float = 0.95
     clip: float = 0.2
     rate: float = 1e-4
-    judging: float | None = None
-    divergence: float = 0.02
-    spread: float = 0.11
+    critic_rate: float | None = None
+    target_kl: float = 0.02
+    action_std: float = 0.11
     layers: tuple[int, ...] = (256, 128, 128)
-    starts: int = 16
-    patience: int = 4
-    listening: int = 1
+    evaluation_starts: int = 16
+    evaluation_interval: int = 4
+    critic_warmup: int = 1
 
     @property
     def part(self) -> int:
-        """Decisions in a part."""
+        """Decisions per part."""
         return self.persons * self.steps * self.updates
 
 
-GOING_ON = Learning(divergence=0.03, judging=1e-3)
-"""Of who begins with a policy: the critic, which knows nothing, learns before that changes."""
+FINE_TUNING = Hyperparameters(target_kl=0.03, critic_rate=1e-3)
+"""For training that starts from a policy; the untrained critic learns first."""

@@ -1,8 +1,9 @@
-"""A trained policy as one small file, which walks with NumPy alone.
+"""A trained policy, stored as one small file and evaluated with NumPy alone.
 
-The file is an npz without pickles: the layers of the network (``weight_0``, ``bias_0``, …), by what
-is seen is normalised (``mean``, ``scale``), one stride of the reference (``reference``), and
-``about``, JSON with the person, the rules, the versions and how it was trained.
+The file is an npz without pickles. It has the layers of the network (``weight_0``, ``bias_0``, …),
+the normalisation of observations (``mean``, ``scale``), one stride of the reference
+(``reference``), and ``about``, JSON with the person, the rules, the versions and details of the
+training.
 """
 
 import hashlib
@@ -21,29 +22,29 @@ from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import Arrays
 from plantigrade.io.writing import write_bytes
 from plantigrade.learn.action import Gains
-from plantigrade.learn.following import Following, Form, Rules
-from plantigrade.learn.reference import BESIDE, Reference
+from plantigrade.learn.parallel_tracking import ParallelTracking
+from plantigrade.learn.policy_interface import PolicyInterface
+from plantigrade.learn.reference import EXTRA_COLUMNS, Reference
+from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
 
-CLIP = 8.0
-"""What is seen is cut off at so many standard deviations."""
-UNIT = 0.01
-"""So far from one is no length of a quaternion."""
+OBSERVATION_CLIP = 8.0  # [standard deviations] of normalised observations
+QUATERNION_TOLERANCE = 0.01  # of the norm of a quaternion
 REMEDY = "name a policy.npz that plantigrade train wrote"
 KIND = "plantigrade policy 1"
-"""Says in a file what it is, and in which version of the format."""
+"""Kind and version of the file format."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Policy:
-    """A network that decides, and all that must be known to let it decide.
+    """A network and all that is needed to evaluate it.
 
     Attributes:
         layers: Weights (inputs, outputs) and biases (outputs,) of each layer; ELU between them.
-        mean: Of what is seen, by which it is normalised.
-        scale: Its standard deviation.
-        rules: Of the episodes in which it was trained, with its reference.
-        about: How it was trained: versions, seed, decisions.
+        mean: Mean of observations, for their normalisation.
+        scale: Standard deviation of observations.
+        rules: Rules of the training, with its reference.
+        about: Details of the training, such as versions, seed and decisions.
     """
 
     layers: tuple[tuple[np.ndarray, np.ndarray], ...]
@@ -54,21 +55,21 @@ class Policy:
 
     @property
     def reference(self) -> Reference:
-        """The walk that it follows."""
+        """Reference walk."""
         assert isinstance(self.rules.reference, Reference)
         return self.rules.reference
 
     @property
     def digest(self) -> str:
-        """A word that changes with the network."""
+        """Hash of the network."""
         found = hashlib.sha256()
         for weight, bias in self.layers:
             found.update(weight.tobytes() + bias.tobytes())
         return found.hexdigest()[:12]
 
     def __call__(self, seen: Float[np.ndarray, "n size"]) -> Float[np.ndarray, "n k"]:
-        """Return what it decides, one row for each of what is seen, within ±1."""
-        x = np.clip((seen - self.mean) / self.scale, -CLIP, CLIP)
+        """Return actions within ±1, one row per observation."""
+        x = np.clip((seen - self.mean) / self.scale, -OBSERVATION_CLIP, OBSERVATION_CLIP)
         for weight, bias in self.layers[:-1]:
             x = x @ weight
             x += bias
@@ -77,10 +78,10 @@ class Policy:
         return np.clip(x @ weight + bias, -1.0, 1.0)
 
     def save(self, path: str | Path) -> Path:
-        """Write the policy; a file of that name is replaced at once, or not at all.
+        """Write the policy; an existing file is replaced atomically.
 
         Raises:
-            FileError: If it cannot be written.
+            FileError: If the file cannot be written.
         """
         path, rules, reference = Path(path), self.rules, self.reference
         arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale}
@@ -108,7 +109,7 @@ class Policy:
         """Read a policy.
 
         Raises:
-            FileError: If there is no such file, or it does not hold a whole policy.
+            FileError: If the file does not exist or is not a complete policy.
         """
         arrays = Arrays(path, REMEDY)
         try:
@@ -117,18 +118,24 @@ class Policy:
                 raise ValueError(f"it is {about['kind']!r}, not {KIND!r}")
             _described(about)
             human = Human.from_dict(about["human"])
-            columns = human.model.nq + human.model.nv + BESIDE
+            columns = human.model.nq + human.model.nv + EXTRA_COLUMNS
             table = np.asarray(_numbers(arrays, "reference", None, columns), dtype=float)
             walk = (float(about["period"]), float(about["stride"]), bool(about["cyclic"]))
             reference = Reference(human, *walk, table)
             rules = Rules(reference=reference, base=Gains(**about["base"]), **about["rules"])
-            form = Form(human, rules)
+            form = PolicyInterface(human, rules)
             trained = dict(about["about"])
         except (KeyError, TypeError, ValueError, RecursionError, ParameterError) as error:
-            why = f"is no policy of this version: {str(error)[:200]}"
+            why = f"is not a policy of this version: {str(error)[:200]}"
             raise FileError(path, why, remedy=REMEDY) from error
-        if len(table) < 2 or np.abs(np.linalg.norm(table[:, 3:7], axis=1) - 1.0).max() > UNIT:
-            arrays.refuse("is no motion: too short, or turns of the pelvis are none", "reference")
+        if (
+            len(table) < 2
+            or np.abs(np.linalg.norm(table[:, 3:7], axis=1) - 1.0).max() > QUATERNION_TOLERANCE
+        ):
+            arrays.refuse(
+                "is not a motion: it is too short, or rotations of the pelvis are invalid",
+                "reference",
+            )
         size, layers = len(form.observation), []
         mean, scale = (_numbers(arrays, name, size) for name in ("mean", "scale"))
         if scale.min() <= 0.0:
@@ -144,20 +151,22 @@ class Policy:
         return cls(layers=tuple(layers), mean=mean, scale=scale, rules=rules, about=trained)
 
 
-def lasted(policy: Policy, following: Following, duration: float) -> Float[np.ndarray, " n"]:
-    """Return how long persons walk without a fall, from instants spread over the stride [s].
+def survival_times(
+    policy: Policy, tracking: ParallelTracking, duration: float
+) -> Float[np.ndarray, " n"]:
+    """Return the walking times until a fall, from initial phases spread over the stride [s].
 
     Args:
-        policy: What decides.
-        following: The persons.
-        duration: At most so long [s].
+        policy: The policy.
+        tracking: The persons.
+        duration: Maximum duration [s].
     """
-    n, rate = len(following.worlds), following.rules.control_rate
-    following.begin(range(n), [(i + 0.5) / n for i in range(n)], range(n))
+    n, rate = len(tracking.worlds), tracking.rules.control_rate
+    tracking.start_episodes(range(n), [(i + 0.5) / n for i in range(n)], range(n))
     steps = round(duration * rate)
     times, up = np.full(n, steps / rate), np.ones(n, dtype=bool)
     for k in range(steps):
-        _, ends, _, _ = following.step(policy(following.seen()))
+        _, ends, _, _ = tracking.step(policy(tracking.observations()))
         fell = up & np.array([bool(end) for end in ends])
         times[fell] = k / rate
         up &= ~fell
@@ -167,10 +176,10 @@ def lasted(policy: Policy, following: Following, duration: float) -> Float[np.nd
 
 
 def _described(about: Mapping[str, Any]) -> None:
-    """Refuse a description that lacks something, or has numbers that no walk has.
+    """Check the description of a file.
 
     Raises:
-        KeyError: If something is missing or unknown.
+        KeyError: If an entry is missing or unknown.
         ParameterError: If a number is out of bounds.
     """
     rules, base = about["rules"], about["base"]
@@ -186,7 +195,7 @@ def _described(about: Mapping[str, Any]) -> None:
 
 
 def _numbers(arrays: Arrays, key: str, *shape: int | None) -> np.ndarray:
-    """Return an array that must be there; a FileError if it is not, or is not finite."""
+    """Return an array; raise a FileError if it is missing or not finite."""
     numbers = arrays.finite(key, *shape)
     if numbers is None:
         arrays.refuse("is missing", key)
@@ -209,6 +218,6 @@ _BOUNDS: Mapping[str, tuple[float, float, str]] = {
     "span": (1.0, 1e5, "times"),
     "damping_span": (1.0, 1e5, "times"),
 }
-"""What numbers of a file may be."""
+"""Bounds and units of the numbers in a file."""
 _PLAIN = ("form", "gains", "reach", "rate", "control_rate", "passive", "duration", "mirrored")
-"""Fields of the rules that a file keeps."""
+"""Fields of the rules in a file."""

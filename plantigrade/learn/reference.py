@@ -1,4 +1,4 @@
-"""A reference walk that repeats without end: one closed stride and its displacement."""
+"""A cyclic reference walk: one closed stride and its displacement."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,25 +17,25 @@ from plantigrade.motion import Motion
 from plantigrade.options import shown
 from plantigrade.record import Record, Run
 
-HANDS = ("hand", "radius", "forearm", "fingers")
-"""Bodies of an arm that may be its end, the best first."""
-BESIDE = 3 + 3 * 4 + 1
-"""Columns of a table beside configuration and velocity: see :class:`Reference`."""
+HAND_BODIES = ("hand", "radius", "forearm", "fingers")
+"""Bodies that may be the end of an arm, in order of preference."""
+EXTRA_COLUMNS = 3 + 3 * 4 + 1
+"""Columns of a table after configuration and velocity; see :class:`Reference`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A walk at any time: a table of one stride, or of a motion that ends.
+    """A reference motion at any time, from a table of one stride or of a motion that ends.
 
-    The walk leads along x from the origin, on level ground at height zero.
+    The walk starts at the origin and leads along x, on level ground at height zero.
 
     Attributes:
-        human: Who walks.
+        human: The person.
         period: Duration of the stride, or of the motion [s].
-        stride: How far a stride leads; zero where nothing is repeated [m].
-        cyclic: Whether it goes on for ever.
-        table: One row an instant, both ends included: configuration, velocity, centre of mass,
-            ends of the limbs from the pelvis, and depth of the soles, as in :class:`Frame`.
+        stride: Stride length; zero if the motion is not cyclic [m].
+        cyclic: Whether the motion repeats.
+        table: One row per instant, both ends included: configuration, velocity, centre of mass,
+            limb ends relative to the pelvis, and depth of the soles, as in :class:`ReferenceState`.
     """
 
     human: Human
@@ -44,17 +44,17 @@ class Reference:
     cyclic: bool
     table: Float[Array, "n_rows n_columns"]
 
-    def at(self, time: float | Float[Array, " n"]) -> "Frame":
-        """Return the reference at times after its start [s]; at its last row after its end."""
+    def at(self, time: float | Float[Array, " n"]) -> "ReferenceState":
+        """Return the reference at times after its start [s]; after its end, the last row."""
         table, u = self.table, np.asarray(time) / self.period
         laps = np.floor(u) if self.cyclic else np.zeros_like(u)
         place = np.minimum(np.maximum(u - laps, 0.0), 1.0) * (len(table) - 1)
         i = np.minimum(place.astype(int), len(table) - 2)
         row = table[i] + (place - i)[..., None] * (table[i + 1] - table[i])
-        return Frame(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
+        return ReferenceState(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
 
     def phase(self, time: float | Float[Array, " n"]) -> float | Float[Array, " n"]:
-        """Return which part of the stride, or of the motion, has passed, from 0 to 1."""
+        """Return the phase of the stride or motion, from 0 to 1."""
         u = np.asarray(time) / self.period
         return u % 1.0 if self.cyclic else np.minimum(u, 1.0)
 
@@ -63,9 +63,9 @@ class Reference:
         """Return the reference of a run, its folder, or a record; of the textbook walk if absent.
 
         Raises:
-            ParameterError: If it is something else, the ground is not level and even, or the motion
+            ParameterError: If the source is something else, the ground is not flat, or the motion
                 is too short or has gaps.
-            FileError: If there is no such run.
+            FileError: If the run does not exist.
         """
         if isinstance(source, Reference):
             return source
@@ -91,8 +91,8 @@ class Reference:
 
         Args:
             human: The person.
-            speed: Walking speed; 0.4 of the root of leg length times gravity if absent, which is
-                what people prefer [m/s].
+            speed: Walking speed [m/s]; if absent the preferred speed, 0.4 times the root of leg
+                length times gravity.
         """
         d = human.dimensions
         speed = speed or 0.4 * float(np.sqrt(GRAVITY * (d.thigh + d.shank + d.ankle_height)))
@@ -103,9 +103,9 @@ class Reference:
 
     @classmethod
     def of_motion(cls, human: Human, motion: Motion) -> "Reference":
-        """Return the reference of a motion: its most even stride, or the whole if there is none.
+        """Return the most symmetric stride of a motion, or the whole motion if there is none.
 
-        As :func:`~plantigrade.kinematics.stride.stride_of` closes it.
+        The stride is closed by :func:`~plantigrade.kinematics.stride.stride_of`.
 
         Raises:
             ParameterError: If the motion is of another person, too short, or has gaps.
@@ -115,15 +115,15 @@ class Reference:
         return cls(human, period, stride.length, stride.cyclic, _table(human, stride))
 
 
-class Frame:
-    """A reference at an instant, or one row for each of several.
+class ReferenceState:
+    """State of a reference at one or several instants.
 
     Attributes:
         qpos: Configuration.
         qvel: Velocity.
         com: Centre of mass, world [m].
-        ends: Hands and feet from the pelvis, in the pelvis' heading [m], one after another.
-        depth: How far the lowest point of the soles is under the ground [m].
+        ends: Hands and feet relative to the pelvis, in its heading [m], flattened.
+        depth: Depth of the lowest point of the soles below the ground [m].
     """
 
     __slots__ = ("com", "depth", "ends", "qpos", "qvel")
@@ -131,7 +131,7 @@ class Frame:
     def __init__(
         self, row: Float[Array, "*m k"], nq: int, nv: int, ahead: float | Float[Array, " n"]
     ):
-        """Take rows apart; so far ahead [m]."""
+        """Split rows of a table, displaced forward by ``ahead`` [m]."""
         self.qpos, self.qvel = row[..., :nq], row[..., nq : nq + nv]
         self.com, self.ends = row[..., nq + nv : nq + nv + 3], row[..., nq + nv + 3 : -1]
         self.depth = row[..., -1]
@@ -142,12 +142,12 @@ class Frame:
 def limb_ends(human: Human) -> tuple[int, ...]:
     """Return the indices of the bodies at the ends of the limbs: both hands, both feet."""
     names = human.body_names
-    hands = [next(f"{h}_{s}" for h in HANDS if f"{h}_{s}" in names) for s in SIDES]
+    hands = [next(f"{h}_{s}" for h in HAND_BODIES if f"{h}_{s}" in names) for s in SIDES]
     return tuple(human.body(name) for name in (*hands, "foot_r", "foot_l"))
 
 
 def headings(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
-    """Return what maps rows of world axes to axes that face where a pelvis does, z up."""
+    """Return maps of row vectors from world axes to the headings of pelves, z up."""
     w, x, y, z = quat.T
     cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)
     size = np.maximum(np.hypot(cosine, sine), 1e-12)
@@ -160,7 +160,7 @@ def headings(quat: Float[Array, "n 4"]) -> Float[Array, "n 3 3"]:
 
 
 def _table(human: Human, stride: Stride) -> Float[Array, "n_rows n_columns"]:
-    """Return all that is compared with, in every row."""
+    """Return the table of a stride, as described in :class:`Reference`."""
     qpos, model = stride.qpos, human.model
     data, limbs = mujoco.MjData(model), list(limb_ends(human))
     com, places = np.zeros((len(qpos), 3)), np.zeros((len(qpos), 3 * len(limbs)))

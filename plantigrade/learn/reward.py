@@ -8,20 +8,20 @@ from [DeepMimic]_:
     r_p = e^{-2 \sum_j \Delta q_j^2} \quad r_v = e^{-0.1 \sum_j \Delta \dot q_j^2} \quad
     r_e = e^{-40 \sum_e |\Delta p_e|^2} \quad r_c = e^{-10 |\Delta p_c|^2}
 
-over joints :math:`j`, hands and feet :math:`e` as seen from the pelvis, and the centre of mass in
-the world. Peng's sum runs over the angles between orientations of joints; ours over hinges, which
-is the same where the angles are small.
+over joints :math:`j`, hands and feet :math:`e` relative to the pelvis, and the centre of mass in
+the world. In [DeepMimic]_ the sum runs over rotation angles of joints; here it runs over hinges,
+which is equivalent for small angles.
 
-None of them minds how a foot lands. Two of ours do: the first where the ground pushes harder or
-less hard than in walking, the second where feet are inclined in another way than those of the
-reference, in pitch or roll,
+None of these terms depends on how a foot lands. Two additional terms do: one penalises ground
+forces outside the range of walking, the other errors of pitch and roll of the feet,
 
 .. math::
 
     r_f = e^{-\max(|F/W - 1| - 0.25, 0)} \qquad r_s = e^{-20 \sum_f |\Delta s_f|^2}
 
-with :math:`F` the mean vertical force of the ground during a decision, by the change of momentum,
-:math:`W` the weight, and :math:`s_f` how far the first two axes of a foot point up.
+with :math:`F` the mean vertical ground reaction force during a decision, from the change of
+momentum, :math:`W` the body weight, and :math:`s_f` the vertical components of the first two axes
+of a foot.
 """
 
 from dataclasses import dataclass, replace
@@ -31,26 +31,26 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.observation import first_axes
-from plantigrade.learn.reference import Frame, Reference
-from plantigrade.learn.view import View
+from plantigrade.learn.reference import Reference, ReferenceState
 from plantigrade.world.world_model import FOOT_PREFIXES
 
 
 @dataclass(frozen=True, kw_only=True)
-class Weights:
-    """Weights of the terms; the paper prints none, the first four are those of [DeepMimic]_.
+class RewardWeights:
+    """Weights of the reward terms; the first four are those of [DeepMimic]_.
 
     Attributes:
         pose: :math:`w_p`.
         velocity: :math:`w_v`.
         com: :math:`w_c`.
         ends: :math:`w_e`.
-        feet: Whether joints within the feet count in pose and velocity: there are two thirds as
-            many of them as of all others, and they have little to say about a walk.
-        force: What a hard landing, or flight, costs, the weight of :math:`r_f - 1`: nobody is
-            rewarded for falling softly; the paper has no such term.
-        soles: Of :math:`r_s`, likewise.
+        feet: Whether joints within the feet count in pose and velocity. They are two fifths of all
+            joints
+                        and matter little for a walk.
+        force: Weight of :math:`r_f - 1`, a cost of hard landings and flight; not in the paper.
+        soles: Weight of :math:`r_s`; not in the paper.
     """
 
     pose: float = 0.65
@@ -62,26 +62,27 @@ class Weights:
     soles: float = 0.0
 
 
-UNEVEN = 0.25
-"""By so much the force of the ground on both feet is more or less than the weight in walking:
-a centre of mass that rises by 2.5 cm with each of two steps a second has 0.2 g."""
+FORCE_TOLERANCE = 0.25
+"""Deviation of the ground reaction force from body weight in walking, without penalty [body
+weights]; a centre of mass that rises by 2.5 cm in each of two steps per second accelerates by 0.2
+g."""
 ROWS = 101
-"""In which the inclination of the feet over a stride is kept."""
-LEAN_WEIGHTS = Weights(pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False)
-"""With which walking was learned in a million steps."""
+"""Instants of a stride at which the inclination of the feet is stored."""
+LEAN_WEIGHTS = RewardWeights(pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False)
+"""Weights with which walking was learned in a million steps."""
 LANDING_WEIGHTS = replace(LEAN_WEIGHTS, force=2.0, soles=0.3)
-"""With which one who walks learned to land on the heel."""
+"""Weights with which a walking policy learned to land on the heel."""
 
 
 class Reward:
-    """Rewards persons for following a reference.
+    """Reward of tracking a reference.
 
     Args:
-        reference: Whom they are to follow, and how.
-        weights: The weights.
+        reference: Reference motion.
+        weights: Weights of the terms.
     """
 
-    def __init__(self, reference: Reference, weights: Weights):
+    def __init__(self, reference: Reference, weights: RewardWeights):
         self._weights, human = weights, reference.human
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT_PREFIXES) and not n.startswith("foot") for n in names]
@@ -91,23 +92,23 @@ class Reward:
 
     def of(
         self,
-        view: View,
-        reference: Frame,
+        view: BatchState,
+        reference: ReferenceState,
         phase: Float[Array, " n"],
         force: Float[Array, " n"],
     ) -> tuple[Float[Array, " n"], dict[str, Float[Array, " n"]]]:
-        """Return rewards and their terms, of a view that is up to date.
+        """Return rewards and their terms, one row per world.
 
         Args:
-            view: The persons.
-            reference: Where they should be.
-            phase: Part of the stride that has passed.
-            force: Mean vertical force of the ground since the decision before [body weights].
+            view: Updated state of the persons.
+            reference: State of the reference.
+            phase: Phase of the stride.
+            force: Mean vertical ground reaction force since the last decision [body weights].
         """
         pose = (view.angles - reference.qpos[:, 7:]) * self._counts
         rates = (view.rates - reference.qvel[:, 6:]) * self._counts
         com = view.com - reference.com
-        ends = (view.ends - view.place[:, :1]) @ view.turn
+        ends = (view.ends - view.positions[:, :1]) @ view.headings
         off = ends.reshape(len(com), -1) - reference.ends
         terms = {
             name: np.exp(-factor * np.einsum("ij,ij->i", x, x))
@@ -117,10 +118,10 @@ class Reward:
             )
         }  # fmt: skip
         if self._weights.force:
-            terms["force"] = np.exp(-np.maximum(np.abs(force - 1.0) - UNEVEN, 0.0))
+            terms["force"] = np.exp(-np.maximum(np.abs(force - 1.0) - FORCE_TOLERANCE, 0.0))
         if self._soles is not None:
             row = np.rint(phase * (len(self._soles) - 1)).astype(int)
-            off = inclined(view.turned[:, self._feet]) - self._soles[row]
+            off = foot_inclination(view.orientations[:, self._feet]) - self._soles[row]
             terms["soles"] = np.exp(-20.0 * np.einsum("ijk,ijk->i", off, off))
         whole = np.full(len(com), -self._weights.force)
         for name, term in terms.items():
@@ -128,19 +129,19 @@ class Reward:
         return whole, terms
 
 
-def inclined(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
+def foot_inclination(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
     """Return the sines of pitch and roll of bodies."""
     first, second = first_axes(quat)
     return np.stack([first[..., 2], second[..., 2]], axis=-1)
 
 
 def _soles(reference: Reference) -> Float[Array, "n_rows 2 2"]:
-    """Return how the feet are inclined over the stride, in :data:`ROWS` rows."""
+    """Return the inclination of the feet over the stride, in :data:`ROWS` rows."""
     human = reference.human
     data, feet = mujoco.MjData(human.model), [human.body(f"foot_{side}") for side in SIDES]
     found = np.zeros((ROWS, len(feet), 2))
     for k, qpos in enumerate(reference.at(np.linspace(0.0, reference.period, ROWS)).qpos):
         data.qpos[:] = qpos
         mujoco.mj_kinematics(human.model, data)
-        found[k] = inclined(data.xquat[feet])
+        found[k] = foot_inclination(data.xquat[feet])
     return found

@@ -1,8 +1,8 @@
 """Proximal policy optimisation of a walk, by stable-baselines3.
 
-Training goes in parts of a few updates. Every part starts all episodes anew, from random numbers of
-its own, and all that it leaves is in the checkpoint: so one that was stopped and taken up again
-ends in the same policy, number for number, as one that was not.
+Training consists of parts of a few updates. Every part restarts all episodes with random numbers of
+its own, and its whole result is in the checkpoint. A training that was interrupted and resumed
+therefore gives exactly the same policy as one that was not.
 """
 
 import time as clock
@@ -16,13 +16,14 @@ import numpy as np
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.extras import require
 from plantigrade.io.writing import whole_file
-from plantigrade.learn.curve import Progress, write_curve
 from plantigrade.learn.environment import Walks
-from plantigrade.learn.following import Following, Rules
-from plantigrade.learn.hyperparameters import GOING_ON, Learning
-from plantigrade.learn.persons import Persons
-from plantigrade.learn.policy import CLIP, Policy, lasted
-from plantigrade.learn.transfer import carried_over
+from plantigrade.learn.hyperparameters import FINE_TUNING, Hyperparameters
+from plantigrade.learn.learning_curve import Progress, write_curve
+from plantigrade.learn.parallel_tracking import ParallelTracking
+from plantigrade.learn.policy import OBSERVATION_CLIP, Policy, survival_times
+from plantigrade.learn.rules import Rules
+from plantigrade.learn.sb3_environment import TrainingEnvironment
+from plantigrade.learn.transfer import transfer_policy
 
 _torch = require("torch", "learn")
 _sb3 = require("stable_baselines3", "learn")
@@ -30,38 +31,34 @@ _vec = require("stable_baselines3.common.vec_env", "learn")
 _utils = require("stable_baselines3.common.utils", "learn")
 
 CHECKPOINT, POLICY, CURVE = "checkpoint.pt", "policy.npz", "curve.csv"
-"""Names of the files of a training."""
-CHANGE = 1.5
-"""Factor by which the learning rate follows the divergence."""
-SLOWEST, FASTEST = 1e-5, 1e-3
-"""Range of learning rates."""
-READY = 4.0
-"""With fewer falls than one in so long a time the goal is looked at [s]."""
+RATE_FACTOR = 1.5  # of one adaptation of the learning rate
+MIN_RATE, MAX_RATE = 1e-5, 1e-3  # of learning
+MIN_TIME_BETWEEN_FALLS = 4.0  # [s] on average, before the policy is evaluated
 
 
 class Training:
-    """A policy that learns, in a folder.
+    """Training of a policy, with its files in a folder.
 
     Args:
-        rules: What an episode is.
-        folder: Where checkpoint, curve and policy are; it must exist. A checkpoint that is there is
-            taken up.
-        seed: Of all random numbers.
-        goal: Training ends where none of the starts leads to a fall in so long a time; zero: never
-            [s].
-        most: Training ends after so many decisions.
-        how: How it learns; if absent, as who begins with nothing, or :data:`GOING_ON`.
-        device: Of torch.
-        start: A policy to begin with, of any feet.
+        rules: Rules of an episode.
+        folder: Existing folder for checkpoint, curve and policy; an existing checkpoint is resumed.
+        seed: Seed of all random numbers.
+        goal: Walking time without a fall from every evaluation start at which training ends [s];
+            zero for none.
+        max_decisions: Maximum number of decisions.
+        hyperparameters: Hyperparameters; by default those for training from scratch, or
+            :data:`FINE_TUNING`.
+        device: Device of torch.
+        start: Initial policy, for any feet.
 
     Raises:
-        ParameterError: If the checkpoint there is of another training.
+        ParameterError: If the checkpoint belongs to another training.
         FileError: If it cannot be read.
         MissingExtra: If the extra is not installed.
 
     Attributes:
-        curve: What has been so far.
-        reached: Whether the goal was.
+        curve: Learning curve.
+        reached: Whether the goal is reached.
     """
 
     def __init__(
@@ -71,111 +68,135 @@ class Training:
         *,
         seed: int = 0,
         goal: float = 20.0,
-        most: int = 3_000_000,
-        how: Learning | None = None,
+        max_decisions: int = 3_000_000,
+        hyperparameters: Hyperparameters | None = None,
         device: str = "cpu",
         start: Policy | None = None,
     ):
-        how = how or (Learning() if start is None else GOING_ON)
-        self.folder, self.seed, self.goal, self.most = Path(folder), seed, goal, most
-        self.how, self.curve, self.reached = how, list[Progress](), False
+        hyperparameters = hyperparameters or (Hyperparameters() if start is None else FINE_TUNING)
+        self.folder, self.seed, self.goal, self.max_decisions = (
+            Path(folder),
+            seed,
+            goal,
+            max_decisions,
+        )
+        self.hyperparameters, self.curve, self.reached = hyperparameters, list[Progress](), False
         try:
             _torch.empty(0, device=device)
-        except Exception as error:  # of many kinds
+        except Exception as error:  # torch raises several kinds
             raise ParameterError(f"device={device!r}: {str(error)[:160]}") from error
         _torch.set_num_threads(1)
-        walks = Walks(how.persons, **{f.name: getattr(rules, f.name) for f in fields(rules)})
-        self.following = walks.following
-        self._persons = Persons(walks, 5.0 * (1.0 - how.gamma))
-        self._norm = _vec.VecNormalize(self._persons, norm_reward=False, clip_obs=CLIP)
+        walks = Walks(
+            hyperparameters.persons, **{f.name: getattr(rules, f.name) for f in fields(rules)}
+        )
+        self.tracking = walks.tracking
+        self._environment = TrainingEnvironment(walks, 5.0 * (1.0 - hyperparameters.gamma))
+        self._norm = _vec.VecNormalize(
+            self._environment, norm_reward=False, clip_obs=OBSERVATION_CLIP
+        )
         _utils.set_random_seed(seed)
         self._learner = _Learner(
             "MlpPolicy",
             self._norm,
-            learning_rate=how.rate,
-            n_steps=how.steps,
-            batch_size=how.batch,
-            n_epochs=how.epochs,
-            gamma=how.gamma,
-            gae_lambda=how.trace,
-            clip_range=how.clip,
+            learning_rate=hyperparameters.rate,
+            n_steps=hyperparameters.steps,
+            batch_size=hyperparameters.batch,
+            n_epochs=hyperparameters.epochs,
+            gamma=hyperparameters.gamma,
+            gae_lambda=hyperparameters.gae_lambda,
+            clip_range=hyperparameters.clip,
             max_grad_norm=1.0,
             policy_kwargs={
-                "net_arch": {"pi": list(how.layers), "vf": list(how.layers)},
+                "net_arch": {
+                    "pi": list(hyperparameters.layers),
+                    "vf": list(hyperparameters.layers),
+                },
                 "activation_fn": _torch.nn.ELU,
-                "log_std_init": float(np.log(how.spread / self.following.action.reach)),
+                "log_std_init": float(
+                    np.log(hyperparameters.action_std / self.tracking.action.reach)
+                ),
             },
             device=device,
         )
-        if how.judging is not None:
-            self._learner.part(how.judging)
+        if hyperparameters.critic_rate is not None:
+            self._learner.part(hyperparameters.critic_rate)
         self._learner.set_logger(_sb3.common.logger.Logger(None, []))
-        self._rate, self._acting = how.rate, True
-        self._judged: Following | None = None
+        self._rate, self._actor_learns = hyperparameters.rate, True
+        self._evaluation: ParallelTracking | None = None
         self._start = start
-        # What is seen is normalised as it was, so that what was learned stays true.
+        # An initial policy keeps its normalisation of observations.
         self._norm.training = start is None
         if (self.folder / CHECKPOINT).exists():
-            self._take_up(self.folder / CHECKPOINT)
+            self._resume(self.folder / CHECKPOINT)
         elif start is not None:
-            self._begin_with(start, walks)
+            self._start_from(start, walks)
 
     @property
     def decisions(self) -> int:
-        """How many there have been."""
+        """Number of decisions so far."""
         return self.curve[-1].decisions if self.curve else 0
 
     @property
     def network(self) -> Any:
-        """Actor and critic, as torch has them."""
+        """Actor and critic as a torch module."""
         return self._learner.policy
 
     @property
-    def over(self) -> bool:
-        """Whether it has ended."""
-        return self.reached or self.decisions >= self.most
+    def finished(self) -> bool:
+        """Whether training has ended."""
+        return self.reached or self.decisions >= self.max_decisions
 
-    def run(self, tell: Callable[[Progress], None] = lambda _: None) -> Policy:
-        """Learn until the goal or the end, and return the policy, which is in the folder, too.
+    def run(self, on_progress: Callable[[Progress], None] = lambda _: None) -> Policy:
+        """Train until the goal or the end, and return the policy, which is also in the folder.
 
         Args:
-            tell: Is called after every part.
+            on_progress: Called after every part.
         """
-        while not self.over:
+        while not self.finished:
             row = self.learn()
-            self._keep()
-            tell(row)
+            self._save()
+            on_progress(row)
         return self.policy()
 
     def learn(self) -> Progress:
-        """Do one part, and return how it went."""
-        began, how, learner = clock.perf_counter(), self.how, self._learner
+        """Do one part, and return hyperparameters it went."""
+        start_time, hyperparameters, learner = (
+            clock.perf_counter(),
+            self.hyperparameters,
+            self._learner,
+        )
         index, before = len(self.curve), self.curve[-1].seconds if self.curve else 0.0
         number = int(np.random.SeedSequence([self.seed, index]).generate_state(1)[0]) % 2**31
         _utils.set_random_seed(number)
         self._norm.seed(number)
-        self._persons.count_anew()
-        learner._last_obs = None  # so that all episodes start anew
-        self._acting = self._start is None or index >= how.listening
-        self._let_actor_learn(self._acting)
-        learner.learn(how.part, callback=_Follow(self), reset_num_timesteps=False)
-        self.follow()
-        counted = self._persons
-        row = {k: v / counted.decisions for k, v in counted.rewards.items()}
-        control = self.following.rules.control_rate
-        falls = 60.0 * control * counted.falls / counted.decisions
+        self._environment.reset_counts()
+        learner._last_obs = None  # restart all episodes
+        self._actor_learns = self._start is None or index >= hyperparameters.critic_warmup
+        self._set_actor_learning(self._actor_learns)
+        learner.learn(hyperparameters.part, callback=_RateCallback(self), reset_num_timesteps=False)
+        self.adapt_rate()
+        counts = self._environment
+        row = {k: v / counts.decisions for k, v in counts.rewards.items()}
+        control = self.tracking.rules.control_rate
+        falls = 60.0 * control * counts.falls / counts.decisions
         standing, average = -1, -1.0
-        if self.goal and falls < 60.0 / READY and (index + 1) % how.patience == 0:
+        if (
+            self.goal
+            and falls < 60.0 / MIN_TIME_BETWEEN_FALLS
+            and (index + 1) % hyperparameters.evaluation_interval == 0
+        ):
             policy = self.policy()
-            self._judged = self._judged or Following(policy.rules, how.starts)
-            survived = lasted(policy, self._judged, self.goal)
+            self._evaluation = self._evaluation or ParallelTracking(
+                policy.rules, hyperparameters.evaluation_starts
+            )
+            survived = survival_times(policy, self._evaluation, self.goal)
             standing = int((survived >= self.goal - 1e-6).sum())
             average = float(survived.mean())
-            self.reached = standing == how.starts
+            self.reached = standing == hyperparameters.evaluation_starts
         self.curve.append(
             Progress(
-                decisions=self.decisions + how.part,
-                seconds=before + clock.perf_counter() - began,
+                decisions=self.decisions + hyperparameters.part,
+                seconds=before + clock.perf_counter() - start_time,
                 falls_per_minute=falls,
                 spread=float(learner.policy.log_std.detach().exp().mean()),
                 rate=self._rate,
@@ -186,20 +207,20 @@ class Training:
         )
         return self.curve[-1]
 
-    def follow(self) -> None:
-        """Let the learning rate follow the divergence of the last update."""
+    def adapt_rate(self) -> None:
+        """Adapt the learning rate to the divergence of the last update."""
         found = self._learner.logger.name_to_value.get("train/approx_kl")
-        if found is None or not self._acting:
+        if found is None or not self._actor_learns:
             return
-        wanted = self.how.divergence
-        if found > 2.0 * wanted:
-            self._rate = max(self._rate / CHANGE, SLOWEST)
-        elif found < 0.5 * wanted:
-            self._rate = min(self._rate * CHANGE, FASTEST)
+        target = self.hyperparameters.target_kl
+        if found > 2.0 * target:
+            self._rate = max(self._rate / RATE_FACTOR, MIN_RATE)
+        elif found < 0.5 * target:
+            self._rate = min(self._rate * RATE_FACTOR, MAX_RATE)
         self._learner.lr_schedule = _utils.ConstantSchedule(self._rate)
 
     def policy(self) -> Policy:
-        """Return the policy as it is now, without its noise."""
+        """Return the present policy, without exploration noise."""
         layers = tuple(
             (
                 m.weight.detach().cpu().numpy().T.copy(),
@@ -212,28 +233,28 @@ class Training:
             layers=layers,
             mean=rms.mean.astype(np.float32),
             scale=np.sqrt(rms.var + self._norm.epsilon).astype(np.float32),
-            rules=self.following.settled,
+            rules=self.tracking.resolved_rules,
             about={
                 "decisions": self.decisions,
                 "seed": self.seed,
-                "terrain_m": self.following.rules.terrain,
-                "pushes_n": self.following.rules.pushes,
+                "terrain_m": self.tracking.rules.terrain,
+                "pushes_n": self.tracking.rules.pushes,
                 "torch": _torch.__version__,
                 "stable_baselines3": _sb3.__version__,
                 **({} if self._start is None else {"start": self._start.digest}),
             },
         )
 
-    def _begin_with(self, policy: Policy, walks: Walks) -> None:
-        """Take over the actor of a policy, and its normalisation.
+    def _start_from(self, policy: Policy, walks: Walks) -> None:
+        """Start from the actor and the normalisation of a policy.
 
-        What is seen may spread wider here, as where there are pushes: so far it is let act first.
+        The policy acts first, because observations may vary more here, for instance with pushes.
         """
-        human, rules = self.following.reference.human, self.following.settled
-        layers, mean, scale = carried_over(policy, human, rules)
+        human, rules = self.tracking.reference.human, self.tracking.resolved_rules
+        layers, mean, scale = transfer_policy(policy, human, rules)
         same = Policy(layers=layers, mean=mean, scale=scale, rules=rules, about={})
         seen, rows = walks.reset(seed=self.seed)[0], []
-        for _ in range(self.how.steps):
+        for _ in range(self.hyperparameters.steps):
             rows.append(seen)
             seen = walks.step(same(seen))[0]
         wider = np.maximum(scale, np.std(np.concatenate(rows), axis=0)).astype(scale.dtype)
@@ -245,7 +266,7 @@ class Training:
                 module.bias.copy_(_torch.from_numpy(bias))
         rms = self._norm.obs_rms
         rms.mean, rms.var = mean.astype(float), scale.astype(float) ** 2
-        rms.count = float(self.how.part)
+        rms.count = float(self.hyperparameters.part)
 
     def _actor(self) -> list[Any]:
         """Return the layers of the actor."""
@@ -253,16 +274,16 @@ class Training:
         linear = [m for m in net.mlp_extractor.policy_net if isinstance(m, _torch.nn.Linear)]
         return [*linear, net.action_net]
 
-    def _let_actor_learn(self, whether: bool) -> None:
+    def _set_actor_learning(self, whether: bool) -> None:
         own = [p for module in self._actor() for p in module.parameters()]
         for parameter in (*own, self._learner.policy.log_std):
             parameter.requires_grad_(whether)
 
-    def _keep(self) -> None:
+    def _save(self) -> None:
         """Write checkpoint, curve and policy."""
         rms, learner = self._norm.obs_rms, self._learner
         state = {
-            "what": self._what(),
+            "what": self._identity(),
             "policy": learner.policy.state_dict(),
             "optimizer": learner.policy.optimizer.state_dict(),
             "mean": _torch.from_numpy(np.array(rms.mean)),
@@ -278,9 +299,9 @@ class Training:
             _torch.save(state, part)
         write_curve(self.folder / CURVE, self.curve)
 
-    def _what(self) -> dict[str, Any]:
-        """Return what decides the training, but its end."""
-        rules = self.following.settled
+    def _identity(self) -> dict[str, Any]:
+        """Return all settings that affect the training, except its end."""
+        rules = self.tracking.resolved_rules
         names = (
             "form",
             "gains",
@@ -293,26 +314,26 @@ class Training:
             "terrain",
             "pushes",
         )
-        reference = self.following.reference
+        reference = self.tracking.reference
         return {
             "seed": self.seed,
             **{name: getattr(rules, name) for name in names},
             "ground": str(rules.ground),
-            "weights": asdict(self.following.weights),
+            "weights": asdict(self.tracking.weights),
             "human": reference.human.to_dict(),
             "period": reference.period,
             "start": None if self._start is None else self._start.digest,
-            **{f"learning.{k}": v for k, v in asdict(self.how).items()},
+            **{f"learning.{k}": v for k, v in asdict(self.hyperparameters).items()},
         }
 
-    def _take_up(self, path: Path) -> None:
+    def _resume(self, path: Path) -> None:
         try:
             state = _torch.load(path, weights_only=True)
             what, curve = dict(state["what"]), [Progress(**row) for row in state["curve"]]
         except Exception as error:
             raise FileError(path, f"not a checkpoint of a training: {str(error)[:200]}") from error
-        mine = self._what()
-        other = [k for k in mine if what.get(k) != mine[k]]
+        own = self._identity()
+        other = [k for k in own if what.get(k) != own[k]]
         if other:
             raise ParameterError(
                 f"{path} is a checkpoint of another training: {', '.join(other)} differ; give "
@@ -336,27 +357,27 @@ class Training:
 
 
 class _Learner(_sb3.PPO):
-    """The learner, whose critic may have a learning rate of its own."""
+    """PPO with an optional separate learning rate of the critic."""
 
-    _judging: float | None = None
+    _critic_rate: float | None = None
 
-    def part(self, judging: float) -> None:
-        """Let the critic learn at a rate that stays."""
-        self._judging, net = judging, self.policy
+    def part(self, critic_rate: float) -> None:
+        """Set a constant learning rate of the critic."""
+        self._critic_rate, net = critic_rate, self.policy
         critic = [*net.mlp_extractor.value_net.parameters(), *net.value_net.parameters()]
         own = {id(p) for p in critic}
         actor = [p for p in net.parameters() if id(p) not in own]
         groups = [{"params": actor}, {"params": critic}]
-        net.optimizer = _torch.optim.Adam(groups, lr=judging, eps=1e-5)
+        net.optimizer = _torch.optim.Adam(groups, lr=critic_rate, eps=1e-5)
 
     def _update_learning_rate(self, optimizers: Any) -> None:
         super()._update_learning_rate(optimizers)
-        if self._judging is not None:
-            self.policy.optimizer.param_groups[1]["lr"] = self._judging
+        if self._critic_rate is not None:
+            self.policy.optimizer.param_groups[1]["lr"] = self._critic_rate
 
 
-class _Follow(_sb3.common.callbacks.BaseCallback):
-    """Lets the learning rate follow after every update of a part but the last."""
+class _RateCallback(_sb3.common.callbacks.BaseCallback):
+    """Adapts the learning rate after every update of a part except the last."""
 
     def __init__(self, training: Training):
         super().__init__()
@@ -370,5 +391,5 @@ class _Follow(_sb3.common.callbacks.BaseCallback):
 
     def _on_rollout_start(self) -> None:
         if not self._first:
-            self._training.follow()
+            self._training.adapt_rate()
         self._first = False

@@ -1,35 +1,39 @@
-"""What one policy has learned as the beginning of another: other feet, ground, pushes, or walk."""
+"""Transfer of a policy to other feet, ground, pushes or another walk, as a start of training."""
 
 import numpy as np
 
 from plantigrade.arrays import Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.learn.following import Form, Rules
 from plantigrade.learn.policy import Policy
+from plantigrade.learn.policy_interface import PolicyInterface
+from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
 
 Layers = tuple[tuple[Float[np.ndarray, "i o"], Float[np.ndarray, " o"]], ...]
 
 
-def carried_over(
+def transfer_policy(
     policy: Policy, human: Human, rules: Rules
 ) -> tuple[Layers, Float[np.ndarray, " size"], Float[np.ndarray, " size"]]:
     """Return layers, mean and scale of a policy for a person with other feet or joints.
 
-    Bodies, hinges and joints are found by their names. What the policy did not see has no weight
-    to begin with, and what it did not do is not done.
+    Bodies, hinges and joints are matched by name. New observations have zero weight, and new
+    actions are zero.
 
     Args:
         policy: The policy.
         human: The person.
-        rules: Of the episodes to come.
+        rules: Rules of the new training.
 
     Raises:
         ParameterError: If one of them is not of the form ``"lean"``.
     """
     if {policy.rules.form, rules.form} != {"lean"}:
         raise ParameterError("a policy can start another one only if both have form='lean'")
-    theirs, mine = Form(policy.reference.human, policy.rules), Form(human, rules)
+    theirs, mine = (
+        PolicyInterface(policy.reference.human, policy.rules),
+        PolicyInterface(human, rules),
+    )
     seen = _seen(list(policy.reference.human.body_names), list(human.body_names))
     done = _done(_names(policy.reference.human, theirs), _names(human, mine))
     weight, bias = policy.layers[0]
@@ -42,7 +46,7 @@ def carried_over(
 
 
 def _seen(theirs: list[str], mine: list[str]) -> Int[np.ndarray, " size"]:
-    """Return where in what was seen each number of mine is; -1 where it is not."""
+    """Return the index of each new observation in the old ones; -1 if there is none."""
     n, blocks = len(theirs), 5
     place = np.array([theirs.index(name) if name in theirs else -1 for name in mine])
     found = [
@@ -52,8 +56,8 @@ def _seen(theirs: list[str], mine: list[str]) -> Int[np.ndarray, " size"]:
     return np.concatenate([*found, 3 * blocks * n + np.arange(9)])
 
 
-def _names(human: Human, form: Form) -> list[str]:
-    """Return what each number of an action is for."""
+def _names(human: Human, form: PolicyInterface) -> list[str]:
+    """Return the name of each entry of an action."""
     hinges = [human.coordinates[i] for i in form.action.displaced]
     return [*hinges, *(f"stiffness of {name}" for name in form.action.joints)]
 
@@ -63,7 +67,7 @@ def _done(theirs: list[str], mine: list[str]) -> Int[np.ndarray, " k"]:
 
 
 def _taken(rows: np.ndarray, where: Int[np.ndarray, " k"]) -> np.ndarray:
-    """Return rows by their places, zeros for those that are not there."""
+    """Return rows by index, zeros for index -1."""
     found = rows[where].copy()
     found[where < 0] = 0.0
     return found

@@ -1,6 +1,6 @@
-"""A world that runs in real time while somebody looks on and interferes: without any page.
+"""Interactive simulation in real time, independent of its display.
 
-A :class:`~plantigrade.live.session.Session` is a world, a controller and what a person changes of
-both; a :class:`~plantigrade.live.clock.Clock` keeps it to real time. What is drawn of it, and how
-it is handled, lies in :mod:`plantigrade.pages`.
+A :class:`~plantigrade.live.session.Session` is a world and a controller that a user changes while
+it runs; a :class:`~plantigrade.live.clock.Clock` keeps it in real time. Drawing and controls are in
+:mod:`plantigrade.pages`.
 """

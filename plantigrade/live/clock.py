@@ -1,81 +1,79 @@
-"""How a simulation keeps to real time."""
+"""Synchronisation of a simulation with real time."""
 
 import time
 from collections import deque
 from collections.abc import Callable
 
-MOST = 0.05
-"""What a slow machine owes beyond this is given up, so that it stays responsive [s]."""
-WINDOW = 1.0
-"""Over this time the speed is measured [s]."""
+MAX_LAG = 0.05  # [s] of simulated time; more is skipped, so that a slow machine stays responsive
+WINDOW = 1.0  # [s] over which the speed is measured
 
 
 class Clock:
-    """Says how much time a simulation owes, and how well it keeps up.
+    """Computes how much time is due to be simulated, and how well a simulation keeps up.
 
     Args:
-        now: Returns real time [s].
+        now: Function that returns real time [s].
 
     Attributes:
-        behind: Simulated time that was given up since the start [s].
+        time_lost: Simulated time skipped since the start [s].
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic):
-        self._now, self._last, self._owed, self.behind = now, now(), 0.0, 0.0
-        self._kept: deque[tuple[float, float, float]] = deque()
+        self._now, self._last, self._due, self.time_lost = now, now(), 0.0, 0.0
+        self._window: deque[tuple[float, float, float]] = deque()
 
-    def owed(self, speed: float) -> float:
-        """Return how much is to be simulated by now [s].
+    def time_due(self, speed: float) -> float:
+        """Return the time that is due to be simulated now [s].
 
         Args:
-            speed: Simulated per real time; zero while it is paused.
+            speed: Simulated per real time; zero while paused.
         """
         now = self._now()
         passed, self._last = now - self._last, now
         if speed == 0.0:
-            self._owed = 0.0
-            self._kept.clear()
+            self._due = 0.0
+            self._window.clear()
             return 0.0
-        self._owed += speed * passed
-        given_up = max(self._owed - MOST, 0.0)
-        self.behind += given_up
-        self._owed -= given_up
-        self._kept.append((now, speed * passed, given_up))
-        while now - self._kept[0][0] > WINDOW:
-            self._kept.popleft()
-        return self._owed
+        self._due += speed * passed
+        given_up = max(self._due - MAX_LAG, 0.0)
+        self.time_lost += given_up
+        self._due -= given_up
+        self._window.append((now, speed * passed, given_up))
+        while now - self._window[0][0] > WINDOW:
+            self._window.popleft()
+        return self._due
 
-    def did(self, simulated: float) -> None:
-        """Take note of what was simulated [s]."""
-        self._owed -= simulated
+    def mark_simulated(self, simulated: float) -> None:
+        """Subtract time that was simulated [s]."""
+        self._due -= simulated
 
     def begin(self) -> None:
-        """Owe nothing for the time until now."""
-        self._last, self._owed = self._now(), 0.0
+        """Start now, with no time due."""
+        self._last, self._due = self._now(), 0.0
 
     @property
-    def share(self) -> float:
-        """What was simulated in the last second, by what was to be; 1 while it is paused."""
-        kept = tuple(self._kept)  # the physics goes on meanwhile
-        wanted = sum(wanted for _, wanted, _ in kept)
-        return 1.0 - sum(lost for *_, lost in kept) / wanted if wanted > 0.0 else 1.0
+    def real_time_factor(self) -> float:
+        """Simulated time per due time in the last second; 1 while paused."""
+        window = tuple(self._window)  # the simulation thread may change it
+        due = sum(due for _, due, _ in window)
+        return 1.0 - sum(lost for *_, lost in window) / due if due > 0.0 else 1.0
 
 
 class Pace:
-    """Keeps a loop to a rate: a turn that took longer is made up for, a whole one is left out.
+    """Keeps a loop at a rate; short delays are caught up, missed cycles are skipped.
 
     Args:
-        rate: Turns per second [1/s].
-        now: Returns real time [s].
+        rate: Cycles per second [1/s].
+        now: Function that returns real time [s].
     """
 
     def __init__(self, rate: float, now: Callable[[], float] = time.monotonic):
-        self._every, self._now, self._due = 1.0 / rate, now, now()
+        self._period, self._now, self._next = 1.0 / rate, now, now()
 
-    def rest(self) -> float:
-        """Return how long to wait until the next turn [s]."""
+    def time_to_wait(self) -> float:
+        """Return the time to wait until the next cycle [s]."""
         now = self._now()
-        self._due += self._every
-        if self._due < now - self._every:
-            self._due = now
-        return max(0.0, self._due - now)
+        self._next += self._period
+        if self._next < now - self._period:
+            self._next = now
+        return max(0.0, self._next - now)

@@ -1,4 +1,4 @@
-"""What is seen of a session at one instant, and its last seconds."""
+"""State of a session for display at one instant, and its recent history."""
 
 from dataclasses import dataclass
 
@@ -9,31 +9,29 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.scene_object import SceneObject
 from plantigrade.world import Drawing, World
 
-SPAN = 5.0
-"""So many seconds are kept for curves."""
-LOADED = 0.02
-"""A foot that carries less has no centre of pressure [body weights]."""
+HISTORY_DURATION = 5.0  # [s] of the curves
+MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure is undefined
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Frame:
-    """Everything that is drawn, as copies: the session goes on meanwhile.
+    """Everything that is drawn, copied because the session continues meanwhile.
 
     Attributes:
-        world: Whose it is; another one has other bodies.
-        time: Since the start [s].
-        positions: Of the bodies of the world's model [m].
-        quats: Their rotations, ``wxyz``.
+        world: The world; another world has other bodies.
+        time: Time since the start [s].
+        positions: Positions of the bodies of the world's model [m].
+        quats: Orientations of the bodies, ``wxyz``.
         com: Centre of mass [m].
-        force: Of the ground at each contact sphere, world [N].
-        point: Where it acts [m].
-        rope: From where a body is held to the hand [m]; None where none is.
-        pushes: Where something pushes [m], and its force [N].
-        pack: What is on the back, half its sizes [m]; None where nothing is.
-        worn: Middle of the trunk's back [m] and rotation ``wxyz``: where a pack is.
-        drawings: Of the controller.
-        past: The last seconds.
-        ended: Why it does not go on as it should; empty while it does.
+        force: Ground reaction force at each contact sphere, world [N].
+        point: Points of application [m].
+        rope: End points of the rope, at the body and at the hand [m]; None without a rope.
+        pushes: Points of pushes [m], and their forces [N].
+        pack: Pack on the back; None if there is none.
+        pack_pose: Centre [m] and rotation ``wxyz`` of the pack.
+        drawings: Drawings of the controller.
+        history: The last seconds.
+        end_message: Reason why the simulation has ended; empty while it runs.
     """
 
     world: World
@@ -46,22 +44,22 @@ class Frame:
     rope: Float[Array, "2 3"] | None
     pushes: Float[Array, "n 2 3"]
     pack: SceneObject | None
-    worn: Float[Array, " 7"]
+    pack_pose: Float[Array, " 7"]
     drawings: tuple[Drawing, ...]
-    past: "Past"
-    ended: str
+    history: "RecentHistory"
+    end_message: str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Past:
-    """The last seconds of a session, one row for each control step.
+class RecentHistory:
+    """The last seconds of a session, one row per control step.
 
     Attributes:
-        time: When [s].
-        angles: Of the hinges [rad].
-        torques: Of their motors [N m].
-        vertical: Force of the ground on the right and the left foot [N].
-        cop: Centre of pressure of both together, over the ground [m]; NaN in the air.
+        time: Time [s].
+        angles: Angles of the hinges [rad].
+        torques: Torques of the motors [N m].
+        vertical: Vertical ground reaction force on the right and the left foot [N].
+        cop: Centre of pressure of both feet, horizontal [m]; NaN in the air.
     """
 
     time: Float[Array, " n"]
@@ -72,26 +70,26 @@ class Past:
 
 
 class History:
-    """Keeps the last seconds of a world."""
+    """Ring buffer of the last seconds of a world."""
 
     def __init__(self, world: World):
         self._n = 0
-        self._rows = max(2, round(SPAN * world.control_rate))
+        self._rows = max(2, round(HISTORY_DURATION * world.control_rate))
         hinges = len(world.human.coordinates)
         sizes = {"time": (), "angles": (hinges,), "torques": (hinges,)}
         sizes |= {"vertical": (2,), "cop": (2,)}
-        self._kept = {name: np.zeros((2 * self._rows, *size)) for name, size in sizes.items()}
+        self._values = {name: np.zeros((2 * self._rows, *size)) for name, size in sizes.items()}
         self._feet = np.array([[s.side == side for s in world.sites] for side in SIDES], float)
 
-    def keep(
+    def append(
         self, world: World, force: Float[Array, "n_sites 3"], point: Float[Array, "n_sites 3"]
     ) -> None:
-        """Keep the present step."""
+        """Append the present step."""
         up = np.maximum(force[:, 2], 0.0)
         load = float(up.sum())
-        loaded = load > LOADED * world.human.mass * float(-world.model.opt.gravity[2])
-        if self._n == 2 * self._rows:  # the newer half moves to the front
-            for values in self._kept.values():
+        loaded = load > MIN_LOAD * world.human.mass * float(-world.model.opt.gravity[2])
+        if self._n == 2 * self._rows:  # move the newer half to the front
+            for values in self._values.values():
                 values[: self._rows] = values[self._rows :]
             self._n = self._rows
         row = {
@@ -102,10 +100,12 @@ class History:
             "cop": up @ point[:, :2] / load if loaded else np.full(2, np.nan),
         }
         for name, value in row.items():
-            self._kept[name][self._n] = value
+            self._values[name][self._n] = value
         self._n += 1
 
-    def past(self) -> Past:
-        """Return a copy of what is kept."""
+    def recent(self) -> RecentHistory:
+        """Return a copy of the last seconds."""
         first = max(0, self._n - self._rows)
-        return Past(**{name: values[first : self._n].copy() for name, values in self._kept.items()})
+        return RecentHistory(
+            **{name: values[first : self._n].copy() for name, values in self._values.items()}
+        )

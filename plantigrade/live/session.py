@@ -1,8 +1,8 @@
-"""A live session: a world, what moves the person, and what somebody changes of both.
+"""A live session: a world and a controller that a user changes while they run.
 
-The thread that owns a session calls :meth:`Session.advance`; everybody else asks: what
-:meth:`Session.ask` is given is done between two control steps, so a page never meets a world in the
-middle of a step. What is to be drawn lies in :attr:`Session.frame`, which is replaced as a whole.
+The thread that owns a session calls :meth:`Session.advance`. Other threads pass actions to
+:meth:`Session.submit`, which are done between two control steps. :attr:`Session.frame` has the
+state for display and is replaced as a whole.
 """
 
 from collections import deque
@@ -18,7 +18,7 @@ from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.live.clock import Clock, Pace
 from plantigrade.live.frame import Frame, History
-from plantigrade.live.hand import Hand, Rope
+from plantigrade.live.interactive_force import DragRope, InteractiveForce
 from plantigrade.live.slope import Slope
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
@@ -26,23 +26,19 @@ from plantigrade.world import Controller, Disturbance, Load, Target, World
 from plantigrade.world.load import pack_of
 from plantigrade.world.world_model import GROUND_PREFIXES
 
-SPEEDS = (1.0, 0.5, 0.25, 0.1)
-"""Simulated per real time."""
-RATE = 60.0
-"""Frames per second."""
-LONGEST = 600.0
-"""A session is kept so long; then it pauses [s]."""
-CORE = 0.3
-"""Friction of trunk and limbs; the ground's where that is less."""
+SPEEDS = (1.0, 0.5, 0.25, 0.1)  # simulated per real time
+RATE = 60.0  # [1/s] of frames
+MAX_DURATION = 600.0  # [s] of a session, which is recorded in memory; then it pauses
+BODY_FRICTION = 0.3  # of trunk and limbs, at most that of the ground
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What a person may choose for a session.
+    """Controller and body of a session.
 
     Attributes:
-        controller: Name of a controller, or of one's own.
-        feet: Kind of foot.
+        controller: Name of a controller.
+        feet: Kind of feet.
         joints: Joint set.
     """
 
@@ -52,14 +48,14 @@ class Choice:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Cast:
-    """Who is in a session: a world, and what moves its person.
+class SessionWorld:
+    """World of a session and its parts that can be changed.
 
     Attributes:
-        world: The world, with the disturbances that it was asked to have.
-        controller: Returns a new controller of a name.
-        slope: The plate by which its ground tilts; None where the ground is not level.
-        load: What the person has on the back.
+        world: The world with its disturbances.
+        controller: Function that returns a new controller by name.
+        slope: Plate by which the ground tilts; None if the ground is not level.
+        load: Load on the back.
     """
 
     world: World
@@ -69,104 +65,103 @@ class Cast:
 
 
 @runtime_checkable
-class Director(Protocol):
-    """What makes the world of a session."""
+class WorldFactory(Protocol):
+    """Function that makes the world of a session."""
 
     def __call__(
-        self, choice: Choice, hand: Disturbance, place: tuple[float, float, float] | None
-    ) -> Cast:
-        """Return who is in it.
+        self, choice: Choice, hand: Disturbance, placement: tuple[float, float, float] | None
+    ) -> SessionWorld:
+        """Return the world and its parts.
 
         Args:
-            choice: What is wanted.
-            hand: What also acts.
-            place: Where the person stands [m], and which way they look [rad]; None at the first
-                start.
+            choice: Controller and body.
+            hand: Interactive forces.
+            placement: Position [m] and heading [rad] of the person; None at the first start.
 
         Raises:
-            PlantigradeError: If there is nothing of the kind.
+            PlantigradeError: If the choice does not exist.
         """
         ...
 
 
 class Session:
-    """A world that runs while somebody interferes.
+    """A simulation that a user changes while it runs.
 
     Args:
-        director: Makes the world.
-        choice: With what it begins.
-        most: Force of the hand [N].
-        until: When it pauses by itself [s].
+        director: Function that makes the world.
+        choice: Initial controller and body.
+        max_force: Maximum interactive force [N].
+        until: Time at which the session pauses [s].
 
     Attributes:
-        choice: What is chosen now.
-        until: When it pauses by itself [s].
+        choice: Present controller and body.
+        until: Time at which the session pauses [s].
         speed: Simulated per real time.
-        paused: Whether it stands still.
-        frame: What is to be drawn.
-        news: Set with every new frame; whoever draws clears it.
-        message: What the person should know; empty where there is nothing.
-        asked: What is still to be done.
+        paused: Whether the simulation is paused.
+        frame: State for display.
+        frame_ready: Event that is set with every new frame; the display clears it.
+        message: Message for the user; empty if there is none.
+        pending: Actions that are not done yet.
 
     Raises:
-        PlantigradeError: If there is nothing of the kind that is chosen.
+        PlantigradeError: If the choice does not exist.
     """
 
     def __init__(
         self,
-        director: Director,
+        director: WorldFactory,
         choice: Choice,
         *,
-        most: float = 100.0,
+        max_force: float = 100.0,
         until: float | None = None,
     ):
-        self._director, self._hand = director, Hand(most)
-        self.news = Event()
-        self.asked: deque[Callable[[], None]] = deque()
-        self.until = min(until or LONGEST, LONGEST)
+        self._director, self._hand = director, InteractiveForce(max_force)
+        self.frame_ready = Event()
+        self.pending: deque[Callable[[], None]] = deque()
+        self.until = min(until or MAX_DURATION, MAX_DURATION)
         self.speed, self.paused, self.message = 1.0, False, ""
-        self._take(choice, director(choice, self._hand, None))
+        self._start(choice, director(choice, self._hand, None))
 
     @property
     def world(self) -> World:
         """The world."""
-        return self._cast.world
+        return self._session_world.world
 
     @property
     def controller(self) -> Controller:
-        """What moves the person now."""
+        """Present controller."""
         return self._controller
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """What may be set of the controller."""
+        """Targets of the controller."""
         return tuple(self._controller.targets)
 
     @property
     def tilts(self) -> bool:
         """Whether the ground can be tilted."""
-        return self._cast.slope is not None
+        return self._session_world.slope is not None
 
     @property
-    def slope_wanted(self) -> Float[Array, " 2"] | None:
-        """Slope up in front, and up on the left; None where it cannot be tilted [rad]."""
-        return None if self._cast.slope is None else self._cast.slope.wanted
+    def desired_slope(self) -> Float[Array, " 2"] | None:
+        """Desired slope, up in front and up on the left [rad]; None if it cannot be tilted."""
+        return None if self._session_world.slope is None else self._session_world.slope.desired
 
     @property
-    def hand(self) -> Hand:
-        """What pulls and pushes."""
+    def hand(self) -> InteractiveForce:
+        """Interactive forces."""
         return self._hand
 
-    def ask(self, action: Callable[[], None]) -> None:
-        """Let something be done before the next control step; from any thread."""
-        self.asked.append(action)
+    def submit(self, action: Callable[[], None]) -> None:
+        """Add an action to be done before the next control step; may be called from any thread."""
+        self.pending.append(action)
 
     def advance(self, seconds: float) -> float:
-        """Do what was asked, simulate whole control steps, and return how long they were [s]."""
-        asked = len(self.asked)
-        for _ in range(asked):
+        """Do pending actions, simulate whole control steps, and return their duration [s]."""
+        pending = len(self.pending)
+        for _ in range(pending):
             try:
-                self.asked.popleft()()
+                self.pending.popleft()()
             except PlantigradeError as error:
                 self.message = str(error)
         period, start = 1.0 / self.world.control_rate, self.world.time
@@ -174,76 +169,77 @@ class Session:
         while not self.paused and seconds - done > period - 1e-9:
             self._step()
             done += period
-        if self.world.time != start or asked:
-            self.frame = self._look()
-            self.news.set()
+        if self.world.time != start or pending:
+            self.frame = self._current_frame()
+            self.frame_ready.set()
         return done
 
     def step(self) -> None:
-        """Pause, and do one control step."""
+        """Pause and do one control step."""
         self.paused = True
         self._step()
 
     def restart(self) -> None:
-        """Start anew; what was recorded is lost, slope and friction are as at first."""
-        self._take(self.choice, self._cast)
+        """Restart without the recording, with the initial slope and friction."""
+        self._start(self.choice, self._session_world)
         self.message = ""
 
     def choose(self, choice: Choice) -> None:
-        """Take another controller, or another body.
+        """Change the controller or the body.
 
-        A new controller takes over where the person is; one that wants commands more often than
-        this world has them starts anew. With other feet or joints the person is
-        another one: it stands, at rest, where the last one was; motion, forces, targets, slope and
-        what was recorded so far are lost.
+        A new controller continues from the present state, unless it needs a higher control rate;
+        then the session restarts. With other feet or joints, a new person stands at rest at the
+        position of the last one; motion, forces, targets, slope and the recording are lost.
         """
         if (choice.feet, choice.joints) == (self.choice.feet, self.choice.joints):
-            controller = self._cast.controller(choice.controller)
+            controller = self._session_world.controller(choice.controller)
             if controller.rates.control > self.world.control_rate + 1e-6:
-                self._take(choice, self._director(choice, self._hand, None))
-                self.message = f"{choice.controller} wants other rates: it starts anew."
+                self._start(choice, self._director(choice, self._hand, None))
+                self.message = (
+                    f"{choice.controller} needs another control rate; the session has restarted."
+                )
                 return
             self._controller = controller
             self.choice, self.message = choice, ""
             return
-        self._take(choice, self._director(choice, self._hand, self._place()))
-        self.message = "Another body stands there now: what was recorded before is lost."
+        self._start(choice, self._director(choice, self._hand, self._placement()))
+        self.message = "The body was replaced; the recording so far is lost."
 
     def push(self, direction: float, duration: float) -> None:
-        """Push at the upper trunk: 0 forward, a quarter turn left [rad]; how long [s]."""
+        """Push at the upper trunk in a direction [rad], 0 forward, for a duration [s]."""
         self._hand.push(self.world.time + duration, direction)
 
     def hold(self, body: int, at: Float[Array, " 3"], end: Float[Array, " 3"]) -> None:
-        """Hold a body at a place, and pull it to another one, world [m]."""
+        """Hold a body at a point and pull it to another one, world [m]."""
         if not 0 < body < self.world.model.nbody:
             raise ParameterError(f"there is no body {body} to hold")
         if not np.isfinite([at, end]).all():
-            raise ParameterError("a body is held and pulled at places with finite coordinates")
+            raise ParameterError("positions of a rope must be finite")
         data = self.world.data
         turn = data.xmat[body].reshape(3, 3)
-        self._hand.hold(Rope(body, turn.T @ (at - data.xpos[body]), end))
+        self._hand.hold(DragRope(body, turn.T @ (at - data.xpos[body]), end))
 
     def pull(self, end: Float[Array, " 3"]) -> None:
-        """Pull what is held to another place, world [m]; nothing where nothing is held."""
+        """Pull the held body to another point, world [m]; do nothing if none is held."""
         if not np.isfinite(end).all():
-            raise ParameterError("a body is pulled to places with finite coordinates")
+            raise ParameterError("the position of the hand must be finite")
         if self._hand.rope is not None:
             self._hand.hold(replace(self._hand.rope, end=end))
 
     def tilt(self, ahead: float, left: float) -> None:
-        """Tilt the ground: slope up in front, and up on the left [rad]."""
-        if self._cast.slope is None:
+        """Set the desired slope of the ground, up in front and up on the left [rad]."""
+        if self._session_world.slope is None:
             raise ParameterError("only level ground can be tilted")
-        self._cast.slope.wanted = np.array([ahead, left])
+        self._session_world.slope.desired = np.array([ahead, left])
 
     @property
     def load(self) -> float:
-        """What the person has on the back [kg]."""
+        """Load on the back [kg]."""
         return self._load
 
-    def carry(self, mass: float) -> None:
-        """Give the person another load [kg]."""
-        self._cast.load.carry(self.world, mass)
+    def set_load(self, mass: float) -> None:
+        """Set the load on the back [kg]."""
+        self._session_world.load.set_mass(self.world, mass)
         self._load = mass
 
     @property
@@ -251,69 +247,69 @@ class Session:
         """Friction of the ground."""
         return self._friction
 
-    def rub(self, friction: float) -> None:
-        """Give the ground another friction."""
+    def set_friction(self, friction: float) -> None:
+        """Set the friction of the ground."""
         model = self.world.model
         for i in range(model.ngeom):
             name = model.geom(i).name
             if name.startswith((GEOM_PREFIX, *GROUND_PREFIXES)):
                 model.geom_friction[i, 0] = friction
             elif name.startswith("core_"):
-                model.geom_friction[i, 0] = min(CORE, friction)
-        self._friction, self._roughest = friction, max(self._roughest, friction)
+                model.geom_friction[i, 0] = min(BODY_FRICTION, friction)
+        self._friction, self._max_friction = friction, max(self._max_friction, friction)
 
     def record(self) -> Record:
-        """Return what has happened since the start.
+        """Return the Record since the start.
 
-        Its ground has the greatest friction that there was.
+        The friction of its ground is the maximum of the session.
         """
         record = self.world.record()
-        return replace(record, ground=replace(record.ground, friction=self._roughest))
+        return replace(record, ground=replace(record.ground, friction=self._max_friction))
 
-    def _take(self, choice: Choice, cast: Cast) -> None:
-        """Start with a cast."""
-        controller = cast.controller(choice.controller)
-        self.choice, self._cast, self._controller = choice, cast, controller
-        self._history = History(cast.world)
-        self._roughest = 0.0
-        self._state = cast.world.reset()
-        self.rub(cast.world.ground.friction)
-        self._load = cast.load.mass
-        self.frame = self._look()
+    def _start(self, choice: Choice, session_world: SessionWorld) -> None:
+        """Start a world with a choice."""
+        controller = session_world.controller(choice.controller)
+        self.choice, self._session_world, self._controller = choice, session_world, controller
+        self._history = History(session_world.world)
+        self._max_friction = 0.0
+        self._state = session_world.world.reset()
+        self.set_friction(session_world.world.ground.friction)
+        self._load = session_world.load.mass
+        self.frame = self._current_frame()
 
     def _step(self) -> None:
         world = self.world
         if world.diverged is not None or world.time > self.until - 1e-9:
             self.paused = True
             return
-        self._hand.said = {
+        self._hand.signals = {
             "live.friction": self._friction,
             "live.load": self._load,
-            **self._set(),
+            **self._target_signals(),
         }
         try:
             self._state = world.step(self._controller(self._state))
-        except PlantigradeError as error:  # of the controller's command
+        except PlantigradeError as error:  # the command was invalid
             self.paused, self.message = True, str(error)
             return
-        self._history.keep(world, *self._contact_forces())
+        self._history.append(world, *self._contact_forces())
 
-    def _set(self) -> dict[str, float]:
-        """Return what is set of the controller, as signals."""
+    def _target_signals(self) -> dict[str, float]:
+        """Return the targets of the controller as signals."""
         return {f"live.{t.name.replace(' ', '_')}": t.value for t in self.targets}
 
     def _contact_forces(self) -> tuple[Array, Array]:
-        """Return force and place of every contact sphere."""
+        """Return force and point of application at every contact sphere."""
         contacts = self.world.contacts
         external = contacts.external_forces([contacts.read_step(self.world.data)[0]])
         return external.force[0], external.point[0]
 
-    def _look(self) -> Frame:
+    def _current_frame(self) -> Frame:
         world, data = self.world, self.world.data
         force, point = self._contact_forces()
         rope, line = self._hand.rope, None
         if rope is not None:
-            line = np.array([rope.place(data), rope.end])
+            line = np.array([rope.position(data), rope.end])
         return Frame(
             world=world,
             time=world.time,
@@ -325,31 +321,33 @@ class Session:
             rope=line,
             pushes=world.pushes,
             pack=pack_of(self._load),
-            worn=self._cast.load.pose(world),
+            pack_pose=self._session_world.load.pose(world),
             drawings=tuple(self._controller.drawings(self._state)),
-            past=self._history.past(),
-            ended=self._ended(),
+            history=self._history.recent(),
+            end_message=self._end_message(),
         )
 
-    def _ended(self) -> str:
+    def _end_message(self) -> str:
         world = self.world
         if world.diverged is not None:
             return f"diverged at {world.diverged:.2f} s"
         if world.time > self.until - 1e-9:
-            return f"paused at {self.until:g} s, where it ends"
+            return f"paused at {self.until:g} s, the end of the session"
         return "" if world.fall is None else str(world.fall)
 
-    def _place(self) -> tuple[float, float, float]:
-        """Return where the person is, and which way they look."""
+    def _placement(self) -> tuple[float, float, float]:
+        """Return position and heading of the person."""
         root = self._state.qpos
         ahead = rotation_matrix(root[3:7])[:2, 0]
         return float(root[0]), float(root[1]), float(np.arctan2(ahead[1], ahead[0]))
 
 
 def run(session: Session, stop: Event, clock: Clock | None = None) -> None:
-    """Keep a session to real time until ``stop`` is set."""
+    """Run a session in real time until ``stop`` is set."""
     clock = clock or Clock()
     pace = Pace(RATE)
     clock.begin()
-    while not stop.wait(pace.rest()):
-        clock.did(session.advance(clock.owed(0.0 if session.paused else session.speed)))
+    while not stop.wait(pace.time_to_wait()):
+        clock.mark_simulated(
+            session.advance(clock.time_due(0.0 if session.paused else session.speed))
+        )

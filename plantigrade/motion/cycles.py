@@ -14,14 +14,14 @@ from plantigrade.motion.recording import GaitEvent
 PERCENT = np.linspace(0.0, 100.0, 101)
 """Default percentages of the cycle at which curves are sampled."""
 
-LONGEST_CYCLE = 3.0
-"""Longest stride [s]; in a longer interval the person stood in between."""
-SHORTEST_CYCLE = 0.4
-"""Shortest stride [s]; not even a sprinter's is shorter."""
+MAX_CYCLE = 3.0
+"""Maximum stride time [s]; a longer interval contains standing."""
+MIN_CYCLE = 0.4
+"""Minimum stride time [s], shorter than in sprinting."""
 
 SPLINE_REACH = 50
-"""Distance at which a frame has no effect on a cubic spline [frames]; it decays by 2 - √3 a frame,
-to 1e-28 here."""
+"""Distance at which a frame has no effect on a cubic spline [frames]; the effect decays by 2 - √3
+per frame, to 1e-28 here."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Cycle:
         side: ``"l"`` or ``"r"``.
         start: First heel strike [s].
         stop: Next heel strike of the same foot [s].
-        toe_off: Its toe off in between [s]; None if not observed.
-        opposite_toe_off: Toe off of the other foot [s], end of the first double support.
+        toe_off: Toe-off in between [s]; None if not observed.
+        opposite_toe_off: Toe-off of the other foot [s], end of the first double support.
         opposite_heel_strike: Heel strike of the other foot [s], start of the second double support.
     """
 
@@ -73,7 +73,7 @@ def cut_cycles(events: Iterable[GaitEvent], *, side: str | None = None) -> tuple
         strikes, offs = times(own, "heel_strike"), times(own, "toe_off")
         for start, stop in zip(strikes[:-1].tolist(), strikes[1:].tolist(), strict=True):
             inside = offs[(offs > start) & (offs < stop)].tolist()
-            if not SHORTEST_CYCLE <= stop - start <= LONGEST_CYCLE:
+            if not MIN_CYCLE <= stop - start <= MAX_CYCLE:
                 continue
             if len(inside) > 1 or (len(offs) and not inside):
                 continue
@@ -110,7 +110,7 @@ def normalise_cycles(
     percent: Float[Array, " n_percent"] = PERCENT,
 ) -> Float[Array, "n_cycles n_percent *channels"]:
     """Return a signal over each cycle as a function of percent; NaN where it is unknown."""
-    # One spline serves all cycles: one each would take time with the square of the duration.
+    # One spline for all cycles, because one for each would take quadratic time.
     instants = [_instants(c.start, c.stop, percent) for c in cycles]
     curves = resample(time, values, np.concatenate([*instants, np.empty(0)]))
     return curves.reshape((len(instants), len(percent), *np.shape(values)[1:]))

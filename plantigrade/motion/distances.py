@@ -1,4 +1,4 @@
-"""Distances between markers: what a segment keeps, however it moves."""
+"""Distances between markers, which are constant on a segment."""
 
 from dataclasses import dataclass
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 
-FEWEST = 5  # frames that show both markers
-MOST = 60  # frames looked at
+MIN_FRAMES = 5  # with both markers
+MAX_FRAMES = 60  # that are evaluated
 
 
 @dataclass(frozen=True)
 class Distances:
-    """Distances between markers in a recording; NaN for pairs that are hardly seen together.
+    """Distances between markers in a recording; NaN for pairs with too few common frames.
 
     Attributes:
         usual: Median over frames [m].
-        spread: Half of the range of the middle two thirds of the frames [m]: the standard deviation
-            of normally distributed ones, whatever a few frames do.
+        spread: Half of the range of the middle two thirds of the frames [m], a robust standard
+            deviation.
     """
 
     usual: Float[Array, "n_markers n_markers"]
@@ -35,7 +35,7 @@ def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
         apart[np.rint(share * np.maximum(count - 1, 0)).astype(int), columns]
         for share in (0.16, 0.50, 0.84)
     )
-    few = count < min(FEWEST, len(x))
+    few = count < min(MIN_FRAMES, len(x))
     n = x.shape[1]
     found = Distances(np.zeros((n, n)), np.zeros((n, n)))
     for matrix, values in ((found.usual, usual), (found.spread, (high - low) / 2)):
@@ -44,5 +44,5 @@ def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
 
 
 def frames_looked_at(count: int) -> Int[Array, " n"]:
-    """Return the frames of a recording of so many frames from which distances are taken."""
-    return np.unique(np.linspace(0, count - 1, MOST).astype(int))
+    """Return the frames from which distances are taken."""
+    return np.unique(np.linspace(0, count - 1, MAX_FRAMES).astype(int))

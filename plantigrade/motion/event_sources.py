@@ -1,4 +1,4 @@
-"""Gait events from the motion and from force plates: which to believe, and whether clocks agree.
+"""Choice between gait events from motion and from force plates, and a check of their clocks.
 
 A plate tells when a foot is loaded to a few milliseconds if its force was stored as measured. A
 force that was low-passed first rises before the foot lands and falls after it has left, by up to
@@ -13,25 +13,26 @@ import numpy as np
 from plantigrade.motion.plate_events import THRESHOLD, contact_events
 from plantigrade.motion.recording import ForcePlate, GaitEvent
 
-SAME = 0.06
-"""Furthest apart the event of a plate and that of the motion may be to be the same [s]."""
+MAX_EVENT_DIFFERENCE = 0.06
+"""Maximum difference between events of plate and motion that are the same [s]."""
 
-SEEN = 0.15
-"""The same when clocks are compared [s]."""
+MAX_CLOCK_DIFFERENCE = 0.15
+"""The same for the comparison of clocks [s]."""
 
-RISE = 0.015
-"""Longest time in which the force of a landing foot rises from 20 to 100 N [s]. It takes 5 to 13 ms
-unfiltered, and 18 to 25 ms after a low-pass of 10 to 6 Hz, which shows it 10 to 20 ms early."""
+MAX_RISE_TIME = 0.015
+"""Maximum rise time of an unfiltered force at touchdown, from 20 to 100 N [s]. It is 5 to 13 ms
+unfiltered, and 18 to 25 ms after a low-pass of 10 to 6 Hz, which makes the event 10 to 20 ms
+early."""
 
-SHIFTED = 0.03
-"""Plates and markers disagree by this much where their clocks do [s]: three times the mean error of
-events from the motion."""
+MIN_CLOCK_SHIFT = 0.03
+"""Minimum difference between plate and motion events if their clocks differ [s], three times the
+mean error of events from the motion."""
 
 
 def as_measured(plates: Sequence[ForcePlate]) -> tuple[ForcePlate, ...]:
     """Return the plates whose force was not low-passed before it was stored.
 
-    A plate on which nobody landed is judged by the others.
+    A plate without a landing is judged by the others.
     """
     rises: dict[int, list[float]] = {}
     for i, plate in enumerate(plates):
@@ -47,44 +48,44 @@ def as_measured(plates: Sequence[ForcePlate]) -> tuple[ForcePlate, ...]:
     return tuple(
         plate
         for i, plate in enumerate(plates)
-        if usual and float(np.median(rises.get(i, usual))) <= RISE
+        if usual and float(np.median(rises.get(i, usual))) <= MAX_RISE_TIME
     )
 
 
 def with_measured(
     events: Sequence[GaitEvent], measured: Sequence[GaitEvent]
 ) -> tuple[tuple[GaitEvent, ...], int]:
-    """Return the events of a motion with the instants that plates saw, and how many these are."""
+    """Return the events of a motion, timed by plates where possible, and the number of those."""
     result, count = [], 0
     for event in events:
-        found = _nearest(event, measured, SAME)
+        found = _nearest(event, measured, MAX_EVENT_DIFFERENCE)
         count += found is not None
         result.append(event if found is None else replace(event, time=found.time))
     return tuple(sorted(result, key=lambda event: (event.time, event.side))), count
 
 
 def clock_shift(events: Sequence[GaitEvent], measured: Sequence[GaitEvent]) -> float | None:
-    """Return by how much the plates' clock seems to be late [s]; None where they agree.
+    """Return the apparent delay of the plates' clock [s]; None if the clocks agree.
 
-    A shift moves landings and lift-offs alike. It is seen where both kinds were measured, by
-    more than :data:`SHIFTED` and to the same side.
+    A shift affects touchdown and lift-off equally. It is detected if both kinds were measured and
+    differ by more than :data:`MIN_CLOCK_SHIFT` in the same direction.
 
     Args:
-        events: From the motion.
-        measured: From the plates.
+        events: Events from the motion.
+        measured: Events from the plates.
     """
     late: dict[str, list[float]] = {"heel_strike": [], "toe_off": []}
     for each in measured:
-        found = _nearest(each, events, SEEN)
+        found = _nearest(each, events, MAX_CLOCK_DIFFERENCE)
         if found is not None:
             late[each.kind].append(each.time - found.time)
     if not all(late.values()):
         return None
     usual = [float(np.median(values)) for values in late.values()]
-    if min(usual) < -SHIFTED / 2 and max(usual) > SHIFTED / 2:
+    if min(usual) < -MIN_CLOCK_SHIFT / 2 and max(usual) > MIN_CLOCK_SHIFT / 2:
         return None
     shift = float(np.mean(usual))
-    return shift if abs(shift) > SHIFTED else None
+    return shift if abs(shift) > MIN_CLOCK_SHIFT else None
 
 
 def _nearest(event, others, furthest):

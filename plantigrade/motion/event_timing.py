@@ -1,4 +1,4 @@
-r"""When exactly a foot lands and leaves, near events that are known to within a tenth of a second.
+r"""Refinement of touchdown and lift-off times that are known to within a tenth of a second.
 
 The swings of a foot (:mod:`plantigrade.motion.swings`) tell which steps were made; here each event
 is moved to the instant that published comparisons with force plates found nearest.
@@ -29,26 +29,26 @@ from plantigrade.motion.filters import crossing, derivative
 from plantigrade.motion.recording import GaitEvent, rate_of
 
 LEAVING_FRACTION = 0.30
-"""Speed of the slower end of a walking foot at toe off, as a fraction of its peak in that swing.
+"""Speed of the slower end of a walking foot at toe-off, as a fraction of its peak in that swing.
 Mean over the clean plates of two people (HC032, opensim_walking2)."""
 
 NEAR_LANDING = 0.06
-"""Furthest a landing in walking is moved [s]."""
+"""Maximum correction of a touchdown in walking [s]."""
 
 TOUCHDOWN_WINDOW = (0.06, 0.01)
-"""Where a runner's touchdown is sought before and after the end of the swing [s]."""
+"""Search window of touchdown in running, before and after the end of the swing [s]."""
 
 LEAVING_WINDOW = (0.08, 0.02)
-"""The same of a runner's toe off and the beginning of the swing [s]."""
+"""Search window of toe-off in running, before and after the start of the swing [s]."""
 
 IMPACT = 5.0
-"""A peak of less is no landing of a runner [m/s²]: half of what gravity alone does."""
+"""Minimum acceleration peak of touchdown in running [m/s²], half of gravity."""
 
 WALKING_CUTOFF = 12.0
-"""Low-pass of a walker's feet before velocities are taken [Hz]."""
+"""Low-pass of the feet in walking, before differentiation [Hz]."""
 
 RUNNING_CUTOFF = 20.0
-"""Low-pass of a runner's feet before accelerations are taken [Hz]."""
+"""Low-pass of the feet in running, before differentiation [Hz]."""
 
 
 def is_running(events: Sequence[GaitEvent]) -> bool:
@@ -77,7 +77,7 @@ def time_events(
     ground: Float[Array, "n_frames 3"],
     events: Sequence[GaitEvent],
 ) -> tuple[GaitEvent, ...]:
-    """Return the events, each at the instant at which the foot most likely landed or left.
+    """Return the events with refined times of touchdown and lift-off.
 
     Args:
         time: Time of each frame [s].

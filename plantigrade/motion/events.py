@@ -41,7 +41,7 @@ from plantigrade.motion.event_timing import time_events
 from plantigrade.motion.filters import derivative, fill_gaps
 from plantigrade.motion.ground_velocity import (
     CUTOFF,
-    LONGEST_GAP,
+    MAX_GAP,
     ground_velocity,
     smooth_feet,
     travel,
@@ -125,7 +125,7 @@ def detect_gait_events(
         if swing.stop is not None:
             events.append(GaitEvent(float(swing.stop), SIDES[k], "heel_strike"))
     events.sort(key=lambda event: (event.time, event.side))
-    closed = fill_gaps(time, np.stack([heel, toe], axis=2), longest=LONGEST_GAP)
+    closed = fill_gaps(time, np.stack([heel, toe], axis=2), longest=MAX_GAP)
     return time_events(time, closed[:, :, 0], closed[:, :, 1], speed, ground, events)
 
 

@@ -10,18 +10,18 @@ from plantigrade.arrays import Array, Float
 from plantigrade.motion.filters import derivative, fill_gaps, lowpass
 from plantigrade.motion.recording import rate_of
 
-SLOWEST_BELT = 0.15
-"""Slower ground counts as stationary [m/s]; treadmills run faster."""
+MIN_BELT_SPEED = 0.15
+"""Minimum speed of a treadmill [m/s]; slower ground counts as stationary."""
 
-MOST_DRIFT = 0.5
-"""Fastest somebody on a treadmill gets on in the room, as a fraction of the belt's speed. Feet that
-roll through short stances seem to share a velocity of their own, as in running overground."""
+MAX_DRIFT = 0.5
+"""Maximum speed of a person on a treadmill in the room, relative to the belt's speed. Feet that
+roll in short stances, as in running overground, appear to share a velocity."""
 
-LONGEST_GAP = 0.1
-"""Longest gap of a marker that is filled before event detection [s]."""
+MAX_GAP = 0.1
+"""Maximum gap of a marker that is filled before event detection [s]."""
 
-NEAR = 0.15
-"""Velocities this close together count as one spot of a cloud [m/s]."""
+CLUSTER_RADIUS = 0.15
+"""Radius of a cluster of velocities [m/s]."""
 
 CUTOFF = 12.0
 """Cut-off frequency for the points of the foot [Hz]; lower for low frame rates."""
@@ -53,11 +53,11 @@ def ground_velocity(
     samples = velocity.reshape(len(time), -1, 3)
     seen = np.asarray(np.isfinite(samples).all(axis=2))
     common = _densest(samples[seen])
-    if common is None or np.linalg.norm(common) < SLOWEST_BELT:
+    if common is None or np.linalg.norm(common) < MIN_BELT_SPEED:
         return still
-    if np.linalg.norm(_drift(time, heel, toe)) > MOST_DRIFT * np.linalg.norm(common):
+    if np.linalg.norm(_drift(time, heel, toe)) > MAX_DRIFT * np.linalg.norm(common):
         return still  # who gets on in the room is not carried back by a belt
-    # Follow the belt: the densest spot among the samples of two seconds to either side.
+    # Track the belt by the densest cluster within two seconds on either side.
     centres = np.arange(time[0], time[-1] + 0.5, 0.5)
     followed = []
     for centre in centres:
@@ -74,7 +74,7 @@ def ground_velocity(
 def smooth_feet(time, points, cutoff):
     """Return the points with short gaps closed, low-pass filtered."""
     rate = rate_of(time)
-    return lowpass(time, fill_gaps(time, points, longest=LONGEST_GAP), cutoff=min(cutoff, rate / 4))
+    return lowpass(time, fill_gaps(time, points, longest=MAX_GAP), cutoff=min(cutoff, rate / 4))
 
 
 def travel(time, velocity):
@@ -93,13 +93,13 @@ def _drift(time, heel, toe):
 
 
 def _densest(samples):
-    """Return the densest spot of a cloud of velocities, or None for an empty cloud."""
+    """Return the densest cluster of velocities, or None if there are none."""
     from scipy.spatial.distance import cdist
 
     if len(samples) == 0:
         return None
     samples = samples[:: max(1, len(samples) // 800)]
-    spot = samples[np.argmax((cdist(samples, samples) < NEAR).sum(axis=1))]
+    spot = samples[np.argmax((cdist(samples, samples) < CLUSTER_RADIUS).sum(axis=1))]
     for _ in range(5):
-        spot = samples[np.linalg.norm(samples - spot, axis=1) < NEAR].mean(axis=0)
+        spot = samples[np.linalg.norm(samples - spot, axis=1) < CLUSTER_RADIUS].mean(axis=0)
     return spot

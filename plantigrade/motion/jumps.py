@@ -1,4 +1,4 @@
-"""Joints that turn from one frame to the next as no joint does, and angles that only wrap."""
+"""Implausible rotations of joints between frames, and wrapping of angles."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,19 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.motion.recording import SkeletonMotion
 
-LEAST = np.deg2rad(15.0)  # of a turn between two frames that is worth a word [rad]
-TIMES = 4.0  # it is so much larger than the turns a few frames before and after
-AROUND = (2, 3, 4)  # frames before and after; a spike takes two turns, there and back
+MIN_TURN = np.deg2rad(15.0)  # minimum rotation between two frames that is reported [rad]
+MIN_RATIO = 4.0  # minimum ratio to rotations a few frames before and after
+NEIGHBOURS = (2, 3, 4)  # frames before and after; a spike has two rotations
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A joint that turns suddenly.
+    """A sudden rotation of a joint.
 
     Attributes:
         joint: Name of the joint in the file.
-        time: Time of the first frame after the turn [s].
-        angle: How far it turned between two frames [rad].
+        time: Time of the first frame after the rotation [s].
+        angle: Rotation between two frames [rad].
     """
 
     joint: str
@@ -27,19 +27,18 @@ class Jump:
     angle: float
 
     def __str__(self) -> str:
-        """Return it for a message."""
+        """Return a description for a message."""
         return f"{self.joint} by {np.rad2deg(self.angle):.0f}° at {self.time:.2f} s"
 
 
 def jumps(skeleton: SkeletonMotion, joints: list[int]) -> list[Jump]:
-    """Return the sudden turns of joints, the largest first.
+    """Return sudden rotations of joints, largest first.
 
-    What turns is the bone below the joint against the one above, so a joint is not blamed for
-    another. A turn by a whole circle is none: the rotation is the same.
+    They are relative rotations of the bones below and above a joint; full turns do not count.
 
     Args:
         skeleton: The motion.
-        joints: Which of its joints to look at.
+        joints: Joints to check.
     """
     found = []
     for j in joints:
@@ -48,19 +47,19 @@ def jumps(skeleton: SkeletonMotion, joints: list[int]) -> list[Jump]:
             turned = np.swapaxes(skeleton.rotations[:, above], 1, 2) @ turned
         angle = _angles(np.swapaxes(turned[:-1], 1, 2) @ turned[1:])
         usual = np.zeros_like(angle)
-        for k in AROUND:
+        for k in NEIGHBOURS:
             usual[:-k] = np.maximum(usual[:-k], angle[k:])
             usual[k:] = np.maximum(usual[k:], angle[:-k])
-        for f in np.flatnonzero((angle > LEAST) & (angle > TIMES * usual)):
+        for f in np.flatnonzero((angle > MIN_TURN) & (angle > MIN_RATIO * usual)):
             time = float(skeleton.time[f + 1])
             found.append(Jump(skeleton.names[j], time, float(angle[f])))
     return sorted(found, key=lambda jump: -jump.angle)
 
 
 def unwrapped(angles: Float[Array, "n_frames n"]) -> Float[Array, "n_frames n"]:
-    """Return angles [rad] without steps by whole circles, and turned back by those they are off.
+    """Return angles [rad] without full turns, in steps and in their mean.
 
-    No joint turns by half a circle between two frames, and none is a circle away from its rest.
+    No joint rotates by 180° between two frames, or by 360° from its rest.
     """
     steps = np.unwrap(np.nan_to_num(angles), axis=0) - np.nan_to_num(angles)
     smooth = angles + steps

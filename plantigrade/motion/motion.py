@@ -1,4 +1,4 @@
-"""How a Human moves: time and configurations of one MuJoCo model."""
+"""Motion of a Human: times and configurations of one MuJoCo model."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -47,7 +47,7 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """From the first frame to the last [s]."""
+        """Duration from the first frame to the last [s]."""
         return float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
 
     @property
@@ -56,7 +56,7 @@ class Motion:
         return (*PELVIS, *self.joint_names[1:])
 
     def hinge(self, name: str) -> int:
-        """Return the place of a hinge among the hinges: ``qpos[:, 7 + i]``, ``qvel[:, 6 + i]``.
+        """Return the index ``i`` of a hinge: ``qpos[:, 7 + i]``, ``qvel[:, 6 + i]``.
 
         Raises:
             CoordinateNotFound: If there is no such hinge.
@@ -133,7 +133,7 @@ class Motion:
         return table_html("Motion", summary(self))
 
     def __repr__(self) -> str:
-        """Return what it is in one line."""
+        """Return a description in one line."""
         rate = f" at {self.rate:.0f} Hz" if self.n_frames > 1 else ""
         return (
             f"Motion({self.n_frames} frames{rate}, {len(self.joint_names) - 1} hinges, "

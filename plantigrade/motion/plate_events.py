@@ -13,29 +13,30 @@ from plantigrade.motion.filters import crossing, lowpass, runs
 from plantigrade.motion.recording import ForcePlate, GaitEvent, rate_of
 
 THRESHOLD = 20.0
-"""Force that counts as contact [N]."""
+"""Minimum force of a contact [N]."""
 
-SHORTEST = 0.08
-"""Shorter contacts are ignored, gaps shorter than a quarter of this are closed [s]."""
+MIN_CONTACT = 0.08
+"""Minimum duration of a contact [s]; gaps shorter than a quarter of it are closed."""
 
-MARGIN = 0.02
-"""How far outside the plate a marker may be, since markers stand off the foot [m]."""
+PLATE_MARGIN = 0.02
+"""Maximum distance of a marker outside the plate, because markers are offset from the foot [m]."""
 
 PULL_FACTOR = 5.0
-"""The threshold is at least this multiple of how far the plate reads below zero load."""
+"""Minimum ratio of the threshold to the negative force of the plate."""
 
-MOST_RAISED = 2.5
-"""The threshold is raised at most by this factor: to 50 N, as is usual on treadmills."""
+MAX_THRESHOLD_FACTOR = 2.5
+"""Maximum factor of the threshold, to 50 N, as usual on treadmills."""
 
-SLOWEST_EDGE = 0.08
-"""Longest rise of the force from the threshold to :data:`EDGE_LEVEL`, or fall [s]."""
+MAX_EDGE_TIME = 0.08
+"""Maximum time between the threshold and :data:`EDGE_LEVEL` [s]."""
 
 EDGE_LEVEL = 0.25
-"""Force at the upper end of an edge, as a fraction of the largest on the plates. A foot that lands
-or leaves passes it in 10 to 60 ms; a second foot or drift of the plate makes the force creep."""
+"""Force at the upper end of an edge, as a fraction of the maximum on the plates. At touchdown and
+lift-off it is reached within 10 to 60 ms; with a second foot or drift of the plate the force
+changes slowly."""
 
 TOE_TIP = 0.2
-"""How far the foot extends beyond the toe point, as a fraction of heel to toe point."""
+"""Length of the foot beyond the toe point, as a fraction of heel to toe point."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,10 @@ class PlateContact:
     """One contact with a force plate.
 
     Attributes:
-        start: When the force rose through the threshold [s]; None if loaded from the first sample.
-        stop: When it fell through it [s]; None if still loaded at the last sample.
-        peak: Greatest vertical force [N].
+        start: Time at which the force rises above the threshold [s]; None if loaded from the first
+            sample.
+        stop: Time at which it falls below it [s]; None if loaded at the last sample.
+        peak: Maximum vertical force [N].
     """
 
     start: float | None
@@ -66,7 +68,7 @@ def contact_events(
     Args:
         time: Time of each sample [s].
         vertical_force: Force of the ground on the body, upward positive [N].
-        threshold: Force that counts as contact [N].
+        threshold: Minimum force of a contact [N].
 
     Raises:
         ParameterError: If the threshold is not positive.
@@ -85,12 +87,12 @@ def contact_events(
     loaded = force > threshold
     for gap in runs(~loaded):
         if 0 < gap.start and gap.stop < len(loaded):
-            if time[gap.stop] - time[gap.start] < SHORTEST / 4:
+            if time[gap.stop] - time[gap.start] < MIN_CONTACT / 4:
                 loaded[gap] = True
     contacts = []
     for on in runs(loaded):
         first, last = on.start, on.stop - 1
-        if time[last] - time[first] < SHORTEST and first > 0 and last < len(time) - 1:
+        if time[last] - time[first] < MIN_CONTACT and first > 0 and last < len(time) - 1:
             continue
         start = crossing(time, force, first - 1, threshold) if first > 0 else None
         stop = crossing(time, force, last, threshold) if last < len(time) - 1 else None
@@ -110,7 +112,7 @@ def plate_events(
     A contact (above :data:`THRESHOLD`) belongs to the foot nearest to its centre of pressure. It
     gives a heel strike only if the heel landed inside the plate, a toe off only if the toe tip left
     inside it, and neither while the other foot is on the same plate: a partial hit would be late or
-    early. Nor is there an event if the force passes the threshold slowly (:data:`SLOWEST_EDGE`): a
+    early. Nor is there an event if the force passes the threshold slowly (:data:`MAX_EDGE_TIME`): a
     foot that lands or leaves changes it fast, so something else was on the plate.
 
     Args:
@@ -146,7 +148,7 @@ def plate_events(
                     continue
                 frame = int(np.argmin(np.abs(time - instant)))
                 if plate.side is None and (
-                    not _inside(plate.corners, point[frame, own], MARGIN)
+                    not _inside(plate.corners, point[frame, own], PLATE_MARGIN)
                     or _is_on(plate.corners, time, heel, toe, frame, other)
                 ):
                     continue
@@ -165,7 +167,7 @@ def _above_noise(force):
     if len(low) == 0:
         return THRESHOLD
     below = np.median(low) - np.percentile(low, 1)
-    return float(np.clip(PULL_FACTOR * below, THRESHOLD, MOST_RAISED * THRESHOLD))
+    return float(np.clip(PULL_FACTOR * below, THRESHOLD, MAX_THRESHOLD_FACTOR * THRESHOLD))
 
 
 def _is_on(corners, time, heel, toe, frame, side):
@@ -182,14 +184,14 @@ def _is_steep(plate, instant, direction, upper):
     Also True if the record ends too early to decide.
     """
     since = direction * (plate.time - instant)
-    if since.max() < SLOWEST_EDGE:
+    if since.max() < MAX_EDGE_TIME:
         return True
-    inside = (since >= 0) & (since <= SLOWEST_EDGE)
+    inside = (since >= 0) & (since <= MAX_EDGE_TIME)
     return bool((plate.force[inside, 2] >= upper).any())
 
 
 def _foot_on(plate, contact, time, heel, toe):
-    """Return the side whose foot is nearest the centre of pressure while the plate is loaded."""
+    """Return the side of the foot nearest to the centre of pressure under load."""
     start = plate.time[0] if contact.start is None else contact.start
     stop = plate.time[-1] if contact.stop is None else contact.stop
     instants = np.linspace(start, stop, 11)[2:-2]

@@ -100,7 +100,7 @@ class GaitEvent:
     kind: str
 
     def __post_init__(self):
-        """Refuse what is no event of a gait."""
+        """Check side and kind."""
         if self.side not in SIDES or self.kind not in ("heel_strike", "toe_off"):
             raise ParameterError(
                 f"event {shown(self.kind)} of side {shown(self.side)}: sides are 'r' and 'l', "
@@ -119,7 +119,7 @@ class Subject:
         leg_length: Leg length, mean of both sides [m].
         age: Age [years].
         name: Name or code of the person.
-        date: When it was recorded, in the words of the file.
+        date: Date of the recording, as written in the file.
     """
 
     height: float | None = None
@@ -132,7 +132,7 @@ class Subject:
 
     @property
     def figures(self) -> dict[str, float | str]:
-        """What the page of a run shows of the person, under flat keys; unknown is left out."""
+        """Known data of the person under flat keys, for the pages of a run."""
         keys = {"age": "age_years", "sex": "sex", "name": "subject_name", "date": "recorded_on"}
         found = {key: getattr(self, name) for name, key in keys.items()}
         return {key: value for key, value in found.items() if value is not None}
@@ -201,7 +201,7 @@ class Recording:
             x forward, y up, z right; rotated when applied to a Human).
         plates: Measured ground reactions.
         events: Gait events stored in the file.
-        subject: What the file says about the person.
+        subject: Data of the person in the file.
         outputs: Model outputs stored in the file (Plug-in Gait angles, moments, powers, …), by
             name: (n_frames, 3) on the clock of the markers, in the units of the file; points
             computed by a model (joint centres, segment axes) in world axes [m], as the markers.

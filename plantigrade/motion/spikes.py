@@ -48,7 +48,7 @@ class Spike:
     distance: float = 0.0
 
     def __str__(self) -> str:
-        """Return it for a message."""
+        """Return a description for a message."""
         size = f"{np.rad2deg(self.angle):.0f}°" if self.angle else f"{100 * self.distance:.0f} cm"
         return f"{self.name} by {size} at {self.time:.2f} s"
 
@@ -99,7 +99,7 @@ def bridged(
 def spike_note(found: Sequence[Spike]) -> str:
     """Return the note that lists the spikes."""
     return Info(
-        "single samples lie far off the curve; they were taken for errors of the file and bridged: "
+        "single samples far off the curve were taken for errors of the file and interpolated: "
         f"{listed([str(spike) for spike in found], 4)}."
     )
 

@@ -11,38 +11,39 @@ import numpy as np
 from plantigrade.motion.filters import crossing, runs
 
 TOE_OFF_FRACTION = 0.22
-"""Speed of the slower end of the foot at toe off, as a fraction of its peak in that swing."""
+"""Speed of the slower end of the foot at toe-off, as a fraction of its peak in that swing."""
 
 HEEL_STRIKE_FRACTION = 0.125
 """Speed of the slower end of the foot at heel strike, as a fraction of its last peak."""
 
-SLOWEST_SWING = 0.4
-"""Lowest peak speed of the slower end in a swing [m/s]; shuffling reaches 0.6."""
+MIN_PEAK_SPEED = 0.4
+"""Minimum peak speed of the slower end in a swing [m/s]; shuffling has 0.6."""
 
-SHORTEST_SWING = 0.1
-"""Shortest swing [s]; a sprinter's lasts 0.3 s."""
+MIN_SWING = 0.1
+"""Minimum duration of a swing [s]; sprinting has 0.3 s."""
 
-OTHER_FOOT_STANDS = 0.2
-"""Smallest fraction of a swing with the other foot in stance; 0.28 in sprinting, 0 in jumping."""
+MIN_OTHER_STANCE = 0.2
+"""Minimum fraction of a swing with the other foot in stance; 0.28 in sprinting, 0 in jumping."""
 
-LONGEST_FLIGHT = 0.22
-"""Longest flight phase of running [s]; runners stay below 0.2 s."""
+MAX_FLIGHT = 0.22
+"""Maximum flight phase of running [s]; usually below 0.2 s."""
 
-SHORTEST_STANCE = 0.06
-"""Shortest stance [s]; a sprinter's lasts 0.08 s. A foot at rest for less was only slow."""
+MIN_STANCE = 0.06
+"""Minimum duration of stance [s]; sprinting has 0.08 s."""
 
-SHORTEST_STEP = 0.12
-"""Shortest time from one foot's landing to the other's [s]; a sprinter's is 0.2 s."""
+MIN_STEP_TIME = 0.12
+"""Minimum step time [s]; sprinting has 0.2 s."""
 
-SHORTEST_WAY = 1.2
-"""Shortest way of the foot in a step, as a multiple of the length from heel to metatarsal head,
-0.7 of the foot's: footprints hardly overlap."""
+MIN_STEP_DISPLACEMENT = 1.2
+"""Minimum displacement of the foot in a step, as a multiple of the length from heel to metatarsal
+head, which is 0.7 of foot length: footprints hardly overlap."""
 
-MOST_LIFT = 0.6
-"""Largest lift of the foot in a step, as a fraction of its way; 0.25 sprinting, 0.5 on stairs."""
+MAX_LIFT = 0.6
+"""Maximum lift of the foot in a step, relative to its displacement; 0.25 sprinting, 0.5 on
+stairs."""
 
-PELVIS_FOLLOWS = 0.1
-"""Shortest way of the pelvis in a swing, as a fraction of the foot's; 0.4 in steady walking."""
+MIN_PELVIS_DISPLACEMENT = 0.1
+"""Minimum displacement of the pelvis in a swing, relative to the foot's; 0.4 in steady walking."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def swings(time, speed, middle, height, length):
         taken = np.zeros(len(s), dtype=bool)
         for top in np.argsort(-s, kind="stable").tolist():
             peak = s[top]
-            if peak < SLOWEST_SWING:
+            if peak < MIN_PEAK_SPEED:
                 break
             if taken[top]:
                 continue
@@ -105,7 +106,7 @@ def _joined(swings):
             before is not None
             and before.whole
             and swing.whole
-            and swing.start - before.stop < SHORTEST_STANCE
+            and swing.start - before.stop < MIN_STANCE
         ):
             peak = max(before.peak, swing.peak)
             swing = Swing(before.first, swing.last, before.start, swing.stop, peak)
@@ -120,9 +121,9 @@ def _carries(swing, middle, height, length):
     ends = max(height[swing.first], height[swing.last])
     lift = np.max(height[swing.first : swing.last + 1]) - ends
     return (
-        way >= SHORTEST_WAY * length
-        and lift <= MOST_LIFT * way
-        and swing.stop - swing.start >= SHORTEST_SWING
+        way >= MIN_STEP_DISPLACEMENT * length
+        and lift <= MAX_LIFT * way
+        and swing.stop - swing.start >= MIN_SWING
     )
 
 
@@ -138,7 +139,7 @@ def apart(steps):
             other != k
             and swing.stop is not None
             and longer.stop is not None
-            and abs(swing.stop - longer.stop) < SHORTEST_STEP
+            and abs(swing.stop - longer.stop) < MIN_STEP_TIME
             and swing.last - swing.first <= longer.last - longer.first
             for other, longer in steps
         )
@@ -208,7 +209,7 @@ def other_stands(time, other, swing, usual):
     stands = other < TOE_OFF_FRACTION * reference
     flights = runs(inside & ~stands)
     longest = max((time[f.stop - 1] - time[f.start] for f in flights), default=0.0)
-    return bool(np.mean(stands[inside]) >= OTHER_FOOT_STANDS and longest <= LONGEST_FLIGHT)
+    return bool(np.mean(stands[inside]) >= MIN_OTHER_STANCE and longest <= MAX_FLIGHT)
 
 
 def pelvis_follows(time, body, middle, swing):
@@ -217,4 +218,4 @@ def pelvis_follows(time, body, middle, swing):
         return True
     way = np.linalg.norm(middle[swing.last] - middle[swing.first])
     moved = np.linalg.norm(body[swing.last] - body[swing.first])
-    return not moved < PELVIS_FOLLOWS * way  # NaN says nothing against it
+    return not moved < MIN_PELVIS_DISPLACEMENT * way  # NaN says nothing against it

@@ -1,6 +1,6 @@
-"""A Motion as a reader wants it: curves in degrees, a figure, a table.
+"""Display of a Motion: curves in degrees, a figure, a table.
 
-The class calls these functions, so nothing here imports it.
+The class calls these functions, so this module does not import it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,12 +14,12 @@ from plantigrade.charts import Figure, grid, panel_plot, panels_of
 from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.extras import require
 
-MOST = 12  # panels of a figure where no names are given
+MAX_PANELS = 12  # panels of a figure by default
 TRANSLATIONS = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 
 def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, " n_frames"]]:
-    """Return coordinates in degrees (the pelvis's place: metres), by name and unit.
+    """Return coordinates in degrees, those of the pelvis's position in metres, by name and unit.
 
     A stem (``"knee_angle"``) stands for both sides; all coordinates if there are no names.
 
@@ -41,7 +41,7 @@ def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, 
 
 
 def plot_curves(curves: Mapping[str, Array], time: Float[Array, " n"], *, asked: bool) -> Figure:
-    """Return a figure of curves by name and unit; the first few unless they were asked for.
+    """Return a figure of curves by name and unit, by default of the first ones.
 
     Raises:
         ParameterError: If none of the curves changes.
@@ -49,7 +49,7 @@ def plot_curves(curves: Mapping[str, Array], time: Float[Array, " n"], *, asked:
     panels = panels_of(curves)
     if not panels:
         raise ParameterError("there is nothing to plot: none of these curves changes")
-    return grid([panel_plot(panel, time) for panel in (panels if asked else panels[:MOST])])
+    return grid([panel_plot(panel, time) for panel in (panels if asked else panels[:MAX_PANELS])])
 
 
 def table_html(title: str, rows: Mapping[str, object]) -> str:

@@ -1,4 +1,4 @@
-"""``batch.html``: many items on one page: distributions, outliers, failures, curves, a table."""
+"""``batch.html``: distributions, outliers, failures, curves and a table of many items."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,8 +8,8 @@ from urllib.parse import quote
 
 import numpy as np
 
-from plantigrade.analyze.curves import LOADED
-from plantigrade.analyze.gait_profile import ANGLES, SMALLEST
+from plantigrade.analyze.curves import LOADED_JOINTS
+from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, histogram_plot, line_plot
 from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
@@ -21,59 +21,59 @@ from plantigrade.record.batch import BatchFolder, Row
 
 PAGE = "batch.html"
 MAX_TABLE_ROWS = 1_000
-"""Items up to which the page has a line for each; a browser scrolls through more only slowly, and
-the table as a file has them all."""
+"""Maximum number of rows of the table, because browsers become slow; the table file has all
+items."""
 MAX_LISTED = 100
-"""Outliers, and failures, that are listed."""
+"""Maximum number of listed outliers and of listed failures."""
 MAX_STATUS_LETTERS = 60
-"""Longest status in a line of the table; reasons of failures are listed whole."""
+"""Maximum length of a status in the table; failures are listed in full."""
 MIN_DISTRIBUTION = 5
-"""Fewest values whose distribution is drawn."""
+"""Minimum number of values for a distribution."""
 OUTLIER_ROBUST_SD = 3.5
 """Distance from the median in robust standard deviations above which a value is an outlier
 ([Iglewicz1993]_)."""
 MAD_TO_SD = 1.4826
-"""Standard deviation of normally distributed values over their median absolute deviation."""
+"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
 Column = tuple[str, tuple[str, ...], int]
-"""Heading, figures (one, or right and left) and decimals of a column of numbers."""
+"""Heading, figures (one, or right and left) and decimals of a column."""
 
 
 @runtime_checkable
 class Ended(Protocol):
-    """Result of an item, as far as it is counted."""
+    """Result of an item, as needed for the counts."""
 
     @property
     def status(self) -> str:
-        """``"ok"``, what is wrong with the result, or why there is none."""
+        """``"ok"``, the failure of the result, or the reason why there is none."""
         ...
 
     @property
     def problem(self) -> str:
-        """Why there is no result; empty where there is one."""
+        """Reason why there is no result; empty if there is one."""
         ...
 
     @property
     def left_out(self) -> bool:
-        """Whether it was found in a folder and holds nothing to work on."""
+        """Whether it was found in a folder but has no usable content."""
         ...
 
     @property
     def figures(self) -> Mapping[str, Any]:
-        """Every figure."""
+        """All figures."""
         ...
 
 
 @dataclass(frozen=True)
 class BatchKind:
-    """Words and columns of a batch.
+    """Texts and columns of a kind of batch.
 
     Attributes:
         title: Heading of the page.
-        noun: What an item is.
-        done: What was done with it.
-        columns: Figures of the table, of the distributions and of the outliers.
-        note: What a reader should know of them.
+        noun: Noun for an item.
+        done: Participle for its processing.
+        columns: Figures of the table, the distributions and the outliers.
+        note: Explanation of the figures.
     """
 
     title: str
@@ -87,7 +87,7 @@ class BatchKind:
         return one.status != "ok"
 
     def words(self, one: Ended) -> str:
-        """Return the outcome of an item in a few words."""
+        """Return a short description of the outcome of an item."""
         return one.status
 
     def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
@@ -112,7 +112,7 @@ class BatchKind:
         }
 
     def sentence(self, counts: Mapping[str, Any]) -> str:
-        """Return what was done, in one sentence."""
+        """Return a sentence with the number of successful items."""
         count = counts[f"{self.noun}s_count"]
         return f"{count - counts['without_result_count']} of {count} {self.noun}s {self.done}."
 
@@ -140,8 +140,9 @@ FITS = BatchKind(
     note=(
         "Error: RMS of the markers, mean over frames, or of the joint centres of a skeleton. "
         "Symmetry index: of step length (Robinson et al. 1987). GPS: Gait Profile Score; "
-        f"{SMALLEST}° matter clinically (Baker et al. 2009, 2012). Mean and SD are over the "
-        "recordings: give one per person for them to be those of people."
+        f"{MIN_IMPORTANT_DIFFERENCE}° are clinically important (Baker et al. 2009, 2012). Mean "
+        "and SD "
+        "are over recordings: give one per person."
     ),
 )
 MOTIONS = BatchKind(
@@ -175,18 +176,18 @@ REPRODUCED = BatchKind(
 
 
 class _Simulations(BatchKind):
-    """Simulations: a fall is a result, a simulation that diverged is none."""
+    """Batch of simulations, in which a fall is a result but divergence is a failure."""
 
     def fails(self, one: Ended) -> bool:
-        """Return whether a simulation could not be done, or diverged."""
+        """Return whether a simulation failed or diverged."""
         return bool(one.problem) or one.figures.get("diverged_at_s") is not None
 
     def words(self, one: Ended) -> str:
-        """Return how it ended."""
-        return "on the feet" if one.status == "ok" else one.status
+        """Return the outcome of a simulation."""
+        return "standing" if one.status == "ok" else one.status
 
     def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
-        """Return status and counts, with the number on their feet at the end."""
+        """Return status and counts, with the number of simulations without a fall."""
         on_feet = diverged = 0
 
         def counted() -> Iterator[Ended]:
@@ -201,13 +202,13 @@ class _Simulations(BatchKind):
         return {**found, "status": status, "on_feet_count": on_feet, "diverged_count": diverged}
 
     def sentence(self, counts: Mapping[str, Any]) -> str:
-        """Return how many stayed on their feet."""
+        """Return a sentence with the number of simulations without a fall."""
         return (
-            f"{counts['on_feet_count']} of {counts['simulations_count']} on their feet at the end."
+            f"{counts['on_feet_count']} of {counts['simulations_count']} simulations without fall."
         )
 
     def sections(self, rows: Sequence[Row]) -> list[Section]:
-        """Return how many stayed on their feet for each value of what varies."""
+        """Return the numbers of simulations without a fall for each value of varied options."""
         lines = []
         for name in rows[0].varied if rows else ():
             values = list(dict.fromkeys(str(row.varied.get(name)) for row in rows))
@@ -217,7 +218,7 @@ class _Simulations(BatchKind):
                 those = [row for row in rows if str(row.varied.get(name)) == value]
                 held = sum(bool(row.figures.get("on_feet")) for row in those)
                 lines.append([name, value, f"{held} of {len(those)}"])
-        headers = ("", "value", "on their feet at the end")
+        headers = ("option", "value", "without a fall")
         return [Section("By varied option", headers=headers, rows=lines)] if lines else []
 
 
@@ -237,9 +238,9 @@ SIMULATIONS = _Simulations(
 
 
 def page_html_of(kind: BatchKind, store: BatchFolder, counts: Mapping[str, Any]) -> str:
-    """Return the page of a batch as one text without any outside address."""
+    """Return the page of a batch."""
     keys = {key for _, keys, _ in kind.columns for key in keys} | {"on_feet"}
-    rows = [  # of each item what the page needs: a batch of 100,000 has more figures than memory
+    rows = [  # only the figures of the page, to limit the memory of large batches
         replace(row, figures={key: row.figures[key] for key in keys if key in row.figures})
         for row in store.rows()
     ]
@@ -269,8 +270,8 @@ def page_html_of(kind: BatchKind, store: BatchFolder, counts: Mapping[str, Any])
         key=(("right", STROKES["r"]), ("left", STROKES["l"])),
         footer=(
             "All figures of all items are in batch.csv (and batch.parquet), curves in "
-            "curves.parquet or curves.csv. The same command tries again what failed; failed.txt "
-            "lists those files for --list."
+            "curves.parquet or curves.csv. The same command retries failed items; failed.txt lists "
+            "their files for --list."
         ),
     )
 
@@ -312,7 +313,7 @@ def _outliers(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> list[Se
 
 
 def _values(kind: BatchKind, rows: Sequence[Row]) -> Iterator[tuple[str, Array]]:
-    """Yield heading and values of every column; of right and left their mean."""
+    """Yield heading and values of every column, as the mean of right and left."""
     for label, keys, _ in kind.columns:
         values = np.full((len(rows), len(keys)), np.nan)
         for k, row in enumerate(rows):
@@ -324,7 +325,7 @@ def _values(kind: BatchKind, rows: Sequence[Row]) -> Iterator[tuple[str, Array]]
 
 
 def _mean_curves(store: BatchFolder) -> list[Section]:
-    """Return mean and standard deviation over items of every curve that two items have."""
+    """Return mean and standard deviation over items of every curve of at least two items."""
     sums: dict[str, list[Any]] = {}
     for _, curves in store.curve_means():
         for name, curve in curves.items():
@@ -334,7 +335,7 @@ def _mean_curves(store: BatchFolder) -> list[Section]:
                 mine[1] + curve.mean,
                 mine[2] + curve.mean**2,
             )
-    order = [*ANGLES, *(f"{name}_moment" for name in LOADED)]
+    order = [*ANGLES, *(f"{name}_moment" for name in LOADED_JOINTS)]
     order += ["ground_force_up", "ground_force_forward"]
     figures, most = [], 0
     for name in order:
@@ -358,7 +359,7 @@ def _mean_curves(store: BatchFolder) -> list[Section]:
                 least=SPAN.get(shown, 0.0),
             )
             figures.append(Figure(svg))
-    text = f"Mean and standard deviation over up to {most} items, of the mean of each over cycles."
+    text = f"Mean and standard deviation over up to {most} items, each averaged over its cycles."
     return [Section("Curves over the gait cycle", figures, text)] if figures else []
 
 
@@ -378,7 +379,7 @@ def _table(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> Section:
     if len(rows) > MAX_TABLE_ROWS:
         text += f" The first {MAX_TABLE_ROWS} of {len(rows)}; all of them are in batch.csv."
     if not linked and rows:
-        text += " plantigrade report FOLDER writes report and viewer of a run that was kept."
+        text += " plantigrade report FOLDER writes report and viewer of a kept run."
     headers = (kind.noun, *own, "status", *(label for label, _, _ in columns))
     return Section(f"{kind.noun.capitalize()}s", headers=headers, rows=lines, text=text.strip())
 
@@ -399,7 +400,7 @@ def _cell(figures: Mapping[str, Any], keys: Sequence[str], digits: int) -> str:
 
 
 def _spread(rows: Sequence[Row], keys: Sequence[str], digits: int) -> str:
-    """Return mean and SD over items, of the mean of both sides where there are two."""
+    """Return mean and SD over items, averaged over sides."""
     found = [[row.figures.get(key) for key in keys] for row in rows]
     known = np.array([v for v in found if all(map(_is_number, v))], dtype=float)
     if len(known) < 2:

@@ -14,8 +14,8 @@ VIEWS = {
     "back": (180.0, 7.0),
     "quarter": (50.0, 14.0),
 }
-"""View → where the reader stands: degrees from straight ahead towards the walker's right; how far
-the camera looks down [deg]."""
+"""View → azimuth of the camera from straight ahead towards the walker's right, and elevation
+[deg]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +34,12 @@ class Camera:
 
     @classmethod
     def around(cls, forward: Float[Array, " 3"], *, azimuth: float, elevation: float) -> "Camera":
-        """Return the camera of a reader who stands beside a walker and looks down at them.
+        """Return the camera at an azimuth and elevation relative to a walker.
 
         Args:
             forward: Horizontal direction of travel, unit vector.
-            azimuth: Where the reader stands: 0 ahead, 90 at the walker's right [deg].
-            elevation: How far the camera looks down [deg].
+            azimuth: Azimuth of the camera, 0 ahead, 90 at the walker's right [deg].
+            elevation: Angle by which the camera looks down [deg].
         """
         a, e = np.radians([azimuth, elevation])
         aside = np.array([forward[1], -forward[0], 0.0])
@@ -64,5 +64,5 @@ class Camera:
         return cls.around(forward, azimuth=azimuth, elevation=elevation)
 
     def project(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 2"]:
-        """Return points in the picture: to the right and down [m]."""
+        """Return coordinates of points in the picture, to the right and down [m]."""
         return np.stack([points @ self.right, -(points @ self.up)], axis=-1)

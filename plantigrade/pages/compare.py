@@ -1,14 +1,14 @@
-"""``compare.html``: gaits over each other, and their differences with confidence."""
+"""``compare.html``: curves of several gaits, and their differences with confidence bands."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.clinical import compared_with
-from plantigrade.analyze.curve_difference import FEWEST
-from plantigrade.analyze.curves import LOADED
-from plantigrade.analyze.gait_profile import SMALLEST
+from plantigrade.analyze.clinical import norms_for
+from plantigrade.analyze.curve_difference import MIN_CYCLES
+from plantigrade.analyze.curves import LOADED_JOINTS
+from plantigrade.analyze.gait_profile import MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.norms import PUBLISHED_NAMES, Population, names, norm, unit_of
 from plantigrade.analyze.run_comparison import TRUNK, Gait, RunComparison
 from plantigrade.analyze.statistics import mean_sd
@@ -22,9 +22,9 @@ from plantigrade.pages.sections.clinical import LEVELS, OWN_SIDE, PLANES
 from plantigrade.pages.text import rounded_text, signed_text
 
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
-"""Of the gaits, in their order; again from the first where there are more."""
+"""Colours of the gaits in order, repeated if there are more."""
 UNITS = {"deg": "°", "N m/kg": "N m/kg", "body weight": "BW"}
-LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in LOADED))
+LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in LOADED_JOINTS))
 TABLE = (
     ("walking speed", "m/s", "walking_speed_m_s", 2),
     ("running speed", "m/s", "running_speed_m_s", 2),
@@ -40,20 +40,21 @@ TABLE = (
     ("Gait Profile Score", "°", "gps_deg", 1),
     ("RMS marker error", "mm", "marker_rms_mean_mm", 1),
 )
-FASTER = 0.1
-"""Difference of walking speeds [m/s] that changes angles by itself."""
+MAX_SPEED_DIFFERENCE = 0.1
+"""Difference of walking speeds above which a note is given, because angles depend on speed
+[m/s]."""
 HEIGHT = 182
 
 
 def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
-    """Return the page of a comparison as one text without any outside address."""
+    """Return the page of a comparison."""
     gaits = found.gaits
     first, others = gaits[0].name, ", ".join(gait.name for gait in gaits[1:])
     if found.sides:
         sentence = "Left and right side of one gait; differences are left minus right."
         titles = {"": "Right and left"}
     else:
-        sentence = f"{others} beside {first}; differences are the later minus {first}."
+        sentence = f"{others} compared with {first}; differences are relative to {first}."
         titles = {side: f"{word.capitalize()} side" for side, word in SIDE_NAMES.items()}
     sections = [] if found.sides else [measure_section(found)]
     ends = {"": ""} if found.sides else {"r": "_r", "l": "_l"}
@@ -68,7 +69,7 @@ def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
         title=f"{first} and {others}" if not found.sides else found.runs[0].title or "Two sides",
         sentence=sentence,
         status="ok",
-        who=[_who(found, k) for k in range(len(found.runs))],
+        who=[_person_line(found, k) for k in range(len(found.runs))],
         notes=_notes(found),
         key=[(gait.name, colour_of(found, k)) for k, gait in enumerate(gaits)],
         footer="Angles in degrees; coordinates and signs are OpenSim's. Curves are in compare.csv.",
@@ -76,12 +77,12 @@ def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
 
 
 def colour_of(found: RunComparison, k: int) -> str:
-    """Return the colour of a gait: of the sides their own."""
+    """Return the colour of a gait or side."""
     return STROKES["rl"[k]] if found.sides else COLOURS[k % len(COLOURS)]
 
 
 def measure_section(found: RunComparison) -> Section:
-    """Return the measures of the runs side by side, and their differences from the first."""
+    """Return the measures of the runs, and their differences from the first."""
     rows = []
     for label, unit, key, digits in TABLE:
         values = [run.figures.get(key) for run in found.runs]
@@ -90,20 +91,20 @@ def measure_section(found: RunComparison) -> Section:
             continue
         row = [label, *(rounded_text(value, digits) for value in known)]
         for value in known[1:]:
-            row.append(_minus(value, known[0], digits))
+            row.append(_difference_text(value, known[0], digits))
         rows.append([*row, unit])
     one = "difference" if len(found.gaits) == 2 else "{} minus first"
     headers = ["measure", *(gait.name for gait in found.gaits)]
     headers += [one.format(gait.name) for gait in found.gaits[1:]]
     text = (
-        f"A Gait Profile Score that differs by less than {SMALLEST}° is not clinically relevant "
-        "(Baker et al. 2012, Gait & Posture 35:612; in children)."
+        f"Differences of the Gait Profile Score below {MIN_IMPORTANT_DIFFERENCE}° are not "
+        "clinically relevant (Baker et al. 2012, Gait & Posture 35:612; in children)."
     )
     return Section("Measures", headers=[*headers, "unit"], rows=rows, text=text)
 
 
 def overlay_section(found: RunComparison, title: str, ending: str) -> Section:
-    """Return the mean curves of the gaits over each other, in levels and planes."""
+    """Return the mean curves of the gaits, by level and plane."""
     counts = ", ".join(f"{gait.name} {_count(gait, f'knee_angle{ending}')}" for gait in found.gaits)
     who = _norm_of(found)
     text = f"Line and band: mean and standard deviation over cycles ({counts})."
@@ -116,23 +117,24 @@ def overlay_section(found: RunComparison, title: str, ending: str) -> Section:
 
 
 def difference_section(found: RunComparison, title: str, ending: str) -> Section:
-    """Return the differences with their bands, in levels and planes."""
+    """Return the differences with their bands, by level and plane."""
     text = (
         "Difference of the mean curves; band: 95 % confidence for the whole curve at once (random "
         "field theory as in statistical parametric mapping, Pataky 2010, J Biomech 43:1976). Where "
-        "it leaves zero out, these recordings differ. It takes cycles as independent: strides that "
-        "follow each other are alike, so it is somewhat too narrow, and another day or markers "
-        "placed anew are not in it; between sessions 2 to 5° are usual for that reason alone "
+        "it excludes zero, these recordings differ. Cycles are assumed to be independent; "
+        "successive "
+        "strides are correlated, so the band is somewhat too narrow. It does not include variation "
+        "between days or marker placements, which is usually 2 to 5° between sessions "
         "(McGinley et al. 2009, Gait & Posture 29:360)."
     )
     if any(each.half is None for table in found.differences.values() for each in table.values()):
-        text += f" No band: fewer than {FEWEST} cycles of a gait that was measured."
+        text += f" There is no band with fewer than {MIN_CYCLES} measured cycles."
     grid = [[_cell(found, name, ending, difference) for name in level] for level in LEVELS]
     return Section(f"{title}: differences", text=text, grid=[PLANES, *grid])
 
 
 def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]:
-    """Return trunk, ground reactions and moments, where all gaits have them."""
+    """Return trunk, ground reactions and moments, if all gaits have them."""
     sections = []
     trunk = [name for name in TRUNK if name in found.names] if side != "l" else []
     loads = [f"{name}{ending}" for name in LOADS if f"{name}{ending}" in found.names]
@@ -140,7 +142,7 @@ def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]
     for title, shown in (("Trunk", trunk), (f"Ground reactions and moments{word}", loads)):
         figures = [draw(found, name) for name in shown for draw in (overlay, difference)]
         if figures:
-            sections.append(Section(title, figures, text="Drawn as above.", folded=True))
+            sections.append(Section(title, figures, text="Plotted as above.", folded=True))
     return sections
 
 
@@ -197,11 +199,11 @@ def _cell(found: RunComparison, name: str, ending: str, draw) -> Figure | str:
     if "_" not in name:
         return name
     full = f"{name}{ending}"
-    return draw(found, full, HEIGHT) if full in found.names else "do not move in all of them"
+    return draw(found, full, HEIGHT) if full in found.names else "Not available in all gaits."
 
 
 def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
-    """Return the stretches of the cycle where a difference is greater than its band."""
+    """Return the intervals of the cycle in which a difference exceeds its band."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], beyond.astype(int), [0]])))
     return [
         (float(PERCENT[a]), float(PERCENT[min(b, len(PERCENT) - 1)]), colour)
@@ -210,10 +212,10 @@ def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
 
 
 def _norm_of(found: RunComparison) -> tuple[Population, str] | None:
-    """Return the norm of the people compared, where it is one for all of them."""
+    """Return the norms of the gaits, if they are the same for all."""
     if any(run.figures.get("running") for run in found.runs):
         return None
-    every = [compared_with(run.record, run.figures) for run in found.runs]
+    every = [norms_for(run.record, run.figures) for run in found.runs]
     same = {(each.population, each.speed_class) for each in every}
     adults = {each.population for each in every}
     if len(same) > 1 and not (len(adults) == 1 and every[0].population.name == "adults"):
@@ -222,7 +224,7 @@ def _norm_of(found: RunComparison) -> tuple[Population, str] | None:
 
 
 def _notes(found: RunComparison) -> list[str]:
-    """Return what has to be known to read the differences."""
+    """Return notes on conditions that affect the differences."""
     notes, first = [], found.runs[0]
     for gait, run in zip(found.gaits[1:], found.runs[1:], strict=False):
         slow, fast = (
@@ -230,15 +232,17 @@ def _notes(found: RunComparison) -> list[str]:
             for r in (first, run)
         )
         known = isinstance(slow, float) and isinstance(fast, float)
-        if known and abs(fast - slow) > FASTER:
+        if known and abs(fast - slow) > MAX_SPEED_DIFFERENCE:
             notes.append(
-                f"{gait.name} went at {fast:.2f} m/s, {found.gaits[0].name} at {slow:.2f} m/s: "
-                "angles and forces differ for that reason alone."
+                f"{gait.name} has a speed of {fast:.2f} m/s, {found.gaits[0].name} of {slow:.2f} "
+                "m/s; "
+                "angles and forces depend on speed."
             )
         a, b = (r.record.human for r in (first, run))
         if abs(a.height - b.height) > 0.03 or (a.joints, a.feet) != (b.joints, b.feet):
             notes.append(
-                f"{gait.name} ({b.height:.2f} m, {b.joints} joints, {b.feet} feet) is another body "
+                f"{gait.name} ({b.height:.2f} m, {b.joints} joints, {b.feet} feet) has another "
+                "body "
                 f"than {found.gaits[0].name} ({a.height:.2f} m, {a.joints} joints, {a.feet} feet)."
             )
         if run.kind != first.kind:
@@ -248,13 +252,13 @@ def _notes(found: RunComparison) -> list[str]:
     for gait in found.gaits:
         if gait.exact:
             notes.append(
-                f"every stride of {gait.name} is the same because it was generated from a task: "
-                "the band contains the scatter of the others only."
+                f"all strides of {gait.name} are equal because it is synthesised; the band "
+                "contains the variability of the others only."
             )
     return notes
 
 
-def _who(found: RunComparison, k: int) -> str:
+def _person_line(found: RunComparison, k: int) -> str:
     run = found.runs[k]
     human, name = run.record.human, run.name if found.sides else found.gaits[k].name
     return f"{name}: {run.kind}, {human.height:.2f} m, {human.mass:.1f} kg"
@@ -265,7 +269,7 @@ def _count(gait: Gait, name: str) -> str:
     return "as made" if gait.exact else str(len(rows))
 
 
-def _minus(value: float | None, first: float | None, digits: int) -> str:
+def _difference_text(value: float | None, first: float | None, digits: int) -> str:
     return "–" if value is None or first is None else signed_text(value - first, digits)
 
 

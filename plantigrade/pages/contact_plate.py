@@ -1,4 +1,4 @@
-"""The virtual contact plate: which places of the feet press how hard ([Park2020]_, Figure 13).
+"""The virtual contact plate: distribution of load under the feet ([Park2020]_, Figure 13).
 
 A sole is seen from above, toes up: rings are the places that can touch the ground, where they are
 in quiet standing; discs show what presses there, by their area; a cross is the centre of pressure.
@@ -23,26 +23,26 @@ from plantigrade.pages.shapes import convex_hull
 from plantigrade.record import Record
 
 SCALE = 560.0
-"""Of the drawing [px/m]."""
+"""Scale of the drawing [px/m]."""
 HEAVY, WIDE = 0.5, 0.034
 """A place that carries so much of the body weight has a disc of that radius [m]."""
 MARGIN = 0.034
-"""Around the places of a foot [m]."""
-LEAST = 0.05
-"""A foot that carries less has no centre of pressure [body weights]."""
+"""Margin around the sites of a foot [m]."""
+MIN_LOAD = 0.05
+"""Minimum load of a foot with a centre of pressure [body weights]."""
 INK, SOFT = "var(--fg, #1c2430)", "var(--soft, #64707f)"
 
 
 @dataclass(frozen=True, eq=False)
 class Sole:
-    """One foot from above: forward from its rearmost place, left from the middle [m].
+    """One foot from above, in axes forward from its rear end and left from its middle [m].
 
     Attributes:
         side: ``"r"`` or ``"l"``.
         rings: The spheres of the foot.
-        index: Of the sites that can press on it, among those of the record or world.
-        place: Where these are; NaN for measured ones, which move about.
-        corner: Of these axes, in the world in quiet standing [m].
+        index: Indices of its sites among those of the record or world.
+        place: Positions of these sites; NaN for measured forces, whose points move.
+        corner: Origin of these axes, in the world in quiet standing [m].
         stands: Position and rotation of every body in quiet standing [m].
     """
 
@@ -55,7 +55,7 @@ class Sole:
 
     @classmethod
     def of(cls, human: Human, sites: Sequence[ContactSite], side: str) -> "Sole":
-        """Return the sole of a side, and which of the sites press on it."""
+        """Return the sole of a side with its sites."""
         data = mujoco.MjData(human.model)
         data.qpos[:] = human.standing()
         mujoco.mj_kinematics(human.model, data)
@@ -74,7 +74,7 @@ class Sole:
 
     @property
     def size(self) -> tuple[float, float]:
-        """How long and wide it is drawn [m]."""
+        """Length and width of the drawing [m]."""
         length, width = np.ptp(self.rings, axis=0) + 2 * MARGIN
         return float(length), float(width)
 
@@ -102,9 +102,9 @@ class Sole:
 
 
 def centre(place: Float[Array, "k 2"], load: Float[Array, " k"]) -> Float[Array, " 2"]:
-    """Return the centre of pressure on a sole [m]; NaN where it carries next to nothing."""
+    """Return the centre of pressure on a sole [m]; NaN with hardly any load."""
     up = np.where(np.isfinite(place).all(axis=1), np.maximum(load, 0.0), 0.0)
-    if up.sum() <= LEAST:
+    if up.sum() <= MIN_LOAD:
         return np.full(2, np.nan)
     return up @ np.nan_to_num(place) / up.sum()
 
@@ -134,11 +134,11 @@ def foot_svg(
 
     Args:
         sole: The foot.
-        place: Where its sites are [m].
-        load: What they carry [body weights].
-        title: Under it.
-        scale: Of the drawing [px/m].
-        path: Of the centre of pressure [m].
+        place: Positions of its sites [m].
+        load: Loads of its sites [body weights].
+        title: Text below it.
+        scale: Scale of the drawing [px/m].
+        path: Path of the centre of pressure [m].
     """
     length, width = sole.size
     wide, high = round(scale * width), round(scale * length + 20)

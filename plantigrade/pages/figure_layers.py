@@ -12,11 +12,11 @@ from plantigrade.pages.camera import Camera
 from plantigrade.pages.outlines import is_stroke, outlines, path_data
 from plantigrade.pages.shapes import Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
 from plantigrade.pages.strip import TINTS
-from plantigrade.pages.svg_motion import Clock
+from plantigrade.pages.svg_animation import Clock
 from plantigrade.spatial.conventions import rotation_matrix
 
 RIM, FINE_RIM = 0.012, 0.004  # width of the outline of a limb, and of a bone [m]
-PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # how much white the segments of a foot are mixed with
+PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # share of white in the colours of foot segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Figure:
     """A body in motion.
 
     Attributes:
-        model: The body and what it stands on.
+        model: The body and its ground.
         positions: World position of each body in each frame [m].
         quats: World rotation of each body, ``wxyz``.
     """
@@ -44,11 +44,11 @@ class Figure:
         return tuple(shape for shape in self.shapes if inside[shape.body])
 
     def has_foot(self, side: str) -> bool:
-        """Return whether a foot can be told."""
+        """Return whether a foot is known."""
         return bool(self.bones(side))
 
     def foot_centre(self, side: str) -> Float[Array, "n 3"]:
-        """Return the middle of a foot's geoms in each frame [m]."""
+        """Return the centre of a foot's geoms in each frame [m]."""
         places = [
             self.positions[:, s.body] + rotation_matrix(self.quats[:, s.body]) @ s.position
             for s in self.bones(side)
@@ -105,7 +105,7 @@ def foot_layers(
 
 
 def _limb(model: mujoco.MjModel, shape: Shape) -> object:
-    """Return what tells limbs apart: where a sided branch leaves the trunk; None for the trunk."""
+    """Return the first body of a limb, at which it leaves the trunk; None for the trunk."""
     if shape.side is None:
         return None
     body = shape.body

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.charts import theme
 from plantigrade.pages.live_parts import (
-    ARROW,
+    ARROW_PER_BODY_WEIGHT,
     Arrow,
     add_arrow,
     add_bodies,
@@ -25,7 +25,7 @@ from plantigrade.pages.live_parts import (
 from plantigrade.pages.scene import build_scene, heading_of, standing_height
 from plantigrade.record import Record
 
-PAUSE = 0.6  # the last frame stays this long before the first comes again [s]
+PAUSE = 0.6  # [s] after the last frame, before playback restarts
 
 
 def serve(
@@ -40,11 +40,11 @@ def serve(
     """Serve ``record`` on http://localhost:``port`` until interrupted, or until ``stop`` is set.
 
     Args:
-        record: What to show.
-        forces: Whose forces to draw where the record has none.
-        port: Port to listen on; the next free one is taken where it is in use.
+        record: Record to show.
+        forces: Record whose forces are drawn if ``record`` has none.
+        port: Port to listen on, or the next free one.
         open: Whether to open the page in the default browser.
-        title: Shown over the controls.
+        title: Title above the controls.
         stop: Ends the service when set (for tests and notebooks).
 
     Raises:
@@ -67,7 +67,7 @@ class LiveViewer:
     """A record on a viser server, with playback controls in its panel.
 
     Attributes:
-        scene: What is drawn.
+        scene: The scene.
         server: The viser server, for more controls and shapes.
     """
 
@@ -90,7 +90,7 @@ class LiveViewer:
 
     @property
     def address(self) -> str:
-        """Where a browser finds it."""
+        """URL of the page."""
         return address_of(self.server)
 
     def close(self) -> None:
@@ -119,8 +119,8 @@ class LiveViewer:
         scene = self.scene
         self._frame = frame
         with self.server.atomic():
-            # To follow, the world moves and the camera stays: what the user turned stays turned,
-            # and no answer of a slow browser can pull it back.
+            # To follow, the world moves instead of the camera, so the view of the user is kept even
+            # with a slow browser.
             at = frame if self._follow.value else 0
             self._world.position = -np.array([*scene.com[at, :2], scene.level[at]])
             for handle, body in (*self._bodies, *self._plate):
@@ -146,7 +146,10 @@ class LiveViewer:
                 self._place(arrow, frame, side)
             if scene.force is not None and scene.point is not None:
                 for k, arrow in zip(scene.pushes, self._pushing, strict=True):
-                    arrow.push(scene.point[frame, k], ARROW * scene.force[frame, k] / scene.weight)
+                    arrow.push(
+                        scene.point[frame, k],
+                        ARROW_PER_BODY_WEIGHT * scene.force[frame, k] / scene.weight,
+                    )
 
     def _draw_static(self) -> None:
         server, scene = self.server, self.scene
@@ -202,10 +205,10 @@ class LiveViewer:
                 self._pushing.append(add_arrow(server, place, place, theme.PUSHED))
 
     def _place(self, arrow: Arrow, frame: int, side: int) -> None:
-        """Put the ground reaction of a side where it acts, or hide it."""
+        """Draw the ground reaction of a side, or hide it."""
         scene = self.scene
-        assert scene.cop is not None and scene.total_force is not None  # both or neither
-        vector = ARROW * scene.total_force[frame, side] / scene.weight
+        assert scene.cop is not None and scene.total_force is not None  # both exist or neither
+        vector = ARROW_PER_BODY_WEIGHT * scene.total_force[frame, side] / scene.weight
         arrow.place(scene.cop[frame, side], vector)
 
     def _add_controls(self) -> None:
@@ -227,7 +230,7 @@ class LiveViewer:
 
         @self._slider.on_update
         def _(event) -> None:
-            if event.client is not None:  # moved by a person, not by the clock
+            if event.client is not None:  # set by the user, not by playback
                 self._playing.value = False
                 self._go(int(np.searchsorted(scene.time, self._slider.value, side="right") - 1))
 

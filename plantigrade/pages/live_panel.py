@@ -24,23 +24,23 @@ LINES = {"Contact forces": "contact_forces", "Support polygon": "support"}
 
 
 class Panel:
-    """What somebody sets, and how the simulation does.
+    """Controls and status of a live session.
 
     Args:
         server: The viser server.
-        session: What is set.
-        keeps: Its clock.
-        can_save: Whether there is a button to save.
+        session: The session.
+        clock: Its clock.
+        can_save: Whether there is a save button.
 
     Attributes:
-        status: What is said over the controls, as HTML.
-        targets: Sliders of the controller's.
-        wants_saving: Set by the button.
+        status: Status above the controls, as HTML.
+        targets: Controls of the controller's targets.
+        save_requested: Event of the save button.
     """
 
-    def __init__(self, server: Any, session: Session, keeps: Clock, *, can_save: bool):
-        self.server, self.session, self._clock = server, session, keeps
-        self.wants_saving = Event()
+    def __init__(self, server: Any, session: Session, clock: Clock, *, can_save: bool):
+        self.server, self.session, self._clock = server, session, clock
+        self.save_requested = Event()
         self.targets: list[Any] = []
         self._of: tuple[Target, ...] | None = None
         self._choice: Choice | None = None
@@ -49,7 +49,7 @@ class Panel:
         self._line = gui.add_html("")
         self._run_controls(can_save)
         with gui.add_folder("Push"):
-            self._force = gui.add_slider("Force [N]", 0.0, 1000.0, 10.0, session.hand.most)
+            self._force = gui.add_slider("Force [N]", 0.0, 1000.0, 10.0, session.hand.max_force)
             self._way = gui.add_slider("Direction [°]", -180.0, 180.0, 15.0, 0.0)
             self._long = gui.add_slider("Duration [s]", 0.05, 1.0, 0.05, 0.2)
             gui.add_button("Push the trunk").on_click(lambda _: self._push())
@@ -73,7 +73,7 @@ class Panel:
             if session.choice.controller not in names:
                 names.append(session.choice.controller)
             self._controller = gui.add_dropdown(
-                "Moved by", names, initial_value=session.choice.controller
+                "Controller", names, initial_value=session.choice.controller
             )
         with gui.add_folder("Person"):
             self._feet = gui.add_dropdown("Feet", [*FEET], initial_value=session.choice.feet)
@@ -95,7 +95,7 @@ class Panel:
 
     @property
     def follows(self) -> bool:
-        """Whether the camera goes with the person."""
+        """Whether the camera follows the person."""
         return bool(self._follow.value)
 
     def shows(self, name: str) -> bool:
@@ -103,30 +103,29 @@ class Panel:
         return next((self._shown[label].value for label, own in LINES.items() if own == name), True)
 
     def begin(self) -> None:
-        """Another world begins: show of it what is shown."""
+        """Apply the visible layers to another world."""
         for label, node in LAYERS.items():
             self._show(node, label)
 
     def layer(self, name: str, handle: Any) -> None:
-        """Take note of new lines."""
+        """Register a new layer."""
         handle.visible = self.shows(name)
 
     def update(self, frame: Frame) -> None:
-        """Show how the simulation does, and what has changed by itself."""
+        """Update status and controls."""
         session, clock = self.session, self._clock
         speed = "paused" if session.paused else f"{session.speed:g}×"
+        reached = "real time" if session.speed == 1.0 else "that speed"
         lines = [
             f"<b>{frame.time:.2f} s</b>, {speed}",
-            f"{100 * clock.share:.0f} % of real time, {clock.behind:.2f} s behind"
-            if session.speed == 1.0
-            else f"{100 * clock.share:.0f} % of that speed, {clock.behind:.2f} s behind",
+            f"{100 * clock.real_time_factor:.0f} % of {reached}, {clock.time_lost:.2f} s behind",
         ]
-        lines += [f"<b>{escape(word)}</b>" for word in (frame.ended, session.message) if word]
-        said = "<br>".join(lines)
-        if said != self.status:
-            self.status = said
-            self._line.content = f'<div style="padding:0 1em;font-size:13px">{said}</div>'
-        if session.asked:  # somebody has just set what is not yet done
+        lines += [f"<b>{escape(word)}</b>" for word in (frame.end_message, session.message) if word]
+        status = "<br>".join(lines)
+        if status != self.status:
+            self.status = status
+            self._line.content = f'<div style="padding:0 1em;font-size:13px">{status}</div>'
+        if session.pending:  # the controls are ahead of pending actions
             return
         self._pause.value = session.paused
         if session.choice != self._choice:
@@ -137,8 +136,10 @@ class Panel:
             self._offer(session.targets)
         self._follow_targets(session.targets)
         ground = [(self._friction, session.friction), (self._load, session.load)]
-        if session.slope_wanted is not None:
-            ground += zip((self._slope, self._cross), np.rad2deg(session.slope_wanted), strict=True)
+        if session.desired_slope is not None:
+            ground += zip(
+                (self._slope, self._cross), np.rad2deg(session.desired_slope), strict=True
+            )
         for slider, value in ground:
             if abs(slider.value - value) > 0.52 * slider.step:
                 slider.value = float(value)
@@ -159,7 +160,7 @@ class Panel:
         acts = dict(zip(words, (session.step, session.restart), strict=True))
         buttons.on_click(lambda _: self._ask(acts[buttons.value]))
         if can_save:
-            gui.add_button("Save the run so far").on_click(lambda _: self.wants_saving.set())
+            gui.add_button("Save the run so far").on_click(lambda _: self.save_requested.set())
         for label, key, act in (
             ("Pause or continue", "SPACE", lambda: setattr(session, "paused", not session.paused)),
             ("One step", "N", session.step),
@@ -170,14 +171,14 @@ class Panel:
         gui.add_command("Push the trunk", hotkey="P").on_trigger(lambda _: self._push())
 
     def _ask(self, action: Callable[[], None]) -> None:
-        self.session.ask(action)
+        self.session.submit(action)
 
     def _hold_on(self) -> None:
         paused = bool(self._pause.value)
         self._ask(lambda: setattr(self.session, "paused", paused))
 
     def _strengthen(self) -> None:
-        self.session.hand.most = float(self._force.value)
+        self.session.hand.max_force = float(self._force.value)
 
     def _push(self) -> None:
         way, long = float(np.deg2rad(self._way.value)), float(self._long.value)
@@ -189,15 +190,15 @@ class Panel:
 
     def _rub(self) -> None:
         friction = float(self._friction.value)
-        self._ask(lambda: self.session.rub(friction))
+        self._ask(lambda: self.session.set_friction(friction))
 
     def _carry(self) -> None:
         mass = float(self._load.value)
-        self._ask(lambda: self.session.carry(mass))
+        self._ask(lambda: self.session.set_load(mass))
 
     def _choose(self) -> None:
         wanted = Choice(self._controller.value, self._feet.value, self._joints.value)
-        self._choice = None  # what cannot be is shown no longer
+        self._choice = None  # restore the controls if the choice is invalid
         self._ask(lambda: self.session.choose(wanted))
 
     def _show(self, node: str, label: str) -> None:
@@ -206,7 +207,7 @@ class Panel:
             handle.visible = self._shown[label].value
 
     def _follow_targets(self, targets: tuple[Target, ...]) -> None:
-        """Show what a controller has set of itself: a speed that changes with the walk."""
+        """Update the controls of targets that the controller changes by itself."""
         for shown, target in zip(self.targets, targets, strict=True):
             if target.names:
                 shown.value = target.names[round(target.value)]
@@ -214,7 +215,7 @@ class Panel:
                 shown.value = target.value
 
     def _offer(self, targets: tuple[Target, ...]) -> None:
-        """Make a control for each target of a controller; those of the same targets are kept."""
+        """Create a control for each target of a controller."""
         before, self._of = self._of or (), targets
         if [_control_of(t) for t in before] == [_control_of(t) for t in targets]:
             return
@@ -224,7 +225,7 @@ class Panel:
             self.targets = [self._control(k, target) for k, target in enumerate(targets)]
 
     def _control(self, k: int, target: Target) -> Any:
-        """Return a dropdown or slider that sets the target at that place."""
+        """Return a dropdown or slider for a target."""
         gui = self.server.gui
         label = f"{target.name} [{target.unit}]" if target.unit else target.name
         if target.names:
@@ -245,5 +246,5 @@ class Panel:
 
 
 def _control_of(target: Target) -> tuple[Any, ...]:
-    """Return what the control of a target shows besides its value."""
+    """Return the label of the control of a target."""
     return target.name, target.low, target.high, target.unit, target.names

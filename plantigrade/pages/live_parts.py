@@ -1,4 +1,4 @@
-"""What is drawn on a server of viser: bodies, ground, arrows."""
+"""Drawing of bodies, ground and arrows on a viser server."""
 
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
@@ -11,22 +11,23 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
+from plantigrade.pages.control_filter import filter_control_messages
 from plantigrade.pages.local_only import local_only
-from plantigrade.pages.only_offered import only_offered
 from plantigrade.pages.shapes import Shape, mesh_of, rgb
 
-BEFORE = 0.3  # a push at the trunk ends so far before where it acts: outside of the arms, too [m]
-ARROW = 0.6  # one body weight is drawn this long [m]
-HEAD, SHORTEST = 0.08, 0.015  # of which the head is; shorter ones are not drawn [m]
+PUSH_OFFSET = 0.3  # [m] of the arrow head of a push from its point, outside of trunk and arms
+ARROW_PER_BODY_WEIGHT = 0.6  # [m] length of the arrow of one body weight
+HEAD_LENGTH = 0.08  # [m] of an arrow
+MIN_LENGTH = 0.015  # [m] of a drawn arrow
 
 
 def open_server(port: int, title: str, refused: Callable[[str], None] = lambda _: None) -> Any:
-    """Return a server of viser for this machine alone, on ``port`` or the next free one.
+    """Return a viser server for this machine only, on ``port`` or the next free one.
 
     Args:
         port: The port.
-        title: Shown over the controls.
-        refused: Called with a sentence where a message sets what the page does not offer.
+        title: Title above the controls.
+        refused: Called with a sentence for every refused message.
 
     Raises:
         ParameterError: If the port is none.
@@ -36,9 +37,12 @@ def open_server(port: int, title: str, refused: Callable[[str], None] = lambda _
         raise ParameterError(f"{port=} is not a valid port; choose one from 1024 to 65535")
     import viser
 
-    with redirect_stdout(StringIO()), local_only():  # its banner: --json owns standard output
+    with (
+        redirect_stdout(StringIO()),
+        local_only(),
+    ):  # without viser's banner, because --json uses standard output
         server = viser.ViserServer(host="localhost", port=port, verbose=False)
-    only_offered(server, refused)
+    filter_control_messages(server, refused)
     server.gui.configure_theme(show_logo=False, show_share_button=False)
     server.gui.set_panel_label(title)
     server.scene.set_up_direction("+z")
@@ -46,7 +50,7 @@ def open_server(port: int, title: str, refused: Callable[[str], None] = lambda _
 
 
 def address_of(server: Any) -> str:
-    """Return where a browser finds a server."""
+    """Return the URL of a server."""
     return f"http://localhost:{server.get_port()}"
 
 
@@ -57,9 +61,9 @@ def close(server: Any) -> None:
 
 
 class Arrow(NamedTuple):
-    """A force and its place: shaft and head of length 1 m along z, and a disc.
+    """A force arrow of 1 m along z, with shaft, head, and a disc at its point of application.
 
-    They are meshes, for viser shows the colours of its own arrows too pale.
+    They are meshes, because viser draws its own arrows too pale.
     """
 
     shaft: Any
@@ -67,34 +71,34 @@ class Arrow(NamedTuple):
     disc: Any
 
     def place(self, start: Float[Array, " 3"], vector: Float[Array, " 3"]) -> None:
-        """Put it where it acts [m], so long [m]; hide it where that is not known."""
+        """Draw the arrow from a point [m] with a vector [m]; hide it if they are unknown."""
         length = float(np.linalg.norm(vector))
         seen = bool(np.isfinite(start).all())
-        tip = min(HEAD, 0.4 * length)
+        tip = min(HEAD_LENGTH, 0.4 * length)
         self.disc.visible = seen
-        self.shaft.visible = self.head.visible = seen and length > SHORTEST
+        self.shaft.visible = self.head.visible = seen and length > MIN_LENGTH
         if seen:
             self.disc.position = start
         if self.head.visible:
             along, body = vector / length, length - tip
             self.shaft.position, self.shaft.scale = start + along * body / 2, (1.0, 1.0, body)
-            self.head.position, self.head.scale = start + along * body, tip / HEAD
+            self.head.position, self.head.scale = start + along * body, tip / HEAD_LENGTH
             self.shaft.wxyz = self.head.wxyz = turned_to(along)
 
     def push(self, place: Float[Array, " 3"], vector: Float[Array, " 3"]) -> None:
-        """End it before where a push acts [m], outside of the body."""
-        away = vector + BEFORE * vector / max(float(np.linalg.norm(vector)), 1e-9)
+        """Draw the arrow of a push so that it ends outside of the body [m]."""
+        away = vector + PUSH_OFFSET * vector / max(float(np.linalg.norm(vector)), 1e-9)
         self.place(place - away, vector)
         self.disc.visible = False
 
 
 def add_arrow(server: Any, forces: str, pressure: str, colour: str) -> Arrow:
-    """Add the arrow of a force below a node, and the disc at its place below another."""
+    """Add the arrow of a force below a node, and its disc below another."""
     scene, paint, name = server.scene, in_bytes(colour), colour.removeprefix("#")
     shaft, disc = (mesh_of(drum(*size)) for size in ((0.012, 0.5), (0.032, 0.004)))
     turn = np.linspace(0, 2 * np.pi, 20, endpoint=False)
     rim = 0.03 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-    tip, base = np.array([[0.0, 0.0, HEAD]]), np.zeros((1, 3))
+    tip, base = np.array([[0.0, 0.0, HEAD_LENGTH]]), np.zeros((1, 3))
     i, j = np.arange(20), (np.arange(20) + 1) % 20
     head = (
         np.concatenate([rim, tip, base]),
@@ -116,7 +120,7 @@ def add_arrow(server: Any, forces: str, pressure: str, colour: str) -> Arrow:
 
 
 def add_ground(server: Any, ground: Ground, shapes: Sequence[Shape]) -> None:
-    """Add a grid on the plane, or on each tread, below ``/world``; relief as it is."""
+    """Add the ground below ``/world``: grids on planes and treads, and relief."""
     half = -ground.slope / 2
     turn = (np.cos(half), 0.0, np.sin(half), 0.0)
     if not ground.steps:
@@ -130,7 +134,7 @@ def add_ground(server: Any, ground: Ground, shapes: Sequence[Shape]) -> None:
 
 
 def add_grid(server: Any, name: str, size: tuple[float, float], **where: Any) -> Any:
-    """Add a grid of so many metres, in the colours of the ground."""
+    """Add a grid of a given size [m], in the colours of the ground."""
     return server.scene.add_grid(
         name,
         width=size[0],
@@ -152,17 +156,17 @@ def add_bodies(
     *,
     colour: str = "",
     opacity: float = 1.0,
-    made: Callable[[Any, Shape], None] = lambda handle, shape: None,
+    on_mesh: Callable[[Any, Shape], None] = lambda handle, shape: None,
 ) -> list[tuple[Any, int]]:
     """Add one frame per body and its shapes below; return handles with body indices.
 
     Args:
         server: The server.
-        root: Node below which they are.
-        shapes: What is drawn.
-        colour: In place of their own colours.
-        opacity: Of all.
-        made: Is told of every mesh and its shape.
+        root: Parent node.
+        shapes: Shapes to draw.
+        colour: Colour instead of their own ones.
+        opacity: Opacity of all shapes.
+        on_mesh: Called with every mesh and its shape.
     """
     handles = {}
     for i, shape in enumerate(shapes):
@@ -179,16 +183,16 @@ def add_bodies(
             flat_shading=shape.kind in ("box", "mesh"),
             side="double",
             cast_shadow=not shape.is_ground,
-            receive_shadow=not shape.is_ground,  # their grids do
+            receive_shadow=not shape.is_ground,  # their grids receive shadows
             position=shape.position,
             wxyz=shape.quat,
         )
-        made(mesh, shape)
+        on_mesh(mesh, shape)
     return [(handle, body) for body, handle in handles.items()]
 
 
 def in_bytes(colour: str | tuple[float, float, float]) -> tuple[int, int, int]:
-    """Return red, green and blue in 0–255, as viser takes them.
+    """Return red, green and blue in 0–255, as viser expects them.
 
     Example:
         >>> in_bytes("#ff0033"), in_bytes((1.0, 0.0, 0.2))
@@ -207,7 +211,7 @@ def drum(radius: float, half: float) -> Shape:
 
 
 def turned_to(direction: Float[Array, " 3"]) -> Float[Array, " 4"]:
-    """Return the shortest turn, ``wxyz``, of the vertical to a unit vector.
+    """Return the shortest rotation, ``wxyz``, from the vertical to a unit vector.
 
     Example:
         >>> turned_to(np.array([0.0, 0.0, 1.0]))

@@ -1,4 +1,4 @@
-"""The page of a live session: the world as it is now, drawn beside the physics and never by it.
+"""The page of a live session, drawn in another thread than the physics.
 
 The session runs in a thread of its own (:func:`plantigrade.live.session.run`); this page draws its
 last frame, sixty times a second, and asks it for whatever somebody does.
@@ -13,12 +13,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.live.clock import Clock
-from plantigrade.live.frame import LOADED, Frame
+from plantigrade.live.frame import MIN_LOAD, Frame
 from plantigrade.live.session import Session
-from plantigrade.pages.live_beside import Beside
+from plantigrade.pages.live_curves import LiveCurves
 from plantigrade.pages.live_panel import Panel
 from plantigrade.pages.live_parts import (
-    ARROW,
+    ARROW_PER_BODY_WEIGHT,
     Arrow,
     add_arrow,
     add_bodies,
@@ -32,30 +32,26 @@ from plantigrade.pages.live_parts import (
 from plantigrade.pages.shapes import PLATE, Shape, convex_hull, shapes_of
 from plantigrade.world import Drawing, World
 
-PANEL = 8
-"""Figures and curves are drawn in every so many frames."""
-IDLE = 0.05
-"""Without a new frame it looks what else is new after so long [s]."""
-STILL = 2e-4
-"""What moves less than this is not drawn anew [m, rad]."""
-RAISED = 0.003
-"""Lines on the ground are drawn so far above it [m]."""
+PANEL_INTERVAL = 8  # frames between updates of figures and curves
+IDLE_WAIT = 0.05  # [s] for a new frame, before other changes are drawn
+MIN_MOVEMENT = 2e-4  # [m, rad] of a body that is drawn again
+LINE_HEIGHT = 0.003  # [m] of lines above the ground
 
 
 class LiveWorld:
     """A session on a viser server.
 
     Attributes:
-        session: What is shown.
+        session: The session.
         server: The viser server.
         panel: The controls.
-        drawn: How many frames were drawn.
+        drawn: Number of drawn frames.
     """
 
     def __init__(
         self,
         session: Session,
-        keeps: Clock,
+        clock: Clock,
         *,
         port: int = 8080,
         title: str = "plantigrade",
@@ -64,11 +60,11 @@ class LiveWorld:
         """Start the server and draw the first frame.
 
         Args:
-            session: What is shown.
-            keeps: Its clock.
+            session: The session.
+            clock: Its clock.
             port: Port to listen on; the next free one is taken where it is in use.
-            title: Shown over the controls.
-            can_save: Whether there is a button to save.
+            title: Title above the controls.
+            can_save: Whether there is a save button.
 
         Raises:
             ParameterError: If the port is no port.
@@ -82,36 +78,36 @@ class LiveWorld:
         height = session.world.human.height
         self.server.initial_camera.position = (1.25 * height, -1.0 * height, 0.75 * height)
         self.server.initial_camera.look_at = (0.0, 0.0, 0.5 * height)
-        self.panel = Panel(self.server, session, keeps, can_save=can_save)
-        self._beside = Beside(self.server, session)
+        self.panel = Panel(self.server, session, clock, can_save=can_save)
+        self._beside = LiveCurves(self.server, session)
         self.draw(session.frame)
 
     @property
     def address(self) -> str:
-        """Where a browser finds it."""
+        """URL of the page."""
         return address_of(self.server)
 
     @property
-    def wants_saving(self) -> Event:
-        """Set by the button; whoever saves clears it."""
-        return self.panel.wants_saving
+    def save_requested(self) -> Event:
+        """Event of the save button, cleared after saving."""
+        return self.panel.save_requested
 
     def close(self) -> None:
         """Stop the server."""
         close(self.server)
 
     def show(self, stop: Event) -> None:
-        """Draw until ``stop`` is set, or somebody wants the run to be saved."""
-        turn, news = 0, self.session.news
-        while not (stop.is_set() or self.wants_saving.is_set()):
-            news.wait(IDLE)
+        """Draw until ``stop`` is set, or saving is requested."""
+        turn, news = 0, self.session.frame_ready
+        while not (stop.is_set() or self.save_requested.is_set()):
+            news.wait(IDLE_WAIT)
             news.clear()
             frame = self.session.frame
             if frame is not self._frame:
                 self.draw(frame)
-            if turn % PANEL == 0:
+            if turn % PANEL_INTERVAL == 0:
                 self.panel.update(frame)
-            elif turn % PANEL == PANEL // 2:
+            elif turn % PANEL_INTERVAL == PANEL_INTERVAL // 2:
                 self._beside.update(frame)
             turn += 1
 
@@ -139,10 +135,10 @@ class LiveWorld:
             scene.remove_by_name("/world")
         self._world = world
         self._root = scene.add_frame("/world", show_axes=False)
-        shapes = [s for s in shapes_of(world.model) if not s.is_plate]  # a grid in its place
+        shapes = [s for s in shapes_of(world.model) if not s.is_plate]  # a grid is drawn instead
         plates = [i for i in range(world.model.ngeom) if world.model.geom(i).name == PLATE]
         self._handles = add_bodies(
-            server, "/world/body", [s for s in shapes if s.body > 0], made=self._can_be_dragged
+            server, "/world/body", [s for s in shapes if s.body > 0], on_mesh=self._can_be_dragged
         )
         add_bodies(server, "/world/seats", [s for s in shapes if s.body == 0 and not s.is_ground])
         for geom in plates:
@@ -175,44 +171,44 @@ class LiveWorld:
         self._beside.begin()
 
     def _can_be_dragged(self, mesh: Any, shape: Shape) -> None:
-        """Let a body be pulled by its mesh."""
+        """Make a body draggable by its mesh."""
         session = self.session
 
         @mesh.on_drag("left")
-        async def _(event: Any) -> None:  # async ones come in order
+        async def _(event: Any) -> None:  # async handlers are called in order
             start, end = np.array(event.start_position), np.array(event.end_position)
             if event.phase == "end":
-                session.ask(lambda: session.hand.hold(None))
+                session.submit(lambda: session.hand.hold(None))
             elif event.phase == "start":
                 at, to, body = start + self._offset, end + self._offset, shape.body
-                session.ask(lambda: session.hold(body, at, to))
+                session.submit(lambda: session.hold(body, at, to))
             else:
                 to = end + self._offset
-                session.ask(lambda: session.pull(to))
+                session.submit(lambda: session.pull(to))
 
     def _bodies_to(self, frame: Frame) -> None:
         now = np.concatenate([frame.positions, frame.quats], axis=1)
-        moved = ~(np.abs(now - self._last).max(axis=1) < STILL)
+        moved = ~(np.abs(now - self._last).max(axis=1) < MIN_MOVEMENT)
         for handle, body in self._handles:
             if moved[body]:
                 handle.position, handle.wxyz = frame.positions[body], frame.quats[body]
                 self._last[body] = now[body]
 
     def _forces_to(self, frame: Frame) -> None:
-        """Draw the forces of the ground, their centres, and what they support."""
+        """Draw ground reactions, centres of pressure and the support polygon."""
         up = np.maximum(frame.force[:, 2], 0.0)
         for arrow, own in zip(self._arrows, self._sides, strict=True):
             load = float(up[own].sum())
             place = np.full(3, np.nan)
-            if load > LOADED * self._weight:
+            if load > MIN_LOAD * self._weight:
                 place = up[own] @ frame.point[own] / load
-            arrow.place(place, ARROW * frame.force[own].sum(axis=0) / self._weight)
+            arrow.place(place, ARROW_PER_BODY_WEIGHT * frame.force[own].sum(axis=0) / self._weight)
         load = float(up.sum())
-        self._middle.visible = load > LOADED * self._weight
+        self._middle.visible = load > MIN_LOAD * self._weight
         if self._middle.visible:
             self._middle.position = up @ frame.point / load
         touching = frame.point[up > 0.0]
-        ends = touching + ARROW * frame.force[up > 0.0] / self._weight
+        ends = touching + ARROW_PER_BODY_WEIGHT * frame.force[up > 0.0] / self._weight
         self._segments("contact_forces", np.stack([touching, ends], axis=1), theme.FORCE)
         self._segments("support", outline_of(touching), theme.RECORDED)
 
@@ -221,17 +217,17 @@ class LiveWorld:
         self._segments("rope", empty if frame.rope is None else frame.rope[None], theme.FITTED, 4.0)
 
     def _pushes_to(self, frame: Frame) -> None:
-        """Draw what pushes; what is held by the rope is pulled by that."""
+        """Draw pushes and the rope."""
         for k in range(len(self._pushing), len(frame.pushes)):
             place = f"/world/pushes/{k}"
             self._pushing.append(add_arrow(self.server, place, place, theme.PUSHED))
         nowhere = np.full((2, 3), np.nan)
         for k, arrow in enumerate(self._pushing):
             place, force = frame.pushes[k] if k < len(frame.pushes) else nowhere
-            arrow.push(place, ARROW * force / self._weight)
+            arrow.push(place, ARROW_PER_BODY_WEIGHT * force / self._weight)
 
     def _pack_to(self, frame: Frame) -> None:
-        """Draw what is on the back, as large as it is heavy."""
+        """Draw the pack, with a volume in proportion to its mass."""
         if self._pack is not None and self._pack[0] != frame.pack:
             self._pack[1].remove()
             self._pack = None
@@ -241,10 +237,10 @@ class LiveWorld:
             size = tuple(2.0 * half for half in frame.pack.size)
             box = self.server.scene.add_box("/world/pack", in_bytes(theme.THING), dimensions=size)
             self._pack = frame.pack, box
-        self._pack[1].position, self._pack[1].wxyz = frame.worn[:3], frame.worn[3:]
+        self._pack[1].position, self._pack[1].wxyz = frame.pack_pose[:3], frame.pack_pose[3:]
 
     def _drawings_to(self, frame: Frame) -> None:
-        """Draw what the controller offers, and no longer what it offered before."""
+        """Draw the drawings of the controller, and remove old ones."""
         names = set()
         for drawing in frame.drawings:
             names.add(drawing.name)
@@ -276,7 +272,7 @@ class LiveWorld:
     def _segments(
         self, name: str, lines: Float[Array, "n 2 3"], colour: str, width: float = 2.0
     ) -> None:
-        """Draw segments in the place of those of that name."""
+        """Draw segments, replacing those of the same name."""
         node = f"/world/{name}"
         handle = self._lines.get(node)
         if handle is None:
@@ -304,5 +300,5 @@ def outline_of(points: Float[Array, "n 3"]) -> Float[Array, "m 2 3"]:
         return np.zeros((0, 2, 3))
     corners = convex_hull(points[:, :2])
     nearest = np.abs(corners[:, None] - points[None, :, :2]).sum(axis=2).argmin(axis=1)
-    ring = points[nearest] + [0.0, 0.0, RAISED]
+    ring = points[nearest] + [0.0, 0.0, LINE_HEIGHT]
     return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)

@@ -1,9 +1,9 @@
-"""A live server for the browsers of this machine alone.
+"""Restriction of a live server to browsers and pages of this machine.
 
-The server listens on the loopback interface, but any page that is open in a browser here may send
-requests to it: by a name of its own that leads to 127.0.0.1 (DNS rebinding), or by a WebSocket, to
-which browsers let every page. The first shows in the ``Host`` that is asked for, the second in the
-``Origin`` of the request; neither is answered.
+The server listens on the loopback interface, but any page in a local browser may send requests to
+it, by its own name that resolves to 127.0.0.1 (DNS rebinding), or by a WebSocket, which browsers do
+not restrict. The first is detected by the ``Host`` of the request, the second by its ``Origin``;
+both are refused.
 """
 
 import threading
@@ -14,17 +14,17 @@ from typing import Any
 from plantigrade.errors import PlantigradeError
 
 NAMES = ("localhost", "127.0.0.1", "[::1]")
-"""Names of this machine; behind them any port, as ssh forwards one to another."""
+"""Names of this machine; any port is allowed, because ssh may forward one to another."""
 
 _one_at_a_time = threading.Lock()
 
 
 def is_local(headers: Any) -> bool:
-    """Return whether a request asks for this machine, and comes from a page of the same server.
+    """Return whether a request is for this machine and from a page of the same server.
 
     Args:
-        headers: Of the request, with ``get_all(name)``. A program that is no browser sends no
-            ``Origin``.
+        headers: Headers of the request, with ``get_all(name)``. Programs other than browsers send
+            no ``Origin``.
     """
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) != 1 or len(origins) > 1:
@@ -37,13 +37,13 @@ def is_local(headers: Any) -> bool:
 
 @contextmanager
 def local_only() -> Iterator[None]:
-    """Let the one server of :mod:`viser` that is started meanwhile refuse everyone else.
+    """Restrict the server of :mod:`viser` that is started in this context to this machine.
 
-    viser has no setting for it, so its call of :func:`websockets.asyncio.server.serve` is given a
-    check of every request before its own.
+    viser has no setting for it, so a check of every request is added to its call of
+    :func:`websockets.asyncio.server.serve`.
 
     Raises:
-        PlantigradeError: If viser started its server in another way, so that nothing is checked.
+        PlantigradeError: If viser started its server in another way, without the check.
     """
     import http
 
@@ -71,7 +71,7 @@ def local_only() -> Iterator[None]:
             server.serve = serve  # type: ignore[misc]
     if not guarded:
         raise PlantigradeError(
-            "this version of viser does not let its requests be checked: install viser 1.1, "
+            "requests of this version of viser cannot be checked: install viser 1.1, "
             "or open viewer.html of the run instead"
         )
 

@@ -1,8 +1,8 @@
-"""Outlines of moving geoms as SVG path data: one string a frame, of the same commands in each.
+"""Outlines of moving geoms as SVG path data, one string per frame with equal commands.
 
-Path data that differ in their numbers alone can be animated: a browser draws what lies between two
-frames. A capsule or sphere is a thick stroke between its ends, exactly; everything else is drawn as
-the polygon of the points that reach farthest in fixed directions of the picture.
+Path data that differ in numbers only can be animated, because a browser interpolates them. A
+capsule or sphere is exactly a thick stroke between its ends; other geoms are drawn as the polygon
+of their extreme points in fixed directions of the picture.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def outlines(
     quats: Float[Array, "n 4"],
     camera: Camera,
 ) -> Float[Array, "n m 2"]:
-    """Return a geom in the picture while its body moves.
+    """Return the outline of a geom in every frame.
 
     Args:
         shape: The geom.
@@ -58,7 +58,7 @@ def is_stroke(shape: Shape) -> bool:
 
 
 def path_data(points: Float[Array, "n m 2"], *, per_metre: float, closed: bool) -> list[str]:
-    """Return points as path data, one string a frame: whole numbers, each relative to the last."""
+    """Return points as path data, one string per frame, in integers relative to the last point."""
     whole = np.round(points * per_metre).astype(int)
     steps = np.diff(whole, axis=1)
     end = "z" if closed else ""
@@ -78,13 +78,13 @@ def arrows(
     weight: float,
     width: float,
 ) -> tuple[list[str], list[str]] | None:
-    """Return shaft and head of a force arrow in each frame; None where there is never a force.
+    """Return shaft and head of a force arrow in each frame; None if there is never a force.
 
     Args:
-        force: The force, world [N].
-        point: Where it acts, relative to the camera [m]; NaN where there is none.
+        force: Force, world [N].
+        point: Point of application, relative to the camera [m]; NaN without force.
         camera: The camera.
-        per_metre: Units of the drawing in a metre.
+        per_metre: Drawing units per metre.
         length: Length of the arrow of one body weight [m].
         weight: Body weight [N].
         width: Width of the head [m]; it shrinks with a short arrow.
@@ -114,6 +114,6 @@ def arrows(
 
 
 def _pair(values: Int[Array, " 2"]) -> str:
-    """Return two numbers as short as path data allow."""
+    """Return two numbers in the shortest form of path data."""
     x, y = int(values[0]), int(values[1])
     return f"{x}{y}" if y < 0 else f"{x} {y}"

@@ -1,4 +1,4 @@
-"""Which part of a motion a moving picture plays, at which instants, and how its camera follows."""
+"""Selection of a part of a motion for an animation, its instants, and the path of its camera."""
 
 from dataclasses import dataclass
 
@@ -11,24 +11,24 @@ from plantigrade.motion.resample import resampled
 from plantigrade.pages.scene import poses
 from plantigrade.record import Record
 
-RATE = 20.0  # frames per second of the motion; a browser draws what lies between them
-MOST = 160  # frames in a picture
-LONGEST = 10.0  # seconds of a motion that are shown where none are asked for
-ALIKE = 0.08  # bodies lie within this of where they were a stride ago [m]: the stride is a loop
-REST = 0.6  # how long the last frame stays before a motion that is no loop starts again [s]
-MIN_PART = 0.01  # shortest part of a motion that is drawn [s]
-ROAMS = 0.9  # a body that goes further than this is followed [m]
+FRAME_RATE = 20.0  # [Hz] of the motion; a browser interpolates between frames
+MAX_FRAMES = 160  # of an animation
+MAX_DURATION = 10.0  # [s] of a motion that are shown by default
+LOOP_TOLERANCE = 0.08  # [m] between bodies and their position one stride before, for a loop
+LOOP_PAUSE = 0.6  # [s] after the last frame of a motion without a loop
+MIN_DURATION = 0.01  # [s] of a drawn part of a motion
+MAX_STILL_DISTANCE = 0.9  # [m] that a body moves without being followed
 
 
 @dataclass(frozen=True, eq=False)
 class Playback:
-    """Instants of a motion, and where the camera is.
+    """Instants of an animation, and the path of its camera.
 
     Attributes:
-        time: Instants on the clock of the motion [s]; the last one stays where it is no loop.
-        seconds: How long they last, at true speed [s].
-        centre: What the camera looks at in each of them, world [m].
-        loop: How far a stride carries the body, world [m]; None where the motion is no loop.
+        time: Instants of the motion [s]; without a loop the last one is repeated.
+        seconds: Duration at real time [s].
+        centre: Point at which the camera looks at each instant, world [m].
+        loop: Displacement per stride, world [m]; None if the motion is not a loop.
     """
 
     time: Float[Array, " n"]
@@ -38,13 +38,17 @@ class Playback:
 
 
 def playback(
-    record: Record, *, start: float | None = None, stop: float | None = None, rate: float = RATE
+    record: Record,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    rate: float = FRAME_RATE,
 ) -> Playback:
-    """Return what to play: one stride where strides repeat on plain ground, else all of it.
+    """Return one stride if strides repeat on plain ground, else the whole motion.
 
     Args:
-        record: What happened.
-        start: First instant, on the clock of the motion [s].
+        record: The record.
+        start: First instant [s].
         stop: Last instant [s].
         rate: Frames per second.
 
@@ -57,16 +61,16 @@ def playback(
     if start is None and stop is None and (stride := _stride(record)) is not None:
         begin, end, loop = stride
     else:
-        begin, end = part_of(time, start, stop, longest=LONGEST)
+        begin, end = part_of(time, start, stop, longest=MAX_DURATION)
         loop = None
-    count = int(np.clip(round((end - begin) * rate), 2, MOST))
+    count = int(np.clip(round((end - begin) * rate), 2, MAX_FRAMES))
     instants = begin + (end - begin) * np.arange(count + 1) / count
     com = _com(record, instants)
     if loop is not None:
         centre = com.mean(axis=0) + np.outer(np.linspace(-0.5, 0.5, count + 1), loop)
         return Playback(instants, end - begin, centre, loop)
     centre = _follow(com)
-    still = min(round(REST * count / (end - begin)), MOST)
+    still = min(round(LOOP_PAUSE * count / (end - begin)), MAX_FRAMES)
     instants = np.concatenate([instants, np.full(still, instants[-1])])
     centre = np.concatenate([centre, np.tile(centre[-1], (still, 1))])
     return Playback(instants, (end - begin) * (len(instants) - 1) / count, centre, None)
@@ -84,8 +88,8 @@ def part_of(
     Args:
         time: Times of the motion [s].
         start: First instant; the motion's if None.
-        stop: Last instant; the motion's, or so long after the first, if None.
-        longest: How long it is where ``stop`` is None [s].
+        stop: Last instant; by default that of the motion, or ``longest`` after the first.
+        longest: Maximum duration if ``stop`` is None [s].
 
     Raises:
         ParameterError: If the instants lie outside the motion or in the wrong order.
@@ -98,16 +102,16 @@ def part_of(
             f"from {begin:g} s to {end:g} s is not within this motion, "
             f"which goes from {first:g} s to {last:g} s"
         )
-    if (start, stop) != (None, None) and end - begin < MIN_PART:
+    if (start, stop) != (None, None) and end - begin < MIN_DURATION:
         raise ParameterError(
-            f"from {begin:g} s on, {end - begin:.2g} s are too short for a picture; at least "
-            f"{MIN_PART:g} s are needed"
+            f"{end - begin:.2g} s from {begin:g} s on are too short for a picture; at least "
+            f"{MIN_DURATION:g} s are needed"
         )
     return begin, end
 
 
 def _stride(record: Record) -> tuple[float, float, np.ndarray] | None:
-    """Return the stride of the right foot that ends most as it began, and its way, if one does."""
+    """Return the most periodic stride of the right foot and its displacement, if there is one."""
     ground, motion = record.ground, record.motion
     if ground.steps or ground.bumps or ground.field or ground.seats:
         return None
@@ -123,7 +127,9 @@ def _stride(record: Record) -> tuple[float, float, np.ndarray] | None:
     moved = positions[1::2, 1:] - positions[::2, 1:] - loops[:, None]
     off = np.linalg.norm(moved, axis=2).max(axis=1)
     best = int(np.argmin(off))
-    return (cycles[best].start, cycles[best].stop, loops[best]) if off[best] < ALIKE else None
+    return (
+        (cycles[best].start, cycles[best].stop, loops[best]) if off[best] < LOOP_TOLERANCE else None
+    )
 
 
 def _com(record: Record, instants: np.ndarray) -> np.ndarray:
@@ -131,9 +137,9 @@ def _com(record: Record, instants: np.ndarray) -> np.ndarray:
 
 
 def _follow(com: np.ndarray) -> np.ndarray:
-    """Return the path of a camera: still where the body stays, else smoothly along with it."""
-    level = np.ptp(com[:, :2], axis=0).max() < ROAMS
-    rise = np.ptp(com[:, 2]) < ROAMS
+    """Return the path of a camera, at rest or smoothly following the body."""
+    level = np.ptp(com[:, :2], axis=0).max() < MAX_STILL_DISTANCE
+    rise = np.ptp(com[:, 2]) < MAX_STILL_DISTANCE
     n = len(com)
     reach = max(1, n // 6)
     padded = np.pad(com, ((reach, reach), (0, 0)), mode="edge")

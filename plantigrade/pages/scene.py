@@ -1,4 +1,4 @@
-"""What a viewer draws, taken once from a record: shapes, poses, markers, forces.
+"""The scene of a viewer, computed once from a record: shapes, poses, markers, forces.
 
 Both viewers (the self-contained page and the live server) draw a :class:`Scene`.
 """
@@ -26,17 +26,17 @@ from plantigrade.record.moving_ground import GroundPath
 from plantigrade.record.things import Placed, things_of
 from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
-VIEW_RATE = 50.0  # frames per second drawn [Hz]; between them the page interpolates
-MAX_FRAMES = 6000  # that a page holds; longer motions are thinned
+VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them
+MAX_FRAMES = 6000  # of a page; longer motions have a lower frame rate
 REACH, THICK = 0.8, 0.02
 """How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
-CAMERA = 0.3  # width of the window that smooths the ground under the camera [s]
+CAMERA = 0.3  # [s] width of the window that smooths the ground under the camera
 LOADED = 0.02  # a foot bears load above this fraction of body weight
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything to draw, on the frames that are drawn.
+    """Everything to draw, on the drawn frames.
 
     Attributes:
         time: Time of each drawn frame [s].
@@ -49,9 +49,9 @@ class Scene:
         quats: World rotation of each body, ``wxyz``.
         com: Centre of mass [m].
         weight: Body weight [N].
-        reference_positions: As ``positions``, of the reference body.
-        reference_quats: As ``quats``, of the reference body.
-        reference_name: What the reference body is.
+        reference_positions: Positions of the reference body [m].
+        reference_quats: Rotations of the reference body, ``wxyz``.
+        reference_name: Name of the reference.
         marker_names: Names of the markers.
         recorded: Recorded markers [m]; NaN where not seen.
         fitted: Markers on the body [m].
@@ -92,14 +92,14 @@ class Scene:
 
 
 def assumed_bodies(record: Record) -> set[str]:
-    """Return the bodies of trunk, head and arms whose motion was not measured but assumed."""
+    """Return the bodies of trunk, head and arms whose motion is assumed, not measured."""
     return bodies_of(record.human, [str(n) for n in np.ravel(record.signals.get(ASSUMED, ()))])
 
 
 def build_scene(record: Record, *, forces: Record | None = None, rate: float = VIEW_RATE) -> Scene:
-    """Return what to draw of a record, at most ``rate`` frames per second [Hz].
+    """Return the scene of a record with at most ``rate`` frames per second [Hz].
 
-    Where it has no forces, those of another record may be drawn.
+    If it has no forces, those of another record may be drawn.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -196,7 +196,7 @@ def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
 
 
 def _with(pose: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:
-    """Return places and rotations of the bodies, those of another one last."""
+    """Return positions and rotations of the bodies, with those of another one last."""
     first, second = (np.concatenate([b, p[:, None]], 1) for b, p in zip(bodies, pose, strict=True))
     return first, second
 
@@ -208,7 +208,7 @@ def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
 
 
 def scene_model(record: Record) -> mujoco.MjModel:
-    """Return the body and what it stood on as a MuJoCo model."""
+    """Return the body and its ground as a MuJoCo model."""
     return mujoco.MjModel.from_xml_string(scene_xml(record.human, record.ground))
 
 
@@ -249,7 +249,7 @@ def poses(
 def height_below(ground: Ground, points: Float[Array, "n 3"]) -> Float[Array, " n"]:
     """Return the height of the ground vertically below world points [m]."""
     below = points * [1.0, 1.0, 0.0]
-    for _ in range(4):  # on a slope, which step lies below depends on the height itself
+    for _ in range(4):  # on a slope, the step below depends on the height
         below[:, 2] += (ground.under(below) - below @ ground.normal) / ground.normal[2]
     return below[:, 2]
 
@@ -296,21 +296,21 @@ def side_forces(
 
 
 def travel(com: Float[Array, "n 3"]) -> Float[Array, " 3"]:
-    """Return the horizontal unit vector of travel; forward where the body goes less than 0.3 m."""
+    """Return the horizontal direction of travel; forward if the body moves less than 0.3 m."""
     way = (com[-1] - com[0]) * [1, 1, 0]
     length = np.linalg.norm(way)
     return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
 
 
 def heading_of(scene: Scene) -> float:
-    """Return which way the body faces on average, about the vertical [rad]."""
+    """Return the mean heading of the body [rad]."""
     ahead = np.array([rotation_matrix(quat)[:2, 0] for quat in scene.quats[:, 1]]).mean(axis=0)
     way = ahead if np.linalg.norm(ahead) > 0.1 else travel(scene.com)[:2]
     return float(np.arctan2(way[1], way[0]))
 
 
 def standing_height(scene: Scene) -> float:
-    """Return how far above the ground the body reaches in its tallest frame [m]."""
+    """Return the maximum height of the body above the ground [m]."""
     top = 0.0
     for shape in scene.shapes:
         if shape.body and not (shape.is_plate or shape.is_thing):
@@ -320,7 +320,7 @@ def standing_height(scene: Scene) -> float:
 
 
 def nearest(clock: Float[Array, " m"], time: Float[Array, " n"]) -> Int[Array, " n"]:
-    """Return the frame of a clock that is nearest to each instant."""
+    """Return the index of the frame nearest to each instant."""
     return np.abs(np.searchsorted((clock[1:] + clock[:-1]) / 2, time))
 
 

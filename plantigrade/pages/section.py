@@ -1,6 +1,6 @@
-"""Sections of a report, what they require of a run, and the page they form.
+"""Sections of a report, the data they require of a run, and the page they form.
 
-No page holds an outside address.
+Pages contain no external addresses.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.at_limit import at_limit, cycles_at_limit
-from plantigrade.analyze.clinical import Compared, clinical_angles, compared_with
+from plantigrade.analyze.clinical import NormChoice, clinical_angles, norms_for
 from plantigrade.analyze.curves import GaitCurves, gait_curves
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
@@ -25,14 +25,14 @@ from plantigrade.record import Record, Run
 
 
 class Subject:
-    """A run, its record and figures, and what is computed from them once.
+    """A run with cached results that several sections use.
 
-    ``forces`` is the record whose forces are shown: the run's own, or the motion moved by forces
-    that lies beside it; equal to ``record`` where there is none.
+    ``forces`` is the record whose forces are shown: that of the motion moved by forces if the run
+    has one, else ``record``.
     """
 
     def __init__(self, run: Run):
-        """Take what there is."""
+        """Store the run, its record and its figures."""
         self.run, self.record = run, run.record
         self.figures: Mapping[str, Any] = run.figures
         self.forces: Record = run.with_forces
@@ -44,7 +44,7 @@ class Subject:
 
     @cached_property
     def clinical_angles(self) -> dict[str, Array]:
-        """Angles of both sides over the gait cycle, pelvis and foot progression too."""
+        """Angles of both sides over the gait cycle, including pelvis and foot progression."""
         return clinical_angles(self.record, self.angle_curves)
 
     @cached_property
@@ -55,69 +55,69 @@ class Subject:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Coordinates that the recording does not show."""
+        """Coordinates that are assumed, not measured."""
         figure = self.figures.get("assumed_joints")
         return tuple(map(str, figure)) if isinstance(figure, list) else ()
 
     @cached_property
-    def held(self) -> dict[str, Array]:
-        """Joints that are often at a limit, and in which frames."""
+    def limited_frames(self) -> dict[str, Array]:
+        """Joints often at a limit, with the frames."""
         return at_limit(self.record)
 
     @cached_property
-    def held_in_cycles(self) -> dict[str, Array]:
-        """Joints that are often at a limit, and at which percents of the gait cycle."""
+    def limited_percents(self) -> dict[str, Array]:
+        """Joints often at a limit, with the percentages of the gait cycle."""
         return cycles_at_limit(self.record, self.angle_curves.cycles)
 
     @cached_property
     def comparison(self) -> Comparison:
-        """The motion beside the recorded one."""
+        """Comparison of the motion with the recorded one."""
         return compare(self.record)
 
     @cached_property
     def side_forces(self) -> tuple[Array | None, Array | None]:
-        """Ground reaction and centre of pressure of right foot, left foot, unknown side [N, m]."""
+        """Ground reactions [N] and centres of pressure [m] of right, left and unknown side."""
         return side_forces(self.forces)
 
     @property
     def walks(self) -> bool:
-        """Whether there is a whole gait cycle."""
+        """Whether there is a complete gait cycle."""
         return bool(self.angle_curves.cycles)
 
     @property
     def foot_off(self) -> dict[str, float]:
-        """Side → percent of the gait cycle at which its foot leaves the ground."""
+        """Side → foot off [% of the gait cycle]."""
         stance = {side: self.number(f"stance_{side}_pct") for side in SIDES}
         return {side: value for side, value in stance.items() if value is not None}
 
     @cached_property
-    def compared(self) -> Compared:
-        """Whom the person is compared with, and why."""
-        return compared_with(self.record, self.figures)
+    def norm_choice(self) -> NormChoice:
+        """Norms for the person, and the reason for their choice."""
+        return norms_for(self.record, self.figures)
 
     @property
     def population(self) -> norms.Population:
-        """Whom the person is compared with."""
-        return self.compared.population
+        """Population of the norms."""
+        return self.norm_choice.population
 
     @property
     def speed_class(self) -> str:
-        """The class of walking speed whose published values of children are shown."""
-        return self.compared.speed_class
+        """Speed class of the norms of children."""
+        return self.norm_choice.speed_class
 
     @property
     def runs(self) -> bool:
-        """Whether the person runs, so that no norm of walking is any measure of it."""
+        """Whether the person runs; norms of walking do not apply."""
         return bool(self.figures.get("running", False))
 
     def number(self, key: str) -> float | None:
-        """Return a figure of the run; None where it is not known."""
+        """Return a figure of the run; None if it is unknown."""
         value = self.figures.get(key)
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             return None
         return float(value) if np.isfinite(float(value)) else None
 
-    def words(self, name: str, count: int = 0) -> tuple[str, ...]:
+    def text_signal(self, name: str, count: int = 0) -> tuple[str, ...]:
         """Return a signal of words; ``count`` empty ones where the record has no such signal."""
         return tuple(str(word) for word in self.record.signals.get(name, ("",) * count))
 
@@ -127,7 +127,7 @@ Draw = Callable[[Subject], "Section | list[Section]"]
 
 @dataclass(frozen=True)
 class Group:
-    """A small table among others."""
+    """A small table of a section."""
 
     title: str
     headers: Sequence[str]
@@ -139,16 +139,16 @@ class Section:
     """One part of a report.
 
     Attributes:
-        title: Its heading.
-        figures: Drawings.
-        text: Before the drawings.
-        headers: Of its table.
-        rows: Of its table.
+        title: Heading.
+        figures: Plots.
+        text: Text before the plots.
+        headers: Headers of the table.
+        rows: Rows of the table.
         groups: Small tables side by side.
-        grid: Rows of drawings, or of words where there is none, under one heading for each column.
-        sheet: Whether it is part of the first page on paper.
-        folded: Whether only its heading is seen at first; on paper every section is open.
-        missing: Why there is nothing to show; then it is one line of the report.
+        grid: Rows of plots, or of texts in their place, with a row of column headings.
+        sheet: Whether it belongs to the first page in print.
+        folded: Whether it is folded at first; in print every section is open.
+        missing: Reason why there is nothing to show; the report then has one line.
     """
 
     title: str
@@ -166,12 +166,12 @@ class Section:
 def needs(
     *signals: str, reference: str = "", planned: bool = False
 ) -> Callable[[Draw], Callable[[Subject], list[Section]]]:
-    """Mark a function that draws sections with the data it requires of a run.
+    """Decorate a function that draws sections with the data it requires of a run.
 
     Args:
-        signals: Names of signals of the record; all must be there.
-        reference: Name of a reference motion; the motion must have two frames to compare.
-        planned: Whether contact must have been planned, and forces be known.
+        signals: Names of required signals.
+        reference: Name of a required reference motion, for a motion of at least two frames.
+        planned: Whether planned contact and forces are required.
     """
 
     def decorate(draw: Draw) -> Callable[[Subject], list[Section]]:
@@ -190,7 +190,7 @@ def needs(
 
 
 def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
-    """Return every section that a run has data for."""
+    """Return all sections for which a run has data."""
     found = [draw(subject) for draw in sections]
     return [s for part in found for s in ([part] if isinstance(part, Section) else part)]
 
@@ -199,11 +199,11 @@ def page_html(
     sections: Sequence[Section],
     *,
     provenance: Mapping[str, Any],
-    **words: Any,
+    **variables: Any,
 ) -> str:
-    """Return a page as one text; ``words`` is what else ``report.html`` asks for.
+    """Return a page as one text; ``variables`` are the other variables of ``report.html``.
 
-    Sections without anything to show are named in a line each.
+    Sections without content get one line each.
     """
     from jinja2 import Environment
     from markupsafe import Markup
@@ -217,7 +217,7 @@ def page_html(
         provenance=provenance_rows(provenance),
         markup=Markup,
         anchor=anchor,
-        **words,
+        **variables,
     )
 
 

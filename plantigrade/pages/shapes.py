@@ -1,4 +1,4 @@
-"""What a body looks like: its visual geoms, as meshes and as outlines."""
+"""Visual geoms of a body, as meshes and as outlines."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ _KINDS = {
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name
     for name in ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "hfield")
 }
-PALE = 0.55  # share of white in what is drawn paler
+PALE = 0.55  # share of white in paler shapes
 GROUND = ("floor", "bump", "relief")
-"""How the names of the ground's geoms begin in :mod:`plantigrade.contact.scene`."""
+"""Prefixes of the ground's geoms in :mod:`plantigrade.contact.scene`."""
 PLATE = "floor_plate"
-"""Name of the geom of ground that moves, as in :mod:`plantigrade.world.platform`."""
+"""Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`."""
 THING = "thing"
-"""How the names of things about the person begin."""
+"""Prefix of scene objects."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,11 @@ class Shape:
         colour: Red, green, blue in 0–1; None where the side's colour is to be used (sided bodies)
             or the model sets none.
         body: Index of the body.
-        body_name: Its name.
-        vertices: Of a mesh, in the shape's frame [m].
-        faces: Of a mesh.
-        name: Of the geom.
-        pale: Whether it is drawn paler: where it is was assumed.
+        body_name: Name of the body.
+        vertices: Vertices of a mesh, in the shape's frame [m].
+        faces: Faces of a mesh.
+        name: Name of the geom.
+        pale: Whether it is drawn paler, because its motion is assumed.
     """
 
     kind: str
@@ -62,28 +62,28 @@ class Shape:
 
     @property
     def is_ground(self) -> bool:
-        """Whether it is walked on: a tread, a bump or relief."""
+        """Whether it is ground: a tread, a bump or relief."""
         return self.body == 0 and self.name.startswith(GROUND)
 
     @property
     def is_plate(self) -> bool:
-        """Whether it is ground that moves."""
+        """Whether it is moving ground."""
         return self.name == PLATE
 
     @property
     def is_thing(self) -> bool:
-        """Whether it is a thing about the person: a bar, a box, a pack."""
+        """Whether it is a scene object: a bar, a box, a pack."""
         return self.name.startswith(THING)
 
     @property
     def shade(self) -> float:
-        """How bright it is: every other tread is darker, so that edges are seen from all sides."""
+        """Brightness; every other tread is darker, so that edges are visible."""
         number = self.name.rpartition("_")[2]
         return 0.94 if self.is_ground and number.isdigit() and int(number) % 2 else 1.0
 
     @property
     def paint(self) -> tuple[float, float, float]:
-        """Red, green and blue in 0–1 in which both viewers draw it."""
+        """Red, green and blue in 0–1 for both viewers."""
         if self.is_ground:
             red, green, blue = rgb(theme.FLOOR)
             return red * self.shade, green * self.shade, blue * self.shade
@@ -120,7 +120,7 @@ def hexadecimal(colour: tuple[float, float, float]) -> str:
 
 
 def shapes_of(model: mujoco.MjModel, pale: Collection[str] = ()) -> tuple[Shape, ...]:
-    """Return the visual geoms (MuJoCo's groups 0 to 2, planes left out).
+    """Return the visual geoms (MuJoCo's groups 0 to 2, without planes).
 
     Those of the bodies ``pale`` are drawn paler.
     """
@@ -155,7 +155,7 @@ def shapes_of(model: mujoco.MjModel, pale: Collection[str] = ()) -> tuple[Shape,
 
 
 def foot_bodies(model: mujoco.MjModel, side: str) -> Bool[Array, " nbody"]:
-    """Return which bodies belong to the foot of ``side``: all that the ankle joint moves."""
+    """Return which bodies belong to the foot of ``side``, distal to the ankle joint."""
     inside = np.zeros(model.nbody, dtype=bool)
     roots = [
         int(model.jnt_bodyid[j])
@@ -171,7 +171,7 @@ def foot_bodies(model: mujoco.MjModel, side: str) -> Bool[Array, " nbody"]:
 
 
 def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices [m] and faces of a shape, in its own frame; its circles have corners."""
+    """Return vertices [m] and faces of a shape, in its own frame, with polygons for circles."""
     if shape.vertices is not None and shape.faces is not None:
         return shape.vertices, shape.faces
     x, y, z = shape.size

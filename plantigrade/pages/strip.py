@@ -1,4 +1,4 @@
-"""A picture strip of a motion as plain SVG, with no OpenGL: capsules are thick round strokes."""
+"""A picture strip of a motion as plain SVG, without OpenGL; capsules are thick round strokes."""
 
 from collections.abc import Collection, Sequence
 from xml.sax.saxutils import escape
@@ -17,9 +17,9 @@ from plantigrade.pages.shapes import PALE, hexadecimal, rgb, shapes_of, silhouet
 from plantigrade.spatial.conventions import rotation_matrix
 
 GROUND = "#8a94a3"
-BREADTH = 0.25  # to each side of the middle, within which the ground's outline is taken [m]
-NEAR = 0.6  # a seat further from the body is not in its picture [m]
-SEEN = {
+PROFILE_HALF_WIDTH = 0.25  # [m] to each side, over which the outline of the ground is taken
+MAX_SEAT_DISTANCE = 0.6  # [m] between body and a seat in its picture
+VIEW_TEXT = {
     "side": "from its right",
     "left": "from its left",
     "front": "from the front",
@@ -30,7 +30,7 @@ TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6
 
 
 def instants(n_frames: int, count: int = 8) -> list[int]:
-    """Return ``count`` frame indices spread evenly over ``n_frames`` frames.
+    """Return ``count`` equally spaced frame indices.
 
     Example:
         >>> instants(101, 5)
@@ -55,25 +55,25 @@ def strip_svg(
     ground: Ground | None = None,
     view: str = "side",
 ) -> str:
-    """Return an SVG of the body at several instants, and what carries it.
+    """Return an SVG of the body and its supports at several instants.
 
-    Every geom is projected along a horizontal; near ones are drawn over far ones. A capsule or
+    Every geom is projected horizontally; near ones are drawn over far ones. A capsule or
     sphere is exact, an ellipsoid, cylinder or box is drawn as the outline of its projection.
 
     Args:
         model: The body.
         qpos: Configurations.
-        indices: Which frames to draw, in this order from left to right.
+        indices: Frames to draw, from left to right.
         time: Time of each frame [s]; written under each picture.
         force: Ground reaction at each contact, world [N], drawn as an arrow.
-        point: Where it acts, world [m].
+        point: Point of application, world [m].
         height_px: Height of the picture [px]; the drawing scales freely.
-        background: CSS colour behind it; none where None.
+        background: CSS colour of the background; none if None.
         behind: Another motion of the same body, drawn translucent behind the first.
         pale: Bodies that are drawn paler.
-        ground: What it stands and sits on: slope, steps, bumps, relief and seats are drawn; level
-            ground at height zero where None.
-        view: From where, one of :data:`~plantigrade.pages.camera.VIEWS`, on eye level.
+        ground: Ground with slope, steps, bumps, relief and seats; level ground at height zero if
+            None.
+        view: One of :data:`~plantigrade.pages.camera.VIEWS`, at eye level.
 
     Raises:
         ParameterError: If there is no index, one lies outside the motion, or there is no such view.
@@ -103,7 +103,7 @@ def strip_svg(
     boards = _boards(model, along)
     for i in range(len(indices)):
         for elements, (a, b) in boards:
-            if a - NEAR < centre[i] < b + NEAR:
+            if a - MAX_SEAT_DISTANCE < centre[i] < b + MAX_SEAT_DISTANCE:
                 drawn[i] = [*elements, *drawn[i]]
                 left[i], right[i] = min(left[i], a), max(right[i], b)
     left, right = left - centre, right - centre
@@ -151,7 +151,7 @@ def strip_svg(
     width_px = round(height_px * (high - low) / (top + bottom))
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="strip" role="img" '
-        f'aria-label="The body at {len(indices)} instants, seen {SEEN[view]}" '
+        f'aria-label="The body at {len(indices)} instants, seen {VIEW_TEXT[view]}" '
         f'width="{width_px}" height="{height_px}" '
         f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
         f"{''.join(parts)}</svg>"
@@ -166,24 +166,24 @@ def _level(ground: Ground) -> bool:
 def _profile(
     ground: Ground, com: Float[Array, " 3"], along: Float[Array, " 3"], width: float
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return the outline of the ground under one picture, seen along a horizontal.
+    """Return the outline of the ground under one picture, projected horizontally.
 
     Returns:
-        Places beside the centre of mass and heights, world [m]: the highest within the breadth of
-        a person.
+        Positions relative to the centre of mass and heights, world [m], as the maximum over the
+        width of a person.
     """
     ahead = np.linspace(-width / 2, width / 2, 241)
-    aside = np.linspace(-BREADTH, BREADTH, 13)
+    aside = np.linspace(-PROFILE_HALF_WIDTH, PROFILE_HALF_WIDTH, 13)
     across = np.array([-along[1], along[0], 0.0])
     points = com * [1, 1, 0] + ahead[:, None, None] * along + aside[:, None] * across
     up = ground.normal
-    for _ in range(3):  # on a slope the place along it depends on the height
+    for _ in range(3):  # on a slope the position along it depends on the height
         points[..., 2] = (ground.under(points) - points[..., :2] @ up[:2]) / up[2]
     return ahead, points[..., 2].max(axis=1)
 
 
 def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
-    """Return the elements of each seat, with legs, and where it begins and ends along the way."""
+    """Return the elements of each seat with legs, and its extent along the path."""
     plane, found = np.array([along, [0.0, 0.0, 1.0]]), []
     for shape in shapes_of(model):
         if not shape.name.startswith("seat_"):
@@ -235,7 +235,7 @@ def _element(points: np.ndarray, width: float, edge: str, fill: str) -> str:
         return f'<path d="{path}" fill="{fill}" stroke="{edge}" {style}/>'
     (x1, z1), (x2, z2) = points
     if abs(x1 - x2) + abs(z1 - z2) < 1e-4:
-        x2 += 1e-4  # a stroke without length has no ends in some readers
+        x2 += 1e-4  # some readers draw no ends of a stroke without length
     place = f'x1="{x1:.3f}" y1="{-z1:.3f}" x2="{x2:.3f}" y2="{-z2:.3f}"'
     line = f'<line {place} stroke-linecap="round" stroke='
     rim = min(0.012, width / 4)

@@ -1,4 +1,4 @@
-"""``study.html``: several reproduced gaits, their statistics and the paper's table beside."""
+"""``study.html``: statistics of several reproduced gaits, compared with the paper's table."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from plantigrade.analyze.gait_study import FEWEST, FIGURES, Study
+from plantigrade.analyze.gait_study import FIGURES, MIN_GAITS, Study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.charts import Figure
 from plantigrade.charts.labels import axis_label, side_of, without_side
@@ -23,9 +23,9 @@ FIRST_FIGURE = 4  # number of the paper's first figure of curves
 
 @dataclass(frozen=True)
 class Gait:
-    """One gait of a study: its run's metrics and folder (as seen from the study's).
+    """One gait of a study, with metrics and folder of its run, relative to the study.
 
-    ``problem`` says why it does not count in the statistics; it is empty where it does.
+    ``problem`` is the reason why it is excluded from the statistics; empty if it is not.
     """
 
     name: str
@@ -44,21 +44,21 @@ def study_html(
     status: str = "ok",
     provenance: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return the page of a study as one text without any outside address.
+    """Return the page of a study.
 
     Args:
-        study: The statistics; None where no gait counts.
+        study: The statistics; None if no gait counts.
         gaits: Every reproduced gait.
-        left_out: Recording → why it could not be reproduced.
+        left_out: Recording → reason why it could not be reproduced.
         tasks: Name of the set of tasks.
-        status: ``"ok"``, or what went wrong.
-        provenance: Where it came from.
+        status: ``"ok"``, or the failures.
+        provenance: Provenance of the study.
     """
     n = 0 if study is None else study.n
     uncounted = [(gait.name, gait.problem) for gait in gaits if gait.problem]
     sentence = (
         f"{len(gaits)} recorded gait{'s' if len(gaits) != 1 else ''} reproduced by the ordered "
-        f"tasks “{tasks}”; {n} of them valid over a whole gait cycle and in the statistics."
+        f"tasks “{tasks}”; {n} of them valid over a complete gait cycle and in the statistics."
     )
     sections = [
         *([table_section(study)] if study is not None else []),
@@ -110,8 +110,8 @@ def table_section(study: Study) -> Section:
         )
     else:
         text += (
-            f" Nothing was tested: a test needs {FEWEST} gaits whose differences are not all the "
-            "same. ‡ marks what the paper calls “significantly identical”."
+            f" There is no test: it needs {MIN_GAITS} gaits with different differences. "
+            "‡ marks what the paper calls “significantly identical”."
         )
     text += " The last columns are the paper's (Boukheddimi et al., nine people)."
     return Section(
@@ -143,7 +143,7 @@ def curve_sections(study: Study) -> list[Section]:
     )
     return [
         Section("Figures 4 to 7: angles over the gait cycle", figures, text=text),
-        Section("The other rotations", others, text="Drawn as above.", folded=True),
+        Section("The other rotations", others, text="Plotted as above.", folded=True),
     ]
 
 
@@ -165,7 +165,7 @@ def _curves(study: Study, name: str, title: str, width: int = 330, height: int =
 
 
 def gait_section(gaits: Sequence[Gait]) -> Section:
-    """Return one line of figures per gait, with links to its pages."""
+    """Return a table with one row of figures per gait and links to its pages."""
     from markupsafe import Markup
 
     columns = (
@@ -191,8 +191,8 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         state = "" if not gait.problem else "not counted"
         rows.append([link, state, *shown, *clearance, viewer])
     text = (
-        "One line per recording. Toe clearance: the least height of forefoot and toes in mid "
-        "swing, reproduced / recorded; no task tracks it."
+        "One line per recording. Toe clearance: minimum height of forefoot and toes in "
+        "midswing, reproduced / recorded; no task tracks it."
     )
     return Section(
         "Individual gaits",
@@ -206,7 +206,7 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
 
 
 def rotation_section(gaits: Sequence[Gait]) -> Section:
-    """Return the difference of every rotation of every gait."""
+    """Return the difference of every range of motion of every gait."""
     rows = []
     for gait in gaits:
         errors = gait.comparison.rom_error

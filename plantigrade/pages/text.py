@@ -1,4 +1,4 @@
-"""Numbers and names as a page writes them."""
+"""Formatting of numbers and names on pages."""
 
 import math
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from plantigrade.charts.labels import SIDE_NAMES, side_of, title_of
 
 
 def figure_text(value: Any) -> str:
-    """Return a figure as a table shows it.
+    """Return the text of a figure in a table.
 
     Example:
         >>> figure_text(-0.012345), figure_text(1234.5), figure_text(None), figure_text(True)
@@ -26,7 +26,7 @@ def figure_text(value: Any) -> str:
 
 
 def number_text(value: float) -> str:
-    """Return three digits of a number, with a true minus sign."""
+    """Return a number with three significant digits and a true minus sign."""
     if not math.isfinite(value):
         return "–"
     text = f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
@@ -45,7 +45,7 @@ def signed_text(value: float, digits: int = 1) -> str:
 
 
 def rounded_text(value: float | None, digits: int = 2) -> str:
-    """Return a figure with so many decimals; a dash where it is not known."""
+    """Return a figure with a number of decimals; a dash if it is unknown."""
     if value is None or not math.isfinite(value):
         return "–"
     return f"{value:.{digits}f}".replace("-", "−")
@@ -91,7 +91,7 @@ def task_text(name: str) -> str:
 
 
 def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return provenance as rows: a name and either one value or pairs below it."""
+    """Return provenance as rows of a name and one value or pairs."""
     rows = []
     for name, value in values.items():
         if value in (None, "", {}, []):
@@ -100,7 +100,7 @@ def provenance_rows(values: Mapping[str, Any]) -> list[tuple[str, list[tuple[str
             value = [value]
         pairs = value.items() if isinstance(value, Mapping) else [("", v) for v in value]
         shown = [(str(k), _flat(v)) for k, v in pairs if v is not None]
-        words = name != "source_files"  # a file keeps its name
+        words = name != "source_files"  # file names are not changed
         shown = [(k.replace("_", " ") if words else k, v) for k, v in shown]
         rows.append((str(name).replace("_", " "), shown))
     return rows
@@ -115,5 +115,5 @@ def _flat(value: Any) -> str:
 
 
 def anchor(title: str) -> str:
-    """Return the address of a section within its page."""
+    """Return the anchor of a section."""
     return "".join(c if c.isalnum() else "-" for c in title.lower()).strip("-")

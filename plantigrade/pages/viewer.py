@@ -53,14 +53,14 @@ def viewer_html(
     forces: Record | None = None,
     rate: float = VIEW_RATE,
 ) -> str:
-    """Return the page of a record as one string without any outside address.
+    """Return the viewer page of a record.
 
     Args:
-        record: What to show.
+        record: Record to show.
         title: Heading.
-        subtitle: One line beside it.
-        coordinates: Whose curves stand beside the body; those of all hinges if empty.
-        forces: Whose forces to draw where the record has none.
+        subtitle: Line below the heading.
+        coordinates: Coordinates whose curves are shown; all hinges if empty.
+        forces: Record whose forces are drawn if ``record`` has none.
         rate: Frames per second kept [Hz]; the page interpolates between them.
 
     Raises:
@@ -104,7 +104,7 @@ def viewer_html(
 
 
 def _thinned(record: Record, scene: Scene, rate: float) -> str:
-    """Return how many frames per second are drawn of a motion too long to be drawn at ``rate``."""
+    """Return the frame rate of a motion, reduced from ``rate`` if it is too long."""
     if len(scene.time) < 2 or scene.stride <= max(1.0, round(record.motion.rate / rate)):
         return ""
     return f"{record.motion.rate / scene.stride:.3g}"
@@ -123,7 +123,7 @@ def force_panels(record: Record) -> tuple[Panel, ...]:
 
 
 def _curve(panel: Panel, clock: np.ndarray, time: np.ndarray) -> dict[str, Any]:
-    """Return a panel as the page takes it, on the frames that are drawn."""
+    """Return a panel on the drawn frames, in the format of the page."""
     lines = [
         {
             "label": SIDE_NAMES.get(side, ""),
@@ -151,7 +151,7 @@ def encode(array: np.ndarray) -> dict:
 
 
 def page_data(record: Record, scene: Scene) -> dict[str, Any]:
-    """Return the data the page is drawn from: shapes, positions, colours."""
+    """Return the data of the page: shapes, positions, colours."""
     shapes = []
     for shape in scene.shapes:
         item = {

@@ -27,7 +27,7 @@ import numpy as np
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.npz import LARGEST, Arrays
+from plantigrade.io.npz import MAX_NUMBER, Arrays
 from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
@@ -191,8 +191,8 @@ def _signal(arrays: Arrays, key: str) -> np.ndarray:
     value = arrays.any(key)
     if value.dtype.kind == "f":
         known = value[np.isfinite(value)].astype(float)  # half precision cannot hold the limit
-        if (np.abs(known) > LARGEST).any():
-            arrays.refuse(f"holds numbers beyond {LARGEST:.0e}", key)
+        if (np.abs(known) > MAX_NUMBER).any():
+            arrays.refuse(f"holds numbers beyond {MAX_NUMBER:.0e}", key)
     return value
 
 

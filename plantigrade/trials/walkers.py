@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.learn.controller import PolicyController, policy_named
+from plantigrade.learn.controller import PolicyController, load_controller
 from plantigrade.learn.policy_files import shipped
 from plantigrade.options import LEARNED, assignments, is_policy, shown
 from plantigrade.record import Record
@@ -155,7 +155,7 @@ class _Learned:
     def __call__(self, record: Record | None) -> PolicyController:
         name, _, feet = self.word.partition(":")
         policy = shipped(feet or "multi-segment") if name == LEARNED else self.word
-        return policy_named(policy)
+        return load_controller(policy)
 
 
 @dataclass(frozen=True)

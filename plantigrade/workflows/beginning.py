@@ -19,7 +19,7 @@ from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
-from plantigrade.learn.controller import PolicyController, policy_named
+from plantigrade.learn.controller import PolicyController, load_controller
 from plantigrade.learn.policy_files import file_of
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -388,4 +388,4 @@ def _policy_of(how: SimulateSettings) -> PolicyController:
         raise ParameterError(
             f"a policy defines its own person: leave out {', '.join(known)}, or train one for yours"
         )
-    return policy_named(path)
+    return load_controller(path)

@@ -29,7 +29,7 @@ def compare(*runs: Run | str | Path) -> RunComparison:
 
     Raises:
         FileError: If a folder holds no run.
-        ParameterError: If there is no run, one is named twice, or one shows no whole gait cycle.
+        ParameterError: If there is no run, one is named twice, or one shows no complete gait cycle.
 
     Example:
         >>> import plantigrade as pg

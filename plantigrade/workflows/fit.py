@@ -11,12 +11,12 @@ import numpy as np
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.clinical import clinical_figures
-from plantigrade.analyze.doubts import Doubts
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.gait_forces import compare_forces, measured_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
 from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
+from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import CUTOFF, Trial, analyse
 from plantigrade.arrays import Array
 from plantigrade.errors import FitError, NothingToFit, ParameterError
@@ -273,11 +273,11 @@ def run_of(
     cutoff = trial.cutoff or CUTOFF
     feet = foot_segment_signals(recording, trial, settings.marker_set, cutoff)
     signals = {**record.signals, **feet.signals, **norm_signals(settings)}
-    doubts = Doubts.of(trial)
-    notes = (*doubts.notes, *record.notes, *limit_notes(record))
+    plausibility = Plausibility.of(trial)
+    notes = (*plausibility.notes, *record.notes, *limit_notes(record))
     record = replace(record, signals=signals, notes=notes)
     figures = {**trial.figures, **laboratory_figures(record), **feet.figures}
-    figures |= limit_figures(record) | doubts.figures
+    figures |= limit_figures(record) | plausibility.figures
     figures |= personal_figures(settings)
     if trial.withheld is not None and trial.measured is not None and trial.ground is not None:
         record = replace(
@@ -328,7 +328,7 @@ def status(trial: Trial) -> str:
     kind = "marker" if trial.fit.source_kind == "markers" else "joint"
     error = _error(trial)
     fitted = verdict(None if error is None else 1e-3 * error, kind)
-    return fitted if fitted != "ok" else Doubts.of(trial).refusal or "ok"
+    return fitted if fitted != "ok" else Plausibility.of(trial).failure or "ok"
 
 
 def sentence(trial: Trial) -> str:

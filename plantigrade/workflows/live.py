@@ -15,7 +15,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.control.choices import usual
 from plantigrade.errors import PlantigradeError
 from plantigrade.live.clock import Clock
-from plantigrade.live.session import Cast, Choice, Session, run
+from plantigrade.live.session import Choice, Session, SessionWorld, run
 from plantigrade.live.slope import Slope
 from plantigrade.models import Human
 from plantigrade.notes import Info
@@ -82,15 +82,15 @@ class Stage:
         return Choice(word, self.first.human.feet, self.first.human.joints)
 
     def __call__(
-        self, choice: Choice, hand: Disturbance, place: tuple[float, float, float] | None
-    ) -> Cast:
-        """Return the world of a choice; see :class:`plantigrade.live.session.Director`."""
+        self, choice: Choice, hand: Disturbance, placement: tuple[float, float, float] | None
+    ) -> SessionWorld:
+        """Return the world of a choice; see :class:`plantigrade.live.session.WorldFactory`."""
         begin, first = self.first, self.first.human
         if (choice.feet, choice.joints) != (first.feet, first.joints):
             human = another(first, choice.feet, choice.joints)
             begin = replace(begin, human=human, motion=None, record=None, sites=())
-        if place is not None:
-            begin = replace(begin, motion=None, record=None, place=place)
+        if placement is not None:
+            begin = replace(begin, motion=None, record=None, place=placement)
         slope = Slope() if self._level else None
         load = next((d for d in self.acting if isinstance(d, Load)), Load(0.0))
         others = (d for d in self.acting if d is not load)
@@ -103,7 +103,7 @@ class Stage:
 
         world = world_of(begin, self.mismatch, self.how, acting, controller(choice.controller))
         self.begin = begin
-        return Cast(world=world, controller=controller, slope=slope, load=load)
+        return SessionWorld(world=world, controller=controller, slope=slope, load=load)
 
 
 def another(human: Human, feet: str, joints: str) -> Human:
@@ -224,7 +224,7 @@ def live(
             _look_on(page, made, stop, thread, tell, save, open=open)
         except Exception as error:  # of the page; what was simulated is not lost by it
             failed.append(error)
-    tell(f"{session.world.time:.2f} s simulated, {keeps.behind:.2f} s behind real time")
+    tell(f"{session.world.time:.2f} s simulated, {keeps.time_lost:.2f} s behind real time")
     if not failed:
         return made.run()
     if not session.world.time > 0.0:
@@ -266,9 +266,9 @@ def _look_on(
             webbrowser.open(page.address)
         while not stop.is_set():
             page.show(stop)
-            if page.wants_saving.is_set():
+            if page.save_requested.is_set():
                 _save(made, save, stop)
-                page.wants_saving.clear()
+                page.save_requested.clear()
     except KeyboardInterrupt:
         pass
     finally:
@@ -291,7 +291,7 @@ def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None
         finally:
             taken.set()
 
-    session.ask(take)  # which says what is wrong
+    session.submit(take)  # which says what is wrong
     while not taken.wait(0.2):
         if stop.is_set():
             return
@@ -301,4 +301,4 @@ def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None
             session.message = "Saved."
         except PlantigradeError as error:
             session.message = str(error)
-    session.ask(lambda: setattr(session, "paused", paused))
+    session.submit(lambda: setattr(session, "paused", paused))

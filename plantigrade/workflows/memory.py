@@ -5,7 +5,7 @@ from dataclasses import fields
 import numpy as np
 
 from plantigrade.errors import FitError
-from plantigrade.io.length import IN_PARTS, free_memory
+from plantigrade.io.length import REMEDY, free_memory
 from plantigrade.motion import Recording
 
 FIT_BASE_BYTES = 150e6
@@ -34,5 +34,5 @@ def require_memory(recording: Recording) -> None:
     if needed > free:
         raise FitError(
             f"{recording.source.name} has {n_frames} frames; their fit needs {needed / 1e9:.1f} GB "
-            f"of memory, {free / 1e9:.1f} GB are free: close other programs, or {IN_PARTS}"
+            f"of memory, {free / 1e9:.1f} GB are free: close other programs, or {REMEDY}"
         )

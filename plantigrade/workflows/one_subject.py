@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.analyze.body_mass import Weighing
+from plantigrade.analyze.body_mass import MeasuredMass
 from plantigrade.analyze.trial import analyse
 from plantigrade.errors import FitError, PlantigradeError
 from plantigrade.io import read
@@ -141,7 +141,7 @@ def _weighed(
     shared: Shared, recordings: Sequence[Recording], person: Person, settings: FitSettings
 ) -> Shared:
     """Return the shared body with the mass that the plates of all trials measured, if any did."""
-    found: list[Weighing] = []
+    found: list[MeasuredMass] = []
     calm = {r.static.source for r in recordings if r.static is not None}
     for recording in _with_plates(recordings, settings):
         ground = None if recording.source in calm else given_ground(settings)
@@ -154,7 +154,7 @@ def _weighed(
         )
         weighed = analyse(fit, cutoff=settings.cutoff or "usual").weighed
         found += [] if weighed is None else [weighed]
-    standing = [each for each in found if each.how == "standing"]
+    standing = [each for each in found if each.method == "standing"]
     found = standing or found  # quiet standing is the most accurate
     if not found:
         return shared

@@ -9,7 +9,7 @@ from plantigrade.analyze.norms_of_runs import norm_files, read_norms
 from plantigrade.analyze.own_norms import as_signals
 from plantigrade.exchange.tables import cycle_table
 from plantigrade.options import as_path
-from plantigrade.pages.pages import pages
+from plantigrade.pages.run_pages import pages
 from plantigrade.record import Run
 from plantigrade.record.folder import replace_files
 from plantigrade.record.metrics import METRICS

@@ -30,7 +30,7 @@ class Member:
         """Why it does not count in the statistics; empty where it does."""
         if self.metrics["motion_status"] != "ok":
             return str(self.metrics["motion_status"])
-        return "" if self.comparison.cycles else "it holds no whole gait cycle"
+        return "" if self.comparison.cycles else "it holds no complete gait cycle"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class GaitStudy:
 
     @property
     def counted(self) -> tuple[Member, ...]:
-        """Those whose angles count: a valid motion without forces, and a whole gait cycle."""
+        """Those whose angles count: a valid motion without forces, and a complete gait cycle."""
         return tuple(member for member in self.members if not member.problem)
 
     @cached_property

@@ -38,7 +38,7 @@ from plantigrade.workflows.settings import (
 )
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
-MOST_SAID = 3  # violations of the status; the report has all of them
+MAX_STATUS_SENTENCES = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ranges.items()}
 """Of the parameters of tasks, by name."""
@@ -316,7 +316,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
     passes may still violate constraints of the problem: those further off than :data:`NOT_DONE`.
     Of one that does not, the worst of them says what stands in the way.
     """
-    words = [v.sentence() for v in violations if v.relative > NOT_DONE][:MOST_SAID]
+    words = [v.sentence() for v in violations if v.relative > NOT_DONE][:MAX_STATUS_SENTENCES]
     if not verdict.ok:
         blocked = [f"no motion found that does all of it: {w}" for w in words[:1]]
         return "; ".join([*blocked, verdict.status])

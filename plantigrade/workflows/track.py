@@ -20,7 +20,7 @@ from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, mea
 from plantigrade.analyze.norms_of_runs import norm_files
 from plantigrade.analyze.recorded_walk import RecordedWalk
 from plantigrade.analyze.reproduction import Comparison, compare
-from plantigrade.analyze.reproduction_status import beyond, limit_of
+from plantigrade.analyze.reproduction_status import limit_of, limits_exceeded
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
@@ -146,7 +146,7 @@ class Tracked:
     @property
     def violations(self) -> str:
         """Joint angles too far from the recorded ones, where and when; empty where none is."""
-        return beyond(self.with_recording, self.assessed, LIMITS)
+        return limits_exceeded(self.with_recording, self.assessed, LIMITS)
 
     def against_plates(self) -> ForceComparison:
         """Compare the forces with the measured ones.

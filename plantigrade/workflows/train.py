@@ -11,12 +11,12 @@ import numpy as np
 from plantigrade.errors import ParameterError, RunExists
 from plantigrade.io.text import read_text
 from plantigrade.io.writing import csv_text, write_text
-from plantigrade.learn.following import Rules
-from plantigrade.learn.mirror import EVEN, unevenness
+from plantigrade.learn.mirror import MAX_ASYMMETRY, asymmetry
 from plantigrade.learn.policy import Policy
 from plantigrade.learn.policy_files import file_of
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import LANDING_WEIGHTS
+from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Run
@@ -25,7 +25,7 @@ from plantigrade.workflows.fit import Step, fit_trial, silent
 from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
 
 if TYPE_CHECKING:
-    from plantigrade.learn.curve import Progress
+    from plantigrade.learn.learning_curve import Progress
 
 PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
 """The person of [Park2020]_, who walks where no recording is named."""
@@ -73,8 +73,8 @@ def train(
         resume: Take up what was stopped; what has ended is kept as it is.
         overwrite: Replace what is there.
         step: Shows progress of a fit.
-        tell: Called with the seed and a :class:`~plantigrade.learn.curve.Progress` after every
-            part of a training.
+        tell: Called with the seed and a :class:`~plantigrade.learn.learning_curve.Progress` after
+            every part of a training.
         options: Fields of ``settings`` by name; they replace those of ``settings``.
 
     Raises:
@@ -101,7 +101,7 @@ def train(
             place,
             seed=seed,
             goal=how.goal,
-            most=how.steps,
+            max_decisions=how.steps,
             device=how.device,
             start=start,
         )
@@ -161,7 +161,7 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
         terrain=0.01 * how.terrain,
         pushes=how.pushes,
         passive=lean,
-        mirrored=bool(lean and unevenness(reference) < EVEN),
+        mirrored=bool(lean and asymmetry(reference) < MAX_ASYMMETRY),
     )
 
 

@@ -37,9 +37,9 @@ class Load(Disturbance):
 
     def reset(self, world: World) -> None:
         """Attach the pack."""
-        self.carry(world, self.mass)
+        self.set_mass(world, self.mass)
 
-    def carry(self, world: World, mass: float) -> None:
+    def set_mass(self, world: World, mass: float) -> None:
         """Change the mass of the pack [kg].
 
         Raises:

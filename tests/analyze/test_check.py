@@ -6,7 +6,7 @@ import pytest
 
 from plantigrade import Ground
 from plantigrade import check as examine
-from plantigrade.analyze.pressure import outside_hull
+from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.analyze.quantities import QUANTITIES
 from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.constants import GRAVITY as G
@@ -52,8 +52,8 @@ def standing() -> Record:
 
 def test_standing_with_the_weight_shared_is_fine(standing):
     check = examine(standing)
-    assert check.ok, check.words()
-    assert len(check.words()) == 1
+    assert check.ok, check.sentences()
+    assert len(check.sentences()) == 1
     total = standing.contact_force.sum(axis=1)[:, 2]
     assert abs(total - 70.0 * G).max() < 0.1 * 70.0 * G  # it is indeed a body that stands
 
@@ -127,7 +127,7 @@ def test_flight_needs_no_force(human):
     flight = record_of(human, t, q, v, a, sites, none, np.zeros((len(t), len(sites)), bool))
     limits = Limits(coordinate=np.array([[-9.0], [9.0]]) * np.ones((2, model.nv - 6)))
     check = examine(having(flight, limits=limits))
-    assert check.ok, check.words()
+    assert check.ok, check.sentences()
     np.testing.assert_allclose(check.tau[:, 6:], np.tile(torque, (len(t), 1)), atol=1e-6)
     assert np.isnan(check.centre_of_pressure).all()
     assert np.isnan(check.measures["slip"].value)
@@ -184,7 +184,7 @@ def test_a_box_rests_on_a_slope_as_steep_as_friction_allows(box):
     force[..., 2] = 5.0 * G * share
     slope = having(box, qpos=qpos, contact_force=force, ground=slope_down)
     check = examine(slope)
-    assert check.ok, check.words()
+    assert check.ok, check.sentences()
     assert check.measures["friction"].value == pytest.approx(np.tan(steep))
     assert check.measures["penetration"].value == pytest.approx(0.0, abs=1e-9)
     margin = 1000.0 * (0.1 - 0.1 * down) * np.cos(steep)  # counts in proportion to the load
@@ -207,7 +207,7 @@ def test_feet_on_two_levels_that_push_against_each_other(box):
     force[:, (2, 3), 2] += 0.3 / 0.4
     ground = Ground(field=plateau((0.05, 0.05), 0.15), friction=0.5)
     check = examine(having(box, human=uneven, sites=sites, contact_force=force, ground=ground))
-    assert check.ok, check.words()
+    assert check.ok, check.sentences()
     load = force[0, :, 2]
     expected = load @ check.contact_point[0, :, :2] / load.sum()
     np.testing.assert_allclose(
@@ -233,7 +233,7 @@ def test_a_seat_carries_but_is_no_foot(box):
     assert check.measures["pressure"].value == pytest.approx(0.5 * 50.0)  # half of the weight
     force[:, 4, 2], force[:, :2, 2], force[:, 2:4, 2] = 0.4 * 5 * G, 0.6 * 5 * G / 2, 0.0
     check = examine(sits)
-    assert check.ok, check.words()
+    assert check.ok, check.sentences()
     np.testing.assert_allclose(check.centre_of_pressure[0, :2], [0.1, 0.0], atol=1e-9)
 
     rises = np.ones((n, 5), bool)
@@ -420,7 +420,7 @@ def test_limits_of_joints_and_of_their_speed(human, standing):
     assert examine(having(standing, limits=Limits(velocity=each))).ok
     check = examine(having(standing, limits=Limits(velocity=1.5)))
     assert len(check.findings) == 3 and {f.name for f in check.findings} == {"arm_flex_r"}
-    (sentence,) = check.words()
+    (sentence,) = check.sentences()
     assert "1.8 rad/s" in sentence and "and 2 more times; at most 1.5 rad/s" in sentence
     narrow = human.limits.copy()
     k = human.hinge("arm_flex_l")
@@ -462,7 +462,7 @@ def test_figures_are_flat_and_words_are_sentences(standing):
     assert metrics["check_root_force_rms_bw_percent"] < 1e-6
     json.dumps({k: None if v != v else v for k, v in metrics.items()}, allow_nan=False)
     broken = having(standing, contact_force=0.5 * standing.contact_force)
-    for sentence in examine(broken).words():
+    for sentence in examine(broken).sentences():
         assert "at most" in sentence and " s; " in sentence
 
 
@@ -471,7 +471,7 @@ def test_distance_from_a_hull_is_that_of_a_fine_drawing_of_it():
     n, k = 40, 6
     corners, point = rng.normal(size=(n, k, 2)), 2.0 * rng.normal(size=(n, 2))
     there = rng.random((n, k)) < 0.6
-    found = outside_hull(point, corners, there)
+    found = distance_outside_hull(point, corners, there)
     line = np.linspace(0.0, 1.0, 201)[:, None]
     for f in range(n):
         x = corners[f, there[f]]
@@ -503,7 +503,7 @@ def test_a_run_folder_can_be_checked_again(tmp_path, standing):
     again = Run.load(tmp_path / "run").record
     assert again.ground.friction == 0.7
     check = examine(again)
-    assert check.ok and check.status == "ok", check.words()
+    assert check.ok and check.status == "ok", check.sentences()
     np.testing.assert_allclose(check.tau, first.tau, atol=1e-9)
     assert list(again.signals["check.quantity"]) == list(QUANTITIES)
 

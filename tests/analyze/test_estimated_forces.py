@@ -8,7 +8,7 @@ import pytest
 from plantigrade.analyze import estimated_forces
 from plantigrade.analyze.check import check
 from plantigrade.analyze.curves import gait_curves
-from plantigrade.analyze.estimated_forces import estimate, left_over
+from plantigrade.analyze.estimated_forces import estimate, residual_wrench
 from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.analyze.norms_of_runs import person_curves
 from plantigrade.analyze.tolerances import Tolerances
@@ -83,10 +83,10 @@ def test_a_foot_beside_its_plate(plated, partly):
 @pytest.mark.parametrize(
     ("lost", "change", "said"),
     [
-        (0.6, {}, "0.35 body weights of net force are left over; something else"),
-        (np.nan, {}, "something else"),
-        (0.0, {"com_shift": np.array([0.2, 0.0, 0.0])}, "net moment are left over"),
-        (0.0, {"com_shift": np.array([0.0, 0.07, 0.0])}, "70 mm beside the body's own"),
+        (0.6, {}, "the residual force is 0.35 body weights; another support"),
+        (np.nan, {}, "another support"),
+        (0.0, {"com_shift": np.array([0.2, 0.0, 0.0])}, "residual moment is"),
+        (0.0, {"com_shift": np.array([0.0, 0.07, 0.0])}, "70 mm from that of the body"),
     ],
 )
 def test_what_feet_cannot_carry_is_refused(withheld, monkeypatch, lost, change, said):
@@ -116,7 +116,7 @@ def test_what_is_left_over_is_what_nothing_gives(withheld):
     moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, less.forces)
     lost = np.sqrt(np.mean(ground.forces.force[:, 0] ** 2))
     weight = withheld.record().weight
-    assert left_over(human, motion, less, moments)[0] == pytest.approx(lost / weight, abs=0.1)
+    assert residual_wrench(human, motion, less, moments)[0] == pytest.approx(lost / weight, abs=0.1)
     assert withheld.figures["estimate_residual_force_rms_bw"] < 0.15 < lost / weight
 
 
@@ -142,10 +142,12 @@ def test_where_feet_stand_on_other_ground_the_option_is_named(withheld):
     motion = replace(withheld.motion, qpos=qpos)
     soles[len(soles) // 2 :] += 0.17
     ground, _, notes = estimate(fit.human, motion, None, soles)
-    assert ground is None and "the ground is not level, the feet stand 1" in notes[0]
+    assert (
+        ground is None and "the ground is not level: stances of a foot differ by 17 cm" in notes[0]
+    )
     assert "fit again with --ground slope:7" in notes[0]
     ground, _, notes = estimate(fit.human, motion, None, soles, Ground(slope=0.3))
-    assert ground is None and "do not stand on the given ground" in notes[0]
+    assert ground is None and "do not match the given ground" in notes[0]
     ground, _, notes = estimate(fit.human, motion, None, withheld.soles, slope)
     assert not any("given ground" in note for note in notes)
 
@@ -160,4 +162,4 @@ def test_the_checker_lets_forces_of_a_recording_leave_over_what_is_noise(partly)
     assert {f.quantity for f in strict.findings} & set(root)
     light = replace(record, contact_force=0.7 * record.contact_force)
     found = [f for f in check(light).findings if f.quantity in root]
-    assert found and "without plates" in found[0].sentence()
+    assert found and "estimated forces" in found[0].sentence()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.gait_forces import STANCE, compare_forces, measured_signals
+from plantigrade.analyze.gait_forces import STANCE_LOAD, compare_forces, measured_signals
 from plantigrade.constants import SIDES
 from tests.pages.walker import walk, walker
 
@@ -22,7 +22,7 @@ def off(record, **arrays):
 
 
 def stance(record, side):
-    return record.foot(side).force[:, 2] > STANCE * record.weight
+    return record.foot(side).force[:, 2] > STANCE_LOAD * record.weight
 
 
 def test_the_same_forces_agree(measured):

@@ -81,7 +81,7 @@ def test_without_forces_there_are_no_humps():
 def test_a_gait_without_a_cycle_is_refused():
     curves = normal_curves()
     without = GaitCurves(PERCENT, (), curves.angles, {}, {}, {})
-    with pytest.raises(ParameterError, match="no whole gait cycle of the left foot"):
+    with pytest.raises(ParameterError, match="no complete gait cycle of the left foot"):
         gait_shape(without, side="l")
 
 

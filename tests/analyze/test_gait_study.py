@@ -134,7 +134,7 @@ def test_bad_input():
         study("ab", [one])
     with pytest.raises(ParameterError, match="at least one"):
         study([], [])
-    with pytest.raises(ParameterError, match="b has no whole gait cycle"):
+    with pytest.raises(ParameterError, match="b has no complete gait cycle"):
         study("ab", [one, replace(one, cycles=())])
     without = {n: r for n, r in one.rom.items() if n != "subtalar_angle_l"}
     with pytest.raises(ParameterError, match="a has no subtalar_angle_l"):

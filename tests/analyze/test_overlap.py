@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade import check
-from plantigrade.analyze.overlap import meet, overlap
+from plantigrade.analyze.overlap import may_overlap, overlap
 from plantigrade.models import Human
 from tests.analyze.bodies import having
 from tests.analyze.standing import standing_record
@@ -45,13 +45,13 @@ def test_arms_in_hips_and_crossed_legs_are_found():
 
 def test_what_meets_at_a_joint_may_overlap_and_nothing_else():
     human = Human.create(joints="58", feet="multi-segment")
-    assert meet(human, "femur_r", "pelvis")
-    assert meet(human, "heel_r", "tibia_r")
-    assert meet(human, "humerus_l", "lower_thorax")
-    assert not meet(human, "tibia_r", "tibia_l")
-    assert not meet(human, "heel_r", "tibia_l")
-    assert not meet(human, "humerus_l", "abdomen")
-    assert not meet(human, "hand_r", "femur_r")
+    assert may_overlap(human, "femur_r", "pelvis")
+    assert may_overlap(human, "heel_r", "tibia_r")
+    assert may_overlap(human, "humerus_l", "lower_thorax")
+    assert not may_overlap(human, "tibia_r", "tibia_l")
+    assert not may_overlap(human, "heel_r", "tibia_l")
+    assert not may_overlap(human, "humerus_l", "abdomen")
+    assert not may_overlap(human, "hand_r", "femur_r")
 
 
 def test_a_record_is_judged_only_where_it_says_that_bodies_are_solid():
@@ -64,7 +64,7 @@ def test_a_record_is_judged_only_where_it_says_that_bodies_are_solid():
     assert not loose.measures["overlap"].bad
     solid = check(having(inside, limits=replace(inside.limits, overlap=0.0)))
     assert solid.measures["overlap"].bad
-    assert any("mm deep" in words for words in solid.words())
+    assert any("mm deep" in words for words in solid.sentences())
     assert (
         not check(having(record, limits=replace(record.limits, overlap=0.0)))
         .measures["overlap"]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.clinical import clinical_figures, compared_with
+from plantigrade.analyze.clinical import clinical_figures, norms_for
 from plantigrade.analyze.norms import norm
 from plantigrade.analyze.norms_of_runs import norms_of, person_curves, read_norms
 from plantigrade.analyze.own_norms import as_signals, from_signals, norms_csv, read_norms_file
@@ -54,7 +54,7 @@ def test_a_table_is_read_at_every_percent(tmp_path):
         ("5,4", "5,-4", "line 3.*not negative"),
         ("5,4", "nan,4", "line 3.*finite"),
         ("knee_angle,0", '"knee_angle,0', "line 3.*no variable"),
-        ("5,4", "5," + 140_000 * "4", "line 3.*no row of a table"),
+        ("5,4", "5," + 140_000 * "4", "line 3.*not a row of a table"),
         ("100,7", "90,7", "knee_angle goes from 0 to 90 percent"),
         ("knee_angle,100,7,2\n", "", "goes from 0 to 0"),
         ("knee_angle,0,5,4\nknee_angle,100,7,2\n", "", "holds no rows"),
@@ -94,7 +94,7 @@ def test_a_folder_of_runs_is_a_norm(tmp_path, people):
     (tmp_path / "runs" / "table" / "metrics.json").write_text(json.dumps({"status": "ok"}))
     found = read_norms(tmp_path / "runs")
     assert found.people == "2 people: the runs in runs"
-    with pytest.raises(ParameterError, match="2 people at least.*holds 1"):
+    with pytest.raises(ParameterError, match="at least 2 people.*holds 1"):
         read_norms(tmp_path / "runs" / "1.6")
 
 
@@ -129,7 +129,7 @@ def test_a_person_is_compared_with_own_norms_inside_the_record(people):
     own = norms_of({"a": record, "b": bent(record, 10.0)}, "two")
     held = replace(bent(record, 5.0), signals=as_signals(own))
     assert from_signals(held.signals).people == "two"
-    assert compared_with(held, {}).reason == "given with --norms"
+    assert norms_for(held, {}).reason == "given with --norms"
     found = clinical_figures(held, {})
     assert found["norm_population"] == "own norms"
     assert found["gvs_knee_angle_r_deg"] == pytest.approx(0.0, abs=0.2)

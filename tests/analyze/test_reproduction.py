@@ -257,7 +257,7 @@ def test_nothing_to_compare(reference, spoil):
     else:
         motion, planned = record.motion.frames(slice(0, 1)), record.contact_planned[:1]
         record = replace(record, motion=motion, contact_planned=planned, signals={})
-    with pytest.raises(ReproduceError, match="two finite ones or more"):
+    with pytest.raises(ReproduceError, match="at least two finite ones"):
         compare(record)
 
 

@@ -66,7 +66,7 @@ def test_a_made_motion_does_not_scatter(found):
     found = pg.compare(before, replace(after, kind="synthesize"))
     assert found.gaits[1].exact and not found.gaits[0].exact
     page = compare_html(found, {})
-    assert "every stride of after is the same" in page and "made by synthesize" in page
+    assert "all strides of after are equal" in page and "made by synthesize" in page
 
 
 def test_the_page_names_both_and_draws_every_angle(found):
@@ -107,7 +107,7 @@ def test_what_cannot_be_compared_is_said(folders, record, tmp_path, capsys):
     for words, sentence in (
         ([], "no run given"),
         ([before, before], "is given twice"),
-        ([before, str(tmp_path / "still")], "still shows no whole gait cycle"),
+        ([before, str(tmp_path / "still")], "still shows no complete gait cycle"),
         ([before, str(tmp_path)], "is not a run folder"),
     ):
         assert main(["compare", *words]) == 2

@@ -1,4 +1,4 @@
-"""A word on soles that do not stand on the ground, and none on a frame or two."""
+"""Warnings of soles that do not rest on the ground, and none for one or two frames."""
 
 import numpy as np
 import pytest

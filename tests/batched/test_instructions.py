@@ -45,7 +45,7 @@ def test_steps_give_what_the_function_gives():
     f, given = functions()[0], ([0.3, 0.8, -1.2], [0.5, 2.0])
     does, values, out = Instructions.of(f), [], [np.zeros(5), np.zeros(3)]
     for operation, taken, made, number in zip(
-        does.operations, does.taken, does.made, does.numbers, strict=True
+        does.operations, does.operands, does.results, does.numbers, strict=True
     ):
         operands = [ca.SX(values[i]) for i in taken if i >= 0] if len(values) else []
         if operation == ca.OP_INPUT:

@@ -123,7 +123,7 @@ def test_a_run_becomes_a_file_of_another_program(run, tmp_path, capsys):
     ("target", "options", "sentence"),
     [
         ("stand.docx", [], "extension '.docx' — use one of .csv"),
-        ("stand.csv", ["--over", "mean"], "no whole gait cycle"),
+        ("stand.csv", ["--over", "mean"], "no complete gait cycle"),
         ("stand.csv", ["--rate", "100"], "the export to CSV has no option 'rate'"),
     ],
 )

@@ -58,8 +58,8 @@ def test_a_controller_of_ones_own(folder):
     follows = pg.simulate(run, duration=0.1, rate=300.0)
     assert follows.figures["tracking_error_rms_deg"] < 1.0 and "motion" in follows.record.references
     for what in ("trunk_lean_mean", "neck_lean_mean", "trunk_sideways_rms", "neck_sideways_rms"):
-        lean, asked = (follows.figures[f"{what}{of}_deg"] for of in ("", "_followed"))
-        assert lean == pytest.approx(asked, abs=1.0)
+        lean, pending = (follows.figures[f"{what}{of}_deg"] for of in ("", "_followed"))
+        assert lean == pytest.approx(pending, abs=1.0)
 
 
 def test_what_a_controller_says_of_itself_ends_with_a_fall():

@@ -122,7 +122,7 @@ def test_a_task_file_and_options_over_it(tmp_path):
 
 def test_the_first_interrupt_stops_with_the_best_the_second_gives_up(synthesized, capsys):
     before = signal.getsignal(signal.SIGINT)
-    iterate = synthesized.told[0][1]
+    iterate = synthesized.iterations[0][1]
     watch = Watch(Progress())
     with watch.listening():
         assert watch("first try", iterate) is False

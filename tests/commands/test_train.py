@@ -18,7 +18,7 @@ ROW = SimpleNamespace(
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch, tmp_path, capsys):
     monkeypatch.delitem(sys.modules, "plantigrade.learn.training", raising=False)
-    monkeypatch.delitem(sys.modules, "plantigrade.learn.persons", raising=False)
+    monkeypatch.delitem(sys.modules, "plantigrade.learn.sb3_environment", raising=False)
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     out = tmp_path / "out"
     assert main.main(["train", "--out", str(out)]) == main.BAD_INPUT

@@ -164,7 +164,7 @@ def test_what_is_no_ordinary_file_is_never_replaced(server, tmp_path, capsys):
     (tmp_path / "elsewhere").write_bytes(b"my own")
     PART.symlink_to(tmp_path / "elsewhere")
     assert main(["data", "get", "walks"]) == 2
-    assert "a walk.c3d.part: is no ordinary file" in capsys.readouterr().err
+    assert "a walk.c3d.part: is not a regular file" in capsys.readouterr().err
     assert (tmp_path / "elsewhere").read_bytes() == b"my own"
 
 

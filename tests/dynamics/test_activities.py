@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import plantigrade as pg
-from plantigrade.analyze.estimated_forces import estimate_figures, support_push
+from plantigrade.analyze.estimated_forces import estimate_figures, support_forces
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.ground_forces import ForceScales, estimate_forces
@@ -48,7 +48,7 @@ def test_seat_and_feet_carry_who_sits(human, sitting):
     assert (seat[:, 2] > 0.7 * weight).all()
     assert (feet[:, 2] > 0.02 * weight).all()
     tau = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, found.forces).tau
-    push = support_push(human, motion, found)
+    push = support_forces(human, motion, found)
     assert (tau[:, 2] > 0.7 * weight).all()
     assert np.abs((tau - push)[:, :3]).max() < 0.02 * weight
     np.testing.assert_array_equal(push[:, 6:], 0.0)  # on the pelvis: no joint feels it

@@ -99,7 +99,7 @@ def test_the_mean_cycle_is_what_the_report_draws(walk, tmp_path):
 
 
 def test_a_motion_without_cycles_has_none_to_export(standing, tmp_path):
-    with pytest.raises(FileError, match="no whole gait cycle — .*over time"):
+    with pytest.raises(FileError, match="no complete gait cycle — .*over time"):
         standing.export(tmp_path / "standing.csv", over="cycles")
     standing.export(tmp_path / "standing.csv")
     assert len(columns(tmp_path / "standing.csv")["time_s"]) == standing.record.motion.n_frames

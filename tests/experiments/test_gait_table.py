@@ -166,7 +166,7 @@ def test_one_walk_of_each_or_all(two, monkeypatch):
     assert without.study(one_each=True).names == ("HC038A",)
     nothing = replace(walks.done[0], comparison=replace(walks.done[0].comparison, cycles=()))
     assert math.isnan(nothing.seconds_per_cycle)
-    with pytest.raises(ParameterError, match="whole gait cycle"):
+    with pytest.raises(ParameterError, match="complete gait cycle"):
         Walks([nothing], {}, ()).study(one_each=False)
 
 

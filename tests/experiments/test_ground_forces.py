@@ -9,7 +9,7 @@ from experiments.given_ground import GROUNDS, on_ground
 from experiments.ground_forces import BESIDE, GIVEN, NOISY, QUICK, with_noise
 from experiments.recording_ends import COVERED, ERROR, PHASES, cuts, part
 from experiments.table import Row
-from plantigrade.analyze.gait_forces import STANCE
+from plantigrade.analyze.gait_forces import STANCE_LOAD
 from plantigrade.models import Human
 from tests.analyze.plated_walk import analyse, plated_walk, standing_fit
 
@@ -64,7 +64,7 @@ def test_recordings_are_cut_where_plates_tell_how_the_load_goes_over():
     edges = [int(f[-1] if f[0] == 0 else f[0]) for f in found]
     assert len(found) >= 6 and all(0 < edge < last for edge in edges)
     assert any(f[0] == 0 for f in found) and any(f[-1] == last for f in found)
-    assert np.mean([(load[edge] > STANCE).all() for edge in edges]) > 0.8
+    assert np.mean([(load[edge] > STANCE_LOAD).all() for edge in edges]) > 0.8
     short = part(trial.fit, found[0])
     np.testing.assert_array_equal(short.qpos, trial.fit.qpos[found[0]])
     assert short.recording.plates == ()

@@ -8,12 +8,12 @@ import pytest
 
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.learn import Policy, PolicyController, Reference, Rules, Walk
-from plantigrade.learn.following import Following
-from plantigrade.learn.mirror import Mirror, unevenness
-from plantigrade.learn.policy import lasted
+from plantigrade.learn.batch_state import BatchState
+from plantigrade.learn.mirror import Mirror, asymmetry
+from plantigrade.learn.parallel_tracking import ParallelTracking
+from plantigrade.learn.policy import survival_times
 from plantigrade.learn.policy_files import shipped
-from plantigrade.learn.transfer import carried_over
-from plantigrade.learn.view import View
+from plantigrade.learn.transfer import transfer_policy
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.workflows.simulate import simulate
@@ -30,9 +30,9 @@ def reference():
 @pytest.fixture(scope="module")
 def policy(reference):
     """A policy that decides little, but differently in every state."""
-    following = Following(Rules(reference=reference, gains=True, passive=True, mirrored=True))
+    tracking = ParallelTracking(Rules(reference=reference, gains=True, passive=True, mirrored=True))
     rng = np.random.default_rng(0)
-    sizes = (len(following.observation), 8, 8, 8, len(following.action))
+    sizes = (len(tracking.observation), 8, 8, 8, len(tracking.action))
     layers = tuple(
         (
             rng.normal(size=(i, o)).astype(np.float32) / np.float32(np.sqrt(i)),
@@ -43,7 +43,7 @@ def policy(reference):
     layers = (*layers[:-1], (0.1 * layers[-1][0], layers[-1][1]))
     mean, scale = np.zeros(sizes[0], np.float32), np.ones(sizes[0], np.float32)
     about = {"seed": 0}
-    return Policy(layers=layers, mean=mean, scale=scale, rules=following.settled, about=about)
+    return Policy(layers=layers, mean=mean, scale=scale, rules=tracking.resolved_rules, about=about)
 
 
 def test_a_network_computes_what_torch_did(policy):
@@ -83,16 +83,16 @@ def test_a_policy_is_read_as_it_was_written(policy, tmp_path):
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"about": np.array("{}")}, "no policy of this version"),
-        ({"about": np.array("none")}, "no policy of this version"),
+        ({"about": np.array("{}")}, "not a policy of this version"),
+        ({"about": np.array("none")}, "not a policy of this version"),
         ({"mean": np.zeros(3)}, "mean: has shape"),
         ({"weight_1": np.full((8, 8), np.nan)}, "weight_1: holds numbers that are not finite"),
         ({"weight_3": np.zeros((8, 7)), "bias_3": np.zeros(7)}, "ends in 7 numbers, not 38"),
         ({"scale": None}, "scale: is missing"),
         ({"reference": np.zeros((5, 9))}, "reference: has shape"),
-        ({"about": np.array("[" * 100_000)}, "no policy of this version"),
+        ({"about": np.array("[" * 100_000)}, "not a policy of this version"),
         ({"scale": np.zeros(294)}, "standard deviation that is not positive"),
-        ({"reference": np.zeros((5, 101))}, "turns of the pelvis are none"),
+        ({"reference": np.zeros((5, 101))}, "rotations of the pelvis are invalid"),
         ({"mean": np.array([{}], dtype=object)}, "no whole npz|not a whole npz"),
     ],
 )
@@ -129,8 +129,8 @@ def test_rules_that_cannot_be_are_refused(policy, tmp_path):
 
 def test_in_a_world_a_policy_does_what_it_does_in_the_environment(policy):
     """To the last digit: it sees a state alone, and the same decisions act."""
-    env = Following(policy.rules)
-    env.begin([0], [0.45], [0])
+    env = ParallelTracking(policy.rules)
+    env.start_episodes([0], [0.45], [0])
     controller = PolicyController(policy, begin=0.45)
     first = controller.record.motion
     world = World(
@@ -144,21 +144,21 @@ def test_in_a_world_a_policy_does_what_it_does_in_the_environment(policy):
         command = controller(state)
         assert len(command.signals["foot_stiffness"]) == len(controller.joints) == 4
         state = world.step(command)
-        env.step(policy(env.seen()))
+        env.step(policy(env.observations()))
         np.testing.assert_allclose(state.qpos, env.worlds[0].data.qpos, atol=1e-9)
     assert 0.0 < command.signals["tracking_error"] < 0.2
 
 
 def test_a_policy_is_judged_by_how_long_it_walks(policy):
-    found = lasted(policy, Following(policy.rules, 2), 3.0)
+    found = survival_times(policy, ParallelTracking(policy.rules, 2), 3.0)
     assert found.shape == (2,) and (found > 0.2).all() and (found < 3.0).all()
 
 
 def test_in_the_mirror_everything_is_on_the_other_side(reference):
     """Two persons who are mirror images see the same, but for the way they have gone."""
-    following = Following(Rules(reference=reference, gains=True), 2)
-    following.begin([0, 1], [0.1, 0.6], [0, 0])
-    first, second = (world.data for world in following.worlds)
+    tracking = ParallelTracking(Rules(reference=reference, gains=True), 2)
+    tracking.start_episodes([0, 1], [0.1, 0.6], [0, 0])
+    first, second = (world.data for world in tracking.worlds)
     rng, names = np.random.default_rng(0), list(SMALL.coordinates)
     other = [names.index(mirrored_name(name)) for name in names]
     sign, across = np.array([mirror_sign(name) for name in names]), np.diag([1.0, -1.0, 1.0])
@@ -173,17 +173,17 @@ def test_in_the_mirror_everything_is_on_the_other_side(reference):
     mujoco.mju_mat2Quat(quat, (across @ turn.reshape(3, 3) @ across).ravel())
     second.qpos[3:7] = quat
     second.qvel[3:6] = -across @ first.qvel[3:6]
-    view = View(SMALL, [(w.model, w.data) for w in following.worlds])
-    view.look()
-    frame = following.reference.at(following.time)
-    look = following.form.seen(view, frame, following.phase)
-    mirror, off = Mirror(SMALL, following.action), slice(-5, -2)  # its way is another
-    seen = mirror.seen(look[:1])[0]
+    view = BatchState(SMALL, [(w.model, w.data) for w in tracking.worlds])
+    view.update()
+    frame = tracking.reference.at(tracking.time)
+    look = tracking.form.observe(view, frame, tracking.phase)
+    mirror, off = Mirror(SMALL, tracking.action), slice(-5, -2)  # its way is another
+    seen = mirror.mirror_observation(look[:1])[0]
     np.testing.assert_allclose(np.delete(seen, off), np.delete(look[1], off), atol=1e-5)
-    np.testing.assert_allclose(mirror.seen(mirror.seen(look)), look)
-    decided = rng.uniform(-1, 1, (2, len(following.action)))
-    np.testing.assert_allclose(mirror.done(mirror.done(decided)), decided)
-    assert unevenness(reference) < np.deg2rad(1.0)
+    np.testing.assert_allclose(mirror.mirror_observation(mirror.mirror_observation(look)), look)
+    decided = rng.uniform(-1, 1, (2, len(tracking.action)))
+    np.testing.assert_allclose(mirror.mirror_action(mirror.mirror_action(decided)), decided)
+    assert asymmetry(reference) < np.deg2rad(1.0)
 
 
 def test_only_an_even_stride_is_learned_in_the_mirror(reference):
@@ -199,9 +199,9 @@ def test_only_an_even_stride_is_learned_in_the_mirror(reference):
 @pytest.mark.parametrize("passive", [False, True])
 def test_many_motors_are_commanded_as_one_is(reference, passive):
     rules = Rules(reference=reference, gains=True, passive=passive)
-    together, alone = (Following(rules, 2) for _ in range(2))
+    together, alone = (ParallelTracking(rules, 2) for _ in range(2))
     for each in (together, alone):
-        each.begin([0, 1], [0.1, 0.6], [0, 0])
+        each.start_episodes([0, 1], [0.1, 0.6], [0, 0])
     rng = np.random.default_rng(0)
     for _ in range(3):
         decided = rng.uniform(-1.0, 1.0, (2, len(together.action)))
@@ -232,12 +232,12 @@ def test_a_policy_is_simulated_like_any_controller(policy, tmp_path):
 
 def test_what_was_learned_begins_a_policy_of_other_feet(policy, reference):
     """Bodies and hinges are found by their names; the toes are nobody's to begin with."""
-    same, mean, scale = carried_over(policy, SMALL, policy.rules)
+    same, mean, scale = transfer_policy(policy, SMALL, policy.rules)
     for mine, theirs in zip(same, policy.layers, strict=True):
         np.testing.assert_array_equal(mine[0], theirs[0])
         np.testing.assert_array_equal(mine[1], theirs[1])
     other = Human.create(1.7, 65.0, "female", "42", "rigid")
-    layers, mean, scale = carried_over(policy, other, policy.rules)
+    layers, mean, scale = transfer_policy(policy, other, policy.rules)
     n, m = len(other.body_names), len(SMALL.body_names)
     assert n < m and layers[0][0].shape == (15 * n + 9, 8) and len(mean) == len(scale) == 15 * n + 9
     mine, theirs = other.body_names.index("foot_r"), SMALL.body_names.index("foot_r")
@@ -245,15 +245,16 @@ def test_what_was_learned_begins_a_policy_of_other_feet(policy, reference):
         np.testing.assert_array_equal(
             layers[0][0][3 * (block * n + mine)], policy.layers[0][0][3 * (block * m + theirs)]
         )
-    back, *_ = carried_over(
+    back, *_ = transfer_policy(
         Policy(layers=layers, mean=mean, scale=scale, about={},
-               rules=Following(Rules(reference=Reference.textbook(other), gains=True)).settled),
+               rules=ParallelTracking(
+                   Rules(reference=Reference.textbook(other), gains=True)).resolved_rules),
         SMALL, policy.rules,
     )  # fmt: skip
     toes = SMALL.body_names.index("toes_r")
     assert (back[0][0][3 * toes] == 0.0).all() and (back[0][0][3 * theirs] != 0.0).any()
     with pytest.raises(ParameterError, match="form='lean'"):
-        carried_over(policy, other, Rules(reference=reference, form="paper"))
+        transfer_policy(policy, other, Rules(reference=reference, form="paper"))
 
 
 @pytest.mark.parametrize("feet", ["multi-segment", "two-segment", "rigid"])
@@ -262,6 +263,6 @@ def test_the_policies_of_the_package_walk(feet):
     policy = Policy.load(shipped(feet))
     assert policy.reference.human.feet == feet and policy.reference.human.joints == "66"
     assert shipped(feet).stat().st_size < 2**20
-    assert (lasted(policy, Following(policy.rules, 2), 1.5) == 1.5).all()
+    assert (survival_times(policy, ParallelTracking(policy.rules, 2), 1.5) == 1.5).all()
     with pytest.raises(ParameterError, match="controller=learned walks on feet="):
         shipped("stilts")

@@ -15,9 +15,9 @@ from plantigrade.contact.ground import Bump
 from plantigrade.errors import MissingExtra, ParameterError
 from plantigrade.learn import PAPER_GAINS, Reference, Walk, Walks
 from plantigrade.learn.action import Action
+from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.reference import headings
 from plantigrade.learn.reward import LEAN_WEIGHTS, Reward
-from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
@@ -80,11 +80,11 @@ def test_the_state_and_action_have_the_sizes_of_the_papers():
     """66 coordinates: 60 displacements, and gains of the five joints of each foot."""
     human = Human.create(1.50, 48.5, joints="66")
     walk = Walk(Record(human, standing(human)), form="paper")
-    bodies = len(walk.following.reference.human.body_names)
-    assert (len(walk.following.action.displaced), len(walk.following.action.joints)) == (60, 10)
+    bodies = len(walk.tracking.reference.human.body_names)
+    assert (len(walk.tracking.action.displaced), len(walk.tracking.action.joints)) == (60, 10)
     assert walk.observation_space.shape == (13 * bodies + 1,) and bodies == 21
-    slim = Walk(walk.following.reference, gains=True)
-    assert (len(slim.following.action.displaced), len(slim.following.action.joints)) == (36, 10)
+    slim = Walk(walk.tracking.reference, gains=True)
+    assert (len(slim.tracking.action.displaced), len(slim.tracking.action.joints)) == (36, 10)
     assert slim.observation_space.shape == (15 * bodies + 9,)
 
 
@@ -122,15 +122,15 @@ def test_what_is_no_walk_ends(reference):
         time, np.array([r.qpos for r in rows]), np.array([r.qvel for r in rows]), SMALL.joint_names
     )
     env = Walk(Record(SMALL, part), start=0.8)
-    assert not env.following.reference.cyclic
+    assert not env.tracking.reference.cyclic
     env.reset(seed=0)
-    ends = [env.step(np.zeros(len(env.following.action)))[2:4] for _ in range(3)]
+    ends = [env.step(np.zeros(len(env.tracking.action)))[2:4] for _ in range(3)]
     assert ends[0] == (False, False) and ends[2] == (False, True)
 
 
 def test_gains_are_the_papers(reference):
     """Eqs. 8 and 9 as printed: 1 to 160000 N m/rad, 6 to 253 N m s/rad."""
-    action = Action(SMALL, PAPER_GAINS, all_joints=True, variable=True, reach=1.0, lead=False)
+    action = Action(SMALL, PAPER_GAINS, all_joints=True, variable=True, reach=1.0, feed_rates=False)
     assert action.joints == ("foot_l", "toes_l", "foot_r", "toes_r")
     hinge = SMALL.hinge("mtp_angle_r")
     for alpha, stiffness, damping in ((-1, 1.0, 6.3), (0, 400.0, 40.0), (1, 160000.0, 253.0)):
@@ -148,7 +148,7 @@ def test_gains_are_the_papers(reference):
 
 def test_bodies_are_seen_as_mujoco_has_them(paper):
     moved(paper, 3)
-    seen = paper.step(np.zeros(len(paper.following.action)))[0].astype(float)
+    seen = paper.step(np.zeros(len(paper.tracking.action)))[0].astype(float)
     model, data, n = paper.world.model, paper.world.data, len(SMALL.body_names)
     turn = headings(data.qpos[None, 3:7])[0]
     place, velocity, quat, spin = np.split(seen[:-1], [3 * n, 6 * n, 10 * n])
@@ -169,17 +169,17 @@ def test_bodies_are_seen_as_mujoco_has_them(paper):
 
 def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
     lean.reset(seed=0, options={"phase": 0.5})
-    *_, info = lean.step(np.zeros(len(lean.following.action)))
+    *_, info = lean.step(np.zeros(len(lean.tracking.action)))
     terms = {"pose", "velocity", "com", "ends"}
     assert terms < set(info)
-    frame = lean.following.reference.at(lean.following.time)
+    frame = lean.tracking.reference.at(lean.tracking.time)
     data = lean.world.data
-    view = View(SMALL, [(lean.world.model, data)])
+    view = BatchState(SMALL, [(lean.world.model, data)])
     data.qpos[: SMALL.model.nq], data.qvel[: SMALL.model.nv] = frame.qpos[0], frame.qvel[0]
-    view.look()
+    view.update()
     reward, rest = (
-        Reward(lean.following.reference, LEAN_WEIGHTS),
-        (lean.following.phase, np.ones(1)),
+        Reward(lean.tracking.reference, LEAN_WEIGHTS),
+        (lean.tracking.phase, np.ones(1)),
     )
     assert reward.of(view, frame, *rest)[0] == pytest.approx([1.0], abs=1e-4)
     view.angles[0, SMALL.hinge("knee_angle_r")] += 0.5
@@ -190,7 +190,7 @@ def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
 def test_an_episode_ends_at_a_fall_at_its_length_and_where_it_diverges(reference):
     env = Walk(reference, start=0.0, duration=0.1)
     env.reset(seed=0)
-    still = np.zeros(len(env.following.action))
+    still = np.zeros(len(env.tracking.action))
     assert [env.step(still)[2:4] for _ in range(3)] == [(False, False)] * 2 + [(False, True)]
     tall = Walk(reference, start=0.0)
     tall.reset(seed=0)
@@ -209,7 +209,7 @@ def test_an_episode_ends_at_a_fall_at_its_length_and_where_it_diverges(reference
 def test_an_episode_can_be_looked_at_and_starts_on_rough_ground(reference):
     env = Walk(reference, ground="bumps:3", recording=True, start=0.2)
     env.reset(seed=0)
-    env.step(np.zeros(len(env.following.action)))
+    env.step(np.zeros(len(env.tracking.action)))
     record = env.record()
     assert record.motion.n_frames == 2 and record.human is SMALL
     normal = record.contact_force[0, :, 2]
@@ -290,7 +290,7 @@ def test_what_moves_with_gains_is_commanded_in_full(reference):
     for gains in (False, True):
         env = Walk(reference, gains=gains, start=0.3)
         env.reset(seed=0)
-        action = np.zeros(len(env.following.action))
+        action = np.zeros(len(env.tracking.action))
         action[3] = 0.4
         seen.append([env.step(action)[0] for _ in range(4)])
     np.testing.assert_allclose(seen[0], seen[1], atol=1e-5)

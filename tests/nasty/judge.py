@@ -9,7 +9,7 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-from plantigrade.errors import LONGEST_MESSAGE, FileError, PlantigradeError
+from plantigrade.errors import MAX_MESSAGE, FileError, PlantigradeError
 from plantigrade.printable import UNSAFE
 from tests.nasty import mutants
 from tests.nasty.seeds import Make
@@ -108,7 +108,7 @@ def outcome(target: Target, path: Path) -> Outcome:
 def _refusal(error: PlantigradeError, path: Path, target: Target) -> Outcome:
     """Return whether an error of our own is one that helps."""
     said, wrong = str(error), ""
-    if not said or len(said) > LONGEST_MESSAGE:
+    if not said or len(said) > MAX_MESSAGE:
         wrong = f"{len(said)} characters"
     elif "\n" in said or UNSAFE.search(said):
         wrong = "control characters"

@@ -31,7 +31,7 @@ from plantigrade.models import Human
 from plantigrade.models.markers import place_markers, read_marker_set
 from plantigrade.motion import Recording
 from plantigrade.pages.batch import FITS, page_html_of
-from plantigrade.pages.pages import pages
+from plantigrade.pages.run_pages import pages
 from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
 from plantigrade.record.folder import FORMAT

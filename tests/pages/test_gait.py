@@ -7,9 +7,9 @@ import pytest
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.clinical import clinical_angles
-from plantigrade.analyze.curves import LOADED
+from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.charts.theme import DOTTED
-from plantigrade.pages.pages import facts_of, pages, strip_of
+from plantigrade.pages.run_pages import headline_figures, pages, strip_of
 from plantigrade.pages.scene import assumed_bodies, build_scene
 from plantigrade.pages.section import Subject, draw_all
 from plantigrade.pages.sections import SECTIONS
@@ -53,7 +53,7 @@ def test_curves_are_complete_and_in_their_units(run):
     for title in ("Pelvis tilt", "Hip flexion", "Knee flexion", "Ankle dorsiflexion"):
         assert any(f">{title}</text>" in figure.svg for figure in angles)
     moments = found["Joint moments"].figures
-    assert len(moments) == len(LOADED) and all("[N m/kg]" in f.svg for f in moments)
+    assert len(moments) == len(LOADED_JOINTS) and all("[N m/kg]" in f.svg for f in moments)
     assert all("[W/kg]" in f.svg for f in found["Joint powers"].figures)
     curves = Subject(run).force_curves
     (up,) = (c for c in chosen(curves.percent, curves.forces, ("up",), "BW") if c.name[-1] == "r")
@@ -100,7 +100,7 @@ def test_without_a_cycle_nothing_is_said_of_walking(run):
     assert "Joint angles over the gait cycle" not in found
     assert found["Spatio-temporal measures"].missing
     assert found["Joint powers over time"].figures
-    assert "knee" not in " ".join(facts_of(Subject(still)))
+    assert "knee" not in " ".join(headline_figures(Subject(still)))
 
 
 def test_missing_figures_are_left_out(run):
@@ -139,7 +139,7 @@ def test_curves_at_a_limit_are_hatched_and_assumed_ones_dotted(run):
     still = replace(record, motion=replace(record.motion, events=()))
     for one, titles in (
         (walks, ("Joint angles over the gait cycle", "Trunk and arms over the gait cycle")),
-        (replace(walks, record=still), ("Joint angles", "Further joint angles")),
+        (replace(walks, record=still), ("Joint angles", "Other joint angles")),
     ):
         found = [sections(one)[title] for title in titles]
         plots = drawings(found)

@@ -15,7 +15,7 @@ import pytest
 from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground, GroundStep, Seat
 from plantigrade.pages.live import LiveViewer
-from plantigrade.pages.live_parts import ARROW, HEAD, in_bytes, turned_to
+from plantigrade.pages.live_parts import ARROW_PER_BODY_WEIGHT, HEAD_LENGTH, in_bytes, turned_to
 from plantigrade.pages.scene import build_scene, side_forces
 from plantigrade.pages.viewer import COLOURS, page_data
 from plantigrade.spatial.conventions import rotation_matrix
@@ -63,8 +63,8 @@ def test_an_arrow_stands_on_the_centre_of_pressure_and_is_as_long_as_the_force(l
         if seen:
             drawn += 1
             turn = rotation_matrix(np.array(head.wxyz))
-            tip = np.array(head.position) + HEAD * head.scale * turn[:, 2]
-            force = ARROW * total[2 * frame, side] / record.weight
+            tip = np.array(head.position) + HEAD_LENGTH * head.scale * turn[:, 2]
+            force = ARROW_PER_BODY_WEIGHT * total[2 * frame, side] / record.weight
             np.testing.assert_allclose(tip, cop[2 * frame, side] + force, atol=1e-5)
             middle = np.array(shaft.position) - turn[:, 2] * shaft.scale[2] / 2
             np.testing.assert_allclose(middle, cop[2 * frame, side], atol=1e-5)

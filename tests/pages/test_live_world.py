@@ -12,7 +12,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import Choice, Session
 from plantigrade.models import Human
-from plantigrade.pages.live_parts import ARROW
+from plantigrade.pages.live_parts import ARROW_PER_BODY_WEIGHT
 from plantigrade.pages.live_world import LiveWorld
 from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
@@ -90,7 +90,9 @@ def test_what_is_drawn_is_where_it_is(page):
     ends = np.array(drawn["/world/contact_forces"].points)
     up = frame.force[frame.force[:, 2] > 0]
     weight = HUMAN.mass * 9.81
-    np.testing.assert_allclose(ends[:, 1] - ends[:, 0], ARROW * up / weight, atol=1e-5)
+    np.testing.assert_allclose(
+        ends[:, 1] - ends[:, 0], ARROW_PER_BODY_WEIGHT * up / weight, atol=1e-5
+    )
     ring = np.array(drawn["/world/support"].points)
     np.testing.assert_allclose(ring[:, 1], np.roll(ring[:, 0], -1, axis=0))
     x, y = ring[:, 0, :2].T  # the outline holds all of what presses
@@ -115,7 +117,7 @@ def test_pushes_and_the_pack_are_seen_while_they_are_there(page):
     assert not arrow.shaft.visible and not len(session.frame.pushes)
     sizes = []
     for mass in (5.0, 20.0, 0.0):
-        session.carry(mass)
+        session.set_load(mass)
         go(page, 0.02)
         if mass:
             box = nodes(page)["/world/pack"]
@@ -129,10 +131,10 @@ def test_pushes_and_the_pack_are_seen_while_they_are_there(page):
 def test_controls_follow_the_session(page):
     page.panel.update(page.session.frame)
     assert "0.00 s" in shown(page) and "100 % of real time" in shown(page)
-    page.session.ask(lambda: page.session.choose(Choice("passive", "two-segment", "42")))
+    page.session.submit(lambda: page.session.choose(Choice("passive", "two-segment", "42")))
     go(page, 0.0)
     page.panel.update(page.session.frame)
-    assert "what was recorded before is lost" in shown(page)
+    assert "the recording so far is lost" in shown(page)
     assert any(name.startswith("/world/body/") and "toes_r" in name for name in nodes(page))
     go(page, 1.5)
     page.panel.update(page.session.frame)
@@ -154,7 +156,7 @@ def test_what_is_set_on_the_page_is_not_taken_back_before_it_is_done(page):
         panel.update(session.frame)
         assert handle.value == value
     session.advance(0.0)
-    np.testing.assert_allclose(session.slope_wanted, np.deg2rad([4.0, 0.0]))
+    np.testing.assert_allclose(session.desired_slope, np.deg2rad([4.0, 0.0]))
     assert session.friction == 0.3 and session.paused
     session.restart()
     panel.update(session.frame)
@@ -265,7 +267,7 @@ def test_a_push_sent_from_the_page_moves_the_body(opened, browser):
     session = opened.session
     before = session.frame.com
     browser.evaluate(CLICK.format("Push the trunk"))
-    wait_for(lambda: len(session.asked))
+    wait_for(lambda: len(session.pending))
     go(opened, 0.3)
     assert (session.frame.com - before)[0] > 0.005
     record = session.record()
@@ -296,7 +298,7 @@ def test_a_body_is_dragged_with_the_mouse(opened, browser):
 
     wait_for(held)
     rope, before = session.hand.rope, session.frame.com
-    pulled = rope.end - rope.place(session.world.data)
+    pulled = rope.end - rope.position(session.world.data)
     assert np.linalg.norm(pulled) > 0.01
     go(opened, 0.3)
     assert (session.frame.com - before) @ pulled > 1e-4

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from plantigrade.pages.pages import pages
+from plantigrade.pages.run_pages import pages
 from tests.browser import wait_for
 from tests.conftest import open_browser
 from tests.pages.runs import fitted

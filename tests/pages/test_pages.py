@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.pages.live import LiveViewer
-from plantigrade.pages.pages import report_html
+from plantigrade.pages.run_pages import report_html
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Record, Run
 from tests.browser import colours, moved

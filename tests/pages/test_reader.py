@@ -19,7 +19,7 @@ from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.contact.ground import Bump, Ground, GroundStep, Seat
 from plantigrade.models import Human
 from plantigrade.pages.compare import compare_html
-from plantigrade.pages.pages import report_html
+from plantigrade.pages.run_pages import report_html
 from plantigrade.pages.scene import scene_model
 from plantigrade.pages.section import Subject, draw_all
 from plantigrade.pages.sections import SECTIONS
@@ -202,11 +202,11 @@ def test_no_page_shows_a_raw_key_or_a_time_of_computation(every_page):
 def test_figures_have_names_and_units(record):
     known = {"length_thigh_m": 0.4231, "residual_force_rms_n": 20.06, "stances": 3}
     run = fitted(record, **known, ankle_angle_moment_peak_r_nm_kg=-1.54)
-    groups = {g.title: g.rows for g in sections(run)["Further figures"].groups}
+    groups = {g.title: g.rows for g in sections(run)["Other figures"].groups}
     assert ["thigh", "42.3 cm"] in groups["Segment lengths"]
     assert ["force, RMS", "20.1 N"] in groups["Residual force between motion and plates"]
     assert groups["Peak joint moments"] == [["Ankle dorsiflexion", "−1.54", "–", "N m/kg"]]
-    assert "Further figures" not in sections(replace(run, figures={}))
+    assert "Other figures" not in sections(replace(run, figures={}))
 
 
 def test_sources_stand_once(record):
@@ -228,12 +228,12 @@ def test_one_marker_error_in_all_places(record):
 
 def test_two_gaits_are_not_tested_and_it_says_so():
     page = words_of(study_page(2))
-    assert "Nothing was tested" in page and "95 % interval" in page
+    assert "There is no test" in page and "95 % interval" in page
     assert "without significant difference" not in page and "Student" not in page
     one = words_of(study_page(1))
     assert "of one gait" in one and "interval" not in one and "1 recorded gait reproduced" in one
     several = words_of(study_page(4))
-    assert "Nothing was tested" not in several and "without significant difference" in several
+    assert "There is no test" not in several and "without significant difference" in several
     assert TABLE in several
 
 
@@ -265,9 +265,9 @@ def test_a_small_person_of_unknown_age_is_a_child():
 
 def test_a_slow_walk_is_told_that_adults_walked_faster(record):
     slow = sections(fitted(record, walking_speed_m_s=0.6))["Joint angles over the gait cycle"]
-    assert "At 0.60 m/s angles differ" in slow.text
+    assert "Angles depend on speed, here 0.60 m/s" in slow.text
     usual = sections(fitted(record))["Joint angles over the gait cycle"]
-    assert "angles differ" not in usual.text
+    assert "Angles depend on speed" not in usual.text
 
 
 def test_asymmetry_is_right_minus_left_of_their_mean(record):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.pages.pages import pages, report_html, run_viewer
+from plantigrade.pages.run_pages import pages, report_html, run_viewer
 from plantigrade.pages.section import Section
 from plantigrade.pages.text import provenance_rows
 from plantigrade.pages.viewer import encode, viewer_html
@@ -129,8 +129,8 @@ def test_nothing_but_a_motion(record):
     made = pages(run)
     assert "Recorded markers" not in made["viewer.html"]
     page = made["report.html"]
-    assert "there were no markers" in page and "no ground reaction" in page
-    assert "Joint angles over time; no whole gait cycle" in page
+    assert "the recording has no markers" in page and "no ground reaction" in page
+    assert "Joint angles over time, because there is no complete gait cycle" in page
 
 
 def test_a_single_frame(human):

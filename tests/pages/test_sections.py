@@ -10,7 +10,7 @@ from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.contact.site import PUSH_PART, ContactSite
 from plantigrade.motion.resample import resampled
-from plantigrade.pages.pages import facts_of, run_viewer
+from plantigrade.pages.run_pages import headline_figures, run_viewer
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.section import Subject, draw_all
 from plantigrade.pages.sections import SECTIONS
@@ -56,8 +56,8 @@ def test_a_fault_is_marked_and_told(record):
     assert "3 mm off" in found["Constraints the solver did not satisfy"].rows[0][1]
     assert "Findings of the check" not in sections(solved(record))
     subject = Subject(solved(record, bad=True))
-    assert facts_of(subject)["verdict"] == "failed"
-    assert facts_of(Subject(solved(record))) == {
+    assert headline_figures(subject)["verdict"] == "failed"
+    assert headline_figures(Subject(solved(record))) == {
         "verdict": "passed", "walking speed": "1.25 m/s",
     }  # fmt: skip
 
@@ -65,12 +65,12 @@ def test_a_fault_is_marked_and_told(record):
 def test_a_simulation_begins_with_what_became_of_it(record):
     told = {"speed_m_s": 1.234, "landings": 7, "astray_max_m": 0.861, "points_passed": 1}
     run = replace(fitted(record), kind="simulate", figures={**told, "fell_at_s": 2.5})
-    facts = facts_of(Subject(run))
+    facts = headline_figures(Subject(run))
     assert facts == {
         "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7",
         "distance from path, maximum": "0.86 m",
     }  # fmt: skip
-    (group,) = (g for g in sections(run)["Further figures"].groups if g.title == "Simulation")
+    (group,) = (g for g in sections(run)["Other figures"].groups if g.title == "Simulation")
     assert ["waypoints passed", "1"] in group.rows
 
 
@@ -131,7 +131,7 @@ def test_without_whole_cycles_the_curves_are_left_out(record):
     run = from_tasks(record)
     still = replace(run.record, motion=replace(run.record.motion, events=()))
     found = sections(replace(run, record=still))
-    assert "no whole gait cycle" in found["Reproduced against recorded angles"].missing
+    assert "no complete gait cycle" in found["Reproduced against recorded angles"].missing
     assert found["Ranges of motion"].rows
 
 
@@ -172,7 +172,7 @@ def test_residuals_are_drawn_in_powers_of_ten(record):
 
 
 def test_short_figures_of_a_motion_from_tasks(record):
-    assert list(facts_of(Subject(from_tasks(record))).values()) == ["2.3°", "−1.2 mm"]
+    assert list(headline_figures(Subject(from_tasks(record))).values()) == ["2.3°", "−1.2 mm"]
 
 
 # Forces -------------------------------------------------------------------------------------------
@@ -214,7 +214,7 @@ def test_of_a_body_that_fell_the_forces_end_with_the_fall(record):
     run = replace(run, others={"forces": fallen}, figures={"dynamics_status": "the body fell"})
     found = sections(run)
     section = found["Computed ground reactions"]
-    assert "in which the body fell" in section.text
+    assert "until the fall of the body" in section.text
     ticks = re.findall(r'text-anchor="middle"[^>]*>([\d.]+)</text>', section.figures[0].svg)
     assert max(map(float, ticks)) == 2.0
     assert found["Ground reaction and centre of pressure"].missing, "they are not the run's"

@@ -93,7 +93,7 @@ def test_every_gait_is_named_and_linked(page):
 
 
 def test_what_was_left_out_is_said_why(page):
-    part = page[page.index("<h2>Left out</h2>") :]
+    part = page[page.index("<h2>Omitted</h2>") :]
     assert "jump.bvh: nobody walks in it" in part
     assert "walk 5: fell &lt; over" in part, "words from outside are escaped"
     assert "1 of 7 failed" in page

@@ -14,7 +14,7 @@ def test_a_stored_motion_passes_the_check(name):
     run = stored(name)
     assert run.ok and run.kind == "synthesize"
     verdict = pg.check(run)
-    assert verdict.ok, verdict.words()
+    assert verdict.ok, verdict.sentences()
 
 
 @pytest.mark.parametrize("name", MOTIONS)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
-from plantigrade.toml import LIMIT, parse_toml, read_toml
+from plantigrade.toml import MAX_BYTES, parse_toml, read_toml
 from plantigrade.trajopt import ContactBody, make_task, read_task_file
 from plantigrade.trajopt.tasks.settings import settings_for
 from tests.nasty import seeds
@@ -60,7 +60,7 @@ def test_files_that_are_no_small_text(tmp_path):
     path.write_bytes(b"a = 1 # \xff")
     with pytest.raises(FileError, match="is not a TOML file"):
         read_toml(path)
-    path.write_bytes(b"#" * (LIMIT + 1))
+    path.write_bytes(b"#" * (MAX_BYTES + 1))
     with pytest.raises(FileError, match="larger than 1 MiB"):
         read_toml(path)
     with pytest.raises(FileError, match="cannot be read"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.curves import gait_curves
-from plantigrade.analyze.planes import load_figures, plane_figures, published
+from plantigrade.analyze.plane_figures import load_figures, plane_figures, published
 from plantigrade.errors import ParameterError
 from tests.trajopt.coarse_walk import SPEED, person, solved
 

@@ -10,7 +10,7 @@ import pytest
 
 from plantigrade.errors import FitError, ParameterError
 from plantigrade.motion import Markers, Recording, Subject
-from plantigrade.pages.pages import pages
+from plantigrade.pages.run_pages import pages
 from plantigrade.record import Run
 from plantigrade.workflows import fit as fitting
 from plantigrade.workflows import memory

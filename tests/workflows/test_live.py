@@ -63,7 +63,7 @@ def test_the_button_saves_the_run_so_far(monkeypatch):
                 self.wants_saving.set()
             else:
                 said.append(self.session.message)
-                moved.append(not self.session.paused or bool(self.session.asked))
+                moved.append(not self.session.paused or bool(self.session.pending))
                 stop.set()
 
     monkeypatch.setattr(module, "LiveWorld", Pressed)

@@ -101,13 +101,13 @@ def test_sites_of_the_record_are_those_of_the_body(synthesized):
     assert record.limits.force == pytest.approx(3.0 * record.weight)
 
 
-def test_every_iteration_is_told(synthesized):
-    solution, told = synthesized.solution, synthesized.told
-    assert {stage for stage, _ in told} == {s.name for s in solution.stages}
+def test_every_iteration_is_reported(synthesized):
+    solution, iterations = synthesized.solution, synthesized.iterations
+    assert {stage for stage, _ in iterations} == {s.name for s in solution.stages}
     kept = [it.number for s in solution.stages for it in s.history]
-    assert {it.number for _, it in told} <= set(kept)
-    assert len(told) >= len(kept) - len(solution.stages)
-    assert told[-1][1].violation < 1e-4
+    assert {it.number for _, it in iterations} <= set(kept)
+    assert len(iterations) >= len(kept) - len(solution.stages)
+    assert iterations[-1][1].violation < 1e-4
     history = synthesized.run.record.signals["solver.history"]
     assert history.shape == (len(kept), 5)
     np.testing.assert_array_equal(history[:, 1], kept)

@@ -1,4 +1,4 @@
-"""The sections of a report, in order; each draws itself if the run has what it needs."""
+"""The sections of a report in order; each is drawn if the run has its data."""
 
 from plantigrade.pages.sections import (
     clinical,
@@ -18,7 +18,7 @@ from plantigrade.pages.sections import (
 )
 
 SECTIONS = (
-    # what the run was made for
+    # results specific to the kind of run
     verdict.findings_section,
     verdict.broken_section,
     verdict.check_section,
@@ -31,7 +31,7 @@ SECTIONS = (
     recorded.com_section,
     recorded.force_section,
     recorded.moment_section,
-    # what every motion has, and what its forces add
+    # motion and forces
     clinical.clinical_section,
     cycles.angle_section,
     measures.measure_section,
@@ -45,7 +45,7 @@ SECTIONS = (
     markers.marker_section,
     paths.path_section,
     verdict.condition_section,
-    # what planned contact, a solver or many markers add
+    # planned contact, solver, foot segments
     plate.plate_section,
     contacts.segment_section,
     contacts.pressure_section,

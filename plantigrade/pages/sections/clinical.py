@@ -1,38 +1,38 @@
-"""The sheet of a gait laboratory: angles of five levels in three planes, scores and symmetry."""
+"""Clinical report sheet: angles of five levels in three planes, scores and symmetry."""
 
 import numpy as np
 
-from plantigrade.analyze.gait_profile import ANGLES, SMALLEST
+from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.symmetry import ANGLES as BOTH_SIDES
 from plantigrade.charts import Figure, bar_plot
 from plantigrade.charts.labels import SIDE_NAMES, title_of
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDES
 from plantigrade.pages.section import Section, Subject
-from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_words
+from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_caption
 from plantigrade.pages.text import rounded_text, signed_text
 from plantigrade.record.signal_registry import SIGNALS
 
 TITLE = SIGNALS["norms.mean"].section
 PLANES = ("sagittal plane", "frontal plane", "transverse plane")
-HINGE = "The knee of this model is a hinge."
+HINGE_KNEE = "The knee of this model is a hinge."
 LEVELS = (
     ("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     ("hip_flexion", "hip_adduction", "hip_rotation"),
-    ("knee_angle", HINGE, HINGE),
+    ("knee_angle", HINGE_KNEE, HINGE_KNEE),
     ("ankle_angle", "subtalar_angle", "The ankle of this model does not rotate."),
     ("mtp_angle", "", "foot_progression"),
 )
-"""Pelvis, hip, knee, ankle and foot: the coordinate of each plane, or why there is none."""
+"""Pelvis, hip, knee, ankle and foot: the coordinate of each plane, or a text if there is none."""
 NAMES = tuple(name for level in LEVELS for name in level if "_" in name)
-NOT_MOVED = "This model does not move here."
+NO_MOTION = "This angle of the model does not move."
 OWN_SIDE = {
     "pelvis_list": "own side up ← [°] → down",
     "pelvis_rotation": "own side back ← [°] → front",
 }
-"""What the ends of an axis mean for an angle of the pelvis that is drawn for each side."""
-HEIGHT = 188
-"""Of a drawing, so that five rows and their heading fill one page of paper [px]."""
+"""Axis labels for angles of the pelvis, which are drawn for each side."""
+FIGURE_HEIGHT = 188
+"""Height of a plot, so that five rows with headings fill one printed page [px]."""
 
 
 def clinical_section(subject: Subject) -> list[Section]:
@@ -47,26 +47,33 @@ def clinical_section(subject: Subject) -> list[Section]:
         moves = any(np.nanmax(c.values) - np.nanmin(c.values) > 1e-6 for c in curves)
         if moves or (curves and name in ANGLES):
             drawn[name] = curve_figure(
-                name, curves, subject, ticks=ticks, y_label=OWN_SIDE.get(name, ""), height=HEIGHT
+                name,
+                curves,
+                subject,
+                ticks=ticks,
+                y_label=OWN_SIDE.get(name, ""),
+                height=FIGURE_HEIGHT,
             )
     rows = [
-        [drawn.get(cell, NOT_MOVED) if "_" in cell else cell for cell in level] for level in LEVELS
+        [drawn.get(cell, NO_MOTION) if "_" in cell else cell for cell in level] for level in LEVELS
     ]
     shown = [c for name in drawn for c in chosen(percent, subject.clinical_angles, (name,), "°")]
     caption = (
-        "From one heel strike of a foot (0 %) to its next (100 %). Pelvis: over the cycles of each "
-        "foot, mirrored for the left."
+        "From heel strike (0 %) to the next heel strike of the same foot (100 %). Pelvis: over the "
+        "cycles of each foot, mirrored for the left."
     )
     if marks and ticks:
-        caption += " Short lines at the top: the other foot leaves the ground, then lands."
-    words = cycle_words(caption, shown, subject, list(drawn))
+        caption += " Short lines at the top: foot off and heel strike of the other foot."
+    cells_of_symmetry = cycle_caption(caption, shown, subject, list(drawn))
     beside = "recorded" in record.references
     sheet = not beside and "check.quantity" not in record.signals
-    return [Section(TITLE, text=words, grid=[PLANES, *rows], sheet=sheet, folded=beside)]
+    return [
+        Section(TITLE, text=cells_of_symmetry, grid=[PLANES, *rows], sheet=sheet, folded=beside)
+    ]
 
 
 def opposite_events(subject: Subject) -> list[tuple[float, str]]:
-    """Return when in the cycle of each foot the other leaves the ground and lands: %, colour."""
+    """Return foot off and heel strike of the other foot [% of the cycle], with colours."""
     found = []
     for side in SIDES:
         cycles = [c for c in subject.angle_curves.cycles if c.side == side]
@@ -78,8 +85,8 @@ def opposite_events(subject: Subject) -> list[tuple[float, str]]:
 
 
 def profile_section(subject: Subject) -> list[Section]:
-    """Return Gait Profile Score, Movement Analysis Profile and symmetry, where they are known."""
-    number, who = subject.number, subject.compared
+    """Return Gait Profile Score, Movement Analysis Profile and symmetry, if known."""
+    number, who = subject.number, subject.norm_choice
     if number("gps_deg") is None:
         return []
     labels, values, usual, colours, rows = [], [], [], [], []
@@ -94,9 +101,9 @@ def profile_section(subject: Subject) -> list[Section]:
             usual.append(float("nan") if reference is None else reference)
             colours.append(STROKES[side])
         alike = [number(key.format(name)) for key in _SYMMETRY] if name in BOTH_SIDES else []
-        words = [signed_text(alike[0]) if alike and alike[0] is not None else ""]
-        words += [rounded_text(alike[1], 1) if alike and alike[1] is not None else ""]
-        rows.append([title_of(name), *cells, "", rounded_text(reference, 1), *words])
+        cells_of_symmetry = [signed_text(alike[0]) if alike and alike[0] is not None else ""]
+        cells_of_symmetry += [rounded_text(alike[1], 1) if alike and alike[1] is not None else ""]
+        rows.append([title_of(name), *cells, "", rounded_text(reference, 1), *cells_of_symmetry])
     scores = [rounded_text(number(f"gps_{side}deg"), 1) for side in ("r_", "l_", "")]
     rows.append(
         ["Gait Profile Score", *scores, rounded_text(number("gps_reference_deg"), 1), "", ""]
@@ -108,13 +115,13 @@ def profile_section(subject: Subject) -> list[Section]:
     text = (
         "Root mean square difference between the mean curve of each of nine angles and that of "
         f"{who.population.people}, and the root mean square of them all (Baker et al. 2009, Gait & "
-        "Posture 30:265); of both sides the pelvis counts once. Usual, and the tick in each bar: "
-        "the same of somebody of that population, root mean square over its people. Offsets that "
-        "come from another definition of an angle are part of it, most of all in pelvis tilt, hip "
-        f"rotation and foot progression. {SMALLEST}° is the smallest difference of the score that "
-        "matters clinically, found in children (Baker et al. 2012, Gait & Posture 35:612). "
-        "Symmetry index: right minus left, of their mean (Robinson et al. 1987); trend symmetry: "
-        "0 where both curves have one shape (Crenshaw & Richards 2006, Gait & Posture 24:515)."
+        "Posture 30:265); for both sides the pelvis counts once. Usual, and the tick in each bar: "
+        "RMS of that difference over the people of the population. Offsets between definitions of "
+        "angles are included, mainly in pelvis tilt, hip "
+        f"rotation and foot progression. {MIN_IMPORTANT_DIFFERENCE}° is the minimal clinically "
+        "important difference of the score in children (Baker et al. 2012, Gait & Posture 35:612). "
+        "Symmetry index: right minus left, relative to their mean (Robinson et al. 1987); trend "
+        "symmetry: 0 for curves of equal shape (Crenshaw & Richards 2006, Gait & Posture 24:515)."
     )
     bars = bar_plot(
         labels, values, title="Movement Analysis Profile", x_label="RMS difference [°]",

@@ -1,8 +1,8 @@
-"""Planned contact: force by segment of the foot, centre of pressure in the support, and when."""
+"""Planned contact: forces by foot segment, centre of pressure and support, contact plan."""
 
 import numpy as np
 
-from plantigrade.analyze.pressure import outside_hull
+from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, without_side
@@ -16,16 +16,16 @@ from plantigrade.pages.shapes import convex_hull
 from plantigrade.pages.text import place_text
 from plantigrade.record import Record
 
-MOST_HULLS = 60
-LEAST_LOAD = 0.02  # body weights on the feet below which there is no centre of pressure
+MAX_HULLS = 60
+MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure is undefined
 
 
 @needs(planned=True)
 def segment_section(subject: Subject) -> Section:
-    """Return the vertical force under every segment of each foot, and under other supports."""
+    """Return the vertical force on every segment of each foot, and on other supports."""
     title, record = "Contact forces by segment", subject.record
     time, figures = record.motion.time, []
-    assert record.contact_force is not None  # the section asks for forces
+    assert record.contact_force is not None  # required by the decorator
     vertical = np.nan_to_num(record.contact_force[..., 2]) / record.weight
     for side in (*SIDES, ""):
         groups: dict[str, list[int]] = {}
@@ -52,14 +52,14 @@ def segment_section(subject: Subject) -> Section:
         )
         figures.append(Figure(drawing))
     if not figures:
-        return Section(title, missing="no contact carried force.")
+        return Section(title, missing="no contact carries load.")
     text = "Ground reaction on each segment of the foot, in body weights."
     return Section(title, figures, text=text, folded=True)
 
 
 @needs(planned=True)
 def pressure_section(subject: Subject) -> Section:
-    """Return the centre of pressure over the polygons of support, and its distance to the edge."""
+    """Return the centre of pressure in the support polygons, and its distance to the edge."""
     title, record = "Centre of pressure and support", subject.record
     centre = centre_of_pressure(record)
     known = np.isfinite(centre).all(axis=1)
@@ -84,13 +84,13 @@ def pressure_section(subject: Subject) -> Section:
         least=20.0,
     )
     hulls = (
-        "Pale shapes: convex hulls of the loaded sites of each foot, one for every change. The "
-        "centre of pressure of both feet lies in the hull of all that stands at the time, in "
-        "double support between the feet."
+        "Pale shapes: support polygons of each foot, one for every change of contact. The centre "
+        "of pressure of both feet lies in the support polygon of all contacts, in double support "
+        "between the feet."
     )
     edge = (
-        "Positive inside the hull of everything that stands; where only an edge of the foot "
-        "stands, as at heel strike, the hull has no inside."
+        "Positive inside the support polygon of all contacts. With contact along an edge of the "
+        "foot only, as at heel strike, the polygon has no interior."
     )
     figures = [Figure(above, hulls, wide=True), Figure(margin, edge, wide=True)]
     return Section(title, figures, folded=True)
@@ -98,7 +98,7 @@ def pressure_section(subject: Subject) -> Section:
 
 @needs(planned=True)
 def contact_section(subject: Subject) -> Section:
-    """Return which site of which foot stands when."""
+    """Return the planned contact times of all sites."""
     record, title = subject.record, "Contact plan"
     time, planned = record.motion.time, _planned(record)
     rows = []
@@ -114,13 +114,13 @@ def contact_section(subject: Subject) -> Section:
 
 
 def centre_of_pressure(record: Record) -> Array:
-    """Return where the force on both feet acts, world [m]; NaN where they carry next to nothing."""
+    """Return the centre of pressure of both feet, world [m]; NaN with hardly any load."""
     feet = [record.foot(side) for side in SIDES]
     load = np.stack([foot.force @ record.ground.normal for foot in feet], axis=1)
     place = np.stack([np.nan_to_num(foot.centre_of_pressure) for foot in feet], axis=1)
     whole = load.sum(axis=1)[:, None]
     moved = (load[..., None] * place).sum(axis=1)
-    loaded = whole > LEAST_LOAD * record.weight
+    loaded = whole > MIN_LOAD * record.weight
     return np.divide(moved, whole, out=np.full_like(moved, np.nan), where=loaded)
 
 
@@ -132,13 +132,13 @@ def site_points(record: Record) -> Array:
 
 
 def inside_support(record: Record, point: Array, centre: Array) -> Array:
-    """Return how far inside the hull of what stands centres of pressure are [m]."""
+    """Return the distance of centres of pressure inside the support polygon [m]."""
     feet = np.array([site.side != "" for site in record.sites])
-    return -outside_hull(centre[:, :2], point[..., :2], _planned(record) & feet)
+    return -distance_outside_hull(centre[:, :2], point[..., :2], _planned(record) & feet)
 
 
 def _supports(record: Record, point: Array) -> list[Outline]:
-    """Return hulls of each foot's standing sites, one for each change of what stands."""
+    """Return support polygons of each foot, one for each change of contact."""
     found = []
     for side in SIDES:
         standing = _planned(record) & np.array([site.side == side for site in record.sites])
@@ -149,9 +149,9 @@ def _supports(record: Record, point: Array) -> list[Outline]:
                 hull = convex_hull(point[middle, standing[middle], :2])
                 if len(hull) > 2:
                     found.append(Outline(hull, STROKES[side]))
-    return found[:MOST_HULLS]
+    return found[:MAX_HULLS]
 
 
 def _planned(record: Record) -> Array:
-    assert record.contact_planned is not None  # the section asks for a plan
+    assert record.contact_planned is not None  # required by the decorator
     return record.contact_planned

@@ -1,10 +1,10 @@
-"""A walk: curves of angles, forces, moments and powers over the gait cycle."""
+"""Curves of angles, forces, moments and powers over the gait cycle."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from plantigrade.analyze import norms
-from plantigrade.analyze.curves import LOADED, known_above, nothing_measured
+from plantigrade.analyze.curves import LOADED_JOINTS, known_above, nothing_measured
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
@@ -27,20 +27,20 @@ SHOWN = (
     *OTHERS,
 )
 LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
-POWERED = (*LOADED, "lumbar_extension")
+POWER_JOINTS = (*LOADED_JOINTS, "lumbar_extension")
 FORCES = {
     "up": "ground_force_up",
     "forward": "ground_force_forward",
     "left": "ground_force_sideways",
 }
-FIRST, MOST = 9, 24  # panels of joint angles over time: open, and in all
+OPEN_PANELS, MAX_PANELS = 9, 24  # panels of joint angles over time: unfolded, and in total
 
 
 @dataclass(frozen=True)
 class CycleCurves:
     """A coordinate with its side over the gait cycle (0 % at heel strike), one row per cycle.
 
-    NaN is unknown; the unit is that of the plot (``"°"``, ``"N m/kg"``).
+    Unknown values are NaN; the unit is that of the plot (``"°"``, ``"N m/kg"``).
     """
 
     name: str
@@ -50,27 +50,31 @@ class CycleCurves:
 
 
 def angle_section(subject: Subject) -> list[Section]:
-    """Return joint angles over time, where there is no whole gait cycle."""
+    """Return joint angles over time, if there is no complete gait cycle."""
     if subject.walks:
         return []
-    motion, held = subject.record.motion, subject.held
+    motion, limited_frames = subject.record.motion, subject.limited_frames
     panels = tuple(
         replace(
             panel,
-            hatched={s: held[name] for s, name in _names(panel).items() if name in held},
+            hatched={
+                s: limited_frames[name]
+                for s, name in _names(panel).items()
+                if name in limited_frames
+            },
             dotted=tuple(s for s, name in _names(panel).items() if name in subject.assumed),
         )
         for panel in panels_of(curves_of(motion, motion.joint_names[1:]))
     )
-    text = "Joint angles over time; no whole gait cycle was found or asked for."
-    text += _signs(any(p.hatched for p in panels), any(p.dotted for p in panels))
-    found = [Section("Joint angles", _over_time(panels[:FIRST], motion.time), text=text)]
-    if len(panels) > FIRST:
-        text = "Drawn as above."
-        if len(panels) > MOST:
-            text += f" Those beyond {MOST} joints are in motion.mot."
-        others = _over_time(panels[FIRST:MOST], motion.time)
-        found.append(Section("Further joint angles", others, text=text, folded=True))
+    text = "Joint angles over time, because there is no complete gait cycle."
+    text += _marking_legend(any(p.hatched for p in panels), any(p.dotted for p in panels))
+    found = [Section("Joint angles", _over_time(panels[:OPEN_PANELS], motion.time), text=text)]
+    if len(panels) > OPEN_PANELS:
+        text = "Plotted as above."
+        if len(panels) > MAX_PANELS:
+            text += f" All joints are in motion.mot; {MAX_PANELS} are drawn."
+        others = _over_time(panels[OPEN_PANELS:MAX_PANELS], motion.time)
+        found.append(Section("Other joint angles", others, text=text, folded=True))
     return found
 
 
@@ -80,7 +84,7 @@ def other_angle_section(subject: Subject) -> list[Section]:
     curves = chosen(source.percent, source.angles, OTHERS, "°") if subject.walks else []
     if not curves:
         return []
-    title, caption = "Trunk and arms over the gait cycle", "Drawn as above."
+    title, caption = "Trunk and arms over the gait cycle", "Plotted as above."
     return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
@@ -100,10 +104,10 @@ def force_section(subject: Subject) -> list[Section]:
 
 
 def moment_section(subject: Subject) -> list[Section]:
-    """Return joint moments over the gait cycle; over time where there is no whole cycle."""
+    """Return joint moments over the gait cycle, or over time without a complete cycle."""
     title, source, record = "Joint moments", subject.force_curves, subject.forces
-    curves = chosen(source.percent, source.moments, LOADED, "N m/kg", "_moment")
-    what = "Internal moments{}, made by the body's own muscles and ligaments"
+    curves = chosen(source.percent, source.moments, LOADED_JOINTS, "N m/kg", "_moment")
+    what = "Internal moments{}, produced by muscles and ligaments"
     if curves:
         sign = "; positive in the positive direction of the joint angle."
         caption = what.format("") + sign
@@ -112,7 +116,9 @@ def moment_section(subject: Subject) -> list[Section]:
         return []
     if record.qfrc_actuator is None:
         return [
-            Section(title, missing="no forces were measured or estimated, so no joint moments.")
+            Section(
+                title, missing="no forces were measured or estimated, so joint moments are unknown."
+            )
         ]
     moments = {
         f"{name}_moment [N m]": known_above(record, name) * record.torque(name)
@@ -120,7 +126,7 @@ def moment_section(subject: Subject) -> list[Section]:
     }
     panels = panels_of(moments)
     if not panels:
-        missing = "no foot had a force of its own measured, so no joint moments."
+        missing = "no force was measured separately for a foot, so joint moments are unknown."
         return [Section(title, missing=missing)]
     legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
     figures = _over_time(legs, record.motion.time, zero=True)
@@ -128,24 +134,24 @@ def moment_section(subject: Subject) -> list[Section]:
 
 
 def power_section(subject: Subject) -> list[Section]:
-    """Return joint powers over the gait cycle; over time where there is no whole cycle."""
+    """Return joint powers over the gait cycle, or over time without a complete cycle."""
     source, record = subject.force_curves, subject.forces
-    curves = chosen(source.percent, source.powers, LOADED, "W/kg", "_power")
+    curves = chosen(source.percent, source.powers, LOADED_JOINTS, "W/kg", "_power")
     if curves:
         caption = (
-            "Joint moment times joint speed: positive where muscles give energy to the body, "
-            "negative where they absorb it."
+            "Joint moment times angular velocity: positive where muscles generate energy, negative "
+            "where they absorb it."
         )
         found = cycle_section("Joint powers", curves, subject, caption=caption)
         return [replace(found, folded=True)]
     if nothing_measured(record):
         return []
     if record.qfrc_actuator is None or source.cycles:
-        missing = "joint powers need measured or computed forces and whole gait cycles."
+        missing = "joint powers need measured or computed forces and complete gait cycles."
         return [Section("Joint powers", missing=missing)]
     powers = {}
     for name in record.human.coordinates:
-        if without_side(name) in POWERED:
+        if without_side(name) in POWER_JOINTS:
             power = record.torque(name) * record.motion.velocity(name) / record.human.mass
             powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
     figures = _over_time(panels_of(powers), record.motion.time, zero=True)
@@ -159,18 +165,18 @@ def foot_segment_section(subject: Subject) -> list[Section]:
     signals = subject.record.signals
     curves = [
         CycleCurves(name, signals["foot.percent"], signals[f"foot.{name}"])
-        for name in subject.words("foot.names")
+        for name in subject.text_signal("foot.names")
         if f"foot.{name}" in signals
     ]
     if not curves:
         return []
     caption = (
-        "Angles between the segments of the foot by its markers, as the Oxford Foot Model defines "
-        "them: hindfoot to tibia, forefoot to hindfoot and to tibia, hallux to forefoot."
+        "Angles between segments of the foot by markers, as defined by the Oxford Foot Model: "
+        "hindfoot to tibia, forefoot to hindfoot and to tibia, hallux to forefoot."
     )
     rms = subject.number("foot_segments_marker_rms_mm")
     if rms is not None:
-        caption += f" Markers of a segment move {rms:.1f} mm (RMS) against each other."
+        caption += f" Markers of a segment move {rms:.1f} mm (RMS) relative to each other."
     found = cycle_section(
         SIGNALS["foot.*"].section, curves, subject, caption=caption, published=False
     )
@@ -185,7 +191,7 @@ def cycle_section(
     caption: str,
     published: bool = True,
 ) -> Section:
-    """Return curves over the gait cycle, one plot per quantity, left and right together."""
+    """Return curves over the gait cycle, one plot per quantity with both sides."""
     grouped: dict[tuple[str, str], list[CycleCurves]] = {}
     for curve in curves:
         grouped.setdefault((without_side(curve.name), curve.unit), []).append(curve)
@@ -194,26 +200,28 @@ def cycle_section(
         for (base, _), members in grouped.items()
     ]
     names = [base for base, _ in grouped] if published else []
-    return Section(title, figures, text=cycle_words(caption, curves, subject, names))
+    return Section(title, figures, text=cycle_caption(caption, curves, subject, names))
 
 
-def cycle_words(
+def cycle_caption(
     caption: str, curves: Sequence[CycleCurves], subject: Subject, names: Sequence[str]
 ) -> str:
-    """Return what stands before curves over the cycle: of whom, and whose norms of these names."""
-    words = caption
+    """Return the text of curves over the cycle: numbers of cycles, markings and norms."""
+    text = caption
     if any(len(curve.values) > 1 for curve in curves):
         counts = ", ".join(
             f"{max(counted)} {SIDE_NAMES.get(side or '', 'middle')}"
             for side in ("r", "l", None)
             if (counted := [len(c.values) for c in curves if side_of(c.name) == side])
         )
-        words += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
+        text += f" Line and coloured band: mean and standard deviation over cycles ({counts})."
     if subject.foot_off:
-        words += " Dashed vertical lines: foot off."
+        text += " Dashed vertical lines: foot off."
     every = {curve.name for curve in curves}
-    words += _signs(every & set(subject.held_in_cycles), every & set(subject.assumed))
-    return words + _whose(subject, [band for n in names if (band := _norm(subject, n)) is not None])
+    text += _marking_legend(every & set(subject.limited_percents), every & set(subject.assumed))
+    return text + _norm_legend(
+        subject, [band for n in names if (band := _norm(subject, n)) is not None]
+    )
 
 
 def _names(panel: Panel) -> dict[str, str]:
@@ -221,10 +229,10 @@ def _names(panel: Panel) -> dict[str, str]:
     return {side: f"{panel.name}_{side}" if side else panel.name for side in panel.curves}
 
 
-def _signs(hatched: Collection | bool, dotted: Collection | bool) -> str:
-    """Return what hatching and dots mean, where there are any."""
-    words = " Hatched: the joint is at a limit of its range." if hatched else ""
-    return words + (" Dotted: assumed, not measured." if dotted else "")
+def _marking_legend(hatched: Collection | bool, dotted: Collection | bool) -> str:
+    """Return the legend of hatching and dots, if there are any."""
+    text = " Hatched: the joint is at a limit of its range." if hatched else ""
+    return text + (" Dotted: assumed, not measured." if dotted else "")
 
 
 def curve_figure(
@@ -237,7 +245,7 @@ def curve_figure(
     y_label: str = "",
     height: int = 210,
 ) -> Figure:
-    """Return the curves of one quantity, left and right, over the gait cycle and its norm."""
+    """Return the plot of one quantity over the gait cycle, both sides, with its norm."""
     series, ribbons = [], []
     unit, norm = members[0].unit, _norm(subject, base) if published else None
     marks = [(at, STROKES[side]) for side, at in subject.foot_off.items()]
@@ -251,10 +259,12 @@ def curve_figure(
         mean, sd = mean_sd(curve.values)
         if len(curve.values) > 1:
             ribbons.append(Ribbon(curve.percent, mean - sd, mean + sd, STROKES[side], 0.18))
-        held = subject.held_in_cycles.get(curve.name)
+        limited_frames = subject.limited_percents.get(curve.name)
         dash = DOTTED if curve.name in subject.assumed else ""
         name, colour = SIDE_NAMES.get(side or "", ""), STROKES[side]
-        series.append(Series(curve.percent, mean, name, colour, 2, dash=dash, hatched=held))
+        series.append(
+            Series(curve.percent, mean, name, colour, 2, dash=dash, hatched=limited_frames)
+        )
     sides = {side_of(curve.name) for curve in members}
     drawn = line_plot(
         series,
@@ -277,7 +287,7 @@ def chosen(
     unit: str,
     suffix: str = "",
 ) -> list[CycleCurves]:
-    """Return the curves of some coordinates, both sides of each."""
+    """Return the curves of some coordinates on both sides."""
     found = []
     for name in names:
         for side in ("", "_r", "_l"):
@@ -289,9 +299,9 @@ def chosen(
 
 
 def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
-    """Return the norm of a curve: of the person's population, else of children; None if none.
+    """Return the norm of a curve, of the person's population or else of children; None if none.
 
-    A user's own norms are never mixed with others.
+    Norms of the user are never mixed with others.
     """
     own = subject.population.own
     if subject.runs and not own:
@@ -303,20 +313,20 @@ def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
     return None
 
 
-def _whose(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
-    """Return whose published curves are drawn, how many people, of which age, how fast."""
-    words, speed = "", subject.number("walking_speed_m_s")
+def _norm_legend(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
+    """Return the legend of the norms: number, ages and speed of the people."""
+    text, speed = "", subject.number("walking_speed_m_s")
     for people in dict.fromkeys(band.population for band in bands):
-        words += f" Grey band: mean ± 1 SD of {people.people}"
+        text += f" Grey band: mean ± 1 SD of {people.people}"
         if people.own:
-            words += " (your own norms)."
+            text += " (your own norms)."
             continue
-        words += f", {people.speed}"
+        text += f", {people.speed}"
         if people is norms.CHILDREN:
-            words += f" (here: {subject.speed_class.replace('_', ' ')})"
-        words += f"; {people.citation}."
+            text += f" (here: {subject.speed_class.replace('_', ' ')})"
+        text += f"; {people.citation}."
         if people is not subject.population:
-            words += " No free adult norms exist; adults' moments tend to be larger."
+            text += " There are no free norms of adults, whose moments tend to be larger."
         elif people is norms.ADULTS and speed is not None and not norms.comfortable(speed):
-            words += f" At {speed:.2f} m/s angles differ from these for that reason alone."
-    return words
+            text += f" Angles depend on speed, here {speed:.2f} m/s."
+    return text

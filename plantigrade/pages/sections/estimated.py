@@ -1,11 +1,11 @@
-"""Ground reactions, joint moments and powers that no plate told, with their bands."""
+"""Estimated ground reactions, joint moments and powers, with their uncertainty bands."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.analyze.curves import LOADED, nothing_measured
+from plantigrade.analyze.curves import LOADED_JOINTS, nothing_measured
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
@@ -21,12 +21,12 @@ from plantigrade.record.signal_registry import SIGNALS
 AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
 FORCES, MOMENTS = (SIGNALS[f"forces.{name}"].section for name in ("band", "moment_band"))
 POWERS = "Estimated joint powers"
-MOST = 400  # points of a curve over time, as wide as it is drawn
+MAX_POINTS = 400  # points of a curve over time, about its width in pixels
 
 
 @dataclass(frozen=True)
 class _Estimate:
-    """A curve over the frames: estimated, half-width of its band, measured (NaN where not)."""
+    """A curve over the frames: estimate, half-width of its band, measured value or NaN."""
 
     title: str
     label: str
@@ -39,7 +39,7 @@ class _Estimate:
 
 @needs("forces.measured", "forces.band", "forces.moment_band")
 def estimated_section(subject: Subject) -> list[Section]:
-    """Return what was estimated, over the gait cycle, or over time where there is none."""
+    """Return the estimates over the gait cycle, or over time without cycles."""
     record = subject.record
     if not record.has_forces or record.qfrc_actuator is None:
         return []
@@ -56,7 +56,7 @@ def estimated_section(subject: Subject) -> list[Section]:
 
 
 def _words(subject: Subject, what: str) -> str:
-    """Return what the lines mean."""
+    """Return the legend."""
     text = f"{what}. Full line: estimated from the motion, not measured; shade: its 90 % band"
     text += ", mean over gait cycles" if subject.walks else ""
     if "measured.force" in subject.record.signals:
@@ -95,7 +95,7 @@ def _moments(record: Record) -> tuple[list[_Estimate], list[_Estimate]]:
     motion, mass, band = record.motion, record.human.mass, record.signals["forces.moment_band"]
     names = [str(name) for name in record.signals.get("measured.moment_names", ())]
     moments, powers = [], []
-    for stem in LOADED:
+    for stem in LOADED_JOINTS:
         for side in SIDES:
             name, foot = f"{stem}_{side}", record.foot(side)
             if name not in record.human.coordinates:
@@ -127,9 +127,9 @@ def _moments(record: Record) -> tuple[list[_Estimate], list[_Estimate]]:
 
 
 def _figure(subject: Subject, one: _Estimate) -> Figure:
-    """Return one plot: the estimate in its band, the measured beside."""
+    """Return one plot of the estimate with its band, and the measured curve."""
     motion = subject.record.motion
-    step = -(-motion.n_frames // MOST)
+    step = -(-motion.n_frames // MAX_POINTS)
     x, curves = motion.time[::step], tuple(y[::step] for y in (one.value, one.half, one.measured))
     x_label = "time [s]"
     if subject.walks:
@@ -141,7 +141,7 @@ def _figure(subject: Subject, one: _Estimate) -> Figure:
     series, colour = _series(x, value, measured, STROKES[one.side]), STROKES[one.side]
     known = np.concatenate([s.y[np.isfinite(s.y)] for s in series] or [np.zeros(1)])
     low, high = known.min(initial=0.0), known.max(initial=0.0)
-    room = high - low  # a band that is wider leaves the plot, so that the curves can be seen
+    room = high - low  # wider bands are clipped, so that the curves remain visible
     lower, upper = (np.clip(y, low - room, high + room) for y in (value - half, value + half))
     drawn = line_plot(
         series,

@@ -1,4 +1,4 @@
-"""The figures of a run by their human names, in groups; what a section shows is not repeated."""
+"""Figures of a run in groups with readable names, except those of other sections."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ LENGTHS = (
 
 @dataclass(frozen=True)
 class Shown:
-    """A figure as a reader sees it: ``key`` has ``{}`` where the side stands."""
+    """Display of a figure; ``key`` has ``{}`` for the side."""
 
     label: str
     unit: str
@@ -34,11 +34,11 @@ class Shown:
 
     @property
     def sided(self) -> bool:
-        """Whether there is one of each side."""
+        """Whether the figure exists for both sides."""
         return "{}" in self.key
 
     def text(self, subject: Subject, side: str = "") -> str:
-        """Return its value; a dash where it is not known."""
+        """Return the text of the value; a dash if it is unknown."""
         value = subject.number(self.key.format(side))
         return rounded_text(None if value is None else self.factor * value, self.digits)
 
@@ -265,9 +265,9 @@ GROUPS: tuple[tuple[str, tuple[Shown, ...]], ...] = (
 
 
 def figure_section(subject: Subject) -> list[Section]:
-    """Return the figures of the run in groups; those that the run does not have are left out."""
+    """Return the known figures of the run in groups."""
     groups = [group for title, shown in GROUPS for group in _group(subject, title, shown)]
-    return [Section("Further figures", groups=groups, folded=True)] if groups else []
+    return [Section("Other figures", groups=groups, folded=True)] if groups else []
 
 
 def _group(subject: Subject, title: str, shown: tuple[Shown, ...]) -> list[Group]:

@@ -1,4 +1,4 @@
-"""Ground reaction over time, and the centre of pressure over the foot prints."""
+"""Ground reaction over time, and the centre of pressure on footprints."""
 
 import mujoco
 import numpy as np
@@ -23,7 +23,7 @@ AXES = {2: "Vertical", 0: "Forward", 1: "Sideways (left positive)"}
 
 
 def ground_section(subject: Subject) -> list[Section]:
-    """Return ground reaction over time and the centre of pressure over the foot prints."""
+    """Return ground reaction over time and the centre of pressure on footprints."""
     record, (total, cop) = subject.forces, subject.side_forces
     if total is None or not np.any(total):
         return [Section(TITLE, missing="no ground reaction was measured or computed.")]
@@ -44,12 +44,12 @@ def ground_section(subject: Subject) -> list[Section]:
 
 
 def loaded_frames(vertical: Float[Array, " n"], weight: float) -> list[tuple[int, int]]:
-    """Return first and last-plus-one frame of each time a foot bears a tenth of body weight."""
+    """Return start and stop frames of each contact with at least a tenth of body weight."""
     return [(s.start, s.stop) for s in runs(vertical > 0.1 * weight) if s.stop - s.start > 3]
 
 
 def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
-    """Return the bones of each loaded foot at the middle of its stance, seen from above."""
+    """Return the bones of each foot in midstance, from above."""
     model, outlines = record.human.model, []
     for row, side in enumerate(SIDES):
         shapes = _foot_shapes(model, side)
@@ -81,14 +81,14 @@ def _over_time(record: Record, total: Array, axis: int) -> str:
 
 
 def _said(site: ContactSite) -> str:
-    """Return what a chart calls a site that is no foot's."""
+    """Return the label of a site that is not on a foot."""
     if site.part == PUSH_PART:
         return f"push on the {site.body}"
     return f"{site.body} on the ground" if site.part == TOUCH_PART else site.name
 
 
 def _above(cop: Array, outlines: list[Outline]) -> Figure:
-    """Return the paths of the centre of pressure over the foot prints."""
+    """Return the paths of the centre of pressure on footprints."""
     series = [
         Series(cop[:, row, 0], cop[:, row, 1], name, STROKES[side], 2.2)
         for row, (side, name) in enumerate(NAMES.items())
@@ -101,14 +101,14 @@ def _above(cop: Array, outlines: list[Outline]) -> Figure:
         y_label="left [m]",
     )
     caption = (
-        "Seen from above. The point where the ground's force acts moves from the heel to the "
-        "toes in each step; pale shapes are the bones of the loaded foot at mid-stance."
+        "From above. The centre of pressure moves from the heel to the toes in each step; pale "
+        "shapes are the bones of the foot in midstance."
     )
     return Figure(drawing, caption, wide=True)
 
 
 def _foot_figures(record: Record, total: Array, cop: Array) -> list[Figure]:
-    """Return, per foot, the centre of pressure of every stance in the frame of that foot."""
+    """Return the centre of pressure of every stance in the frame of its foot."""
     model, figures = record.human.model, []
     for row, side in enumerate(SIDES):
         shapes = _foot_shapes(model, side)
@@ -143,7 +143,7 @@ def _foot_figures(record: Record, total: Array, cop: Array) -> list[Figure]:
 
 
 def _foot_axes(tips: Array) -> Array:
-    """Return the axes to the right of a foot and along it, from its outline about the ankle."""
+    """Return the axes to the right and along a foot, from its outline about the ankle."""
     reach = np.linalg.norm(tips, axis=1)
     ahead = tips[reach > 0.8 * reach.max()].mean(axis=0)
     forward = ahead / max(np.linalg.norm(ahead), 1e-9)
@@ -156,6 +156,6 @@ def _foot_shapes(model: mujoco.MjModel, side: str) -> list[Shape]:
 
 
 def _print(shape: Shape, positions: Array, quats: Array, colour: str) -> Outline:
-    """Return a bone seen from above."""
+    """Return a bone from above."""
     points, width = silhouette(shape, positions[shape.body], quats[shape.body], np.eye(3)[:2])
     return Outline(points, colour, width)

@@ -1,4 +1,4 @@
-"""How far the recorded markers lie from those on the body."""
+"""Distances between recorded and fitted markers."""
 
 import numpy as np
 
@@ -13,10 +13,10 @@ TITLE = SIGNALS["markers.residual"].section
 
 
 def marker_section(subject: Subject) -> list[Section]:
-    """Return the distance of recorded and fitted markers, per marker and per frame."""
+    """Return the distances between recorded and fitted markers, per marker and per frame."""
     record = subject.record
     if record.recorded_markers is None or record.fitted_markers is None:
-        return [Section(TITLE, missing="there were no markers to compare with.")]
+        return [Section(TITLE, missing="the recording has no markers.")]
     gap = 1000 * _distance(record.recorded_markers.positions, record)
     seen = np.isfinite(gap)
     if not seen.any():
@@ -26,24 +26,23 @@ def marker_section(subject: Subject) -> list[Section]:
     text = (
         "Distance between each recorded marker and the same marker on the fitted body. The RMS "
         "marker error, root mean square over the markers of a frame and mean over the frames, is "
-        f"{error:.1f} mm. Markers ride on skin, which slides over the bone by millimetres to "
-        "centimetres in walking (Leardini et al. 2005, Gait & Posture 21:212), so these distances "
-        "cannot all vanish."
+        f"{error:.1f} mm. Soft tissue artefact of millimetres to centimetres in walking (Leardini "
+        "et al. 2005, Gait & Posture 21:212) makes distances of zero impossible."
     )
     bars = _per_marker(record.recorded_markers.names, gap, seen, square)
     curve = _per_frame(record.motion.time, gap, seen, square)
     figures = [
-        Figure(bars, "The percentage is the share of frames in which the marker was seen."),
+        Figure(bars, "The percentage is the share of frames in which the marker is visible."),
         Figure(curve, "An isolated peak indicates a swapped or stray marker."),
     ]
     return [Section(TITLE, figures, text=text, folded=True)]
 
 
 def _distance(recorded: Array, record: Record) -> Array:
-    """Return how far recorded markers lie from those on the body [m], as fitted where known.
+    """Return the distance between recorded and fitted markers [m].
 
-    The motion of a record is filtered after the fit, which moves its markers by tenths of a
-    millimetre: the error of the fit is that of the frames that were fitted.
+    Residuals of the fit are preferred, because the filter of the motion after the fit moves markers
+    by tenths of a millimetre.
     """
     assert record.fitted_markers is not None  # the section asks for them
     there = np.isfinite(recorded).all(axis=2)
@@ -85,12 +84,12 @@ def _per_frame(time, gap, seen, square) -> str:
 
 
 def _over(axis, gap, seen, square) -> tuple[np.ndarray, np.ndarray]:
-    """Return root mean square and largest along an axis; NaN where nothing was seen."""
+    """Return RMS and maximum along an axis; NaN without visible markers."""
     with np.errstate(invalid="ignore", divide="ignore"):
         rms = np.sqrt(square.sum(axis=axis) / seen.sum(axis=axis))
     return rms, np.where(seen.any(axis=axis), np.where(seen, gap, -np.inf).max(axis=axis), np.nan)
 
 
 def _share(count, total) -> str:
-    """Return the share in percent; one gap in a long trial never reads as all."""
+    """Return the share in percent, at most 99.9 % unless complete."""
     return "100 %" if count == total else f"{min(99.9, 100 * count / total):.3g} %"

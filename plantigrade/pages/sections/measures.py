@@ -1,4 +1,4 @@
-"""Spatio-temporal measures of a walk, beside what is published of adults or children."""
+"""Spatio-temporal measures of a walk, with published values of adults or children."""
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.symmetry import symmetry_index
@@ -25,15 +25,17 @@ BY_SIDE = (
     ("flight time", "s", "flight_time_SIDE{}_s", 3),
     ("duty factor", "of stride", "duty_factor_SIDE{}_ratio", 2),
 )
-"""Name, unit, key of the figure (``{}``: where the standard deviation's has ``_sd``), decimals."""
+"""Name, unit, key of the figure (``{}`` is ``_sd`` for the standard deviation) and decimals."""
 
 
 def measure_section(subject: Subject) -> list[Section]:
-    """Return the table of measures: right, left, both, their symmetry, and published."""
+    """Return the table of measures: right, left, both, symmetry, and published values."""
     if not subject.walks:
-        missing = "no whole gait cycle was found, so no step or stride could be measured."
+        missing = "no complete gait cycle was found, so no step or stride could be measured."
         return [Section(MEASURES, missing=missing)]
-    none = subject.runs or subject.population.own  # of running, or among one's own norms
+    none = (
+        subject.runs or subject.population.own
+    )  # no published values for running, or with norms of the user
     published = {} if none else _published(subject)
     rows = [
         [name, "", "", _value(subject, key, digits), "", unit, published.get(name, "")]
@@ -47,9 +49,11 @@ def measure_section(subject: Subject) -> list[Section]:
     if not rows:
         return [Section(MEASURES, missing="no gait measures are known.")]
     text = (
-        "A step goes from one foot's heel strike to the other's and is named after the foot that "
-        "lands; a stride goes to the same foot's next. Mean ± standard deviation where there are "
-        "several. Symmetry index: right minus left, of the mean of both (Robinson et al. 1987, J "
+        "A step is from heel strike of one foot to that of the other and is named after the foot "
+        "that lands; a stride is between heel strikes of the same foot. Mean ± standard deviation "
+        "of "
+        "several. Symmetry index: right minus left, relative to their mean (Robinson et al. 1987, "
+        "J "
         "Manipulative Physiol Ther 10:172)."
     )
     who = subject.population
@@ -68,7 +72,7 @@ def measure_section(subject: Subject) -> list[Section]:
 
 
 def _value(subject: Subject, key: str, digits: int) -> str:
-    """Return mean and standard deviation; nothing where it is not known."""
+    """Return mean and standard deviation; empty if unknown."""
     mean, sd = (subject.number(key.format(part)) for part in ("", "_sd"))
     if mean is None:
         return ""
@@ -84,7 +88,7 @@ def _symmetry(subject: Subject, keys: list[str]) -> str:
 
 
 def _published(subject: Subject) -> dict[str, str]:
-    """Return what is published of adults at the speed of the walk, or of children."""
+    """Return published values of adults at the speed of the walk, or of children."""
     if subject.population is norms.ADULTS:
         speed = subject.number("walking_speed_m_s")
         steps = {} if speed is None else norms.adult_steps(speed)

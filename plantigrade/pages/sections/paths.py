@@ -22,7 +22,7 @@ def path_section(subject: Subject) -> list[Section]:
         bodies = np.flatnonzero(foot_bodies(model, side))
         if len(bodies):
             feet.append((f"{SIDE_NAMES[side]} foot", STROKES[side], positions[:, bodies[0]]))
-    sway = "In walking, the centre of mass sways towards the standing foot."
+    sway = "In walking, the centre of mass moves towards the stance foot."
     scale = "Drawn to scale. The origin of each foot is its ankle."
     above = path_plot(_paths(feet, com, 1), title="From above", y_label="left [m]")
     right = path_plot(

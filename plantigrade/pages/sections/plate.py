@@ -1,4 +1,4 @@
-"""The virtual contact plate: where each foot presses how hard, through one contact."""
+"""The virtual contact plate: distribution of load under each foot during one contact."""
 
 import numpy as np
 
@@ -6,25 +6,25 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid
 from plantigrade.charts.labels import SIDE_NAMES, without_side
 from plantigrade.constants import SIDES
-from plantigrade.pages.contact_plate import LEAST, Sole, centre, foot_svg
+from plantigrade.pages.contact_plate import MIN_LOAD, Sole, centre, foot_svg
 from plantigrade.pages.section import Group, Section, Subject
 from plantigrade.record import Record
 
 TITLE = "Virtual contact plate"
-SHARES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)
-"""Where in a contact the foot is drawn."""
-POINTS = 80
-"""Of the path of the centre of pressure."""
+DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)
+"""Phases of a contact at which the foot is drawn."""
+PATH_POINTS = 80
+"""Points of the path of the centre of pressure."""
 
 
 def plate_section(subject: Subject) -> list[Section]:
-    """Return which places of the feet press how hard, wherever forces at the feet are known."""
+    """Return the distribution of load under the feet, if forces at the feet are known."""
     record = subject.forces
     if not record.has_forces or not any(site.side for site in record.sites):
         return []
-    assert record.contact_force is not None  # that is what having forces means
+    assert record.contact_force is not None  # implied by has_forces
     load = np.nan_to_num(record.contact_force[..., 2]) / record.weight
-    if record.contact_known is not None:  # both feet on one plate: nobody knows what each carries
+    if record.contact_known is not None:  # with both feet on one plate the load sharing is unknown
         load = np.where(record.contact_known, load, 0.0)
     if record.contact_point is not None:
         load = np.where(np.isfinite(record.contact_point).all(axis=2), load, 0.0)
@@ -34,8 +34,8 @@ def plate_section(subject: Subject) -> list[Section]:
     if not drawn:
         return [Section(TITLE, missing="no force is known for a single foot.")]
     text = (
-        "The soles from above, toes up. Rings: places that can touch the ground; discs: what "
-        "presses, by area; cross and line: centre of pressure."
+        "The soles from above, toes up. Rings: contact sites; discs: load, by area; cross and "
+        "line: centre of pressure."
     )
     if any(site.measured and site.side for site in record.sites):
         text += " Measured forces are drawn where they act on hindfoot and toes."
@@ -44,7 +44,7 @@ def plate_section(subject: Subject) -> list[Section]:
 
 
 def longest(loaded: Array) -> tuple[int, int] | None:
-    """Return first and last frame of the longest contact, of those that begin and end if any do.
+    """Return first and last frame of the longest contact, preferably a complete one.
 
     Example:
         >>> longest(np.array([True, True, True, False, True, True, False]))
@@ -57,18 +57,18 @@ def longest(loaded: Array) -> tuple[int, int] | None:
 
 
 def _contact(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Figure | None:
-    """Return a foot at several instants of its longest contact."""
+    """Return the plate of a foot at several instants of its longest contact."""
     own = load[:, sole.index]
-    span = longest(np.maximum(own, 0.0).sum(axis=1) > LEAST)
+    span = longest(np.maximum(own, 0.0).sum(axis=1) > MIN_LOAD)
     if span is None:
         return None
     first, last = span
     time = record.motion.time
-    frames = [round(first + share * (last - first)) for share in SHARES]
+    frames = [round(first + share * (last - first)) for share in DRAWN_PHASES]
     feet = []
     for frame in dict.fromkeys(frames):
         feet.append(foot_svg(sole, sole.places(record, frame), own[frame], f"{time[frame]:.2f} s"))
-    on = np.unique(np.linspace(first, last, POINTS).astype(int))
+    on = np.unique(np.linspace(first, last, PATH_POINTS).astype(int))
     path = np.array([centre(sole.places(record, int(frame)), own[frame]) for frame in on])
     nothing = np.zeros(len(sole.index))
     feet.append(foot_svg(sole, sole.place, nothing, "path", path=path))
@@ -79,8 +79,8 @@ def _contact(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Figure | 
 
 
 def _group(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Group | None:
-    """Return what every place carries; nothing where forces are measured, for these move about."""
-    on = np.maximum(load[:, sole.index], 0.0).sum(axis=1) > LEAST
+    """Return the load of every site; nothing for measured forces, whose points move."""
+    on = np.maximum(load[:, sole.index], 0.0).sum(axis=1) > MIN_LOAD
     rows = []
     for i in sole.index:
         site = record.sites[i]

@@ -1,10 +1,10 @@
-"""The motion beside the recorded one, its forces beside the measured ones."""
+"""Comparison of motion and forces with the recorded ones."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from plantigrade.analyze.curves import LOADED
+from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_study import PAPER_TABLE
 from plantigrade.analyze.reproduction import ROTATIONS, compare
 from plantigrade.analyze.statistics import mean_sd
@@ -23,42 +23,46 @@ OTHERS = (
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
 )
 AXES = ("forward", "sideways (left positive)", "vertical")
-NOT_ASKED = "the motion was computed without forces."
-MOVED = (
-    " They belong to a motion of their own (forces.npz): a body that balances cannot follow the "
+NO_FORCES = "the motion was computed without forces."
+SEPARATE_MOTION = (
+    " They belong to a separate motion (forces.npz), because a balancing body cannot track the "
     "recorded centre of mass to the millimetre. The sections over the gait cycle and the arrows "
     "of the pictures show the same forces."
 )
-FELL = " They belong to a motion of their own (forces.npz), in which the body fell; up to there."
-FALLEN = 0.15  # a body whose centre of mass is further off its path has fallen [m]
+FELL_NOTE = (
+    " They belong to a separate motion (forces.npz) and are shown until the fall of the body."
+)
+MAX_COM_ERROR = 0.15  # [m] from its path; beyond it the body has fallen
 
 
 @needs(reference="recorded")
 def curve_section(subject: Subject) -> list[Section]:
-    """Return reproduced and recorded angles over the gait cycle: of the legs, then all others."""
+    """Return reproduced and recorded angles over the gait cycle, legs first."""
     title = "Reproduced against recorded angles"
     if not subject.comparison.cycles:
-        return [Section(title, missing="the motion holds no whole gait cycle to draw them over.")]
+        return [
+            Section(title, missing="the motion holds no complete gait cycle to draw them over.")
+        ]
     text = "Full line: reproduced; violet dashes: recorded."
     if "tasks.names" in subject.record.signals:
         text += (
-            " Of these angles the tasks know only the posture at the end of each phase and, by "
-            "default, how fast it is passed."
+            " The tasks include only the posture at the end of each phase and, by default, its "
+            "velocity."
         )
     text += (
-        " Curves are cut at the heel strikes of their own side (pelvis and trunk: right); where "
-        "there are several cycles, bands are one standard deviation."
+        " Cycles start at heel strikes of the same side (pelvis and trunk: right). Bands are one "
+        "standard deviation over several cycles."
     )
     legs, others = (_pairs(subject, names) for names in ([n for _, n in ROTATIONS], OTHERS))
     found = [Section(title, legs, text=text)]
     if others:
         more = "Toes, pelvis, trunk and arms against the recorded ones"
-        found.append(Section(more, others, text="Drawn as above.", folded=True))
+        found.append(Section(more, others, text="Plotted as above.", folded=True))
     return found
 
 
 def _pairs(subject: Subject, names: Sequence[str]) -> list[Figure]:
-    """Return one plot for each of the coordinates that are known."""
+    """Return one plot per known coordinate."""
     found = subject.comparison
     return [
         Figure(
@@ -89,9 +93,10 @@ def pair_plot(
     width: int = 330,
     height: int = 210,
 ) -> str:
-    """Return a plot of reproduced and recorded curves: mean and standard deviation of rows.
+    """Return a plot of reproduced and recorded curves, with mean and standard deviation of rows.
 
-    NaN is unknown; the colour is that of ours, and ``note`` stands beside the label of the axis.
+    Unknown values are NaN; the colour is that of the reproduced curve, and ``note`` is shown next
+    to the axis label.
     """
     ribbons, series = [], []
     for rows, shade, dash in ((theirs, STROKE_REFERENCE, "5 3"), (ours, colour, "")):
@@ -116,7 +121,7 @@ def pair_plot(
 
 @needs(reference="recorded")
 def rom_section(subject: Subject) -> Section:
-    """Return the table of ranges of motion; of an ordered-task gait beside the paper's."""
+    """Return the table of ranges of motion, for ordered tasks with the paper's values."""
     title = "Ranges of motion"
     found, published = subject.comparison, "tasks.names" in subject.record.signals
     shown = [name for _, name in ROTATIONS if name in found.rom]
@@ -145,7 +150,7 @@ def rom_section(subject: Subject) -> Section:
 
 @needs(reference="recorded")
 def com_section(subject: Subject) -> Section:
-    """Return how far the centre of mass was off, and how high the feet were."""
+    """Return the error of the centre of mass, and the height of the feet."""
     time, found = subject.record.motion.time, subject.comparison
     error, soles, recorded = (
         1e3 * values for values in (found.com_error, found.soles, found.soles_reference)
@@ -175,15 +180,15 @@ def com_section(subject: Subject) -> Section:
     text = ""
     if "tasks.names" in subject.record.signals:
         text = (
-            "No task tracks the height of the feet: it follows from the centre of mass, the "
-            "heels' paths over the ground, the posture at the end of each phase, and the floor, "
-            "which no point of a sole may enter."
+            "No task tracks the height of the feet. It results from the centre of mass, the "
+            "horizontal paths of the heels, the posture at the end of each phase, and the "
+            "constraint that no point of a sole penetrates the ground."
         )
     return Section("Centre of mass and soles", figures, text=text, folded=True)
 
 
 def force_section(subject: Subject) -> list[Section]:
-    """Return the computed ground reactions, beside the measured ones where there are any."""
+    """Return the computed ground reactions, with measured ones if known."""
     title = "Computed ground reactions"
     if not _computed(subject):
         return _absent(subject, title)
@@ -208,14 +213,14 @@ def force_section(subject: Subject) -> list[Section]:
     text = "Ground reaction on each foot in body weights. Full line: computed"
     text += " without any measured force; violet dashes: measured." if measured is not None else "."
     if record is not subject.record and record is subject.forces:
-        text += MOVED
+        text += SEPARATE_MOTION
     elif record is not subject.record:
-        text += FELL
+        text += FELL_NOTE
     return [Section(title, figures, text=text, folded=True)]
 
 
 def moment_section(subject: Subject) -> list[Section]:
-    """Return the computed joint moments, beside inverse dynamics of the measured forces."""
+    """Return the computed joint moments, with those from measured forces if known."""
     title = "Computed joint moments"
     if not _computed(subject):
         return _absent(subject, title)
@@ -226,7 +231,7 @@ def moment_section(subject: Subject) -> list[Section]:
         title = "Joint moments: computed beside measured"
     else:
         hinges = record.human.coordinates
-        names = [f"{n}_{s}" for n in LOADED for s in SIDES if f"{n}_{s}" in hinges]
+        names = [f"{n}_{s}" for n in LOADED_JOINTS for s in SIDES if f"{n}_{s}" in hinges]
     figures = [
         Figure(
             _plot(
@@ -248,37 +253,37 @@ def moment_section(subject: Subject) -> list[Section]:
 
 
 def _moved(subject: Subject) -> Record:
-    """Return the motion moved by forces, also one that fell."""
+    """Return the motion moved by forces, even after a fall."""
     return subject.run.others.get("forces", subject.record)
 
 
 def _computed(subject: Subject) -> bool:
-    """Return whether there are computed forces: of tasks, or with measured ones to compare."""
+    """Return whether there are computed forces, of tasks or with measured ones."""
     moved = _moved(subject)
     there = moved.has_forces and moved.qfrc_actuator is not None
-    there &= "forces.band" not in moved.signals  # of a fit, which has sections of its own
+    there &= "forces.band" not in moved.signals  # estimated forces have their own sections
     return there and (moved is not subject.record or "measured.force" in moved.signals)
 
 
 def _measured(record: Record, name: str) -> Array | None:
-    """Return a measured signal; None where nothing was measured at any time."""
+    """Return a measured signal; None if it was never measured."""
     found = record.signals.get(name)
     return found if found is not None and np.isfinite(found).any() else None
 
 
 def _standing(subject: Subject) -> int:
-    """Return the number of frames before the body fell; all where it did not."""
+    """Return the number of frames before a fall, or of all frames."""
     moved = _moved(subject)
     if subject.forces is moved or "recorded" not in moved.references:
         return moved.motion.n_frames
-    fell = compare(moved).com_error > FALLEN
+    fell = compare(moved).com_error > MAX_COM_ERROR
     return int(np.argmax(fell)) if fell.any() else moved.motion.n_frames
 
 
 def _absent(subject: Subject, title: str) -> list[Section]:
-    """Return the line that says why, for a motion from tasks; nothing for others."""
+    """Return a section with the reason, for a motion from tasks; nothing for others."""
     from_tasks = "tasks.names" in subject.record.signals
-    return [Section(title, missing=NOT_ASKED)] if from_tasks else []
+    return [Section(title, missing=NO_FORCES)] if from_tasks else []
 
 
 def _plot(time: Array, ours: Array, theirs: Array | None, side: str, **options) -> str:

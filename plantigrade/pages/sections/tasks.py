@@ -1,4 +1,4 @@
-"""The ordered tasks of a gait: their order, when they act, and what each level missed."""
+"""The ordered tasks of a gait: their order, active times, and the residual of each level."""
 
 from dataclasses import replace
 
@@ -14,8 +14,8 @@ from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import place_text, task_text
 from plantigrade.record.signal_registry import SIGNALS
 
-TINY = 1e-8  # residuals below this are drawn here: they are zero but for rounding
-LONGEST = 60  # phases beyond which only the beginning of the timeline is drawn
+MIN_DRAWN = 1e-8  # smaller residuals are rounding errors and drawn at this value
+MAX_PHASES = 60  # maximum number of phases in the timeline
 REGIONS = ("heel", "ball", "toes")
 
 
@@ -25,9 +25,9 @@ def task_section(subject: Subject) -> Section:
     signals, time = subject.record.signals, subject.record.motion.time
     last = float(time[-1])
     phases = signals.get("phase.span", np.zeros((0, 2)))
-    end = float(phases[LONGEST - 1, 1]) if len(phases) > LONGEST else last
+    end = float(phases[MAX_PHASES - 1, 1]) if len(phases) > MAX_PHASES else last
     rows = [("phase", _phases(subject)), *_contacts(subject)]
-    names, levels = subject.words("tasks.names"), [int(n) for n in signals["tasks.level"]]
+    names, levels = subject.text_signal("tasks.names"), [int(n) for n in signals["tasks.level"]]
     for k, name in enumerate(names):
         active = signals["tasks.active"][:, k].astype(bool)
         bars = active_bars(active, time, _tint(levels[k]))
@@ -38,13 +38,13 @@ def task_section(subject: Subject) -> Section:
     ]
     ends = [float(t) for t in signals.get("posture.end", ()) if t <= end]
     caption = (
-        "Vertical lines: ends of phases, where the posture is to be reached. A numbered row is a "
-        "task with its level; its bar shows when the task is active."
+        "Vertical lines: ends of phases, the target times of postures. Numbered rows are tasks "
+        "with their level; bars show when a task is active."
     )
     if end < last:
         caption += f" The first {end:.1f} s of {last:.1f} s are drawn."
     drawing = timeline_plot(cut, title="Active tasks over time", marks=ends)
-    meanings = subject.words("tasks.meanings", len(names))
+    meanings = subject.text_signal("tasks.meanings", len(names))
     table = [["0", "limits of the joints", "Range, speed and acceleration of every joint."]]
     table += [[str(levels[k]), task_text(name), meanings[k]] for k, name in enumerate(names)]
     chosen = subject.figures.get("tasks") or subject.run.provenance.settings.get("tasks")
@@ -65,7 +65,7 @@ def task_section(subject: Subject) -> Section:
 
 @needs("tasks.names", "tasks.level", "tasks.active", "tasks.residual")
 def residual_section(subject: Subject) -> Section:
-    """Return by how much each level was missed over time."""
+    """Return the residual of each level over time."""
     signals, time = subject.record.signals, subject.record.motion.time
     active, level = signals["tasks.active"].astype(bool), signals["tasks.level"]
     residual = np.where(active, signals["tasks.residual"], 0.0)
@@ -75,7 +75,9 @@ def residual_section(subject: Subject) -> Section:
         mine = level == k
         missed = np.linalg.norm(residual[:, mine], axis=1)
         missed = np.where(active[:, mine].any(axis=1), missed, np.nan)
-        words = [task_text(n) for n, m in zip(subject.words("tasks.names"), mine, strict=True) if m]
+        words = [
+            task_text(n) for n, m in zip(subject.text_signal("tasks.names"), mine, strict=True) if m
+        ]
         words = list(dict.fromkeys(w.removesuffix(" right").removesuffix(" left") for w in words))
         series.append(Series(time, missed, f"{k} {', '.join(words)}", _tint(k), 1.3, 0.9))
     drawing = line_plot(
@@ -83,11 +85,11 @@ def residual_section(subject: Subject) -> Section:
         y_label=f"residual acceleration [{residual_of.unit}]",
         width=1060,
         height=320,
-        log=TINY,
+        log=MIN_DRAWN,
     )
     caption = (
-        "Logarithmic; lines at the lower edge are zero but for rounding. A level stands out where "
-        "those above it, or a limit of a joint, leave it no freedom."
+        "Logarithmic; lines at the lower edge are rounding errors. A residual is large where "
+        "higher levels, or joint limits, leave no freedom for a level."
     )
     text = (
         "Norm of the difference between desired and achieved acceleration of each level, "
@@ -98,7 +100,7 @@ def residual_section(subject: Subject) -> Section:
 
 
 def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.opacity) -> list[Bar]:
-    """Return a bar for every stretch of frames in which something is active."""
+    """Return a bar for every interval of active frames."""
     last = len(time) - 1
     spans = [(time[s.start], time[min(s.stop, last)]) for s in runs(active)]
     return [Bar(float(start), float(stop), colour, "", opacity) for start, stop in spans]
@@ -106,9 +108,11 @@ def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.op
 
 def _phases(subject: Subject) -> list[Bar]:
     spans = subject.record.signals.get("phase.span", np.zeros((0, 2)))
-    swings = subject.words("phase.swing")
+    swings = subject.text_signal("phase.swing")
     bars = []
-    for (start, stop), kind, swing in zip(spans, subject.words("phase.kind"), swings, strict=True):
+    for (start, stop), kind, swing in zip(
+        spans, subject.text_signal("phase.kind"), swings, strict=True
+    ):
         double = kind == "double"
         words = "double support" if double else f"{SIDE_NAMES[swing]} swing"
         colour = STROKE_MIDDLE if double else STROKES[swing]
@@ -120,7 +124,7 @@ def _contacts(subject: Subject) -> list[tuple[str, list[Bar]]]:
     places = [f"{region}_{side}" for side in SIDES for region in REGIONS]
     bars: dict[str, list[Bar]] = {place: [] for place in places}
     spans = subject.record.signals.get("contact.span", np.zeros((0, 2)))
-    for (start, stop), place in zip(spans, subject.words("contact.place"), strict=True):
+    for (start, stop), place in zip(spans, subject.text_signal("contact.place"), strict=True):
         bar = Bar(float(start), float(stop), STROKES[place[-1]], opacity=0.6)
         bars.setdefault(place, []).append(bar)
     return [(f"{place_text(p, p[-1])} on the ground", bars[p]) for p in places]

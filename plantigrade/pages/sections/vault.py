@@ -1,4 +1,4 @@
-"""A vault: how the joints were activated, and what of the approach matters most."""
+"""A vault: joint activations, and sensitivity to the approach."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from plantigrade.record.signal_registry import SIGNALS
 
 @needs("vault.joints", "vault.activation")
 def activation_section(subject: Subject) -> Section:
-    """Return activation over time, one curve a joint."""
+    """Return activation over time, one curve per joint."""
     record = subject.record
-    names, values = subject.words("vault.joints"), record.signals["vault.activation"]
+    names, values = subject.text_signal("vault.joints"), record.signals["vault.activation"]
     series = [
         Series(record.motion.time, values[:, i], name, PALETTE[i % len(PALETTE)])
         for i, name in enumerate(names)
@@ -30,8 +30,8 @@ def activation_section(subject: Subject) -> Section:
 
 @needs("vault.changed", "vault.change")
 def sensitivity_section(subject: Subject) -> Section:
-    """Return how the take-off changes with the approach, what matters most first."""
-    names, change = subject.words("vault.changed"), subject.record.signals["vault.change"]
+    """Return the sensitivity of the take-off to the approach, largest first."""
+    names, change = subject.text_signal("vault.changed"), subject.record.signals["vault.change"]
     best = subject.number("take_off_speed_m_s") or 0.0
     farthest = {n: -1.0 for n in names}
     for name, (_, _, anew) in zip(names, change, strict=True):
@@ -50,9 +50,9 @@ def sensitivity_section(subject: Subject) -> Section:
     return Section(
         SIGNALS["vault.change"].section,
         text=(
-            "Each part of the approach was changed by 5 % of its value. Upward velocity at "
-            "take-off [m/s] with the same activations, and with activations searched anew from "
-            "there; what changes that most stands first."
+            "Each parameter of the approach was changed by 5 %. Upward velocity at take-off [m/s] "
+            "with the same activations, and with activations optimised again from there, sorted by "
+            "the change."
         ),
         headers=("changed", "by", "same activations", "optimised again", "change"),
         rows=rows,

@@ -1,4 +1,4 @@
-"""What the checker says of a motion, what the solver says, and the strength the motion takes."""
+"""Results of the check and of the solver, and the required joint strength."""
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from plantigrade.pages.text import (
 )
 from plantigrade.record.signal_registry import SIGNALS
 
-TINY = 1e-9  # smaller violations are drawn here
-MOST = 16  # joints in the table of strength
+MIN_DRAWN = 1e-9  # smaller violations are drawn at this value
+MAX_JOINTS = 16  # joints in the table of strength
 SOLVERS = {"interior-point": "banded interior point", "ipopt": "IPOPT"}
 STAGE, NUMBER, OBJECTIVE, VIOLATION, OPTIMALITY = range(5)
 """Columns of ``solver.history``."""
@@ -45,30 +45,30 @@ QUANTITIES = {
     "energy": "rate of energy against joint power",
     "condition": "condition of the task",
 }
-"""What the checker looks at, in the words of the table; others by their own names."""
+"""Labels of checked quantities in the table; others have their own names."""
 CONDITION_UNITS = {"deg": (1.0, "°"), "deg/s": (1.0, "°/s"), "m": (1000.0, "mm")}
-"""Units of conditions: a factor, and how the table writes them."""
+"""Units of conditions: factor and label in the table."""
 HEADERS = ("quantity", "worst", "limit", "unit", "where", "when", "ok")
 
 
 @needs("check.quantity", "check.value", "check.limit", "check.bad")
 def check_section(subject: Subject) -> Section:
-    """Return everything that was checked: worst value, limit, where and when."""
+    """Return the table of the check: worst value, limit, location and time."""
     record = subject.record
     rows = [row for met, row in _rows(subject) if not met]
     text = (
         "The check is independent of the optimiser: it examines the finished motion in "
         f"{record.motion.n_frames} frames over {record.motion.duration:.2f} s with MuJoCo's "
-        "inverse dynamics, and it alone decides whether the run is ok. Forces that no contact "
-        "explains must be (nearly) zero, and standing contacts must not slip. Negative values lie "
-        "that far on the safe side."
+        "inverse dynamics, and alone determines whether the run is ok. Residual forces must be "
+        "nearly zero, and contacts in stance must not slip. Negative values have that margin to "
+        "the limit."
     )
     return Section(SIGNALS["check.value"].section, text=text, headers=HEADERS, rows=rows)
 
 
 @needs("check.quantity", "check.value", "check.limit", "check.bad")
 def condition_section(subject: Subject) -> list[Section]:
-    """Return the conditions of the task that are met; others stand in the table of the check."""
+    """Return the conditions of the task that are met; others are in the table of the check."""
     rows = [row for met, row in _rows(subject) if met]
     text = "Conditions of the task, evaluated in every frame of the check."
     section = Section("Conditions of the task", text=text, headers=HEADERS, rows=rows, folded=True)
@@ -76,8 +76,8 @@ def condition_section(subject: Subject) -> list[Section]:
 
 
 def _rows(subject: Subject) -> list[tuple[bool, list[str]]]:
-    """Return the rows of the check, and of each whether it is a condition that is met."""
-    words, check = subject.words, subject.record.group("check")
+    """Return the rows of the check, and whether each is a condition that is met."""
+    words, check = subject.text_signal, subject.record.group("check")
     n, rows = len(check["quantity"]), []
     for quantity, value, limit, unit, where, side, time, bad in zip(
         words("check.quantity"),
@@ -113,7 +113,7 @@ def _number(value: float, digits: int) -> str:
 
 
 def _place(where: str, side: str) -> str:
-    """Return the name of a place, coordinate or condition as a reader knows it.
+    """Return a readable name of a location, coordinate or condition.
 
     Example:
         >>> _place("heel_back_r", "r"), _place("knee_angle_r", "r"), _place("height of seat_l", "")
@@ -134,8 +134,8 @@ def _place(where: str, side: str) -> str:
 
 @needs("check.findings")
 def findings_section(subject: Subject) -> list[Section]:
-    """Return what the checker found wrong, worst first."""
-    findings = subject.words("check.findings")
+    """Return the findings of the check, worst first."""
+    findings = subject.text_signal("check.findings")
     return _numbered(
         SIGNALS["check.findings"].section,
         "finding",
@@ -150,7 +150,7 @@ def broken_section(subject: Subject) -> list[Section]:
     return _numbered(
         SIGNALS["solver.broken"].section,
         "constraint",
-        subject.words("solver.broken"),
+        subject.text_signal("solver.broken"),
         "The most violated constraint of each kind, at the nodes of the solver's last iterate, "
         "and what to relax.",
     )
@@ -165,7 +165,7 @@ def _numbered(title: str, what: str, sentences: tuple[str, ...], text: str) -> l
 
 @needs("solver.history", "solver.stage_names")
 def strength_section(subject: Subject) -> Section:
-    """Return how much of each joint's strength the motion takes."""
+    """Return the required share of each joint's strength."""
     title, record = "Joint strength used", subject.record
     model, limits = record.human.model, record.limits.torque
     rows = []
@@ -180,7 +180,7 @@ def strength_section(subject: Subject) -> Section:
         rows.append((100 * float(used[most]), name, float(torque[most])))
     if not rows:
         return Section(title, missing="the joints have no torque limits.")
-    rows = sorted(rows, reverse=True)[:MOST]
+    rows = sorted(rows, reverse=True)[:MAX_JOINTS]
     drawing = bar_plot(
         [place_text(name, side_of(name) or "") for _, name, _ in rows],
         [used for used, _, _ in rows],
@@ -211,7 +211,7 @@ def convergence_section(subject: Subject) -> Section:
     }
     violation = Series(count, history[:, VIOLATION], "violation", STROKE_RIGHT)
     optimality = Series(count, history[:, OPTIMALITY], "optimality", STROKE_LEFT)
-    errors = line_plot([violation, optimality], title="Errors", log=TINY, **options)
+    errors = line_plot([violation, optimality], title="Errors", log=MIN_DRAWN, **options)
     series = [Series(count, history[:, OBJECTIVE])]
     objective = line_plot(series, title="Objective", **options)
     missed = (
@@ -228,7 +228,7 @@ def convergence_section(subject: Subject) -> Section:
 
 
 def _stages(subject: Subject) -> list[list[str]]:
-    solver, words = subject.record.group("solver"), subject.words
+    solver, words = subject.record.group("solver"), subject.text_signal
     history, names = solver["history"], words("solver.stage_names")
     solvers = words("solver.stage_solvers", len(names))
     ended = words("solver.stage_status", len(names))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.doubts import Doubts
+from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.kinematics import exchanged_labels
 from plantigrade.workflows.fit import run_of
 from plantigrade.workflows.settings import FitSettings
@@ -35,13 +35,15 @@ def test_a_walk_that_its_forces_explain_is_ok(run):
     found = run(plated_walk().fit())
     assert found.status == "ok" and found.figures["root_residual_rms_bw"] < 0.1
     assert not found.figures["joints_too_fast"]
-    assert not any("belong together" in note or "faster" in note for note in found.record.notes)
+    assert not any(
+        "do not match the motion" in note or "faster" in note for note in found.record.notes
+    )
 
 
-@pytest.mark.parametrize(("share", "status"), [(0.75, "ok"), (0.55, "do not belong together")])
+@pytest.mark.parametrize(("share", "status"), [(0.75, "ok"), (0.55, "do not match")])
 def test_forces_that_do_not_carry_the_motion_are_said_first(share, status, run):
     found = run(with_plates(plated_walk().fit(), share))
-    assert "belong together" in found.record.notes[0]
+    assert "do not match" in found.record.notes[0]
     assert status in found.status
     assert found.figures["root_residual_rms_bw"] == pytest.approx(1 - share, abs=0.1)
 
@@ -56,8 +58,10 @@ def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_said_first(r
     qpos[:, flex] += (1 - part) * np.pi
     qpos[:, turn] += (1 - part) * np.pi * 0.9
     wrong = replace(fit, qpos=qpos)
-    assert any(name.startswith("arm_") for name in Doubts.of(analyse(wrong, cutoff=None)).fast)
-    assert "belong together" in run(wrong).record.notes[0]
+    assert any(
+        name.startswith("arm_") for name in Plausibility.of(analyse(wrong, cutoff=None)).fast
+    )
+    assert "do not match" in run(wrong).record.notes[0]
 
 
 @pytest.mark.parametrize("reverse", [False, True])
@@ -76,6 +80,6 @@ def test_a_mirror_image_that_was_fitted_after_all_is_not_ok(data, monkeypatch, r
         markers = replace(markers, positions=markers.positions[::-1].copy())
     legs = replace(whole, markers=markers, plates=(), outputs={}, events=())
     fitted = fit_markers(legs if reverse else swap_sides(legs), Person(height=1.58, mass=60.3))
-    doubts = Doubts.of(analyse(fitted, cutoff=6.0))
-    assert doubts.mirrored != reverse
-    assert ("--swap-sides" in doubts.refusal) != reverse
+    plausibility = Plausibility.of(analyse(fitted, cutoff=6.0))
+    assert plausibility.mirrored != reverse
+    assert ("--swap-sides" in plausibility.failure) != reverse

@@ -13,10 +13,10 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.pages.animation import moving_picture
 from plantigrade.pages.camera import VIEWS, Camera
-from plantigrade.pages.moving import moving_picture
 from plantigrade.pages.outlines import outlines
-from plantigrade.pages.playback import REST, playback
+from plantigrade.pages.playback import LOOP_PAUSE, playback
 from plantigrade.pages.scene import poses
 from plantigrade.pages.shapes import shapes_of, surface_points
 from plantigrade.record import Record
@@ -157,9 +157,9 @@ def test_a_part_is_played_where_one_is_named(walking):
     plays = playback(walking, start=0.5, stop=1.0, rate=10.0)
     assert plays.loop is None and plays.time[0] == 0.5
     assert plays.time.max() == pytest.approx(1.0)
-    assert plays.seconds == pytest.approx(0.5 + REST)
+    assert plays.seconds == pytest.approx(0.5 + LOOP_PAUSE)
     assert moving_picture(walking, start=0.5, stop=1.0, speed=0.5).seconds == pytest.approx(
-        2 * (0.5 + REST), rel=0.1
+        2 * (0.5 + LOOP_PAUSE), rel=0.1
     )
 
 
@@ -177,7 +177,7 @@ def test_slopes_steps_and_seats_are_drawn(walking):
         inside = moving_part(svg)
         return {e.get("fill"): e.get("d", "") for e in inside.iter(f"{SVG}path") if e.get("fill")}
 
-    from plantigrade.pages.stage import TOP, WOOD
+    from plantigrade.pages.animated_ground import TOP, WOOD
 
     flat = moving_picture(walking, foot="none").svg
     sloped = moving_picture(replace(walking, ground=Ground(slope=0.1)), foot="none").svg

@@ -1,9 +1,9 @@
-"""What makes a fitted motion doubtful: forces it does not explain, inhuman speeds, a mirror image.
+"""Plausibility of a fitted motion: residual forces, joint speeds, exchanged sides.
 
-A body can follow its markers to the millimetre and still be wrong: a shoulder that passes from one
-of its two equivalent triples of angles to the other turns by half a circle within a few frames.
-Forces and speeds show it. And a person whose left and right are exchanged walks backward, on feet
-that are pitched or far from their markers.
+A fit can follow its markers to the millimetre and still be wrong. For instance a shoulder that
+changes between its two equivalent triples of angles turns by 180° within a few frames. Forces and
+joint speeds show this. A person whose left and right are exchanged walks backward, on feet that are
+pitched or far from their markers.
 """
 
 from dataclasses import dataclass
@@ -23,13 +23,13 @@ from plantigrade.motion import Motion
 from plantigrade.printable import listed
 
 WARNING_RESIDUAL = 0.2
-"""Root residual, root mean square over the frames whose forces are all measured, that is worth a
-warning [BW]: fits of walks leave 0.04 to 0.07, squats 0.02."""
+"""RMS root residual over the frames with measured forces on both feet, above which a warning is
+given [BW]; fits of walks have 0.04 to 0.07, of squats 0.02."""
 MAX_RESIDUAL = 0.35
-"""The same that no fit may leave [BW]. A cut-off above the usual one allows more in proportion, as
-it leaves more noise: runs, at 15 Hz, leave 0.16 to 0.24."""
+"""RMS root residual above which a fit fails [BW]. It is scaled with the cut-off over the usual one,
+because the noise is; runs, at 15 Hz, have 0.16 to 0.24."""
 
-FASTEST = {
+MAX_JOINT_SPEEDS = {
     "arm_rot": 9000.0,
     "wrist": 4000.0,
     "elbow": 3000.0,
@@ -40,28 +40,29 @@ FASTEST = {
     "arm": 2000.0,
     "ankle_angle": 2000.0,
 }
-"""Fastest turning of joints, by the beginning of their names [deg/s]: above the peaks of baseball
-pitching (internal rotation of the shoulder 7200, elbow 2300 [Fleisig1999]_) and of kicking (knee
-1700, hip 1300 [Nunome2006]_); the other joints are slower than :data:`FASTEST_OTHER`."""
-FASTEST_OTHER = 1500.0
+"""Maximum joint speeds by prefix of the coordinate [deg/s], above the peaks of baseball pitching
+(internal rotation of the shoulder 7200, elbow 2300 [Fleisig1999]_) and of kicking (knee 1700, hip
+1300 [Nunome2006]_)."""
+MAX_OTHER_SPEED = 1500.0  # [deg/s] of all other joints
 MAX_SPEED_RATIO = 2.0
-"""Speed of a joint over the fastest of people above which the fit is wrong, not merely noisy."""
+"""Ratio of a joint speed to its maximum above which the fit is wrong, not merely noisy."""
 MAX_BACKWARD_ERROR = 12.0
-"""Largest mean marker error of a person who walks backward [mm]; above it the recording is taken to
-be mirrored. People who do walk backward are fitted as well as others, to 4 to 7 mm."""
+"""Mean marker error above which a person who walks backward is taken for a mirrored recording [mm];
+fits of people who do walk backward have 4 to 7 mm, as others."""
 MAX_BACKWARD_PITCH = 20.0
-"""Largest pitch of their feet in mid stance, where soles are flat [deg]."""
+"""Pitch of the feet in midstance above which it is taken for mirrored, too [deg]; soles are flat
+there."""
 
 
 @dataclass(frozen=True)
-class Doubts:
-    """What makes a fitted motion doubtful.
+class Plausibility:
+    """Plausibility of a fitted motion.
 
     Attributes:
-        residual: Force at the root that nothing explains, root mean square over the frames in
-            which the forces on both feet are measured [BW]; None where there are none.
-        fast: Joints that turn faster than people's → how many times as fast, worst first.
-        noise_factor: Cut-off of motion and forces over the usual one; noise is proportional.
+        residual: RMS residual force at the root over the frames with measured forces on both feet
+            [BW]; None if there are none.
+        fast: Joints above their maximum speed → ratio to it, largest first.
+        noise_factor: Cut-off of motion and forces over the usual one; the noise is proportional.
         mirrored: Whether left and right seem to be exchanged.
     """
 
@@ -71,12 +72,12 @@ class Doubts:
     mirrored: bool = False
 
     @classmethod
-    def of(cls, trial: Trial) -> "Doubts":
-        """Return those of an analysed recording."""
+    def of(cls, trial: Trial) -> "Plausibility":
+        """Return the plausibility of an analysed recording."""
         noise_factor = (
             RUNNING_FREQUENCY_RATIO if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
         )
-        fast = too_fast(trial.fit.human, trial.motion)
+        fast = fast_joints(trial.fit.human, trial.motion)
         return cls(_residual(trial), fast, noise_factor, seems_mirrored(trial))
 
     @property
@@ -89,29 +90,30 @@ class Doubts:
 
     @property
     def notes(self) -> list[str]:
-        """The warnings, which stand before all others."""
+        """Warnings, to be listed before all others."""
         notes = []
         if self.residual is not None and self.residual > self.noise_factor * WARNING_RESIDUAL:
             notes.append(
-                "the measured forces and the motion do not belong together: "
-                f"{100 * self.residual:.0f} % of body weight are left at the root where both feet "
-                "are on plates (usual are 4 to 7 %). Something else may carry the person, plates "
-                "or mass may be wrong, or a joint; do not trust the moments."
+                "the measured forces do not match the motion: the residual at the root is "
+                f"{100 * self.residual:.0f} % of body weight where both feet are on plates "
+                "(usually 4 to 7 %). Another support may carry the person, or plates, body mass "
+                "or a joint may be wrong; do not trust the moments."
             )
         if self.fast:
             named = [
-                f"{name} at {times * fastest(name):.0f}°/s" for name, times in self.fast.items()
+                f"{name} at {times * max_joint_speed(name):.0f}°/s"
+                for name, times in self.fast.items()
             ]
             notes.append(
-                f"joints turn faster than people's: {listed(named, 3)}. Angles of a shoulder "
-                "do where the arm passes the axis they count from; else labels or samples are "
-                "wrong. Moments are doubtful there."
+                f"joints move faster than humanly possible: {listed(named, 3)}. At a shoulder the "
+                "cause may be a singularity of its angles, else wrong labels or samples. Moments "
+                "are doubtful there."
             )
         return notes
 
     @property
-    def refusal(self) -> str:
-        """Why a run with these doubts is not ok; empty where it is."""
+    def failure(self) -> str:
+        """Reason why the run is not ok; empty if it is."""
         if self.mirrored:
             return (
                 "the person walks backward on feet that do not fit: left and right are probably "
@@ -121,18 +123,18 @@ class Doubts:
         most = self.noise_factor * MAX_RESIDUAL
         if self.residual is not None and self.residual > most:
             return (
-                f"forces and motion do not belong together: {100 * self.residual:.0f} % of body "
-                f"weight are left at the root where both feet are on plates, {100 * most:.0f} % "
-                "are allowed"
+                "forces and motion do not match: the residual at the root is "
+                f"{100 * self.residual:.0f} % of body weight where both feet are on plates; at "
+                f"most {100 * most:.0f} % are allowed"
             )
         if self.fast and (times := max(self.fast.values())) > MAX_SPEED_RATIO:
             name = max(self.fast, key=lambda one: self.fast[one])
-            return f"{name} turns {times:.1f} times as fast as the fastest people's"
+            return f"{name} moves at {times:.1f} times the maximum speed of people"
         return ""
 
 
 def seems_mirrored(trial: Trial) -> bool:
-    """Return whether a person fitted to markers walks backward on feet that do not fit."""
+    """Return whether a person walks backward on feet that do not fit their markers."""
     human, motion = trial.fit.human, trial.motion
     if trial.fit.source_kind != "markers" or not progress_in_stance(human, motion) < 0:
         return False
@@ -143,11 +145,11 @@ def seems_mirrored(trial: Trial) -> bool:
     )
 
 
-def too_fast(human: Human, motion: Motion) -> dict[str, float]:
-    """Return joints that turn faster than people's → how many times as fast, worst first.
+def fast_joints(human: Human, motion: Motion) -> dict[str, float]:
+    """Return joints above their maximum speed → ratio to it, largest first.
 
-    For a shoulder, the speeds of the arm's swing and spin stand under the names of flexion and
-    rotation, because its angles have no bounded speed where the arm is horizontal.
+    For a shoulder the speeds of the arm's swing and spin are used instead of those of flexion and
+    rotation, which are unbounded at a singularity of its angles.
     """
     speed = np.abs(motion.qvel[:, 6:])
     for side, hinges in zip(SIDES, arms_of(human), strict=False):
@@ -158,15 +160,15 @@ def too_fast(human: Human, motion: Motion) -> dict[str, float]:
         speed[:, add] = 0.0
     peak = np.rad2deg(speed.max(axis=0, initial=0.0))
     found = {
-        name: float(speed / fastest(name))
+        name: float(speed / max_joint_speed(name))
         for name, speed in zip(human.coordinates, peak, strict=True)
-        if speed > fastest(name)
+        if speed > max_joint_speed(name)
     }
     return dict(sorted(found.items(), key=lambda one: -one[1]))
 
 
-def fastest(coordinate: str) -> float:
-    """Return how fast a joint can turn at most [deg/s].
+def max_joint_speed(coordinate: str) -> float:
+    """Return the maximum speed of a joint [deg/s].
 
     Example:
         >>> fastest("arm_rot_l"), fastest("arm_flex_r"), fastest("hip_flexion_r")
@@ -174,12 +176,13 @@ def fastest(coordinate: str) -> float:
     """
     name = without_side(coordinate)
     return next(
-        (speed for start, speed in FASTEST.items() if name.startswith(start)), FASTEST_OTHER
+        (speed for start, speed in MAX_JOINT_SPEEDS.items() if name.startswith(start)),
+        MAX_OTHER_SPEED,
     )
 
 
 def _residual(trial: Trial) -> float | None:
-    """Return :attr:`Doubts.residual`; what a seat carries explains its part."""
+    """Return :attr:`Plausibility.residual`; what a seat carries explains its part."""
     if trial.forces is None or trial.moments is None or not np.any(trial.forces.valid):
         return None
     left = trial.moments.residual_force

@@ -7,10 +7,10 @@ import pytest
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.learn import Reference, Rules
-from plantigrade.learn.disturbed import RandomPushes
-from plantigrade.learn.following import Following
+from plantigrade.learn.batch_state import BatchState
+from plantigrade.learn.parallel_tracking import ParallelTracking
+from plantigrade.learn.randomisation import RandomPushes
 from plantigrade.learn.reward import LANDING_WEIGHTS, Reward
-from plantigrade.learn.view import View
 from plantigrade.models import Human
 from plantigrade.world import World
 from plantigrade.world.disturbance import body_index
@@ -25,10 +25,10 @@ def reference():
 
 def test_every_episode_has_relief_of_its_own(reference):
     """The ground that is known is the one that is touched; its mean is level."""
-    following = Following(Rules(reference=reference, terrain=0.04))
-    world, heights = following.worlds[0], []
+    tracking = ParallelTracking(Rules(reference=reference, terrain=0.04))
+    world, heights = tracking.worlds[0], []
     for seed in (0, 1, 0):
-        following.begin([0], [0.3], [seed])
+        tracking.start_episodes([0], [0.3], [seed])
         z = np.array(world.ground.field.heights) + world.ground.height
         assert 0.008 <= np.abs(z).max() <= 0.04 and abs(z.mean()) < 0.2 * np.abs(z).max()
         heights.append(z)
@@ -70,20 +70,20 @@ def test_pushes_come_from_anywhere_and_pass(reference):
 
 def test_the_force_of_a_landing_is_the_grounds(reference):
     """By momentum what the contacts say, where a decision is one step of the physics."""
-    following = Following(Rules(reference=reference, rate=150.0, control_rate=150.0))
+    tracking = ParallelTracking(Rules(reference=reference, rate=150.0, control_rate=150.0))
     found = []
-    of = following._reward.of
+    of = tracking._reward.of
 
     def heard(view, frame, phase, force):
         found.append((force[0], phase[0]))
         return of(view, frame, phase, force)
 
-    following._reward.of = heard
-    following.begin([0], [0.3], [0])
+    tracking._reward.of = heard
+    tracking.start_episodes([0], [0.3], [0])
     pressed = []
     for _ in range(30):
-        following.step(np.zeros((1, len(following.action))))
-        pressed.append(following.worlds[0].contact_force()[:, 2].sum() / (SMALL.mass * GRAVITY))
+        tracking.step(np.zeros((1, len(tracking.action))))
+        pressed.append(tracking.worlds[0].contact_force()[:, 2].sum() / (SMALL.mass * GRAVITY))
     force, phase = np.array(found).T
     np.testing.assert_allclose(force, pressed, atol=0.05)
     assert np.ptp(pressed) > 0.3 and (np.diff(phase) > 0).all()
@@ -91,13 +91,16 @@ def test_the_force_of_a_landing_is_the_grounds(reference):
 
 def test_hard_landings_and_turned_feet_are_worth_less(reference):
     world = World(SMALL, recording=False)
-    view, reward = View(SMALL, [(world.model, world.data)]), Reward(reference, LANDING_WEIGHTS)
+    view, reward = (
+        BatchState(SMALL, [(world.model, world.data)]),
+        Reward(reference, LANDING_WEIGHTS),
+    )
     frame, phase = reference.at(np.array([0.25 * reference.period])), np.array([0.25])
 
     def terms(force: float, ankle: float = 0.0):
         world.data.qpos[: SMALL.model.nq] = frame.qpos[0]
         world.data.qpos[7 + SMALL.hinge("ankle_angle_r")] += ankle
-        view.look()
+        view.update()
         return reward.of(view, frame, phase, np.array([force]))[1]
 
     level = terms(1.2)
@@ -120,4 +123,4 @@ def test_hard_landings_and_turned_feet_are_worth_less(reference):
 )
 def test_disturbances_that_cannot_be_are_refused(reference, options, said):
     with pytest.raises(ParameterError, match=said):
-        Following(Rules(reference=reference, **options))
+        ParallelTracking(Rules(reference=reference, **options))

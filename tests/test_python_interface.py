@@ -1,4 +1,4 @@
-"""The public face: ``import plantigrade as pg`` and what a stranger does with it."""
+"""The public Python interface: ``import plantigrade as pg``."""
 
 import dataclasses
 import importlib
@@ -62,7 +62,7 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_face_is_what_the_design_says():
+def test_the_interface_has_the_designed_names():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
         "fit", "reproduce", "simulate", "synthesize", "vault", "check", "compare", "fit_many",
@@ -106,7 +106,7 @@ def test_nothing_is_loaded_before_it_is_used():
     assert python(program) == "[]"
 
 
-def test_ten_minutes_of_a_stranger(walk, here):
+def test_first_ten_minutes(walk, here):
     recording = pg.read(walk)
     assert isinstance(recording, pg.Recording) and recording.markers is not None
     run = pg.fit(walk)
@@ -136,7 +136,7 @@ def test_settings_of_a_controller_are_taken_by_name_too():
     assert SimulateSettings.given("simulate", None, given).values == {"com_gain": 60.0}
 
 
-# In a fresh interpreter, where nobody checks types but the package itself.
+# In a fresh interpreter, without the type checks of the tests.
 WELCOME = (
     ("s.FitSettings(height=np.float32(1.5)).height", "1.5"),
     ("s.FitSettings(cutoff=8, joints=42).joints", "'42'"),
@@ -266,7 +266,7 @@ def test_a_checker_of_types_refuses_what_the_functions_refuse(here):
 
 @pytest.fixture(scope="module")
 def answers(walk) -> dict[str, str]:
-    """What each piece of Python says: its value, or our own error in words."""
+    """Result of each piece of Python: its value, or the message of our error."""
     program = f"""
 import json, numpy as np, plantigrade as pg
 import plantigrade.trajopt.tasks.settings as t, plantigrade.workflows.settings as s

@@ -1,4 +1,4 @@
-"""Persons in one process as stable-baselines3 wants its environments."""
+"""Parallel environments with the interface of stable-baselines3."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,46 +12,46 @@ require("stable_baselines3", "learn")
 _vec = require("stable_baselines3.common.vec_env", "learn")
 
 TERMS = ("pose", "velocity", "com", "ends", "force", "soles")
-"""Terms of the reward; some have not all."""
+"""Terms of the reward; some rules use a part of them."""
 
 
-class Persons(_vec.VecEnv):
-    """Persons who learn, and what is counted of them.
+class TrainingEnvironment(_vec.VecEnv):
+    """Parallel environments for training, with counts of rewards and falls.
 
     Args:
-        walks: Where they walk.
-        factor: What rewards are multiplied by, so that values are near one.
+        walks: The environments.
+        factor: Factor of rewards, so that values are near one.
 
     Attributes:
-        rewards: Sum of the rewards and of their terms since :meth:`count_anew`.
+        rewards: Sums of rewards and their terms since :meth:`reset_counts`.
         decisions: Number of decisions since then.
-        falls: Episodes since then that ended by a fall, or because the person lost the way.
+        falls: Number of episodes since then that ended by a fall or a lost reference.
     """
 
     def __init__(self, walks: Walks, factor: float):
         self._walks, self._factor = walks, factor
         one = (walks.single_observation_space, walks.single_action_space)
         super().__init__(walks.num_envs, *one)
-        self._actions = np.zeros((walks.num_envs, len(walks.following.action)))
-        self.count_anew()
+        self._actions = np.zeros((walks.num_envs, len(walks.tracking.action)))
+        self.reset_counts()
 
-    def count_anew(self) -> None:
-        """Forget what was counted."""
+    def reset_counts(self) -> None:
+        """Reset the counts."""
         self.rewards = dict.fromkeys(("reward", *TERMS), 0.0)
         self.decisions = self.falls = 0
 
     def reset(self) -> np.ndarray:
-        """Start all episodes; with the seed that :meth:`seed` has given, if there is one."""
+        """Start all episodes, with the seed of :meth:`seed` if there is one."""
         seen, _ = self._walks.reset(seed=self._seeds[0])
         self._reset_seeds()
         return seen
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Keep what everybody decides."""
+        """Store the actions."""
         self._actions = actions
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Let it act."""
+        """Apply the actions."""
         seen, rewards, ended, over, infos = self._walks.step(self._actions)
         self.decisions += len(rewards)
         self.falls += int(ended.sum())
@@ -68,22 +68,22 @@ class Persons(_vec.VecEnv):
         return seen, (self._factor * rewards).astype(np.float32), done, told
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing; there are no resources to release."""
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute, the same for everybody."""
+        """Return an attribute, which is the same for all environments."""
         return [getattr(self._walks, attr_name, None)] * self._many(indices)
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refuse: nothing is set for one person alone."""
-        raise NotImplementedError("persons share their attributes")
+        """Raise an error, because environments share their attributes."""
+        raise NotImplementedError("environments share their attributes")
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kw: Any) -> list[Any]:
-        """Refuse: nothing is called for one person alone."""
-        raise NotImplementedError("persons share their methods")
+        """Raise an error, because environments share their methods."""
+        raise NotImplementedError("environments share their methods")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """Return that nobody is wrapped."""
+        """Return False for every environment."""
         return [False] * self._many(indices)
 
     def _many(self, indices: int | Sequence[int] | None) -> int:

@@ -15,21 +15,24 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import interpolate, resampled
+from plantigrade.pages.animated_ground import stage
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
 from plantigrade.pages.outlines import arrows
-from plantigrade.pages.playback import RATE, Playback, playback
+from plantigrade.pages.playback import FRAME_RATE, Playback, playback
 from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
-from plantigrade.pages.stage import stage
-from plantigrade.pages.svg_motion import Clock
+from plantigrade.pages.svg_animation import Clock
 from plantigrade.record import Record
 
-UNITS = 1000  # of the drawing in a metre
-PAD = 110  # around the body
-WIDTH = 800  # half of what is seen of the body's way, at least
-INSET = (1560, 1160)  # width and height of the enlarged foot
-ZOOM = 4.5  # how much larger the foot is drawn
-BODY_WEIGHT, SITE_WEIGHT = 0.6, 0.22  # length of the arrow of one body weight, also at a site [m]
+UNITS = 1000  # drawing units per metre
+MARGIN = 110  # drawing units around the body
+MIN_VIEW_WIDTH = 800  # minimum half width of the view, in drawing units
+INSET_SIZE = (1560, 1160)  # width and height of the enlarged foot
+FOOT_SCALE = 4.5  # magnification of the foot
+ARROW_PER_BODY_WEIGHT, SITE_ARROW_PER_BODY_WEIGHT = (
+    0.6,
+    0.22,
+)  # length of the arrow of one body weight, also at a site [m]
 HEIGHTS = (100, 2000)  # of a picture [px]
 FEET = {"right": "r", "left": "l", "none": ""}
 INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
@@ -41,9 +44,9 @@ class MovingPicture:
 
     Attributes:
         svg: The file.
-        frames: How many instants of the motion it holds.
-        seconds: How long it plays before it starts again [s].
-        loop: Whether its end is its beginning: one stride of a steady gait.
+        frames: Number of instants.
+        seconds: Duration of one cycle [s].
+        loop: Whether it is a loop, of one stride of a steady gait.
     """
 
     svg: str
@@ -60,7 +63,7 @@ def moving_picture(
     foot: str = "right",
     start: float | None = None,
     stop: float | None = None,
-    rate: float = RATE,
+    rate: float = FRAME_RATE,
     speed: float = 1.0,
     height_px: int = 420,
     title: str = "",
@@ -68,17 +71,17 @@ def moving_picture(
     """Return a motion as an animated SVG.
 
     Args:
-        record: What happened.
-        forces: The record whose ground reactions are drawn; that of the motion if absent.
-        view: From where: one of :data:`plantigrade.pages.camera.VIEWS`.
-        foot: Which foot is shown enlarged: ``"right"``, ``"left"`` or ``"none"``.
+        record: The record.
+        forces: The record whose ground reactions are drawn; by default ``record``.
+        view: One of :data:`plantigrade.pages.camera.VIEWS`.
+        foot: Foot that is shown magnified: ``"right"``, ``"left"`` or ``"none"``.
         start: First instant, on the clock of the motion [s]; with neither ``start`` nor ``stop``,
             one stride of a gait that repeats, else the first ten seconds.
         stop: Last instant [s].
         rate: Frames per second of the motion.
-        speed: How fast it plays; 1 is true speed.
+        speed: Playback speed; 1 is real time.
         height_px: Height of the picture [px]; the drawing scales freely.
-        title: Words above the body.
+        title: Text above the body.
 
     Raises:
         ParameterError: If a value is not allowed, or the motion cannot be drawn.
@@ -118,11 +121,11 @@ def moving_picture(
 
 @dataclass(frozen=True, eq=False)
 class _Instants:
-    """Everything that moves, at the instants that are drawn."""
+    """Everything that moves, at the drawn instants."""
 
     figure: Figure
     centre: Float[Array, "n 3"]
-    com: Float[Array, "m 3"]  # of the whole motion, whatever is drawn: it says where the body goes
+    com: Float[Array, "m 3"]  # of the whole motion, for the direction of travel
     plays: Playback
     total: Float[Array, "n 3 3"] | None
     cop: Float[Array, "n 3 3"] | None
@@ -192,10 +195,15 @@ def _scene(
         side = ""
     if box is None:
         left, top, right, bottom = (int(round(v)) for v in extent)
-        left, right = min(left, -WIDTH), max(right, WIDTH)
-        box = (left - PAD, top - PAD - 90, right + PAD, max(bottom, top + INSET[1]) + PAD)
+        left, right = min(left, -MIN_VIEW_WIDTH), max(right, MIN_VIEW_WIDTH)
+        box = (
+            left - MARGIN,
+            top - MARGIN - 90,
+            right + MARGIN,
+            max(bottom, top + INSET_SIZE[1]) + MARGIN,
+        )
         if side:
-            box = (box[0], box[1], box[2] + INSET[0] + PAD, box[3])
+            box = (box[0], box[1], box[2] + INSET_SIZE[0] + MARGIN, box[3])
     ground = stage(
         record.ground,
         drawn.figure.model,
@@ -222,18 +230,18 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
     """Return the panel with the enlarged foot, which its camera follows."""
     azimuth = 62.0 if side == "r" else -62.0
     camera = Camera.around(forward, azimuth=azimuth, elevation=24.0)
-    width, height = INSET
-    x, y = box[2] - PAD - width, box[3] - PAD - height
+    width, height = INSET_SIZE
+    x, y = box[2] - MARGIN - width, box[3] - MARGIN - height
     follow = drawn.figure.foot_centre(side)
     low = record.ground.under(follow) if not record.ground.slope else follow[:, 2]
-    rise = follow[:, 2] - low  # the foot is seen to rise, but stays in the panel
+    rise = follow[:, 2] - low  # the foot rises within the panel
     rise = np.maximum(0.6 * rise + 0.02, rise - 0.06)
     follow = np.column_stack([follow[:, :2], low + rise])
-    per_metre = UNITS * 2  # finer than the body, for it is drawn larger
+    per_metre = UNITS * 2  # finer than the body, because it is magnified
     layers, bones = foot_layers(
         drawn.figure, side, follow, camera, clock, prefix=f"{prefix}z", per_metre=per_metre
     )
-    half = np.array([width, height]) / (2 * ZOOM * UNITS) * per_metre
+    half = np.array([width, height]) / (2 * FOOT_SCALE * UNITS) * per_metre
     inner = (int(-half[0]), int(-half[1]), int(half[0]), int(half[1]))
     ground = stage(
         record.ground,
@@ -256,12 +264,12 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
                 parts.append(
                     _arrow(
                         drawn.force[:, k], at, camera, clock, drawn.weight,
-                        per_metre=per_metre, length=SITE_WEIGHT, width=0.014,
+                        per_metre=per_metre, length=SITE_ARROW_PER_BODY_WEIGHT, width=0.014,
                     )
                 )  # fmt: skip
     name = f"{prefix}panel"
-    scale = ZOOM * UNITS / per_metre
-    label = f"{'right' if side == 'r' else 'left'} foot, {ZOOM:g} times larger"
+    scale = FOOT_SCALE * UNITS / per_metre
+    label = f"{'right' if side == 'r' else 'left'} foot, {FOOT_SCALE:g} times larger"
     if bones:
         label += f": {bones} bones"
     return (
@@ -278,9 +286,17 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
 
 
 def _arrow(
-    force, point, camera, clock, weight, *, per_metre=UNITS, length=BODY_WEIGHT, width=0.05
+    force,
+    point,
+    camera,
+    clock,
+    weight,
+    *,
+    per_metre=UNITS,
+    length=ARROW_PER_BODY_WEIGHT,
+    width=0.05,
 ) -> str:
-    """Return a force as an arrow that grows and turns; nothing where there is never one."""
+    """Return a force as an animated arrow; nothing if it is always zero."""
     data = arrows(
         force, point, camera, per_metre=per_metre, length=length, weight=weight, width=width
     )

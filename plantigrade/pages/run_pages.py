@@ -1,4 +1,4 @@
-"""The pages of any run: ``report.html`` and ``viewer.html``."""
+"""The pages of a run: ``report.html`` and ``viewer.html``."""
 
 from typing import Any
 
@@ -16,15 +16,15 @@ from plantigrade.pages.text import rounded_text
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Run
 
-PICTURES = 8  # in the strip
-MEASURED = (
+STRIP_PICTURES = 8  # number of pictures in the strip
+FIT_FIGURES = (
     ("walking speed", " m/s", "walking_speed_m_s", 2),
     ("running speed", " m/s", "running_speed_m_s", 2),
     ("cadence", " steps/min", "cadence_steps_min", 0),
     ("RMS marker error", " mm", "marker_rms_mean_mm", 1),
     ("RMS joint centre error", " mm", "joint_rms_mm", 1),
 )
-SIMULATED = (
+SIMULATION_FIGURES = (
     ("fell at", " s", "fell_at_s", 2),
     ("speed", " m/s", "speed_m_s", 2),
     ("speed of the recording", " m/s", "recorded_speed_m_s", 2),
@@ -35,7 +35,7 @@ SIMULATED = (
     ("vertical force, peak", " BW", "vertical_force_max_bw", 2),
     ("motor torque, peak", " %", "motor_torque_max_pct", 0),
 )
-FROM_TASKS = (
+REPRODUCTION_FIGURES = (
     ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
     ("range of motion error, maximum", "°", "rom_error_max_deg", 1),
     ("centre of mass error, maximum", " mm", "com_error_max_mm", 1),
@@ -43,7 +43,7 @@ FROM_TASKS = (
     ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
     ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
 )
-SOLVED = (
+SYNTHESIS_FIGURES = (
     ("walking speed", " m/s", "walking_speed_m_s", 2),
     ("cadence", " steps/min", "cadence_steps_min", 0),
     ("distance", " m", "displacement_m", 2),
@@ -66,7 +66,7 @@ def pages(run: Run) -> dict[str, str]:
 
 
 def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
-    """Return the report as one page: all sections the run has data for, then ``more``.
+    """Return the report page with all sections that the run has data for, then ``more``.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -81,8 +81,8 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
         title=title_of_run(run),
         sentence=run.sentence,
         status=run.status,
-        who=who_of(subject),
-        facts=facts_of(subject),
+        who=person_lines(subject),
+        facts=headline_figures(subject),
         notes=run.record.notes,
         strip=Markup(strip_of(subject)),
         reference=next(iter(run.record.references), ""),
@@ -96,7 +96,7 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
 
 
 def run_viewer(run: Run) -> str:
-    """Return the page with the moving body.
+    """Return the viewer page.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -115,7 +115,7 @@ def run_viewer(run: Run) -> str:
 
 
 def title_of_run(run: Run) -> str:
-    """Return the heading of the pages of a run; the name of its folder where it has none."""
+    """Return the heading of the pages of a run, by default the name of its folder."""
     return run.title or (run.folder.resolve().name if run.folder else "Run")
 
 
@@ -135,13 +135,13 @@ def strip_of(
     start: float | None = None,
     stop: float | None = None,
 ) -> str:
-    """Return the picture strip of a run: of one right gait cycle where it walks.
+    """Return the picture strip of a run, over one right gait cycle if there is one.
 
     Args:
         subject: The run.
         height_px: Height of the picture [px].
-        background: CSS colour behind it; none where None.
-        view: From where, one of :data:`~plantigrade.pages.camera.VIEWS`.
+        background: CSS colour of the background; none if None.
+        view: One of :data:`~plantigrade.pages.camera.VIEWS`.
         start: First instant [s]; with neither ``start`` nor ``stop``, as above.
         stop: Last instant [s].
 
@@ -154,12 +154,12 @@ def strip_of(
         frames = _strip_frames(subject)
     else:
         begin, end = part_of(motion.time, start, stop)
-        frames = list(nearest(motion.time, np.linspace(begin, end, PICTURES)))
-    drawn: dict[str, Any] = {}
+        frames = list(nearest(motion.time, np.linspace(begin, end, STRIP_PICTURES)))
+    forces: dict[str, Any] = {}
     force, point = subject.side_forces
     if force is not None and point is not None and _has_arrows(subject):
         here = nearest(subject.forces.motion.time, motion.time)
-        drawn = {"force": force[here], "point": point[here]}
+        forces = {"force": force[here], "point": point[here]}
     reference = next(iter(record.references.values()), None)
     return strip_svg(
         scene_model(record) if record.ground.seats else record.human.model,
@@ -172,26 +172,26 @@ def strip_of(
         background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
         view=view,
-        **drawn,
+        **forces,
     )
 
 
 def _strip_frames(subject: Subject) -> list[int]:
-    """Return eight instants: of one right gait cycle where two heel strikes are known."""
+    """Return eight frames, over one right gait cycle if two heel strikes are known."""
     motion = subject.record.motion
     strikes = [e.time for e in motion.events if (e.side, e.kind) == ("r", "heel_strike")]
     inside = [t for t in strikes if motion.time[0] <= t <= motion.time[-1]]
     if len(inside) > 1:
         middle = (len(inside) - 1) // 2
-        wanted = np.linspace(inside[middle], inside[middle + 1], PICTURES)
-        frames = [int(np.argmin(np.abs(motion.time - t))) for t in wanted]
-        if len(set(frames)) == PICTURES:
+        figures = np.linspace(inside[middle], inside[middle + 1], STRIP_PICTURES)
+        frames = [int(np.argmin(np.abs(motion.time - t))) for t in figures]
+        if len(set(frames)) == STRIP_PICTURES:
             return frames
-    return instants(motion.n_frames, PICTURES)
+    return instants(motion.n_frames, STRIP_PICTURES)
 
 
-def who_of(subject: Subject) -> list[str]:
-    """Return the person, the model, and the norms the gait is compared with."""
+def person_lines(subject: Subject) -> list[str]:
+    """Return lines on the person, the model, and the norms of the gait."""
     human, age, figures = subject.record.human, subject.number("age_years"), subject.figures
     name, sex, date = (figures.get(key) for key in ("subject_name", "sex", "recorded_on"))
     known = [f"Subject {name}"] if name else []
@@ -200,27 +200,27 @@ def who_of(subject: Subject) -> list[str]:
     known += [f"body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
     known += [f"recorded on {date}"] if date else []
     known += [f"{human.model.nv} degrees of freedom, {human.feet} feet"]
-    who = subject.compared
+    who = subject.norm_choice
     if subject.walks and (who.population.own or not subject.runs):
         known += [f"compared with {who.population.name}, {who.reason}"]
     return known
 
 
-def facts_of(subject: Subject) -> dict[str, str]:
-    """Return name and value of the headline figures."""
+def headline_figures(subject: Subject) -> dict[str, str]:
+    """Return names and values of the headline figures."""
     signals = subject.record.signals
     if "check.quantity" in signals:
         verdict = {"verdict": "passed" if subject.run.ok else "failed"}
-        found = verdict | _told(subject, SOLVED)
+        found = verdict | _facts_from(subject, SYNTHESIS_FIGURES)
         if "walking speed" in found:
             found.pop("distance", None)
         return found
     if "tasks.names" in signals:
-        return _told(subject, FROM_TASKS)
+        return _facts_from(subject, REPRODUCTION_FIGURES)
     if subject.run.kind == "simulate":
-        return _told(subject, SIMULATED)
-    found = _told(subject, MEASURED[:3]) | _both_sides(subject)
-    return found | _told(subject, MEASURED[3:])
+        return _facts_from(subject, SIMULATION_FIGURES)
+    found = _facts_from(subject, FIT_FIGURES[:3]) | _both_sides(subject)
+    return found | _facts_from(subject, FIT_FIGURES[3:])
 
 
 def _both_sides(subject: Subject) -> dict[str, str]:
@@ -243,9 +243,9 @@ def _both_sides(subject: Subject) -> dict[str, str]:
     return found
 
 
-def _told(subject: Subject, wanted: tuple[tuple[str, str, str, int], ...]) -> dict[str, str]:
+def _facts_from(subject: Subject, figures: tuple[tuple[str, str, str, int], ...]) -> dict[str, str]:
     return {
         name: f"{rounded_text(value, digits)}{unit}"
-        for name, unit, key, digits in wanted
+        for name, unit, key, digits in figures
         if (value := subject.number(key)) is not None
     }

@@ -1,8 +1,8 @@
-"""What a page may set of its controls: the values that they offer, and nothing else.
+"""Filter of messages that set controls of a page to values outside their range.
 
-viser takes every property and every value that a client sends for a control. A page of ours sends
-values alone; a message with anything else is damaged or comes from another program, and would be
-met by code that relies on a slider's range or a list's words.
+viser accepts every property and value that a client sends for a control. Our pages send valid
+values only; any other message is damaged or comes from another program, and the code behind a
+control relies on its range.
 """
 
 import math
@@ -13,11 +13,11 @@ from plantigrade.errors import PlantigradeError
 
 
 def is_offered(control: Any, updates: Mapping[str, Any]) -> bool:
-    """Return whether a control of viser offers what a message sets of it.
+    """Return whether a message sets a valid value of a control of viser.
 
     Args:
         control: The control.
-        updates: Property to value, as they came.
+        updates: Values by property, as received.
     """
     if set(updates) != {"value"} or getattr(control, "disabled", False):
         return False
@@ -27,18 +27,18 @@ def is_offered(control: Any, updates: Mapping[str, Any]) -> bool:
     if hasattr(control, "step"):
         number = isinstance(value, int | float) and not isinstance(value, bool)
         return number and math.isfinite(value) and control.min <= value <= control.max
-    return isinstance(value, bool)  # checkboxes and buttons: a page of ours has no other control
+    return isinstance(value, bool)  # checkboxes and buttons are the only other controls
 
 
-def only_offered(server: Any, refused: Callable[[str], None]) -> None:
-    """Let a server of viser take what its controls offer, and open no tunnel to the internet.
+def filter_control_messages(server: Any, refused: Callable[[str], None]) -> None:
+    """Let a server of viser accept valid values only, and refuse tunnels to the internet.
 
     Args:
         server: The server.
-        refused: Called with a sentence for every message that is not taken.
+        refused: Called with a sentence for every refused message.
 
     Raises:
-        PlantigradeError: If this version of viser does not let its messages be checked.
+        PlantigradeError: If messages of this version of viser cannot be checked.
     """
     try:
         from viser import _messages as messages
@@ -54,18 +54,18 @@ def only_offered(server: Any, refused: Callable[[str], None]) -> None:
             interface.unregister_handler(kind)
     except (ImportError, AttributeError, AssertionError) as error:
         raise PlantigradeError(
-            "this version of viser does not let its messages be checked: install viser 1.1, "
+            "messages of this version of viser cannot be checked: install viser 1.1, "
             "or open viewer.html of the run instead"
         ) from error
 
     async def checked(client: Any, message: Any) -> None:
         control = controls.get(message.uuid)
-        if control is None:  # removed meanwhile
+        if control is None:  # the control was removed
             return
         if is_offered(control, message.updates):
             await update(client, message)
         else:
             name = getattr(control, "label", "a control")
-            refused(f"A message was refused: {name} does not offer what it sets.")
+            refused(f"A message was refused: its value for {name} is invalid.")
 
     interface.register_handler(messages.GuiUpdateMessage, checked)

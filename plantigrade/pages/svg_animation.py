@@ -1,4 +1,4 @@
-"""Animated elements of an SVG: values that follow a clock, and stay where they never change."""
+"""Animated elements of an SVG, with constant values where nothing changes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,20 +6,20 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Clock:
-    """The clock of a picture, which starts again when it has run out.
+    """The repeating clock of a picture.
 
     Attributes:
-        seconds: How long it runs [s].
+        seconds: Duration of one cycle [s].
     """
 
     seconds: float
 
     def path(self, data: Sequence[str], attributes: str = "") -> str:
-        """Return a path that takes one shape after the other, evenly spaced in time.
+        """Return a path that takes successive shapes at equal intervals.
 
         Args:
-            data: Path data, of the same commands in each.
-            attributes: Further attributes, as they are written.
+            data: Path data with equal commands.
+            attributes: Additional attributes.
         """
         start = f'<path d="{data[0]}" {attributes}'.rstrip()
         if len(set(data)) == 1:
@@ -27,7 +27,7 @@ class Clock:
         return f'{start}><animate attributeName="d" {self._when(data)}/></path>'
 
     def shifted(self, places: Sequence[str], inner: str) -> str:
-        """Return elements that move from place to place, each written ``"x y"``."""
+        """Return elements that move between positions ``"x y"``."""
         start = f'<g transform="translate({places[0]})">{inner}'
         if len(set(places)) == 1:
             return f"{start}</g>"

@@ -1,4 +1,4 @@
-"""What a moving picture stands on: a strip of ground that passes under the body, and seats."""
+"""Ground of an animation: a strip that passes under the body, and seats."""
 
 import mujoco
 import numpy as np
@@ -7,12 +7,15 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import convex_hull, mesh_of, shapes_of
-from plantigrade.pages.svg_motion import Clock
+from plantigrade.pages.svg_animation import Clock
 from plantigrade.spatial.conventions import rotation_matrix
 
-WIDE = (0.42, 1.2)  # half width of the strip of ground, also around an enlarged foot [m]
-MARKS = 0.25  # distance of the marks across it, about [m]
-GRAIN = 0.02  # spacing at which uneven ground is followed [m]
+HALF_WIDTHS = (
+    0.42,
+    1.2,
+)  # [m] half widths of the strip of ground, around a magnified foot and a body
+MARK_SPACING = 0.25  # [m] approximate distance between marks
+PROFILE_SPACING = 0.02  # [m] between points of the profile of uneven ground
 TOP, EDGE, LINE, SIDE_FACE = "#e6eaef", "#98a3b3", "#c3cbd6", "#f0f2f5"
 WOOD, WOOD_EDGE = "#c9ab80", "#8f744b"
 
@@ -31,21 +34,21 @@ def stage(
     box: tuple[int, int, int, int],
     fine: bool = False,
 ) -> str:
-    """Return the ground with marks across it, and seats, as they pass by the camera.
+    """Return the ground with transverse marks, and seats, as they pass the camera.
 
     Args:
-        ground: What the motion happened on.
-        model: The scene, for what stands on the ground.
+        ground: The ground.
+        model: The scene, with seats.
         com: Path of the centre of mass, world [m].
         forward: Horizontal direction of travel, unit vector.
-        centre: What the camera looks at in each frame, world [m].
+        centre: Point at which the camera looks in each frame, world [m].
         camera: The camera.
         clock: The clock of the picture.
-        per_metre: Units of the drawing in a metre.
+        per_metre: Drawing units per metre.
         loop: How far a stride carries the body [m]: then marks divide it evenly, so that the end
             of the loop is its beginning.
-        box: What is seen (left, top, right, bottom), around the camera's centre.
-        fine: Draw closer marks.
+        box: Visible area (left, top, right, bottom), around the camera's centre.
+        fine: Whether marks are closer.
     """
     middle = com.mean(axis=0)
     origin = middle - forward * float(middle @ forward)
@@ -53,14 +56,14 @@ def stage(
     reach = max(abs(v) for v in box) / per_metre + 0.5
     along = centre @ forward
     ends = along.min() - reach, along.max() + reach
-    spacing = MARKS / 2 if fine else MARKS
+    spacing = MARK_SPACING / 2 if fine else MARK_SPACING
     stride = 0.0 if loop is None else float(loop @ forward)
     if stride > 0.1:
         spacing = stride / max(round(stride / spacing), 1)
     marks = np.arange(np.ceil(ends[0] / spacing), np.floor(ends[1] / spacing) + 1) * spacing
 
-    aside = abs(float(camera.right @ forward)) > 0.5  # not from in front, nor from behind
-    wide = WIDE[fine or not aside]
+    aside = abs(float(camera.right @ forward)) > 0.5  # seen from a side
+    wide = HALF_WIDTHS[fine or not aside]
 
     def surface(s: np.ndarray, to_side: float) -> np.ndarray:
         level = origin * [1, 1, 0] + np.outer(s, forward) + to_side * across
@@ -69,7 +72,7 @@ def stage(
         return level + np.outer(height, [0.0, 0.0, 1.0])
 
     plain = not (ground.steps or ground.bumps or ground.field)
-    s = np.array(ends) if plain else np.arange(ends[0], ends[1] + GRAIN, GRAIN)
+    s = np.array(ends) if plain else np.arange(ends[0], ends[1] + PROFILE_SPACING, PROFILE_SPACING)
     s = s if plain else _corners(s, surface(s, 0.0))
     near, far = surface(s, wide), surface(s, -wide)
     if camera.towards @ across < 0:
@@ -99,14 +102,14 @@ def stage(
 
 
 def _corners(s: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the places where a profile bends, and its ends."""
+    """Return the corners and ends of a profile."""
     bend = np.abs(np.diff(points[:, 2], 2)) > 1e-6
     keep = np.concatenate([[True], bend, [True]])
     return s[keep]
 
 
 def _seats(ground, model, camera, per_metre, surface, origin, forward) -> list[str]:
-    """Return boards that stand on legs."""
+    """Return boards with legs."""
     if not ground.seats:
         return []
     data = mujoco.MjData(model)

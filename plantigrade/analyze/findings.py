@@ -1,4 +1,4 @@
-"""From values over time and places to the worst of each quantity and findings: see ``check``."""
+"""The worst value of each quantity, and findings, from values over time and locations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,39 +10,41 @@ from plantigrade.analyze.quantities import OF_JOINTS, quantity
 from plantigrade.analyze.verdict import Finding, Measure, Slip
 from plantigrade.motion import filters
 
-_APART = 0.1  # excesses no further apart in time are one finding [s]
+_MERGE_GAP = 0.1  # [s] gap below which two violations are one finding
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One quantity over time and places."""
+    """One quantity over time and locations."""
 
-    quantity: str  #: Which
+    quantity: str  #: Name of the quantity
     values: np.ndarray  #: Its values (n, m); -inf or NaN where there is none
-    limit: float  #: What is allowed, tolerance included
+    limit: float  #: The limit, tolerance included
     names: Sequence[str] = ("",)  #: Names of the columns
     sides: Sequence[str] = ()  #: Sides of the columns; none if empty
-    #: Times of the rows [s]; those of the frames if None. NaN: a mean over the motion.
+    #: Times of the rows [s]; those of the frames if None; NaN for a mean over the motion
     times: np.ndarray | None = None
-    shown: float | None = None  #: The limit to show, without the tolerance; ``limit`` if None
-    #: Values, limits and unit that findings show instead of these
+    shown: float | None = (
+        None  #: The limit that is reported, without the tolerance; ``limit`` if None
+    )
+    #: Values, limits and unit that findings report instead of these
     actual: tuple[np.ndarray, np.ndarray, str] | None = None
     worst_only: bool = False  #: Whether findings name the worst column only
-    #: Add no finding if one of these quantities has one: it is the same fault
+    #: Quantities whose findings are the same fault; with one of them, none is added
     unless: tuple[str, ...] = ()
-    advice: str = ""  #: What to do; that of the quantity if empty
+    advice: str = ""  #: Advice; that of the quantity if empty
 
 
 @dataclass(eq=False)
-class Judge:
+class FindingCollector:
     """Collects measures and findings."""
 
     time: np.ndarray  #: Time of each frame [s]
-    measures: dict[str, Measure] = field(default_factory=dict)  #: The worst of each quantity so far
-    findings: list[Finding] = field(default_factory=list)  #: What is wrong so far
+    measures: dict[str, Measure] = field(default_factory=dict)  #: The worst value of each quantity
+    findings: list[Finding] = field(default_factory=list)  #: Faults
 
     def add(self, series: Series) -> None:
-        """Measure a quantity, and report every time and place where it is out of its limit."""
+        """Add the measure of a quantity, and a finding for every violation of its limit."""
         t = self.time if series.times is None else series.times
         values = np.where(np.isfinite(series.values), series.values, -np.inf)
         names, sides = series.names, series.sides or ("",) * len(series.names)
@@ -53,8 +55,8 @@ class Judge:
             return
         row, column = divmod(int(np.argmax(values)), values.shape[1])
         worst = float(values[row, column])
-        said = {finding.quantity for finding in self.findings}
-        report = worst > limit and said.isdisjoint(series.unless)
+        reported = {finding.quantity for finding in self.findings}
+        report = worst > limit and reported.isdisjoint(series.unless)
         self.measures[series.quantity] = Measure(
             series.quantity, worst, shown, unit, float(t[row]), names[column], sides[column], report
         )
@@ -80,7 +82,7 @@ class Judge:
                 self._report(found, since, until, others, excess, series.advice)
 
     def add_slips(self, slips: Sequence[Slip], limit: float) -> None:
-        """Measure the slips, and report the stances of each foot once."""
+        """Add the measure of the slips, and one finding per stance of a foot."""
         if not slips:
             self.measures["slip"] = Measure("slip", np.nan, limit, quantity("slip").unit)
             return
@@ -119,7 +121,7 @@ def _slip(slip: Slip, limit: float) -> Measure:
 
 
 def _key(name: str, side: str) -> str:
-    """Return what is reported together: a foot; a place on no foot alone."""
+    """Return the key of columns that are reported together: a foot, or a site on none."""
     return side or name
 
 
@@ -135,11 +137,11 @@ def _groups(series: Series, names: Sequence[str], sides: Sequence[str]) -> list[
 
 
 def runs(mask: np.ndarray, times: np.ndarray | None = None) -> list[tuple[int, int]]:
-    """Return (start, stop) of every run of true; with ``times``, close ones are one."""
+    """Return (start, stop) of every run of true values; with ``times``, close ones are merged."""
     found: list[tuple[int, int]] = []
     for run in filters.runs(mask):
         start = run.start
-        if times is not None and found and times[start] - times[found[-1][1] - 1] <= _APART:
+        if times is not None and found and times[start] - times[found[-1][1] - 1] <= _MERGE_GAP:
             start = found.pop()[0]
         found.append((start, run.stop))
     return found

@@ -1,4 +1,4 @@
-"""The learning curve of a training, one row for each part."""
+"""Learning curve of a training, with one row per part."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -9,24 +9,23 @@ from plantigrade.io.writing import csv_text, write_text
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """One row of the learning curve: a part of the training.
+    """One row of the learning curve.
 
     Attributes:
-        decisions: So far.
-        seconds: Of the clock, so far, as long as it ran [s].
-        reward: Mean of a decision, with noise.
-        pose: Likewise of the term; the next three, too.
-        velocity: Likewise.
-        com: Likewise.
-        ends: Likewise.
-        falls_per_minute: With noise.
+        decisions: Decisions since the start.
+        seconds: Wall-clock time of the training [s].
+        reward: Mean reward per decision, with exploration noise.
+        pose: Mean of the pose term.
+        velocity: Mean of the velocity term.
+        com: Mean of the centre-of-mass term.
+        ends: Mean of the limb-end term.
+        falls_per_minute: Falls per minute, with exploration noise.
         spread: Standard deviation of actions.
         rate: Learning rate.
-        standing: Of the starts that were looked at without noise, how many did not fall; -1 where
-            none was looked at.
-        lasted: How long they walked on average [s]; -1 likewise.
-        force: Mean of a decision of that term, with noise.
-        soles: Likewise.
+        standing: Evaluation starts without a fall, without noise; -1 if there was no evaluation.
+        lasted: Mean walking time in the evaluation [s]; -1 if there was none.
+        force: Mean of the force term.
+        soles: Mean of the sole term.
     """
 
     decisions: int
@@ -46,7 +45,7 @@ class Progress:
 
 
 def write_curve(path: Path, curve: Sequence[Progress]) -> None:
-    """Write a learning curve as CSV, six digits to a number.
+    """Write a learning curve as CSV with six significant digits.
 
     Raises:
         FileError: If the file cannot be written.

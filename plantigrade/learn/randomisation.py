@@ -1,8 +1,4 @@
-"""What disturbs those who learn: relief and pushes, other ones in every episode.
-
-A policy that has been disturbed while it learned walks where it never was: the field calls that
-domain randomisation.
-"""
+"""Domain randomisation: random terrain and pushes, different in every episode."""
 
 from dataclasses import dataclass, replace
 
@@ -15,45 +11,41 @@ from plantigrade.world import Disturbance, World
 from plantigrade.world.disturbance import MAX_FORCE, body_index
 from plantigrade.world.grounds import GRID_SPACING, RELIEF_ASIDE, relief
 
-HIGHEST = 0.2
-"""Relief is at most so high and so deep [m]."""
-LONG = (0.2, 0.4)
-"""A push lasts between [s]."""
-APART = (0.3, 2.5)
-"""From one push to the next it takes between [s]."""
-SHARE = (0.2, 1.0)
-"""Of the greatest relief or force, an episode or a push has between."""
+MAX_RELIEF = 0.2  # [m] magnitude of the terrain height
+PUSH_DURATIONS = (0.2, 0.4)  # [s] range
+PUSH_PAUSES = (0.3, 2.5)  # [s] range of the time between pushes
+STRENGTH_RANGE = (0.2, 1.0)  # of the maximum height of an episode or force of a push
 
 
-class Relief:
-    """Bumps that are drawn anew: of random heights, smoothed, another landscape every time.
+class RandomTerrain:
+    """Smooth random bumps, drawn for every episode.
 
     Args:
-        height: They are at most so high and so deep [m].
+        height: Maximum magnitude of the height [m].
 
     Raises:
-        ParameterError: If that is out of range.
+        ParameterError: If the height is out of range.
     """
 
     def __init__(self, height: float):
-        number("terrain", height, 1e-3, HIGHEST, "m", "learning")
+        number("terrain", height, 1e-3, MAX_RELIEF, "m", "learning")
         self.height = height
 
     def ground(self, friction: float = Ground().friction) -> Ground:
-        """Return a ground on which any of them can lie."""
+        """Return a ground with room for any of the terrains."""
         z = np.full_like(relief(self.height, np.random.default_rng(0)), self.height)
-        z[0, :2] = 0.0, 2.0 * self.height  # so that all have room
+        z[0, :2] = 0.0, 2.0 * self.height  # range of all terrains
         return Ground(-self.height, field=_field(z), friction=friction)
 
     def lay(self, world: World, seed: int) -> None:
-        """Lay new bumps in a world that was made with :meth:`ground`: a fifth as high at least.
+        """Draw new bumps, with at least a fifth of the maximum height.
 
         Args:
-            world: The world.
-            seed: By which they are drawn.
+            world: A world with the ground of :meth:`ground`.
+            seed: Seed of the terrain.
         """
         rng = np.random.default_rng([seed, 1])
-        z = relief(self.height * float(rng.uniform(*SHARE)), rng) + self.height
+        z = relief(self.height * float(rng.uniform(*STRENGTH_RANGE)), rng) + self.height
         world.model.hfield_data[:] = (z / (2.0 * self.height)).ravel()
         world.ground = replace(world.ground, field=_field(z))
 
@@ -66,30 +58,29 @@ def _field(z: Float[Array, "n_y n_x"]) -> HeightField:
 
 @dataclass(frozen=True, kw_only=True)
 class RandomPushes(Disturbance):
-    """Pushes at the upper trunk from anywhere, by the world's random numbers.
+    """Random pushes at the upper trunk, in horizontal directions.
 
-    From one to the next it takes 0.3 to 2.5 s. Each has a fifth of the
-    greatest force or more and lasts 0.2 to 0.4 s.
+    Intervals are 0.3 to 2.5 s, durations 0.2 to 0.4 s, forces at least a fifth of the maximum.
 
     Attributes:
-        force: The greatest [N].
+        force: Maximum force [N].
 
     Raises:
-        ParameterError: If it is out of range.
+        ParameterError: If the force is out of range.
     """
 
     force: float
 
     def __post_init__(self):
-        """Refuse what is no force."""
+        """Check the force."""
         number("pushes", self.force, 1e-3, MAX_FORCE, "N", "learning")
 
     def reset(self, world: World) -> None:
-        """Draw the first."""
+        """Draw the first push."""
         world.memory[self] = self._drawn(world, 0.0)
 
     def act(self, world: World) -> None:
-        """Push while one lasts; draw another after it."""
+        """Apply the present push, and draw the next one after it."""
         start, end, force = world.memory[self]
         if world.time >= end - 1e-9:
             start, end, force = world.memory[self] = self._drawn(world, world.time)
@@ -97,9 +88,9 @@ class RandomPushes(Disturbance):
             world.push(body_index(world.human), force)
 
     def _drawn(self, world: World, now: float) -> tuple[float, float, Float[Array, " 3"]]:
-        """Return when a push begins and ends [s], and its force, world [N]."""
+        """Return start and end time [s] of a push, and its force, world [N]."""
         draw = world.random.uniform
-        start, turn = now + float(draw(*APART)), float(draw(0.0, 2.0 * np.pi))
-        size = self.force * float(draw(*SHARE))
+        start, turn = now + float(draw(*PUSH_PAUSES)), float(draw(0.0, 2.0 * np.pi))
+        size = self.force * float(draw(*STRENGTH_RANGE))
         force = size * np.array([np.cos(turn), np.sin(turn), 0.0])
-        return start, start + float(draw(*LONG)), force
+        return start, start + float(draw(*PUSH_DURATIONS)), force
