@@ -4,6 +4,10 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import plantigrade as pg
 from plantigrade.threads import on_one_thread
+from plantigrade.workflows.fit import run_fit
+from plantigrade.workflows.motions import run_synthesis
+from plantigrade.workflows.reproduce import run_reproduction
+from plantigrade.workflows.settings import FitSettings, ReproduceSettings
 from plantigrade.world import World
 
 
@@ -35,9 +39,11 @@ def test_public_functions_run_on_one_thread(engine):
         seen.append(threads())
         raise InterruptedError
 
-    words, options = ("walk.c3d",), {"step": step}
-    if engine == "synthesize":
-        words, options = ("track",), {"step": step, "recording": "walk.c3d"}
+    calls = {
+        "fit": lambda: run_fit("walk.c3d", FitSettings(), step=step),
+        "reproduce": lambda: run_reproduction("walk.c3d", ReproduceSettings(), step=step),
+        "synthesize": lambda: run_synthesis("track", None, {"recording": "walk.c3d"}, step=step),
+    }
     with threadpool_limits(2), pytest.raises(InterruptedError):
-        getattr(pg, engine)(*words, **options)
+        calls[engine]()
     assert seen == [{1}]

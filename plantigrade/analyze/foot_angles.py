@@ -8,9 +8,8 @@ Segments, axes and signs are those of [Carson2001]_ and [Stebbins2006]_ as imple
   heel and the middle between sustentaculum and lateral calcaneus.
 * *forefoot* (metatarsals): the plane of both outer metatarsal heads and the base of the fifth;
   forward from the middle of the bases to the toe marker in that plane.
-* *hallux*: forward from the first metatarsal head to the hallux marker. Two markers do not define
-its
-  axial rotation, so only its dorsiflexion is given.
+* *hallux*: forward from the first metatarsal head to the hallux marker. Two markers do not
+  define its axial rotation, so only its dorsiflexion is given.
 
 The first metatarsal head (virtual medial toe line) and the upper heel carry markers in standing
 only; their positions relative to the others are taken from the standing trial. Each of four markers

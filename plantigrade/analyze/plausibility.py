@@ -171,8 +171,8 @@ def max_joint_speed(coordinate: str) -> float:
     """Return the maximum speed of a joint [deg/s].
 
     Example:
-        >>> fastest("arm_rot_l"), fastest("arm_flex_r"), fastest("hip_flexion_r")
-        (9000.0, 2000.0, 1500.0)
+        >>> max_joint_speed("arm_rot_l"), max_joint_speed("arm_flex_r")
+        (9000.0, 2000.0)
     """
     name = without_side(coordinate)
     return next(

@@ -39,7 +39,7 @@ COMMANDS = {
     "simulate": "Simulate a person, standing or moving, under a controller.",
     "train": "Train a walking policy on a reference walk by reinforcement learning.",
     "vault": "Optimise a gymnast's vault: the joint activations that give the fastest take-off.",
-    "convert": "Convert a motion file to another format.",
+    "convert": "Convert a motion file, or a run, to another format.",
     "model": "Write a human as MJCF, or print its segments, joints and strengths.",
     "view": "Show a run as an interactive 3-D scene in the browser.",
     "report": "Write the report and viewer pages of a run again.",

@@ -21,12 +21,16 @@ Lengths = Annotated[
     tyro.conf.UseAppendAction,
 ]
 Stiffness = Annotated[float | None, optional("N/M")]
+STIFFNESS_RANGE = (1e3, 1e7, "N/m")
+"""From soft rubber to concrete under a sphere of a sole."""
 SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Command(Person, PrintOptions):
     """Write a human as MJCF, or print its segments, joints and strengths."""
+
+    ranges = Person.ranges | dict.fromkeys(("foot_stiffness", "ground_stiffness"), STIFFNESS_RANGE)
 
     lengths: Lengths = ()
     """Segment length, such as thigh=0.43; repeatable."""

@@ -47,8 +47,7 @@ class RewardWeights:
         com: :math:`w_c`.
         ends: :math:`w_e`.
         feet: Whether joints within the feet count in pose and velocity. They are two fifths of all
-            joints
-                        and matter little for a walk.
+            joints and matter little for a walk.
         force: Weight of :math:`r_f - 1`, a cost of hard landings and flight; not in the paper.
         soles: Weight of :math:`r_s`; not in the paper.
     """

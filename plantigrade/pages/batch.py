@@ -184,7 +184,7 @@ class _Simulations(BatchKind):
 
     def words(self, one: Ended) -> str:
         """Return the outcome of a simulation."""
-        return "standing" if one.status == "ok" else one.status
+        return "on the feet" if one.status == "ok" else one.status
 
     def counts(self, ended: Iterable[Ended]) -> dict[str, Any]:
         """Return status and counts, with the number of simulations without a fall."""

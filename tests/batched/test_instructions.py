@@ -27,7 +27,7 @@ def test_read_from_the_text_they_are_as_told_one_by_one(f, monkeypatch):
     read = Instructions.of(f)
     monkeypatch.setattr(instructions, "_as_text", lambda lines: "not there")
     asked = Instructions.of(f)
-    for name in ("operations", "taken", "made", "numbers"):
+    for name in ("operations", "operands", "results", "numbers"):
         np.testing.assert_array_equal(getattr(read, name), getattr(asked, name))
     assert len(read.operations) == f.n_instructions()
 
@@ -38,7 +38,7 @@ def test_most_are_read_from_the_text(monkeypatch):
     monkeypatch.setattr(instructions, "_asked", lambda f, k: asked.extend(k) or each(f, k))
     f = functions()[1]
     Instructions.of(f)
-    assert len(asked) == 2 * instructions.COMPARED < f.n_instructions()
+    assert len(asked) == 2 * instructions.COMPARED_OPERATIONS < f.n_instructions()
 
 
 def test_steps_give_what_the_function_gives():

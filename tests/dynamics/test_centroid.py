@@ -59,7 +59,7 @@ def test_zero_moment_point_is_the_centre_of_pressure_of_the_same_wrench():
     about = rng.normal(size=(6, 3))
     moment = np.cross(point - about[:, None], force).sum(axis=1)
     total = force.sum(axis=1)
-    a = zero_moment_point(total, moment, about, 0.0, least=1.0)
+    a = zero_moment_point(total, moment, about, 0.0, min_force=1.0)
     np.testing.assert_allclose(a, centre_of_pressure(force, point), atol=1e-12)
 
 

@@ -144,6 +144,6 @@ def test_every_setting_of_a_controller_is_changed_by_a_fifth(tmp_path):
     table = sensitivity.run(controllers=("posture",), quick=True, out=tmp_path)
     assert "stiffness" in table.text() and (tmp_path / "sensitivity.html").is_file()
     whole = sensitivity.cases(("posture", "replay"), None, quick=False)
-    assert "posture/stiffness/+" in whole and "replay/gait.max_velocity_rate/-" in whole
+    assert "posture/stiffness/+" in whole and "replay/gait.early_rate/-" in whole
     with pytest.raises(ParameterError, match="passive has no settings; name one of posture"):
         sensitivity.run(controllers=("passive",), quick=True)

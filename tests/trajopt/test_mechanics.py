@@ -44,7 +44,7 @@ def test_what_healthy_adults_do_is_not_refused():
     """Neither random requests nor jumps to 40 cm of the smallest, nor quick and low chairs."""
     for seed in range(48):
         asked = random_request(seed)
-        make_task(asked.task, asked.human, asked.told)
+        make_task(asked.task, asked.human, asked.options)
     small = Human.create(1.45, 45.0, "female")
     for name, told in (
         ("jump", {"jump_height": 0.4}),

@@ -66,5 +66,5 @@ def test_centre_of_mass_of_people_moves_more_up_and_less_sideways_the_faster_the
 
 def test_a_motion_without_a_stride_has_none(record):
     still = replace(record, motion=replace(record.motion, events=()))
-    with pytest.raises(ParameterError, match="whole stride"):
+    with pytest.raises(ParameterError, match="complete stride"):
         plane_figures(still)

@@ -60,7 +60,7 @@ def test_the_button_saves_the_run_so_far(monkeypatch):
 
         def show(self, stop):
             if len(saved) < 2:
-                self.wants_saving.set()
+                self.save_requested.set()
             else:
                 said.append(self.session.message)
                 moved.append(not self.session.paused or bool(self.session.pending))
