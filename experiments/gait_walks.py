@@ -100,7 +100,7 @@ class Walks:
             first = {name for name in first_walks(self.absent).values() if name is not None}
             chosen = [w for w in chosen if w.name in first]
         if not chosen:
-            raise ParameterError("none of the walks was reproduced over a whole gait cycle")
+            raise ParameterError("none of the walks was reproduced over a complete gait cycle")
         names = [w.person if one_each else w.name for w in chosen]
         return study(names, [w.comparison for w in chosen])
 
