@@ -74,8 +74,13 @@ def test_limbs_end_at_the_tips_of_the_body(tmp_path):
     human = Human.create(joints="66")
     run = moving(human)
     standing = np.tile(human.standing(), (2, 1))
-    motion = replace(run.record.motion, time=np.array([0, 0.02]), qpos=standing)
-    still = Run(Record(human, replace(motion, qvel=np.zeros((2, human.model.nv)))), "fit")
+    motion = replace(
+        run.record.motion,
+        time=np.array([0, 0.02]),
+        qpos=standing,
+        qvel=np.zeros((2, human.model.nv)),
+    )
+    still = Run(Record(human, motion), "fit")
     still.export(tmp_path / "still.bvh", unit="m")
     nodes, _, rows = bvh_kinematics.read(tmp_path / "still.bvh")
     found = bvh_kinematics.poses(nodes, rows[0])

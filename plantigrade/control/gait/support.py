@@ -61,7 +61,7 @@ def beyond(points: Float[Array, "k 2"], position: Float[Array, " 2"]) -> float:
 
 
 def drawn_to(
-    positions: Float[Array, "*k 2"], middle: Float[Array, "*k 2"], radius: float | Array
+    positions: Float[Array, "*k 2"], middle: Float[Array, "*#k 2"], radius: float | Array
 ) -> Float[Array, "*k 2"]:
     """Return positions, drawn to a circle about a middle where they are outside of it."""
     offset = positions - middle
