@@ -30,7 +30,11 @@ SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 class Command(Person, PrintOptions):
     """Write a human as MJCF, or print its segments, joints and strengths."""
 
-    ranges = Person.ranges | dict.fromkeys(("foot_stiffness", "ground_stiffness"), STIFFNESS_RANGE)
+    ranges = {
+        **Person.ranges,
+        "foot_stiffness": STIFFNESS_RANGE,
+        "ground_stiffness": STIFFNESS_RANGE,
+    }
 
     lengths: Lengths = ()
     """Segment length, such as thigh=0.43; repeatable."""
