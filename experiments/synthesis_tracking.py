@@ -105,7 +105,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     angle, way = tracked.moved()
     solution, record = tracked.solution, tracked.record()
     verdict = check(record)
-    faults = "" if verdict.ok else "; ".join(verdict.words()[:3])
+    faults = "" if verdict.ok else "; ".join(verdict.sentences()[:3])
     rows = angle_rows(name, tracked.against_recording)
     if name in WALKS and tracked.walk.measured is not None:
         rows += _figures(name, tracked.against_plates(), "")
