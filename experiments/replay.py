@@ -99,7 +99,7 @@ MOTIONS = {
     "side-step": Task("side-step"),
     "jump": Task("jump"),
 }
-"""What ``synthesize`` offers, by name."""
+"""Tasks of ``synthesize``, by name."""
 QUICKLY = ("walk 1.3 m/s", "sit-to-stand", "side-step")
 
 

@@ -22,7 +22,7 @@ def default_summary(result: Result) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Specification:
-    """What is measured and how it is displayed; :meth:`run` is the function ``run`` of its module.
+    """Measurements and their display; :meth:`run` is the function ``run`` of its module.
 
     Attributes:
         name: Name of the experiment, and of its files.

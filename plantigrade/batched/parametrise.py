@@ -13,6 +13,7 @@ from plantigrade.batched.instructions import Instructions
 if TYPE_CHECKING:
     import casadi
 
+# Roles of an operand that is no result of an operation.
 _NONE, _NUMBER, _EXPONENT, _OF_FORMULA = -1, -2, -3, -100
 
 

@@ -74,7 +74,7 @@ class Command(Person, RunOptions):
             out = self.out or RUNS / NAME
             for folder in (out, *(out.with_name(out.name + end) for end in (BESIDE, PUSHED))):
                 refuse_existing(folder, self.overwrite)
-        told = {"command": command_line(), "seed": self.seed}
+        provenance = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
         with progress.step("generating the textbook walk"):
             adult = human.height >= MAX_CHILD_HEIGHT
@@ -88,14 +88,14 @@ class Command(Person, RunOptions):
             own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
             settings = ReproduceSettings(**own, companions=False)
             recording, trial = fitting.fit_trial(path, settings, progress.step)
-            fitted = fitting.run_of(recording, trial, settings, title="Textbook walk", **told)
+            fitted = fitting.run_of(recording, trial, settings, title="Textbook walk", **provenance)
             with progress.step("reproducing the gait from prioritised tasks"):
                 gait = reproducing.run_of(
-                    recording, trial, settings, title="Textbook walk, reproduced", **told
+                    recording, trial, settings, title="Textbook walk, reproduced", **provenance
                 )
         with progress.step("simulating the walk with a push"):
             pushed = replace(
-                run_simulation(fitted, self._push(), command=told["command"]),
+                run_simulation(fitted, self._push(), command=provenance["command"]),
                 title="Textbook walk, pushed",
             )
         more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}

@@ -29,6 +29,7 @@ from plantigrade.errors import CheckoutNeeded, PlantigradeError  # noqa: E402
 from plantigrade.printable import printable  # noqa: E402
 
 _KEPT = "no incomplete run folder is kept; a batch continues with the same command"
+# Exit codes; the last two are those of a shell for SIGINT and SIGTERM.
 DONE, BAD_INPUT, NO_RESULT, INTERRUPTED, TERMINATED = 0, 2, 3, 130, 143
 
 COMMANDS = {

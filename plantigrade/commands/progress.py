@@ -100,7 +100,7 @@ class Progress:
         """Show how much of a file has arrived and how fast, then a line with both.
 
         Yields:
-            Function to be told how many bytes are there, first those of an earlier transfer.
+            Function called with the number of bytes received, first those of an earlier transfer.
 
         Example:
             >>> with Progress(quiet=True).transfer("walk.c3d", 1000) as reached:

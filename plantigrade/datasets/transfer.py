@@ -102,7 +102,7 @@ def download(
         file: The registered file.
         url: Its address.
         place: Path of the download; folders above it are made.
-        reached: Called with the number of bytes received so far.
+        reached: Called with the number of bytes received.
 
     Raises:
         Unreachable: If there is no connection.

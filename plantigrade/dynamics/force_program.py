@@ -150,10 +150,10 @@ class ForceProgram:
             wide, whole, supports, scales, human.dimensions.foot_length
         )
         self.known = np.zeros(contact.shape, bool)
-        told = np.zeros((*contact.shape, 6))
+        measured = np.zeros((*contact.shape, 6))
         if data is not None:
             now = self.inside
-            self.known[now, :2], told[now, :2], carried = _told(data, needs)
+            self.known[now, :2], measured[now, :2], carried = _told(data, needs)
             contact[now, :2] = np.where(self.known[now, :2], carried, contact[now, :2])
         contact[:beyond] &= contact[beyond]
         contact[beyond + n :] &= contact[beyond + n - 1]
@@ -164,7 +164,7 @@ class ForceProgram:
         start = self.layout.start
         fixed = self.known & contact
         x = np.zeros(self.layout.size)
-        x[(start[fixed][:, None] + np.arange(6)).ravel()] = told[fixed].ravel()
+        x[(start[fixed][:, None] + np.arange(6)).ravel()] = measured[fixed].ravel()
         free = contact & ~self.known
         is_known = np.zeros(self.layout.size, bool)
         is_known[(start[fixed][:, None] + np.arange(6)).ravel()] = True
@@ -388,5 +388,5 @@ def _told(data: FootForces, needs: RequiredForces):
     carried = np.isfinite(data.point).all(axis=-1) & (force[..., 2] > 0)
     arm = np.where(carried[..., None], data.point - needs.base[:, :2], 0.0)
     moment = np.cross(arm, force) + data.torque / needs.weight
-    told = np.concatenate([force, moment], axis=-1)
-    return known, np.where(carried[..., None], told, 0.0), carried
+    measured = np.concatenate([force, moment], axis=-1)
+    return known, np.where(carried[..., None], measured, 0.0), carried

@@ -127,9 +127,9 @@ def estimate_forces(
     needs = required_forces(human, coarse, qacc[::step], contacts, supports, ground)
     data = None
     if measured is not None:
-        told = measured.frames(slice(None, None, step))
-        turned = (each @ needs.to_world for each in (told.force, told.point, told.torque))
-        data = replace(told, **dict(zip(("force", "point", "torque"), turned, strict=True)))
+        frames = measured.frames(slice(None, None, step))
+        turned = (each @ needs.to_world for each in (frames.force, frames.point, frames.torque))
+        data = replace(frames, **dict(zip(("force", "point", "torque"), turned, strict=True)))
     found = solve_in_windows(human, needs, contacts, supports, data, scales)
     known = np.zeros((motion.n_frames, 2), bool)
     if measured is not None:

@@ -13,21 +13,20 @@ from plantigrade.charts import theme
 from plantigrade.exchange.gltf import Surface, normals_of
 from plantigrade.pages.shapes import rgb
 from plantigrade.skin import Skin
+from plantigrade.skin.skin import IRIS_DEPTH
+from plantigrade.skin.surface import weights_in_255ths
 
 COLOURS = {
-    "skin": (0.83, 0.69, 0.62),
-    "shirt": (0.44, 0.58, 0.70),
+    "skin": rgb(theme.SKIN["skin"]),
+    "shirt": rgb(theme.SKIN["shirt"]),
     "sleeve_r": rgb(theme.RIGHT_BODY),
     "sleeve_l": rgb(theme.LEFT_BODY),
     "shorts_r": tuple(0.6 * part for part in rgb(theme.RIGHT_BODY)),
     "shorts_l": tuple(0.6 * part for part in rgb(theme.LEFT_BODY)),
-    "eye": (0.93, 0.93, 0.93),
-    "iris": (0.15, 0.12, 0.10),
+    "eye": rgb(theme.SKIN["eye"]),
+    "iris": rgb(theme.SKIN["iris"]),
 }
 """Material → its colour, sRGB: left and right differ as in the viewer."""
-
-IRIS = 0.82
-"""Share of an eye's depth, from behind, at which its iris begins."""
 
 ARM = ("shoulder", "humerus", "elbow", "ulna", "forearm", "radius")
 """How the names of the bones in a sleeve begin."""
@@ -85,7 +84,7 @@ def _materials(mesh: _Mesh, bones: tuple[str, ...], eyes: Array) -> Array:
     ahead = mesh.vertices[mesh.faces, 0].mean(axis=1)
     if eye.any():
         low, high = ahead[eye].min(), ahead[eye].max()
-        kinds[eye & (ahead > low + IRIS * (high - low))] = "iris"
+        kinds[eye & (ahead > low + IRIS_DEPTH * (high - low))] = "iris"
     return kinds
 
 
@@ -130,6 +129,4 @@ def _four_bones(shares: Float[Array, "n n_bones"]) -> tuple[Array, Array]:
     """Return the four greatest bones of every vertex and their weights in 255ths, 255 in all."""
     bones = np.argsort(-shares, axis=1, kind="stable")[:, :4]
     kept = np.take_along_axis(shares, bones, axis=1)
-    weights = np.rint(255 * kept / kept.sum(axis=1, keepdims=True)).astype(int)
-    weights[:, 0] += 255 - weights.sum(axis=1)
-    return np.where(weights > 0, bones, 0), weights  # a bone without weight must be the first
+    return weights_in_255ths(bones, kept / kept.sum(axis=1, keepdims=True))

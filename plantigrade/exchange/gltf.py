@@ -18,6 +18,7 @@ from plantigrade.arrays import Array, Float, Int
 Y_UP = [-0.5, -0.5, -0.5, 0.5]
 """Rotation ``xyzw`` that turns our axes to those of the format."""
 
+# Codes of the format: types of numbers, uses of a buffer, shapes of an element.
 FLOAT, BYTE, SHORT, LONG = 5126, 5121, 5123, 5125
 VERTICES, INDICES = 34962, 34963
 KINDS = {(1,): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}

@@ -35,7 +35,7 @@ from plantigrade.record import Record, Run
 from plantigrade.spatial.conventions import PELVIS
 
 OVER = ("time", "cycles", "mean")
-"""What a row is: an instant; a percent of one gait cycle; a percent of the mean gait cycle."""
+"""Meaning of a row: an instant, a percent of one gait cycle, a percent of the mean gait cycle."""
 
 AXES = {"forward": "forward", "sideways": "left", "up": "up"}
 """Name of an axis in a column → its name among the curves over the cycle."""

@@ -15,7 +15,7 @@ from plantigrade.errors import FileError
 from plantigrade.io.skeletons import euler_rotation
 from plantigrade.io.text import read_text
 
-MAX_BONES = 1000
+MAX_BONES = 1000  # beyond it the file is damaged: a rig with hands and face has 163
 
 _ROOT_CHANNELS = ("TX", "TY", "TZ", "RX", "RY", "RZ")
 _BONE_CHANNELS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")

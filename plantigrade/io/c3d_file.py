@@ -30,6 +30,7 @@ BYTES_OF_A_POINT = 100
 numbers."""
 
 _SUFFIXES = ("", *map(str, range(2, 256)))  # of a list and what continues it
+# Codes of the processor whose numbers the file holds.
 _INTEL, _DEC, _MIPS = 84, 85, 86
 _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
 

@@ -184,12 +184,12 @@ def _events(events: tuple[GaitEvent, ...], shift: float) -> Parameters:
     times = np.array([[(e.time + shift) // 60, (e.time + shift) % 60] for e in events]).T
     contexts = [{"l": "Left", "r": "Right"}[e.side] for e in events]
     labels = [names[e.kind] for e in events]
-    told: dict[str, Any] = {"USED": len(events)}
+    event_group: dict[str, Any] = {"USED": len(events)}
     for k, more in _portions(len(events)):
         part = slice(k, k + MAX_LIST)
-        told |= {f"CONTEXTS{more}": contexts[part], f"LABELS{more}": labels[part]}
-        told[f"TIMES{more}"] = times[:, part]
-    return {"EVENT": told}
+        event_group |= {f"CONTEXTS{more}": contexts[part], f"LABELS{more}": labels[part]}
+        event_group[f"TIMES{more}"] = times[:, part]
+    return {"EVENT": event_group}
 
 
 def _portions(count: int) -> Iterator[tuple[int, str]]:

@@ -183,11 +183,11 @@ def _numbered(names: list[str], warnings: list[str]) -> list[str]:
     labels = {axis: [names[i][:-2] for i in columns] for axis, columns in at.items()}
     if len(at) < 3 or len({tuple(each) for each in labels.values()}) > 1:
         return names  # not three columns to each label
-    told: list[str] = []
+    label_warnings: list[str] = []
     for axis, columns in at.items():
-        for i, label in zip(columns, unique_labels(labels[axis], told), strict=True):
+        for i, label in zip(columns, unique_labels(labels[axis], label_warnings), strict=True):
             names[i] = label + names[i][-2:]
-    warnings += told[:1]
+    warnings += label_warnings[:1]
     return names
 
 

@@ -39,7 +39,7 @@ from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import ForcePlate, Recording, Table
 
 _ANSWERS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
-MAX_COLUMNS = 5000
+MAX_COLUMNS = 5000  # beyond it the file is damaged; models with muscles have some hundreds
 MAX_BYTES = 80e6  # of a file [bytes]: about 5 minutes of two plates at 2000 Hz
 
 

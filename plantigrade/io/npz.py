@@ -20,7 +20,7 @@ MAX_NUMBER = 1e12
 
 _REMEDY = "name a motion.npz that plantigrade wrote"
 _FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted
-_MAX_ARRAYS = 1000
+_MAX_ARRAYS = 1000  # of one file; a run has some tens
 _ADDRESS = re.compile(" at 0x[0-9a-f]+")  # of an object in an error of another library
 
 

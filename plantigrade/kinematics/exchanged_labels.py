@@ -185,8 +185,8 @@ def _as_a_person_stands(
     e = standing[:, None] - standing
     length2 = np.maximum((e**2).sum(axis=-1), 1e-12)
     twins = np.triu(_twins(known))
-    told = np.triu(_comparable(known) & (length2 >= MIN_LANDMARK_DISTANCE**2))
-    moves = [np.array([pair]) for pair in np.argwhere(told)]
+    rigid = np.triu(_comparable(known) & (length2 >= MIN_LANDMARK_DISTANCE**2))
+    moves = [np.array([pair]) for pair in np.argwhere(rigid)]
     limb = _limbs(known)
     moves += [pairs for b in sorted({*limb}) if len(pairs := _of_limb(twins, limb == b)) > 1]
     least = np.array(

@@ -291,8 +291,8 @@ def track(
     velocity = np.zeros(model.nv)
     seen = np.all(np.isfinite(measured), axis=2)
     placed = seen.sum(axis=1) >= MIN_POINTS
-    told = ((seen @ solver.points.moved[:, 0, 6:]) > 0) & placed[:, None]
-    lost = ~told & told.any(axis=0)
+    determined = ((seen @ solver.points.moved[:, 0, 6:]) > 0) & placed[:, None]
+    lost = ~determined & determined.any(axis=0)
     usual = solver.posture, solver.rest
     hold = Hold(solver.points.human, *usual)
     for k in range(n):
@@ -312,7 +312,7 @@ def track(
             progress(k + 1)
     solver.posture, solver.rest = usual
     if lost.any() or not placed.all():
-        _bridge(qpos, placed, told)
+        _bridge(qpos, placed, determined)
         for k in np.flatnonzero(lost.any(axis=1) | ~placed):
             distance = np.linalg.norm(measured[k] - solver.values(qpos[k]), axis=1)
             residual[k] = np.where(seen[k], distance, np.nan)
@@ -350,7 +350,7 @@ def follow(
 def _bridge(
     qpos: Float[Array, "n_frames nq"],
     placed: Bool[Array, " n_frames"],
-    told: Bool[Array, "n_frames n_hinges"],
+    determined: Bool[Array, "n_frames n_hinges"],
 ) -> None:
     """Lead roots and hinges that were not seen straight to their next seen value, in place."""
     frames = np.arange(len(qpos))
@@ -364,7 +364,7 @@ def _bridge(
         else:
             quat = np.tile(turns.as_quat(), ((~placed).sum(), 1))
         qpos[~placed, 3:7] = xyzw_to_wxyz(quat)
-    for i in range(told.shape[1]):
-        known = told[:, i]
+    for i in range(determined.shape[1]):
+        known = determined[:, i]
         if known.any() and not known.all():
             qpos[~known, 7 + i] = np.interp(frames[~known], frames[known], qpos[known, 7 + i])

@@ -64,16 +64,16 @@ def plant_feet(
         rests = find_rests(contact, rate, way=path, stance=stance)
     solver, held = _planting_solver(human, contact, spread)
     fade = max(2, round(FADE_TIME * rate))
-    wanted, weight = _wanted(contact, rests, path, fade)
+    desired, weight = _wanted(contact, rests, path, fade)
     # The pelvis and knees follow the feet's common lift, so that legs keep their angles.
-    lift = ((wanted - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
+    lift = ((desired - contact.position)[..., 2] * weight).sum(axis=1) / weight.sum(axis=1)
     if spread is not None:
         lift = np.zeros(n)
     result = qpos
     for attempt in range(MAX_PASSES):
         values = np.array([solver.values(q)[-len(held) :] for q in qpos])
         values[..., 2] += lift[:, None]
-        goal = wanted.copy()
+        goal = desired.copy()
         goal[..., 2] += contact.radius
         result = follow(
             solver,
@@ -88,7 +88,7 @@ def plant_feet(
         sunk = depth > MAX_DEPTH
         if not sunk.any():
             break
-        wanted[..., 2] += np.where(depth > 0.5 * MAX_DEPTH, np.minimum(depth, 0.02), 0.0)
+        desired[..., 2] += np.where(depth > 0.5 * MAX_DEPTH, np.minimum(depth, 0.02), 0.0)
         weight = np.where(sunk, np.minimum(4.0 * weight, 16.0), weight)
     return result
 
@@ -167,13 +167,13 @@ def _wanted(contact: SolePaths, rests: list[ContactFrames], way: np.ndarray, fad
             near = _nearness(own, fade)[:, None]
             filled = _held(np.nan_to_num(shift[:, i]), own) - common
             offset[:, i] = common + near * filled
-    wanted = position + offset
+    desired = position + offset
     resting = np.isfinite(shift[..., 0]).T
     weight = 0.3 + 0.7 * np.stack([_nearness(own, fade) for own in resting], axis=1)
-    sunk = wanted[..., 2] < 0
-    wanted[..., 2] = np.where(sunk, 0.0, wanted[..., 2])
+    sunk = desired[..., 2] < 0
+    desired[..., 2] = np.where(sunk, 0.0, desired[..., 2])
     weight[sunk] = np.maximum(weight[sunk], 1.0)
-    return wanted + way[:, None], weight
+    return desired + way[:, None], weight
 
 
 def _slow(path: np.ndarray, fade: int) -> np.ndarray:

@@ -79,8 +79,8 @@ def without_far_samples(recording: Recording) -> tuple[Recording, int]:
     around = middle.copy()
     padded = np.pad(middle, ((HALF_WINDOW, HALF_WINDOW), (0, 0)), constant_values=np.nan)
     near = sliding_window_view(padded, 2 * HALF_WINDOW + 1, axis=0)  # (n_frames, 3, window)
-    told = np.isfinite(near[:, 0]).any(axis=1)
-    around[told] = np.nanmedian(near[told], axis=2)
+    known = np.isfinite(near[:, 0]).any(axis=1)
+    around[known] = np.nanmedian(near[known], axis=2)
     distance = np.linalg.norm(markers.positions - around[:, None], axis=2)
     far = distance > MAX_MARKER_DISTANCE
     if not far.any():

@@ -88,8 +88,12 @@ def fit_skeleton(
             "be swapped (give names)."
         )
     if found.by == "shape":
-        told = ", ".join(f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items()))
-        notes.append(f"the joint names are unknown; the joints were identified by shape: {told}.")
+        identified = ", ".join(
+            f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items())
+        )
+        notes.append(
+            f"the joint names are unknown; the joints were identified by shape: {identified}."
+        )
     bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
     skeleton, found_spikes = without_spikes(skeleton, bodily)
     if found_spikes:

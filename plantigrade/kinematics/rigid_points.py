@@ -1,4 +1,4 @@
-r"""Material points of bodies at one instant, all told by the motion of their bodies.
+r"""Material points of bodies at one instant, given by the motion of their bodies.
 
 With the body's angular velocity :math:`\omega` and the velocity :math:`v` of its origin, what is at
 :math:`r` from there moves with

@@ -140,15 +140,16 @@ def require_same_person(
     """
     kept = SharedDistances.of(trial, standing)
     body = np.array([segments.get(name, "") for name in kept.names])
-    told = np.triu(kept.rigid & (body[:, None] == body) & (body != ""))
-    if told.sum() < MIN_PERSON_DISTANCES:
+    compared = np.triu(kept.rigid & (body[:, None] == body) & (body != ""))
+    if compared.sum() < MIN_PERSON_DISTANCES:
         return
-    off = np.abs(kept.here - kept.there)[told]
-    away, share = float(np.median(off)), float(np.median(off / kept.there[told]))
+    off = np.abs(kept.here - kept.there)[compared]
+    away, share = float(np.median(off)), float(np.median(off / kept.there[compared]))
     if away > MIN_PERSON_DIFFERENCE[0] and share > MIN_PERSON_DIFFERENCE[1]:
         raise FitError(
             f"the standing trial {source} is of another person, or its markers were put on anew: "
             f"distances between markers of one segment differ by {1e3 * away:.0f} mm "
-            f"({100 * share:.0f} %) in the middle of {told.sum()}, skin moves them by 1 to 3 mm; "
+            f"({100 * share:.0f} %) in the median of {compared.sum()}, "
+            "skin moves them by 1 to 3 mm; "
             "name the standing trial of the same session, or leave --static out"
         )

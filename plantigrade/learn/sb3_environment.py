@@ -58,14 +58,14 @@ class TrainingEnvironment(_vec.VecEnv):
         self.rewards["reward"] += float(rewards.sum())
         for term in TERMS:
             self.rewards[term] += float(infos[term].sum()) if term in infos else 0.0
-        told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        ended_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = ended | over
         for i in np.flatnonzero(done).tolist():
-            told[i] = {
+            ended_infos[i] = {
                 "terminal_observation": infos["final_obs"][i],
                 "TimeLimit.truncated": bool(over[i] and not ended[i]),
             }
-        return seen, (self._factor * rewards).astype(np.float32), done, told
+        return seen, (self._factor * rewards).astype(np.float32), done, ended_infos
 
     def close(self) -> None:
         """Do nothing; there are no resources to release."""

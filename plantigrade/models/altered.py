@@ -22,10 +22,10 @@ def scaled_legs(human: Human, times: float) -> Human:
     Raises:
         ParameterError: If there can be no such person.
     """
-    told = human.to_dict()
-    lengths = {n: v * (times if n in LEGS else 1.0) for n, v in told["lengths"].items()}
-    height = told["height"] + (times - 1.0) * leg_length(human)
-    return Human.from_dict({**told, "height": height, "lengths": lengths, "soles": {}})
+    description = human.to_dict()
+    lengths = {n: v * (times if n in LEGS else 1.0) for n, v in description["lengths"].items()}
+    height = description["height"] + (times - 1.0) * leg_length(human)
+    return Human.from_dict({**description, "height": height, "lengths": lengths, "soles": {}})
 
 
 def scaled_strength(human: Human, times: float) -> Human:

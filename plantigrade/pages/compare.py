@@ -43,7 +43,7 @@ TABLE = (
 MAX_SPEED_DIFFERENCE = 0.1
 """Difference of walking speeds above which a note is given, because angles depend on speed
 [m/s]."""
-HEIGHT = 182
+HEIGHT = 182  # [px] of a plot of one angle
 
 
 def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:

@@ -203,8 +203,12 @@ def _with(pose: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:
 
 def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
     """Return where the force right, left and of no side was estimated; None where nothing was."""
-    told = record.signals.get("forces.measured")
-    return None if told is None else np.column_stack([~told, np.ones(len(told), dtype=bool)])
+    measured = record.signals.get("forces.measured")
+    return (
+        None
+        if measured is None
+        else np.column_stack([~measured, np.ones(len(measured), dtype=bool)])
+    )
 
 
 def scene_model(record: Record) -> mujoco.MjModel:

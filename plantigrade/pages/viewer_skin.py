@@ -11,8 +11,8 @@ from plantigrade.models import Human
 from plantigrade.pages.scene import assumed_bodies
 from plantigrade.record import Record
 from plantigrade.skin import Skin
-
-IRIS = 0.82  # of the depth of an eye, from where on forward it is dark; chosen
+from plantigrade.skin.skin import IRIS_DEPTH
+from plantigrade.skin.surface import GARMENT_STEP, weights_in_255ths
 
 
 def skin_data(record: Record) -> dict[str, Any] | None:
@@ -23,13 +23,13 @@ def skin_data(record: Record) -> dict[str, Any] | None:
     surface, resting = skin.surface, skin.resting
     low = resting.vertices.min(axis=0)
     step = np.ptp(resting.vertices, axis=0) / 65535
-    bones, weights = bytes_of_weights(surface.bones, surface.weights)
+    bones, weights = weights_in_255ths(surface.bones, surface.weights)
     assumed = {record.human.body(name) for name in assumed_bodies(record)}
     pale = np.isin(skin.bones.body, list(assumed))[surface.bones]
     marks = np.stack(
         [
-            np.clip(np.round(surface.garments[:, 0] / 0.002) + 128, 0, 255),
-            np.clip(np.round(surface.garments[:, 1] / 0.002) + 128, 0, 255),
+            np.clip(np.round(surface.garments[:, 0] / GARMENT_STEP) + 128, 0, 255),
+            np.clip(np.round(surface.garments[:, 1] / GARMENT_STEP) + 128, 0, 255),
             eye_marks(skin),
             np.round(255 * (pale * surface.weights).sum(axis=1)),
         ],
@@ -56,22 +56,8 @@ def eye_marks(skin: Skin) -> Int[Array, " n"]:
     """Return 0 for skin, 1 for the white of an eye, 2 for its iris."""
     forward = skin.resting.vertices[:, 0]
     eyes = forward[skin.eyes]
-    iris = forward > eyes.min() + IRIS * np.ptp(eyes)
+    iris = forward > eyes.min() + IRIS_DEPTH * np.ptp(eyes)
     return np.where(skin.eyes, 1 + iris, 0)
-
-
-def bytes_of_weights(
-    bones: Int[Array, "n 4"], weights: Float[Array, "n 4"]
-) -> tuple[Int[Array, "n 4"], Int[Array, "n 4"]]:
-    """Return weights in 255ths that add up to 255; a bone without weight is the first one.
-
-    Args:
-        bones: The bones of every vertex.
-        weights: Their weights, which add up to 1.
-    """
-    whole = np.floor(255 * weights).astype(int)
-    whole[np.arange(len(whole)), whole.argmax(axis=1)] += 255 - whole.sum(axis=1)
-    return np.where(whole > 0, bones, 0), whole
 
 
 def _resting(skin: Skin) -> Float[Array, "n_bones 7"]:

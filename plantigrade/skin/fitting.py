@@ -53,7 +53,7 @@ class RestingSkin:
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
-    """What all parts of the fit share: the person, the blended surface and their scales."""
+    """Person, blended surface and scales that all parts of the fit use."""
 
     human: "Human"
     vertices: Array

@@ -17,6 +17,8 @@ BODY_DENSITY = 1010.0
 """Density of the whole body, lungs half full [kg/m³]."""
 BUILD_RANGE = (-0.2, 3.4)
 """Builds that are extrapolated without folds; beyond, girth is scaled. Found by looking."""
+IRIS_DEPTH = 0.82
+"""Share of an eye's depth, from behind, at which its iris begins. Chosen."""
 VOLUME_TOLERANCE = 1e-4
 """Relative error of the volume."""
 

@@ -60,7 +60,7 @@ def optimise_timing(
     stages: list[Stage] = []
     halted = False
 
-    def told(stage, iterate) -> bool:
+    def on_iteration(stage, iterate) -> bool:
         nonlocal halted
         halted = halted or bool(progress is not None and progress(stage, iterate))
         return halted
@@ -70,7 +70,9 @@ def optimise_timing(
             return np.inf
         p = _varied(start, np.clip(x, -1.0, 1.0))
         warm, task = best[0][1] if best else None, task_of(p)
-        made = synthesize(body, task, warm=warm, progress=told, refinements=0, rescue=not best)
+        made = synthesize(
+            body, task, warm=warm, progress=on_iteration, refinements=0, rescue=not best
+        )
         value = made.objective / (p.speed * task.plan.duration) if made.success else np.inf
         costs.append(value)
         stages.extend(made.stages)

@@ -15,6 +15,7 @@ from plantigrade.trials.walkers import Walker
 from plantigrade.world import Push
 
 WAYPOINTS, SECONDS = 12, 60.0
+"""Number of waypoints of a tour, and the time allowed for it [s]. Chosen."""
 HARDEST, PUNCH = 600.0, 0.08
 """Greatest force of a punch [N], and how long one lasts [s]."""
 EASY = 0.8

@@ -182,11 +182,11 @@ class WalkTrial:
         """Go on for one control step."""
         world = self.world
         command = self.controller(self.state)
-        told = command.signals if isinstance(command, Command) else {}
+        signals = command.signals if isinstance(command, Command) else {}
         self.state = world.step(command)
         if world.diverged is not None:
             return
-        self._error.append(float(told.get("tracking_error", np.nan)))
+        self._error.append(float(signals.get("tracking_error", np.nan)))
         place = self.state.body.com
         self._time.append(world.time)
         up = place[2] - _level(world.ground, place)

@@ -83,7 +83,7 @@ class BatchSettings:
     overwrite: bool = False
     """Replace a batch that is there."""
     keep: Keep | None = None
-    """What is kept of each item in ``out``: ``"pages"`` (the run with report and viewer),
+    """Files of each item that stay in ``out``: ``"pages"`` (the run with report and viewer),
     ``"runs"`` (the run alone; the default of simulations), or ``"figures"`` (its line of the table
     and its curves)."""
     collect: bool = False

@@ -193,7 +193,7 @@ def live(
         settings: As of ``simulate``; a ``duration`` is when it pauses.
         port: Port to listen on; the next free one is taken where it is in use.
         open: Whether to open the page in the default browser.
-        tell: Is told the address, and how well real time was kept.
+        tell: Called with the address, and with how well real time was kept.
         save: Saves a run; called when somebody presses the button, which is there if this is.
         stop: Ends the session when set (for tests and notebooks).
         options: Further arguments of ``simulate``.

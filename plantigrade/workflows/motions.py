@@ -94,7 +94,7 @@ def run_synthesis(
         ReproduceError: If a recording to track is not on level ground.
     """
     word, options = str(as_path(task, "a task")), {**options}
-    told: dict[str, Any] = {"command": command}
+    common: dict[str, Any] = {"command": command}
     if word == TRACK:
         recording = options.pop(RECORDING.name, None)
         if recording is None:
@@ -103,12 +103,12 @@ def run_synthesis(
         refuse_unknown(word, options, [RECORDING.name, *_names(TrackSettings)])
         how = TrackSettings.given(word, settings, options)
         title = f"{path.name}, tracked with ground forces"
-        origin = Origin(title, name=_folder(word, path.stem), **told)
+        origin = Origin(title, name=_folder(word, path.stem), **common)
         return track(path, how, progress=progress, step=step, origin=origin)
     if word == PAPER:
         how = PaperSettings.given(word, settings, options)
         title = f"{how.motion.replace('-', ' ').capitalize()}, as in the paper"
-        origin = Origin(title, name=_folder(word, how.motion), **told)
+        origin = Origin(title, name=_folder(word, how.motion), **common)
         return synthesize_paper(how, progress=progress, origin=origin)
     file = read_task_file(word) if word.lower().endswith(".toml") else None
     base = word if file is None else file.base
@@ -127,7 +127,7 @@ def run_synthesis(
         SolveSettings.given(word, settings, how),
         file=file,
         progress=progress,
-        origin=Origin(title, files=files, name=_folder(name), **told),
+        origin=Origin(title, files=files, name=_folder(name), **common),
     )
 
 

@@ -1,4 +1,4 @@
-"""What the trials of one subject have in common: a body and a body mass."""
+"""Body and body mass that the trials of one subject have in common."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +9,7 @@ from plantigrade.motion import Recording, Subject
 
 @dataclass(frozen=True)
 class Shared:
-    """What the trials of one subject have in common.
+    """Body and body mass that the trials of one subject have in common.
 
     Attributes:
         body: Lengths, marker places, soles.

@@ -55,7 +55,7 @@ class Origin:
 
 
 def synthesize_task(
-    told: TaskSettings,
+    parameters: TaskSettings,
     how: SolveSettings | None = None,
     *,
     file: TaskFile | None = None,
@@ -65,9 +65,9 @@ def synthesize_task(
     """Generate a motion and check it.
 
     Args:
-        told: What is to be done.
+        parameters: The task and its parameters.
         how: Who does it, and how it is solved.
-        file: A task file; ``told`` replaces its parameters.
+        file: A task file; ``parameters`` replaces its parameters.
         progress: Called with every iteration; returning True stops with the best so far.
         origin: For the provenance.
 
@@ -77,22 +77,22 @@ def synthesize_task(
         FileError: If the run to start from cannot be read.
     """
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
-    if isinstance(told, Walk) and told.optimise_timing:
+    if isinstance(parameters, Walk) and parameters.optimise_timing:
         _refuse_beside_timing(how, file)
     warm = None if how.warm is None else WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
-    task = the_task(human, told, how, file)
+    task = the_task(human, parameters, how, file)
     body = ContactBody.for_plan(human, task.plan)
-    if isinstance(told, Walk) and told.optimise_timing:
-        solution, trials = _optimised(body, told, how, progress)
+    if isinstance(parameters, Walk) and parameters.optimise_timing:
+        solution, trials = _optimised(body, parameters, how, progress)
     else:
         solution, trials = _best(body, task, how, warm, progress)
     prepared = clock.perf_counter() - began - solution.seconds
-    name = next(n for n, kind in TASKS.items() if kind is type(told))
+    name = next(n for n, kind in TASKS.items() if kind is type(parameters))
     text = "" if file is None else file.toml()
-    settings = {"task": name, "parameters": asdict(told), "file": text, **how.plain()}
-    words = ", ".join(w for k, v in told.told.items() if (w := in_words(k, v)))
-    strides = told.strides if isinstance(told, Walk) else 1
+    settings = {"task": name, "parameters": asdict(parameters), "file": text, **how.plain()}
+    words = ", ".join(w for k, v in parameters.changed.items() if (w := in_words(k, v)))
+    strides = parameters.strides if isinstance(parameters, Walk) else 1
     run = run_of(
         solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
     )
@@ -125,7 +125,7 @@ def person(how: SolveSettings | PaperSettings) -> Human:
 
 
 def the_task(
-    human: Human, told: TaskSettings, how: SolveSettings, file: TaskFile | None = None
+    human: Human, parameters: TaskSettings, how: SolveSettings, file: TaskFile | None = None
 ) -> MotionTask:
     """Return the task of a person, on the basis and the mesh asked for.
 
@@ -133,9 +133,9 @@ def the_task(
         ParameterError: If a value is out of range for this person.
     """
     if file is None:
-        task = task_for(human, told)
+        task = task_for(human, parameters)
     else:
-        task = replace(file, parameters=asdict(told)).task(human)
+        task = replace(file, parameters=asdict(parameters)).task(human)
     return _refined(task, how)
 
 
@@ -155,7 +155,7 @@ def _best(
     found: list[Solution] = []
     halted = False
 
-    def told(stage: str, iterate: Any) -> bool | None:
+    def parameters(stage: str, iterate: Any) -> bool | None:
         nonlocal halted
         if progress is None:
             return None
@@ -169,7 +169,9 @@ def _best(
             problem, warm = task.problem(body), None  # a warm start's mesh may be another
             start = task.start(body, problem)[0]
             c0 = with_noise(start, seed=how.seed + k, size=NOISE, closure=problem.closure)
-        found.append(synthesize(body, task, solver=how.solver, warm=warm, progress=told, c0=c0))
+        found.append(
+            synthesize(body, task, solver=how.solver, warm=warm, progress=parameters, c0=c0)
+        )
         if halted:
             break
     return min(found, key=_rank), len(found)
@@ -183,14 +185,14 @@ def _rank(made: Solution) -> tuple[float, float]:
 
 
 def _optimised(
-    body: ContactBody, told: Walk, how: SolveSettings, progress: Progress | None
+    body: ContactBody, parameters: Walk, how: SolveSettings, progress: Progress | None
 ) -> tuple[Solution, int]:
     """Return a periodic walk whose times of contact cost least, and how many were tried."""
-    chosen = {"step_length": told.step_length, "cadence": told.cadence}
-    start = gait_parameters(body.human, told.speed, **chosen)
+    chosen = {"step_length": parameters.step_length, "cadence": parameters.cadence}
+    start = gait_parameters(body.human, parameters.speed, **chosen)
 
     def task(p: GaitParameters) -> MotionTask:
-        return _refined(periodic_walk(body.human, p, slope=told.slope), how)
+        return _refined(periodic_walk(body.human, p, slope=parameters.slope), how)
 
     found = optimise_timing(body, task, start, progress=progress)
     return found.solution, len(found.costs)
@@ -206,10 +208,10 @@ def synthesize_paper(
     """
     origin = origin or Origin()
 
-    def told(p: Any) -> bool | None:
+    def parameters(p: Any) -> bool | None:
         return None if progress is None else progress("as in the paper", p)
 
-    solution = paper_motion(person(how), how.motion, how.basis, callback=told)
+    solution = paper_motion(person(how), how.motion, how.basis, callback=parameters)
     result, record = solution.result, solution.record()
     figures = {
         "task": f"zhakatayev2023 {how.motion}",

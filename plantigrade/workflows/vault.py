@@ -118,8 +118,8 @@ def the_vault(how: VaultSettings) -> Vault:
     person = {"height": HEIGHT, "mass": MASS, **how.known, "joints": "42", "feet": "rigid"}
     approach = Approach(**{name: getattr(how, name) for name in APPROACH_FIELDS})
     elbow = float(approach.posture[2]) if how.five_segments else None
-    told = {name: getattr(how, name) for name in Table.ranges}
-    return Vault(Segments(Human.create(**person), elbow), Table(**told), approach)
+    dimensions = {name: getattr(how, name) for name in Table.ranges}
+    return Vault(Segments(Human.create(**person), elbow), Table(**dimensions), approach)
 
 
 def run_of(

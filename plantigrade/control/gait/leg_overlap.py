@@ -15,7 +15,7 @@ class LegOverlap:
         world: The world of the person.
 
     Attributes:
-        deepest: Greatest depth so far [m].
+        deepest: Maximum depth [m].
     """
 
     def __init__(self, world: SimulatedWorld):

@@ -28,6 +28,7 @@ CERTIFICATE_WATCH = 1.5
 LATEST_PUSH = 2.0
 """Latest time of such a push [s]. Chosen."""
 DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
+"""Direction of a push → its angle from the heading, counter-clockwise [rad]."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from plantigrade.pages.shapes import convex_hull
 from plantigrade.pages.text import place_text
 from plantigrade.record import Record
 
-MAX_HULLS = 60
+MAX_HULLS = 60  # support polygons that are drawn; more hide each other
 MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure is undefined
 
 

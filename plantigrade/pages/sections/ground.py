@@ -16,7 +16,7 @@ from plantigrade.pages.section import Section, Subject
 from plantigrade.pages.shapes import Shape, foot_bodies, shapes_of, silhouette
 from plantigrade.record import Record
 
-MAX_PRINTS = 16
+MAX_PRINTS = 16  # footprints that are drawn; more hide each other
 TITLE = "Ground reaction and centre of pressure"
 NAMES = {"r": "right", "l": "left", "": "side unknown"}
 AXES = {2: "Vertical", 0: "Forward", 1: "Sideways (left positive)"}

@@ -17,7 +17,7 @@ from plantigrade.spatial.conventions import rotation_matrix
 LEG_COORDINATES = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle")
 FOOT_COORDINATES = ("ankle_angle", "subtalar_angle")
 MIN_KNEE_FLEXION = 0.03  # [rad] minimum knee flexion
-_DAMPING = 1e-5
+_DAMPING = 1e-5  # [1] of the least-squares step, where a straight leg is singular
 _ROTATION_LENGTH = 0.25  # [m] distance equivalent to a foot rotation of one radian
 
 

@@ -161,9 +161,9 @@ def run(
         x = _better(program, watch, x, feasibility)
     worst = program.worst(x)
     c, u = program.unpack(x)
-    told = stats.get("iterations") or {}
+    reported = stats.get("iterations") or {}
     history = zip(
-        told.get("obj", watch.objective), told.get("inf_pr", watch.violation), strict=True
+        reported.get("obj", watch.objective), reported.get("inf_pr", watch.violation), strict=True
     )
     return IpoptResult(
         c=c,

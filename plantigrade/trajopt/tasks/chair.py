@@ -68,7 +68,7 @@ def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
     return posture(human, feet, hip=(float(x), hip), tilt=SEATED_PELVIS_TILT, joints=joints)
 
 
-def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
+def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
     """Return the task of rising from a chair, or of sitting down on it.
 
     The pelvis rests on two points below the hip joints, which roll on the seat without slipping
@@ -78,13 +78,13 @@ def sit_to_stand(human: Human, told: SitToStand) -> MotionTask:
         ParameterError: If the chair is too high or too low for this person, or there is too little
             time.
     """
-    d, chair_height, duration = human.dimensions, told.chair_height, told.duration
+    d, chair_height, duration = human.dimensions, parameters.chair_height, parameters.duration
     if chair_height is None:
         chair_height = CHAIR_HEIGHT_SHARE * (d.ankle_height + d.shank)
-    reverse = isinstance(told, StandToSit)
+    reverse = isinstance(parameters, StandToSit)
     feet, sites = _feet(human), seat_sites(human)
     seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
-    off = told.seat_off * duration
+    off = parameters.seat_off * duration
     rising = np.array([0.0, off, off + HALF_RISE_TIME * (duration - off), duration])
     lean = _leaning(human, seated)
     middle = (lean + standing) / 2

@@ -44,16 +44,21 @@ GUESS_LEG_SHORTENING = 0.06  # [leg lengths] shortening of the legs of the guess
 NODES_PER_SECOND = 40.0
 
 
-def jump(human: Human, told: Jump) -> MotionTask:
+def jump(human: Human, parameters: Jump) -> MotionTask:
     """Return the task of a jump.
 
     Raises:
         ParameterError: If a value is out of range for this person.
     """
-    height, distance, push, landing = told.jump_height, told.distance, told.push, told.landing
+    height, distance, push, landing = (
+        parameters.jump_height,
+        parameters.distance,
+        parameters.push,
+        parameters.landing,
+    )
     most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
     number("distance", distance, -most, most, "m", what)
-    depth = _depth(human, told)
+    depth = _depth(human, parameters)
     check_push(height, depth + TAKE_OFF_RISE * human.height, "a jump")
     speed = float(np.sqrt(2 * GRAVITY * height))
     flight = 2 * speed / GRAVITY
@@ -108,21 +113,21 @@ def jump(human: Human, told: Jump) -> MotionTask:
     return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
-def take_off(human: Human, told: TakeOff) -> MotionTask:
+def take_off(human: Human, parameters: TakeOff) -> MotionTask:
     """Return the task of leaving the ground as high as can be; it ends in the air.
 
     Raises:
         ParameterError: If the depth is out of range for this person, or too much for the strength.
     """
-    push, depth, gain = told.push, _depth(human, told), told.gain
-    check_crouch(human, depth, told.strength)
+    push, depth, gain = parameters.push, _depth(human, parameters), parameters.gain
+    check_crouch(human, depth, parameters.strength)
     duration = push + 0.08
     plan = ContactPlan(duration, tuple(_pushing(f, push) for f in standing_feet(human).values()))
     before = standing_posture(human)
     low = crouch(human, standing_feet(human), depth)
     usual = float(np.sqrt(2 * GRAVITY * 0.35))  # height is z + v^2 / 2 g; this is its slope
     terms: tuple[Term, ...] = (
-        *(Limits(strength=told.strength) if isinstance(t, Limits) else t for t in basics()),
+        *(Limits(strength=parameters.strength) if isinstance(t, Limits) else t for t in basics()),
         *at_rest(human, 0.0, before),
         CentreOfMass(
             push,
@@ -161,16 +166,16 @@ def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...
     )
 
 
-def _depth(human: Human, told: Pushing) -> float:
+def _depth(human: Human, parameters: Pushing) -> float:
     """Return how far the pelvis goes down [m].
 
     Raises:
         ParameterError: If that is out of range for this person, or too deep for the time.
     """
-    depth = COUNTERMOVEMENT_DEPTH * human.height if told.depth is None else told.depth
+    depth = COUNTERMOVEMENT_DEPTH * human.height if parameters.depth is None else parameters.depth
     what = f"a jump of a person of {human.height:.2f} m"
     number("depth", depth, 0.05 * human.height, 0.3 * human.height, "m", what)
-    check_time(LOWEST_POINT_TIME * told.push, depth, "a countermovement")
+    check_time(LOWEST_POINT_TIME * parameters.push, depth, "a countermovement")
     return depth
 
 

@@ -22,13 +22,13 @@ from plantigrade.trajopt.terms.targets import Reach
 from plantigrade.trajopt.terms.term import Term
 
 
-def reach(human: Human, told: settings.Reach) -> MotionTask:
+def reach(human: Human, parameters: settings.Reach) -> MotionTask:
     """Return the task of bringing a hand to a place, feet where they are.
 
     Raises:
         ParameterError: If the target is too far away for this person.
     """
-    side, target, duration = told.side, told.target, told.duration
+    side, target, duration = parameters.side, parameters.target, parameters.duration
     d = human.dimensions
     hand = attachments(human)[f"hand_{side}"]
     point = Point(hand.body, tuple(map(float, hand.position)))
@@ -47,7 +47,7 @@ def reach(human: Human, told: settings.Reach) -> MotionTask:
         )
     feet, standing = standing_feet(human), standing_posture(human)
     low = _reaching(human, side, place - shoulder, arm)
-    total = 2 * duration if told.back else duration
+    total = 2 * duration if parameters.back else duration
     plan = ContactPlan(total, standing_stances(feet, total))
     terms: tuple[Term, ...] = (
         *basics(),
@@ -56,9 +56,9 @@ def reach(human: Human, told: settings.Reach) -> MotionTask:
         Rest(duration),
         Quiet(duration),
     )
-    if told.back:
+    if parameters.back:
         terms = (*terms, *at_rest(human, total, standing))
-    n = 3 if told.back else 2
+    n = 3 if parameters.back else 2
     guess = KeyPostures((0.0, duration, total)[:n], (standing, low, standing)[:n])
     return MotionTask("reach", plan, terms, guess)
 

@@ -27,24 +27,24 @@ MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
 }
 
 
-def task_for(human: Human, told: TaskSettings) -> MotionTask:
+def task_for(human: Human, parameters: TaskSettings) -> MotionTask:
     """Return the task of a person.
 
     Raises:
         ParameterError: If a value is out of range for that person.
     """
-    return MAKERS[type(told)](human, told)
+    return MAKERS[type(parameters)](human, parameters)
 
 
-def make_task(name: str, human: Human, told: Mapping[str, Any] | None = None) -> MotionTask:
+def make_task(name: str, human: Human, parameters: Mapping[str, Any] | None = None) -> MotionTask:
     """Return a task by name.
 
     Args:
         name: One of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
         human: The person.
-        told: What the task is told; its defaults if absent.
+        parameters: Parameters of the task; the defaults if absent.
 
     Raises:
         ParameterError: If there is no such task or parameter, or a value is out of range.
     """
-    return task_for(human, settings_for(name, **(told or {})))
+    return task_for(human, settings_for(name, **(parameters or {})))

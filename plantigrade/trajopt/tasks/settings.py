@@ -44,7 +44,7 @@ class TaskSettings(Bounded):
             word("side", getattr(self, "side"), ("r", "l"))  # noqa: B009
 
     @property
-    def told(self) -> dict[str, Any]:
+    def changed(self) -> dict[str, Any]:
         """Parameters that differ from their defaults, by name."""
         given = ((f, getattr(self, f.name)) for f in fields(self))
         return {f.name: value for f, value in given if value != f.default}
@@ -270,7 +270,7 @@ TASKS: dict[str, type[TaskSettings]] = {
 """Name of a task → its parameters."""
 
 
-def settings_for(name: str, **told: Any) -> TaskSettings:
+def settings_for(name: str, **parameters: Any) -> TaskSettings:
     """Return the settings of a task by name.
 
     Raises:
@@ -278,5 +278,5 @@ def settings_for(name: str, **told: Any) -> TaskSettings:
     """
     if name not in TASKS:
         raise ParameterError(f"no task {name!r}; there are {', '.join(TASKS)}")
-    refuse_unknown(name, told, (f.name for f in fields(TASKS[name])))
-    return TASKS[name](**told)
+    refuse_unknown(name, parameters, (f.name for f in fields(TASKS[name])))
+    return TASKS[name](**parameters)

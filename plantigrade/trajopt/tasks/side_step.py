@@ -26,14 +26,19 @@ PELVIS_HEIGHT_WEIGHT = 300.0
 MAX_STEP_LENGTH = 0.55  # [leg lengths] maximum step; about 20° of hip abduction each
 
 
-def side_step(human: Human, told: SideStep) -> MotionTask:
+def side_step(human: Human, parameters: SideStep) -> MotionTask:
     """Return the task of a step to the side, from standing to standing.
 
     Raises:
         ParameterError: If the distance is out of range for this person, or there is too little
             time for it.
     """
-    distance, side, duration, clearance = told.distance, told.side, told.duration, told.clearance
+    distance, side, duration, clearance = (
+        parameters.distance,
+        parameters.side,
+        parameters.duration,
+        parameters.clearance,
+    )
     d = human.dimensions
     what = f"a side step of a person of {human.height:.2f} m"
     number("distance", distance, 0.02, MAX_STEP_LENGTH * (d.thigh + d.shank), "m", what)

@@ -39,21 +39,23 @@ def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ..
     return Pose(time, coordinates), Quiet(time)
 
 
-def stand(human: Human, told: Stand) -> MotionTask:
+def stand(human: Human, parameters: Stand) -> MotionTask:
     """Return a person who stands on both feet, with the usual conditions and costs."""
-    plan = ContactPlan(told.duration, standing_stances(standing_feet(human), told.duration))
+    plan = ContactPlan(
+        parameters.duration, standing_stances(standing_feet(human), parameters.duration)
+    )
     q = standing_posture(human)
-    return MotionTask("standing", plan, basics(), KeyPostures((0.0, told.duration), (q, q)))
+    return MotionTask("standing", plan, basics(), KeyPostures((0.0, parameters.duration), (q, q)))
 
 
-def squat(human: Human, told: Squat) -> MotionTask:
+def squat(human: Human, parameters: Squat) -> MotionTask:
     """Return the task of a squat: the depth of the pelvis is given, the costs decide the rest.
 
     Raises:
         ParameterError: If the depth is out of range for this person, or too much for the time.
     """
-    feet, duration = standing_feet(human), told.duration
-    depth = 0.2 * human.height if told.depth is None else told.depth
+    feet, duration = standing_feet(human), parameters.duration
+    depth = 0.2 * human.height if parameters.depth is None else parameters.depth
     what = f"a squat of a person of {human.height:.2f} m"
     number("depth", depth, 0.02 * human.height, 0.32 * human.height, "m", what)
     check_time(duration / 2, depth, "a squat")

@@ -149,12 +149,12 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
         entries = document.get(key, [])
         if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
             raise reader.wrong(key, "must be tables", f"write each as [[{key}]]")
-    told = reader.head(head)
+    header = reader.head(head)
     parameters = in_radians(document.get("parameters", {}))
-    reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[told["base"]])])
+    reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[header["base"]])])
     terms, stances = (enumerate(document.get(key, []), start=1) for key in ("term", "stance"))
     return TaskFile(
-        **told,
+        **header,
         parameters={k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()},
         added=tuple(reader.term(i, entry) for i, entry in terms),
         stances=tuple(reader.stance(i, entry) for i, entry in stances),
@@ -221,7 +221,7 @@ class _Reader:
         return kind, given
 
     def stance(self, i: int, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what a stance is told."""
+        """Return the entries of a stance, checked."""
         where, given = f"[[stance]] {i}", in_radians(entry)
         self.known(where, given, _STANCE)
         if given.get("side") not in SIDES:

@@ -140,29 +140,33 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
     )
 
 
-def walk(human: Human, told: Walk) -> MotionTask:
+def walk(human: Human, parameters: Walk) -> MotionTask:
     """Return the task of walking.
 
     Raises:
         ParameterError: If a value is out of range for this person, or mechanics rules it out.
     """
-    check_froude(told.speed, leg_length(human))
-    p = gait_parameters(human, told.speed, step_length=told.step_length, cadence=told.cadence)
-    if told.periodic:
-        return periodic_walk(human, p, slope=told.slope)
-    heights = told.heights
-    if told.step_height:
-        heights = tuple(told.step_height * (k >= told.steps // 2) for k in range(told.steps))
-    plan = walk_plan(human, p, steps=told.steps, turn=told.turn, heights=heights)
+    check_froude(parameters.speed, leg_length(human))
+    p = gait_parameters(
+        human, parameters.speed, step_length=parameters.step_length, cadence=parameters.cadence
+    )
+    if parameters.periodic:
+        return periodic_walk(human, p, slope=parameters.slope)
+    heights = parameters.heights
+    if parameters.step_height:
+        heights = tuple(
+            parameters.step_height * (k >= parameters.steps // 2) for k in range(parameters.steps)
+        )
+    plan = walk_plan(human, p, steps=parameters.steps, turn=parameters.turn, heights=heights)
     check_support(human, plan)
-    plan = replace(plan, slope=told.slope)
+    plan = replace(plan, slope=parameters.slope)
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
-    ends[:, 0] -= told.slope  # pelvis tilt: upright
-    terms: list[Term] = [*walking_terms(p.step_time, told.slope)]
+    ends[:, 0] -= parameters.slope  # pelvis tilt: upright
+    terms: list[Term] = [*walking_terms(p.step_time, parameters.slope)]
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
-    faster = max(1.0, told.speed / USUAL_SPEED)
+    faster = max(1.0, parameters.speed / USUAL_SPEED)
     return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
 
 

@@ -19,7 +19,7 @@ from plantigrade.trajopt.zhakatayev2023.conditions import LOAD, RATE, TORQUE
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem
 from plantigrade.trajopt.zhakatayev2023.polygons import convex, outside
 
-REFINEMENT_FACTOR = 10
+REFINEMENT_FACTOR = 10  # [1] instants examined per sample of the conditions
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from plantigrade.trajopt.zhakatayev2023 import conditions
 from plantigrade.trajopt.zhakatayev2023.body import PaperBody, Pose
 from plantigrade.trajopt.zhakatayev2023.motions import PaperMotion
 
-DEGREE = 3
+DEGREE = 3  # of the splines: accelerations are continuous
 
 
 @dataclass(frozen=True, eq=False)
