@@ -54,6 +54,9 @@ FREE_SPEED = CLASS_SPEEDS["free"]
 ADULT_SPEED = 0.42
 """Dimensionless speed of the adults [1]; 1.24 m/s with a leg length of 0.89 m [Fukuchi2018]_."""
 
+PRONATION = 80.0
+"""Forearm pronation [deg]: palms towards the thighs, as in standing."""
+
 
 @dataclass(frozen=True)
 class TextbookGait:
@@ -179,6 +182,7 @@ def _angles(relative, whole, adult):
         angles[f"arm_add_{side}"] = np.full_like(phase, -8.0)
         angles[f"arm_rot_{side}"] = np.zeros_like(phase)
         angles[f"elbow_flex_{side}"] = 20.0 + 12.0 * swing * (1.0 + forward)
+        angles[f"pro_sup_{side}"] = np.full_like(phase, PRONATION)
     return angles
 
 
