@@ -71,6 +71,9 @@ class Command(PrintOptions, Bounded):
         from plantigrade.exchange import export
         from plantigrade.io import convert
 
+        if not self.source.exists():
+            problem = "there is no such file or run folder"
+            raise FileError(self.source, problem, remedy="check the name and the folder")
         self._refuse(self.target)
         if self.target.exists() and self.target.samefile(self.source):
             # A format keeps less than what was read: the recording itself would be lost.

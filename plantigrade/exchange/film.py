@@ -4,6 +4,7 @@ Frames are drawn here, triangle by triangle from far to near, so that no graphic
 window is needed; a computer without a display makes the same film.
 """
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +15,13 @@ from scipy.ndimage import gaussian_filter1d
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
-from plantigrade.errors import FileError, ParameterError
+from plantigrade.errors import ParameterError
 from plantigrade.exchange.animation import surface_of
 from plantigrade.exchange.clock import RATES
 from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import together
 from plantigrade.extras import require
+from plantigrade.io.writing import whole_file
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import Scene, build_scene, heading_of
 from plantigrade.record import Run
@@ -28,6 +30,9 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 VIEW_HEIGHT = 2.3
 """Height of what is seen [m]: a tall person with raised arms."""
+MIDDLE, FREE = 0.42, 0.02
+"""Middle of the picture above the ground, and how far from it the centre of mass may be before the
+camera rises or sinks with it, of :data:`VIEW_HEIGHT`. Chosen."""
 SHAPE = 16 / 9
 """Width over height of the picture."""
 FINER = 2
@@ -81,11 +86,13 @@ def write_film(
     steps = np.diff(scene.time)
     shown = float(1 / steps.mean()) if len(steps) else rate
     write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
-    try:
-        write(path, frames, shown, size)
-    except OSError as error:
-        remedy = "choose another place"
-        raise FileError(path, f"cannot be written: {error}", remedy=remedy) from error
+    with whole_file(path) as part:
+        film = part.with_name(f"{part.name}{path.suffix}")  # its writers go by the extension
+        try:
+            write(film, frames, shown, size)
+            os.replace(film, part)
+        finally:
+            film.unlink(missing_ok=True)
     return ()
 
 
@@ -121,7 +128,9 @@ def _frames(run: Run, scene: Scene, camera: Camera, size: tuple[int, int]) -> It
     skin, solids = _Person(run), _things(scene, run.record.human.model.nbody)
     step = float(np.median(np.diff(scene.time))) if len(scene.time) > 1 else 1.0
     path = gaussian_filter1d(scene.com, CAMERA_CALM / step, axis=0, mode="nearest")
-    path[:, 2] = scene.level + 0.42 * VIEW_HEIGHT
+    middle = scene.level + MIDDLE * VIEW_HEIGHT
+    beyond = np.maximum(np.abs(path[:, 2] - middle) - FREE * VIEW_HEIGHT, 0.0)
+    path[:, 2] = middle + np.copysign(beyond, path[:, 2] - middle)
     fine = FINER * size[0], FINER * size[1]
     scale = fine[1] / VIEW_HEIGHT
     background = theme.FLOOR

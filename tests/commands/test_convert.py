@@ -131,3 +131,10 @@ def test_what_a_run_cannot_become_leaves_nothing(run, tmp_path, target, options,
     assert main(["convert", str(run), str(tmp_path / target), *options]) == 2
     assert sentence in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("target", ["walk.glb", "walk.bvh"])
+def test_a_source_that_is_not_there_is_named(tmp_path, monkeypatch, capsys, target):
+    monkeypatch.chdir(tmp_path)
+    assert main(["convert", "nowhere", target, "--overwrite"]) == 2
+    assert "nowhere: there is no such file or run folder" in capsys.readouterr().err

@@ -5,7 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from plantigrade.errors import MissingExtra, ParameterError
+from plantigrade.errors import FileError, MissingExtra, ParameterError
+from plantigrade.exchange import film
 from plantigrade.models import Human
 from tests.exchange.moving import moving
 
@@ -37,6 +38,15 @@ def test_a_gif_shows_the_person_in_motion(tmp_path):
     assert np.abs(frames[0] - frames[-1]).max() > 50
 
 
+def test_a_person_high_above_the_ground_stays_in_the_picture(tmp_path):
+    run = moving(Human.create(), n=6)
+    run.record.motion.qpos[:, 2] += 1.5  # [m], as on a vaulting table
+    run.export(tmp_path / "run.gif", rate=10, height_px=120)
+    for frame in pictures(tmp_path / "run.gif"):
+        empty = np.abs(frame - frame[0, 0]).max(axis=2) < 30
+        assert empty[0].all() and empty[-1].all() and not empty.all()
+
+
 def test_ground_reactions_are_drawn(walk, tmp_path):
     walk.export(tmp_path / "walk.gif", rate=2, height_px=120)
     blue = [(f[..., 2] > f[..., 0] + 90).sum() for f in pictures(tmp_path / "walk.gif")]
@@ -52,6 +62,19 @@ def test_an_mp4_plays(tmp_path):
     assert facts["codec"] == "h264" and facts["size"] == (214, 120)
     assert facts["fps"] == pytest.approx(25)
     assert len(list(reader)) == 3
+
+
+def test_a_film_that_could_not_be_completed_leaves_nothing(tmp_path, monkeypatch):
+    pytest.importorskip("imageio_ffmpeg")
+
+    def stopped(*_, **__):
+        raise InterruptedError
+
+    monkeypatch.setattr(film, "gaussian_filter1d", stopped)
+    (tmp_path / "run.mp4").write_text("the film before")
+    with pytest.raises((InterruptedError, FileError)):
+        moving(Human.create(), n=6).export(tmp_path / "run.mp4", height_px=120)
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["the film before"]
 
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):
