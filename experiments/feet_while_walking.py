@@ -12,6 +12,9 @@ import numpy as np
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.specification import Specification
 from experiments.table import Row, at_least
+from experiments.walk_outcome import Landing
+from experiments.walk_trial import PushedWalk, WalkTrial, walk, world_of
+from experiments.walkers import Walker, walker, walks_as
 from experiments.walking import (
     CONTROLLERS,
     MASS,
@@ -31,9 +34,6 @@ from plantigrade.kinematics.transfer import transferred
 from plantigrade.options import LEARNED
 from plantigrade.pages.section import Section
 from plantigrade.threads import on_one_thread
-from plantigrade.trials.walk_outcome import Landing
-from plantigrade.trials.walk_trial import PushedWalk, WalkTrial, walk, world_of
-from plantigrade.trials.walkers import Walker, walker, walks_as
 from plantigrade.workflows.motions import synthesize
 from plantigrade.world.grounds import ground_named
 

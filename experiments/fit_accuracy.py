@@ -32,7 +32,7 @@ from experiments.table import (
     sheets_of,
     within,
 )
-from plantigrade.analyze.statistics import correlation
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import CUTOFF, SIDES, Trial
 from plantigrade.io import read
 from plantigrade.io.mot import read_table
@@ -269,7 +269,7 @@ def opensim_moment_rows(name: str, trial: Trial, moments: Path) -> list[Row]:
         ours_peak = a[near][np.abs(a[near]).argmax()]
         off = 100 * abs(abs(ours_peak) - abs(b[peak])) / abs(b[peak])
         label = f"{column} moment against OpenSim"
-        rows.append(at_least(name, f"{label}, r", correlation(a, b), 0.97))
+        rows.append(at_least(name, f"{label}, r", compare_curves(a, b).correlation, 0.97))
         rows.append(at_most(name, f"{label}, peak", off, 10, "%"))
     return rows
 
@@ -297,7 +297,7 @@ def plug_in_gait_moment_rows(name: str, trial: Trial, recording: Recording) -> l
             mine = trial.moments.tau[:, 6 + fit.human.hinge(column)]
             ok = loaded & np.isfinite(theirs) & (theirs != 0)
             if ok.sum() > 20:
-                r = sign * correlation(mine[ok], theirs[ok])
+                r = sign * compare_curves(mine[ok], theirs[ok]).correlation
                 row = at_least(name, f"{column} moment against Plug-in Gait, r", r, 0.95)
                 if noisy:
                     row = replace(row, goal="", met=None, note="theirs is mostly noise")

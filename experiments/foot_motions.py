@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
+from experiments.push_limits import on_feet
 from experiments.specification import Specification
 from experiments.standing import HEIGHT, JOINTS, MASS, PRESSING_FORCE, RATE, SEX
 from experiments.table import ResultTable, Row, at_least, equal
@@ -25,7 +26,6 @@ from plantigrade.motion.filters import runs
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import World, on_ground
-from plantigrade.world.push_limits import on_feet
 
 CONTROL, AFTER = 90.0, 1.0
 """Command rate [1/s]; time of standing after the script [s]."""

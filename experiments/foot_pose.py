@@ -29,7 +29,7 @@ from experiments.foot_segments import STORED
 from experiments.stored_angles import on_clock
 from experiments.table import ResultTable, Row, at_least, over_trials, sheets_of
 from plantigrade.analyze.foot_angles import FOOT_ANGLES, joint_angles
-from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import Trial
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
@@ -140,14 +140,16 @@ def angle_rows(
                 for who, ours in zip(WHO, angles, strict=True):
                     mine = np.rad2deg(ours[:, i])
                     moves = np.ptp(mine[np.isfinite(oxford)]) > STILL
-                    r = correlation(mine, oxford) if moves else np.nan
+                    found = compare_curves(mine, oxford)
+                    r = found.correlation if moves else np.nan
                     row = Row(name, f"{angle}_{side}, {who}, r", r if moves else None)
                     if who == WHO[0] and angle in TOLD:
                         row = at_least(name, row.quantity, r, LEAST)
                     yield row
-                    for figure, found in zip(FIGURES[1:], (rmse_offset_removed, rmse), strict=True):
+                    values = (found.rmse_offset_removed, found.rmse)
+                    for figure, value in zip(FIGURES[1:], values, strict=True):
                         quantity = f"{angle}_{side}, {who}, {figure}"
-                        yield Row(name, quantity, found(mine, oxford), "deg")
+                        yield Row(name, quantity, value, "deg")
 
 
 def of_controller(boxed: Trial, side: str, rests: Sequence[ContactFrames]) -> list[np.ndarray]:
@@ -211,12 +213,11 @@ def _beside_markers(
     angle = f"hallux_by_markers_{side}"
     yield Row(name, f"{angle}, span", float(np.nanmax(seen) - np.nanmin(seen)), "deg")
     for who, ours in zip(WHO, angles, strict=True):
-        r = correlation(ours, seen)
+        found = compare_curves(ours, seen)
+        r = found.correlation
         row = Row(name, f"{angle}, {who}, r", r)
         yield at_least(name, row.quantity, r, LEAST) if who == WHO[0] else row
-        yield Row(
-            name, f"{angle}, {who}, RMSE without offset", rmse_offset_removed(ours, seen), "deg"
-        )
+        yield Row(name, f"{angle}, {who}, RMSE without offset", found.rmse_offset_removed, "deg")
 
 
 def _beside_means(name: str, angle: str, curves, table, stands) -> Iterator[Row]:
@@ -231,10 +232,9 @@ def _beside_means(name: str, angle: str, curves, table, stands) -> Iterator[Row]
                 for r in whole
             ]
             mean, of = np.mean(steps, axis=0), f"{angle}, {who} against published mean"
-            yield Row(name, f"{of}, r", correlation(mean, published))
-            yield Row(
-                name, f"{of}, RMSE without offset", rmse_offset_removed(mean, published), "deg"
-            )
+            found = compare_curves(mean, published)
+            yield Row(name, f"{of}, r", found.correlation)
+            yield Row(name, f"{of}, RMSE without offset", found.rmse_offset_removed, "deg")
 
 
 def _stance(trial: Trial, side: str) -> np.ndarray:

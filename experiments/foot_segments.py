@@ -14,7 +14,7 @@ from experiments.stored_angles import on_clock
 from experiments.table import ResultTable, Row, at_least, at_most, over_trials
 from plantigrade.analyze.foot_angles import FOOT_ANGLES
 from plantigrade.analyze.foot_segments import angles_of, foot_segment_signals
-from plantigrade.analyze.statistics import correlation, mean_difference, rmse_offset_removed
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import SIDES
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import Recording
@@ -75,8 +75,9 @@ def angle_rows(name: str, fitted: Fit, recording: Recording, events) -> Iterator
                 mine = np.where(walking, np.rad2deg(ours[column]), np.nan)
                 theirs = np.where(walking, on_clock(clock, stored[:, k], fitted.time), np.nan)
                 span = np.nanmax(theirs) - np.nanmin(theirs)
-                note = f"spans {span:.0f} deg, offset {mean_difference(mine, theirs):.0f}"
-                rmse = rmse_offset_removed(mine, theirs)
-                r = at_least(name, f"{column}, r", correlation(mine, theirs), LEAST)
+                found = compare_curves(mine, theirs)
+                note = f"spans {span:.0f} deg, offset {found.mean_difference:.0f}"
+                rmse = found.rmse_offset_removed
+                r = at_least(name, f"{column}, r", found.correlation, LEAST)
                 yield replace(r, note=note)
                 yield at_most(name, f"{column}, RMSE", rmse, REPEATABILITY, "deg")

@@ -16,15 +16,14 @@ import numpy as np
 from experiments.cached_results import CachedResults, Result
 from experiments.specification import Cases
 from experiments.table import Row, at_least
+from experiments.walk_outcome import WalkOutcome
+from experiments.walk_trial import walk
+from experiments.walkers import walker, walks_as
 from experiments.walking import recorded
 from plantigrade.errors import FileError
-from plantigrade.kinematics.transfer import transferred
+from plantigrade.kinematics.transfer import leg_length, transferred
 from plantigrade.models import Human
-from plantigrade.models.altered import leg_length
 from plantigrade.record import Record
-from plantigrade.trials.walk_outcome import WalkOutcome
-from plantigrade.trials.walk_trial import walk
-from plantigrade.trials.walkers import walker, walks_as
 from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"

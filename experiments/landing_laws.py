@@ -14,10 +14,10 @@ import numpy as np
 from experiments.cached_results import Result
 from experiments.specification import Cases
 from experiments.table import Grid, Row
+from experiments.walk_trial import walk
 from experiments.walking import HEIGHT, MASS, figures, walking
 from plantigrade.contact.ground import Ground
 from plantigrade.control.pendulum.landing_laws import LAWS
-from plantigrade.trials.walk_trial import walk
 from plantigrade.world import PhasePush
 from plantigrade.world.grounds import ground_named
 

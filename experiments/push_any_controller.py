@@ -14,8 +14,8 @@ from experiments.cached_results import CachedResults, Result
 from experiments.push_map import FORCE, MASS, map_cases, maps, pictures, strengths
 from experiments.specification import Cases, Specification
 from experiments.table import Row
+from experiments.tour import WAYPOINTS, tour
 from experiments.walking import CONTROLLERS, runs, walking
-from plantigrade.trials.tour import WAYPOINTS, tour
 
 TOURS, BEST = 10, 77.0
 """Tours, and the share that the best of the robot's policies completed [%]."""

@@ -2,7 +2,7 @@
 
 Table of pushes of the pendulum paper [Tsai2010]_, which does not say at which phase it pushed. A
 push counts as withstood if the person is back to the recorded gait six seconds after it
-(:mod:`plantigrade.trials.walk_trial`), not just on the feet. The same for a standing person who
+(:mod:`experiments.walk_trial`), not just on the feet. The same for a standing person who
 may step, and pushes that people took.
 """
 
@@ -14,20 +14,20 @@ from typing import Any
 
 import numpy as np
 
+from experiments.altered_people import torque_limits
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.human_pushes import PEOPLE, people_cases, people_rows, pushed_summary
+from experiments.push_limits import PushTest, directions, push_limit
 from experiments.push_table import polar
 from experiments.specification import Specification, default_summary, gap_remarks
 from experiments.standing import Standing, is_standing
 from experiments.table import Grid, Row, at_least
+from experiments.walk_trial import PushedWalk
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import path_plot
 from plantigrade.charts.figure import grid
 from plantigrade.constants import GRAVITY
-from plantigrade.models.altered import torque_limits
 from plantigrade.pages.section import Section
-from plantigrade.trials.walk_trial import PushedWalk
-from plantigrade.world.push_limits import PushTest, directions, push_limit
 
 FORCE, IMPULSE = 0.4, 0.2
 """How long pushes act [s]."""

@@ -1,7 +1,7 @@
 """The largest pushes that a standing person withstands, by foot, formulation and direction.
 
 Table 1 of [Park2020]_, with the limit of a pendulum on the same base of support
-(:func:`~plantigrade.world.push_limits.predicted_limit`), and a map of sixteen directions.
+(:func:`~experiments.push_limits.predicted_limit`), and a map of sixteen directions.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
+from experiments.push_limits import PushTest, directions, on_feet, predicted_limit
 from experiments.specification import Specification, gap_remarks
 from experiments.standing import FEET, FORMULATIONS, MASS, PUSHES, Standing, is_standing
 from experiments.table import Grid, Row, at_least
@@ -17,7 +18,6 @@ from plantigrade.charts import Series, path_plot
 from plantigrade.charts.figure import Figure
 from plantigrade.constants import GRAVITY
 from plantigrade.pages.section import Section
-from plantigrade.world.push_limits import PushTest, directions, on_feet, predicted_limit
 
 DURATION, WATCH, STEP = 0.4, 5.0, 2.5
 """Duration of a push and time after it [s]; distance of the forces [N]."""

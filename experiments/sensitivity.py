@@ -17,13 +17,13 @@ import numpy as np
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.specification import Specification
 from experiments.table import Grid, Row
+from experiments.walk_trial import WalkTrial, world_of
+from experiments.walkers import Walker, walker
 from experiments.walking import own_walk, person, runs
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.numbers import numbers_of
 from plantigrade.errors import ParameterError
 from plantigrade.threads import on_one_thread
-from plantigrade.trials.walk_trial import WalkTrial, world_of
-from plantigrade.trials.walkers import Walker, walker
 from plantigrade.world import (
     Controller,
     Disturbance,

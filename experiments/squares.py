@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from experiments.cached_results import Result
+from experiments.walk_trial import walk
+from experiments.walkers import Walker, walks_as
 from experiments.walking import figures, recorded
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.reference import period_of
 from plantigrade.record import Record
-from plantigrade.trials.walk_trial import walk
-from plantigrade.trials.walkers import Walker, walks_as
 from plantigrade.world import Controller
 
 PREFIX, SIDES = "square", {"left": 1.0, "right": -1.0}

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.push_limits import on_feet
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import GEOM_PREFIX
@@ -24,7 +25,6 @@ from plantigrade.models import Human
 from plantigrade.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World, standing_on
 from plantigrade.world.grounds import ground_named
-from plantigrade.world.push_limits import on_feet
 
 HEIGHT, MASS, SEX, JOINTS = 1.50, 48.5, "female", "66"  # the paper does not say the sex
 RATE = 900.0

@@ -12,11 +12,11 @@ from functools import partial
 import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
+from experiments.push_limits import PushTest
 from experiments.specification import Specification
 from experiments.standing import FEET, FORMULATIONS, PUSHES, Standing, stand, summary
 from experiments.table import Row, at_least, equal
 from plantigrade.world import Tilting
-from plantigrade.world.push_limits import PushTest
 from plantigrade.world.standing import COM_ALONG_SOLE
 
 STANDING_PARTS = ("torque", "hybrid", "posture")

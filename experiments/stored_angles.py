@@ -22,7 +22,7 @@ import numpy as np
 from experiments.table import Row, at_least, sheet, text_of, within
 from plantigrade.analyze.curves import coordinates_of
 from plantigrade.analyze.laboratory_angles import laboratory_angles
-from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import Trial
 from plantigrade.constants import SIDES
 from plantigrade.motion import Recording, Table
@@ -134,7 +134,9 @@ def agreement(angle: str, source: str, ours: np.ndarray, theirs: np.ndarray) -> 
     if len(a) <= FEWEST or np.ptp(b) < LEAST_MOTION:
         return None
     span = float(np.ptp(a) - np.ptp(b))
-    values = correlation(a, b), rmse(a, b), rmse_offset_removed(a, b), span, float(np.mean(a - b))
+    found = compare_curves(a, b)
+    error = found.rmse, found.rmse_offset_removed
+    values = found.correlation, *error, span, found.mean_difference
     return Agreement(angle, source, values)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
+from experiments.gait_shape import gait_shape, muscle_work
 from experiments.specification import Specification
 from experiments.synthesis_planes import growth_row, plane_grids, plane_rows, planes_of
 from experiments.synthesis_trial import (
@@ -26,8 +27,6 @@ from experiments.synthesis_trial import (
 from experiments.table import Row, at_least, at_most, between
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import gait_curves
-from plantigrade.analyze.gait_shape import gait_shape
-from plantigrade.analyze.movement import muscle_work
 from plantigrade.charts import RIGHT, Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import title_of
 from plantigrade.dynamics.centroid import centroid

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import Result
+from experiments.plane_figures import load_figures, plane_figures, published
 from experiments.table import Grid, Row, at_least, at_most, between
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import gait_curves
-from plantigrade.analyze.gait_shape import agreement_with_norm
-from plantigrade.analyze.plane_figures import load_figures, plane_figures, published
+from plantigrade.analyze.norms import agreement_with_norm
 from plantigrade.record import Run
 
 ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_flexion", "hip_adduction")

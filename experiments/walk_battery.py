@@ -13,10 +13,13 @@ from typing import Any
 import numpy as np
 
 from experiments import landing_laws, squares
+from experiments.altered_people import scaled_legs
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE
 from experiments.specification import Part, Specification
 from experiments.table import Grid, Row, at_least, at_most, equal
+from experiments.walk_trial import walk
+from experiments.walkers import Walker, walks_as
 from experiments.walking import (
     CONTROLLERS,
     figures,
@@ -31,10 +34,7 @@ from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.transfer import transferred
-from plantigrade.models.altered import scaled_legs
 from plantigrade.record import Record
-from plantigrade.trials.walk_trial import walk
-from plantigrade.trials.walkers import Walker, walks_as
 from plantigrade.world import Controller
 from plantigrade.world.grounds import ground_named
 

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from experiments.altered_people import scaled_strength
 from experiments.cached_results import Result
 from experiments.specification import Specification
 from experiments.table import ResultTable
+from experiments.walk_outcome import WalkOutcome
+from experiments.walkers import Walker, make_named, walker
 from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
-from plantigrade.models.altered import scaled_strength
 from plantigrade.options import is_policy
 from plantigrade.record import Record
-from plantigrade.trials.walk_outcome import WalkOutcome
-from plantigrade.trials.walkers import Walker, make_named, walker
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.settings import FitSettings
@@ -108,7 +108,7 @@ def runs(make: Callable[[Sequence[str], Path | None], Specification]) -> Callabl
 
         Args:
             data: Folder of recordings; walks are synthesised without it.
-            controllers: Words of controllers (:func:`~plantigrade.trials.walkers.make_named`);
+            controllers: Words of controllers (:func:`~experiments.walkers.make_named`);
                 the usual one if empty.
             options: As :meth:`~experiments.specification.Specification.run` takes it.
 

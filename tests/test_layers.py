@@ -32,7 +32,6 @@ LAYERS = (
     ("ordered_tasks", "trajopt", "world"),
     ("control",),
     ("learn", "live", "vaulting"),
-    ("trials",),
     ("analyze",),
     ("pages",),
     ("exchange",),

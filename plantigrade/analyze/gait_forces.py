@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.analyze.statistics import correlation, rmse
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
@@ -235,23 +235,24 @@ def _compare_foot(
         and f"{joint}_{side}" in measured.human.coordinates
         and f"{joint}_{side}" in forced.human.coordinates
     }
-    axes = range(3)
+    force = [compare_curves(simulated[stance, k], load[stance, k]) for k in range(3)]
+    moment = {joint: compare_curves(a, b) for joint, (a, b) in curves.items()}
     return FootComparison(
         side=side,
         stance=stance,
         known=known,
         simulated=simulated,
         measured=load,
-        force_r=tuple(correlation(simulated[stance, k], load[stance, k]) for k in axes),
-        force_rmse=tuple(rmse(simulated[stance, k], load[stance, k]) for k in axes),
-        force_range=tuple(float(np.ptp(load[stance, k])) for k in axes),
+        force_r=tuple(axis.correlation for axis in force),
+        force_rmse=tuple(axis.rmse for axis in force),
+        force_range=tuple(float(np.ptp(load[stance, k])) for k in range(3)),
         pressure_median_m=tuple(_median(np.abs(pressure_error[:, k])) for k in (0, 1)),
         pressure_rmse_m=tuple(_rms(pressure_error[:, k]) for k in (0, 1)),
         pressure_ahead_m=tuple(_mean(pressure_error[:, k]) for k in (0, 1)),
         backward_m=_backward(point[:, 0], loaded),
         backward_measured_m=_backward(recorded[:, 0], loaded),
-        moment_rmse={joint: rmse(a, b) for joint, (a, b) in curves.items()},
-        moment_r={joint: correlation(a, b) for joint, (a, b) in curves.items()},
+        moment_rmse={joint: found.rmse for joint, found in moment.items()},
+        moment_r={joint: found.correlation for joint, found in moment.items()},
         covered=_covered(forced, measured, side, frames, inside, stance, loaded, pressure_error),
     )
 

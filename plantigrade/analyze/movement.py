@@ -10,12 +10,9 @@ from plantigrade.analyze.clinical import clinical_figures, norms_for
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
-from plantigrade.analyze.gait_shape import agreement_with_norm
-from plantigrade.analyze.norms import names
+from plantigrade.analyze.norms import agreement_with_norm, names
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
-from plantigrade.dynamics.passive import passive_moments, scale
-from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
@@ -143,27 +140,3 @@ def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
     found["norm_rmse_mean_deg"] = float(np.mean(raw))
     found["norm_rmse_offset_removed_mean_deg"] = float(np.mean(free))
     return found
-
-
-def muscle_work(record: Record) -> tuple[float, float]:
-    r"""Return the positive work and the absorbed work of the muscles at the joints [J].
-
-    It is :math:`\int \max(\tau_m \dot q, 0)\, dt` over all joints, with :math:`\tau_m` the joint
-    torque less the passive moment of tissue (:mod:`plantigrade.dynamics.passive`). The work of
-    muscle fibres is smaller, because of biarticular muscles and elastic tendons; heat is not
-    included.
-
-    Raises:
-        ParameterError: If the record has no joint torques.
-    """
-    if record.qfrc_actuator is None:
-        raise ParameterError("this record has no joint torques, so the work of muscles is unknown")
-    motion, human = record.motion, record.human
-    q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], record.qfrc_actuator[:, 6:]
-    factor = scale(human.mass, human.height)
-    tissue = passive_moments(human.coordinates, list(q.T), list(v.T), factor)
-    power = (tau - np.stack([np.broadcast_to(m, len(q)) for m in tissue], axis=1)) * v
-    done, absorbed = (
-        float(trapezoid(np.maximum(p, 0.0).sum(axis=1), motion.time)) for p in (power, -power)
-    )
-    return done, absorbed

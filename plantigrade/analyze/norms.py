@@ -38,6 +38,7 @@ from importlib.resources import files
 
 import numpy as np
 
+from plantigrade.analyze.statistics import Agreement, compare_curves
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
@@ -217,6 +218,21 @@ def norm(
         mean = -mean
     percent = np.linspace(0.0, 100.0, len(mean))
     return NormCurve(stem, speed_class, percent, mean, sd, unit_of(stem), population)
+
+
+def agreement_with_norm(
+    percent: Float[Array, " n"],
+    values: Float[Array, " n"],
+    name: str,
+    speed_class: str = "free",
+    *,
+    side: str = "r",
+    population: Population = CHILDREN,
+) -> Agreement:
+    """Return the agreement of a curve with a mean of :func:`norm`."""
+    band = norm(name, speed_class, side=side, population=population)
+    theirs = np.interp(percent, band.percent, band.mean)
+    return compare_curves(values, theirs)
 
 
 def unit_of(name: str) -> str:

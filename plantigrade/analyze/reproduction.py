@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.analyze.curves import PELVIS, side_of
 from plantigrade.analyze.foot_flat import MID_STANCE, foot_flat_time
-from plantigrade.analyze.statistics import correlation, rmse
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
@@ -175,7 +175,8 @@ def compare(record: Record) -> Comparison:
         mine = spans[side_of(name) or "r"]
         a, b = _cut(motion.time, ours[:, i], mine), _cut(recorded.time, theirs[:, i], mine)
         rom[name] = (float(np.ptp(a, axis=1).mean()), float(np.ptp(b, axis=1).mean()))
-        difference[name], r[name] = rmse(a, b), correlation(a, b)
+        agreement = compare_curves(a, b)
+        difference[name], r[name] = agreement.rmse, agreement.correlation
         keep = len(a) if cycles else 0
         simulated[name], reference[name] = a[:keep], b[:keep]
     com, soles = _com_and_soles(human, motion.qpos)

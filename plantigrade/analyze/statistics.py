@@ -1,4 +1,6 @@
-"""Mean of curves, and differences between two curves."""
+"""Agreement of two curves, and the mean of several."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -6,40 +8,44 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
 
-def rmse(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return the RMS difference over the samples that both have; NaN if there are none.
+@dataclass(frozen=True)
+class Agreement:
+    """Agreement of two curves over the samples that both have; NaN if there are none."""
+
+    rmse: float  #: Root mean square difference, in the unit of the curves
+    #: The same without the mean difference: it compares shapes if two conventions differ by a
+    #: constant, such as the neutral pose of a joint
+    rmse_offset_removed: float
+    correlation: float  #: Pearson's r; NaN if one of the curves is constant
+    mean_difference: float  #: Mean of the first curve minus that of the second
+
+
+def compare_curves(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> Agreement:
+    """Return the agreement of two curves.
+
+    Raises:
+        ParameterError: If their shapes differ.
 
     Example:
-        >>> rmse(np.array([0.0, 0.0, np.nan]), np.array([3.0, 4.0, 9.0]))
+        >>> compare_curves(np.array([0.0, 0.0, np.nan]), np.array([3.0, 4.0, 9.0])).rmse
         3.5355339059327378
     """
-    x, y = _shared(a, b)
-    return float(np.sqrt(np.mean((x - y) ** 2))) if len(x) else float("nan")
-
-
-def rmse_offset_removed(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return the RMS difference after removing the mean difference.
-
-    It compares shapes if two conventions differ by a constant, such as the neutral pose of a joint.
-    """
-    x, y = _shared(a, b)
-    return float(np.std(x - y)) if len(x) else float("nan")
-
-
-def mean_difference(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return the mean of ``a - b`` over the samples that both have."""
-    x, y = _shared(a, b)
-    return float(np.mean(x - y)) if len(x) else float("nan")
-
-
-def correlation(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> float:
-    """Return Pearson's r over the samples that both have; NaN if one of them is constant."""
-    x, y = _shared(a, b)
-    if len(x) < 2:
-        return float("nan")
-    x, y = x - x.mean(), y - y.mean()
-    scale = np.sqrt((x @ x) * (y @ y))
-    return float(x @ y / scale) if scale > 0 else float("nan")
+    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if x.shape != y.shape:
+        raise ParameterError(f"curves of shapes {x.shape} and {y.shape} cannot be compared")
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    if not len(x):
+        return Agreement(*4 * [float("nan")])
+    difference = x - y
+    u, w = x - x.mean(), y - y.mean()
+    scale = np.sqrt((u @ u) * (w @ w))
+    return Agreement(
+        rmse=float(np.sqrt(np.mean(difference**2))),
+        rmse_offset_removed=float(np.std(difference)),
+        correlation=float(u @ w / scale) if scale > 0 else float("nan"),
+        mean_difference=float(np.mean(difference)),
+    )
 
 
 def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
@@ -51,11 +57,3 @@ def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Arra
         spread = np.where(known, values - mean, 0.0) ** 2
         sd = np.sqrt(spread.sum(axis=0) / np.maximum(count - 1, 1))
     return mean, sd
-
-
-def _shared(a, b):
-    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    if x.shape != y.shape:
-        raise ParameterError(f"curves of shapes {x.shape} and {y.shape} cannot be compared")
-    known = np.isfinite(x) & np.isfinite(y)
-    return x[known], y[known]

@@ -157,7 +157,7 @@ def errors(walk: "TextbookWalk", trial: "Trial") -> dict[str, float]:
     """Return how far the fitted angles are from those that were walked [degrees]."""
     import numpy as np
 
-    from plantigrade.analyze.statistics import rmse, rmse_offset_removed
+    from plantigrade.analyze.statistics import compare_curves
 
     fitted = trial.fit
     raw, free, result = [], [], {}
@@ -167,8 +167,9 @@ def errors(walk: "TextbookWalk", trial: "Trial") -> dict[str, float]:
             truth = np.rad2deg(walk.qpos[:, 7 + walk.human.hinge(name)])
             truth = np.interp(fitted.time, walk.time, truth)
             ours = np.rad2deg(fitted.qpos[:, 7 + fitted.human.hinge(name)])
-            raw.append(rmse(ours, truth))
-            free.append(rmse_offset_removed(ours, truth))
+            found = compare_curves(ours, truth)
+            raw.append(found.rmse)
+            free.append(found.rmse_offset_removed)
             result[f"angle_error_{name}_deg"] = raw[-1]
     result["angle_error_mean_deg"] = float(np.mean(raw))
     result["angle_error_offset_removed_deg"] = float(np.mean(free))

@@ -10,7 +10,6 @@ from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
-from plantigrade.models.altered import leg_length
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import lowpass
 from plantigrade.record import Record
@@ -57,6 +56,11 @@ def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     qvel = np.zeros((len(time), human.model.nv))
     moved = Motion(time, qpos, qvel, human.joint_names, events=events)
     return Record(human, moved, ground=replace(record.ground, height=0.0), notes=record.notes)
+
+
+def leg_length(human: Human) -> float:
+    """Return the length of a leg, hip to ankle [m]."""
+    return float(human.dimensions.thigh + human.dimensions.shank)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from plantigrade.analyze.foot_angles import (
     unsteadiness,
 )
 from plantigrade.analyze.foot_segments import angles_of, feet_of, foot_segment_signals
-from plantigrade.analyze.statistics import correlation, rmse_offset_removed
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import analyse
 from plantigrade.io import read
 from plantigrade.kinematics.unmeasured_toes import unseen_toes_follow
@@ -171,8 +171,8 @@ def test_the_stored_angles_are_found(data: Path, walk: str):
             key, column = keys.get(pair, "HXFFA"), COLUMN[what]
             theirs = stored[upper + key][:, column]
             theirs = np.where(np.abs(theirs) > 1e-9, theirs, np.nan)
-            assert correlation(np.rad2deg(angle), theirs) > 0.95, name
-            assert rmse_offset_removed(np.rad2deg(angle), theirs) < 1.0, name
+            found = compare_curves(np.rad2deg(angle), theirs)
+            assert found.correlation > 0.95 and found.rmse_offset_removed < 1.0, name
             assert abs(np.nanmean(np.rad2deg(angle) - theirs)) < 1.0, name
 
 
@@ -213,9 +213,9 @@ def test_a_walk_with_oxford_markers_has_foot_segments(data: Path):
         theirs = recording.outputs[f"{side.upper()}HFTBA"][:, 1]
         inside = np.isin(recording.markers.time, trial.fit.time)
         ours = np.rad2deg(table[f"hindfoot_internal_rotation_{side}"])
-        assert correlation(ours, theirs[inside]) > 0.9
+        assert compare_curves(ours, theirs[inside]).correlation > 0.9
         for name in (f"forefoot_supination_{side}", f"hindfoot_inversion_{side}"):
-            assert correlation(table[name], bare[name]) > 0.9, name
+            assert compare_curves(table[name], bare[name]).correlation > 0.9, name
     short = [n for n in recording.markers.names if n[1:] not in ("LCA", "STL", "CPG")]
     kept = [trial.fit.markers.index(n) for n in short if n in trial.fit.markers.names]
     fitted = replace(

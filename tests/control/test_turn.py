@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from experiments.walk_trial import world_of
 from experiments.walking import walking
 from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.path import path_of
 from plantigrade.control.pendulum.turn import PredictedTurn, Turn, TurnSettings
-from plantigrade.trials.walk_trial import world_of
 
 SPEED, OMEGA, STEP, DURATION = 1.3, 3.2, 0.005, 0.55
 FASTEST = TurnSettings().max_rate

@@ -15,10 +15,10 @@ from experiments import (
     walk_battery,
 )
 from experiments.human_pushes import COLUMNS, FILE, aside, pushes
+from experiments.walk_outcome import Landing, WalkOutcome
+from experiments.walkers import make_named
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.record import Record
-from plantigrade.trials.walk_outcome import Landing, WalkOutcome
-from plantigrade.trials.walkers import make_named
 
 WALKED = {
     "survived": True,

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.analyze.statistics import rmse_offset_removed
+from plantigrade.analyze.statistics import compare_curves
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.state import PointSet, sweep
@@ -95,7 +95,7 @@ def test_knees_that_also_turn_do_not_tip_the_pelvis():
 
     def off(name):
         found, true = ours[:, here.index(name)], truth[:, there.index(name)]
-        return rmse_offset_removed(np.rad2deg(found), np.rad2deg(true))
+        return compare_curves(np.rad2deg(found), np.rad2deg(true)).rmse_offset_removed
 
     assert off("pelvis_list") < 0.5, "trusting spines no more than feet: 0.8"
     assert max(off("hip_adduction_r"), off("hip_adduction_l")) < 1.3, "so too: 1.9"

@@ -6,14 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from plantigrade.kinematics.transfer import leg_length
 from plantigrade.models import Human
 
 LEGS = ("thigh", "shank")
-
-
-def leg_length(human: Human) -> float:
-    """Return the length of a leg, hip to ankle [m]."""
-    return float(human.dimensions.thigh + human.dimensions.shank)
 
 
 def scaled_legs(human: Human, times: float) -> Human:

@@ -1,33 +1,27 @@
-"""The shape of a gait: differences from norms, ground reaction, knee and ankle.
+"""The shape of a synthesised gait: differences from norms, ground reaction, knee, ankle, work.
 
-All figures are computed from curves over the gait cycle
+All figures but the work are computed from curves over the gait cycle
 (:func:`~plantigrade.analyze.curves.gait_curves`).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
 
-from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves
-from plantigrade.analyze.statistics import correlation, rmse, rmse_offset_removed
+from plantigrade.analyze.norms import agreement_with_norm
+from plantigrade.analyze.statistics import Agreement
 from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
+from plantigrade.record import Record
 
 LEG = ("hip_flexion", "knee_angle", "ankle_angle")
 """Angles whose mean difference from norms is the usual figure of a simulated gait."""
 
 COMPARED = (*LEG, "pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_adduction")
 MIN_HUMP = 0.02  # [body weights] minimum height of the lower hump above the trough
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """One curve over the gait cycle compared with a published mean."""
-
-    rmse: float  #: Root mean square difference, in the unit of the curve
-    rmse_offset_removed: float  #: The same without the mean difference
-    correlation: float  #: Pearson's r
 
 
 @dataclass(frozen=True)
@@ -113,23 +107,6 @@ def gait_shape(curves: GaitCurves, speed_class: str = "free", *, side: str = "r"
     )
 
 
-def agreement_with_norm(
-    percent: Float[Array, " n"],
-    values: Float[Array, " n"],
-    name: str,
-    speed_class: str = "free",
-    *,
-    side: str = "r",
-    population: norms.Population = norms.CHILDREN,
-) -> Agreement:
-    """Return the agreement of a curve with a mean of :func:`plantigrade.analyze.norms.norm`."""
-    band = norms.norm(name, speed_class, side=side, population=population)
-    theirs = np.interp(percent, band.percent, band.mean)
-    return Agreement(
-        rmse(values, theirs), rmse_offset_removed(values, theirs), correlation(values, theirs)
-    )
-
-
 def humps_of(percent: Float[Array, " n"], up: Float[Array, " n"], stance: float = 60.0) -> Humps:
     """Return both humps of a vertical ground reaction and the trough between them.
 
@@ -157,3 +134,27 @@ def humps_of(percent: Float[Array, " n"], up: Float[Array, " n"], stance: float 
     first, second = float(force[a]), float(force[b])
     two = left and right and min(first, second) - trough >= MIN_HUMP
     return Humps(first, trough, second, bool(two))
+
+
+def muscle_work(record: Record) -> tuple[float, float]:
+    r"""Return the positive work and the absorbed work of the muscles at the joints [J].
+
+    It is :math:`\int \max(\tau_m \dot q, 0)\, dt` over all joints, with :math:`\tau_m` the joint
+    torque less the passive moment of tissue (:mod:`plantigrade.dynamics.passive`). The work of
+    muscle fibres is smaller, because of biarticular muscles and elastic tendons; heat is not
+    included.
+
+    Raises:
+        ParameterError: If the record has no joint torques.
+    """
+    if record.qfrc_actuator is None:
+        raise ParameterError("this record has no joint torques, so the work of muscles is unknown")
+    motion, human = record.motion, record.human
+    q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], record.qfrc_actuator[:, 6:]
+    factor = scale(human.mass, human.height)
+    tissue = passive_moments(human.coordinates, list(q.T), list(v.T), factor)
+    power = (tau - np.stack([np.broadcast_to(m, len(q)) for m in tissue], axis=1)) * v
+    done, absorbed = (
+        float(trapezoid(np.maximum(p, 0.0).sum(axis=1), motion.time)) for p in (power, -power)
+    )
+    return done, absorbed

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from experiments.walk_trial import WalkTrial, world_of
+from experiments.walkers import Walker
 from plantigrade.arrays import Array, Float
 from plantigrade.threads import on_one_thread
-from plantigrade.trials.walk_trial import WalkTrial, world_of
-from plantigrade.trials.walkers import Walker
 from plantigrade.world import Push
 
 WAYPOINTS, SECONDS = 12, 60.0

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.movement import muscle_work
+from experiments.gait_shape import muscle_work
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human

@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
+from experiments.gait_shape import COMPARED, LEG, gait_shape, humps_of
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import GaitCurves
-from plantigrade.analyze.gait_shape import (
-    COMPARED,
-    LEG,
-    agreement_with_norm,
-    gait_shape,
-    humps_of,
-)
+from plantigrade.analyze.norms import agreement_with_norm
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT, Cycle
 

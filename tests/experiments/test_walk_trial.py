@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from experiments.altered_people import scaled_legs, scaled_strength, torque_limits
+from experiments.tour import HARDEST, punches, tour, waypoints
+from experiments.walk_outcome import WalkOutcome
+from experiments.walk_trial import PushedWalk, walk
+from experiments.walkers import walker, walks_as
 from plantigrade.constants import SIDES
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.state import State
 from plantigrade.kinematics.textbook_walk import textbook_walk
-from plantigrade.kinematics.transfer import transferred
+from plantigrade.kinematics.transfer import leg_length, transferred
 from plantigrade.models import Human
-from plantigrade.models.altered import leg_length, scaled_legs, scaled_strength, torque_limits
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.trials.tour import HARDEST, punches, tour, waypoints
-from plantigrade.trials.walk_outcome import WalkOutcome
-from plantigrade.trials.walk_trial import PushedWalk, walk
-from plantigrade.trials.walkers import walker, walks_as
 from plantigrade.world import Command, Controller, PhasePush, Push, Rates
 
 

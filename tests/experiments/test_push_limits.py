@@ -4,6 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
+from experiments.push_limits import (
+    PushTest,
+    predicted_limit,
+    push_limit,
+    push_map,
+)
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.control import Posture
@@ -11,12 +17,6 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world import World, standing_on
 from plantigrade.world.disturbance import body_index
-from plantigrade.world.push_limits import (
-    PushTest,
-    predicted_limit,
-    push_limit,
-    push_map,
-)
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid", full_sole=True)
 

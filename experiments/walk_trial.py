@@ -2,8 +2,8 @@
 
 ::
 
-    from plantigrade.trials.walk_trial import walk
-    from plantigrade.trials.walkers import walker
+    from experiments.walk_trial import walk
+    from experiments.walkers import walker
     from plantigrade.world import PhasePush
 
     push = PhasePush(force=200.0, duration=0.4, direction=0.0, side="r", phase=0.3)
@@ -19,14 +19,14 @@ from typing import Any
 
 import numpy as np
 
+from experiments.walk_outcome import Landing, WalkOutcome
+from experiments.walkers import Walker
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP, LegOverlap
 from plantigrade.threads import on_one_thread
-from plantigrade.trials.walk_outcome import Landing, WalkOutcome
-from plantigrade.trials.walkers import Walker
 from plantigrade.world import (
     Command,
     Controller,
