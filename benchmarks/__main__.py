@@ -65,7 +65,7 @@ def main() -> int:
         "reading": lambda: reading.rows(data),
         "fits": lambda: fits.rows(data),
         "long": lambda: long.rows(data, arguments.minutes),
-        "batch": lambda: batch.rows(data, arguments.items),
+        "batch": lambda: batch.rows(data, arguments.items, arguments.jobs),
     }
     needing_data = {"kinematics", "opensim", "reading", "fits", "long", "batch"}
     rows: list[Row] = []
@@ -120,6 +120,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--items", type=int, default=40, help="recordings of the batch; 40 if absent"
     )
+    parser.add_argument("--jobs", type=int, default=2, help="processes of the batch; 2 if absent")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a goal is missed")
     arguments = parser.parse_args()

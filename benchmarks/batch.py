@@ -24,9 +24,8 @@ RECORDINGS = (
 """Walks of five laboratories."""
 NOISE_M = 0.001
 """Standard deviation of the noise that makes an item of its own of a recording [m]."""
-JOBS = 2
 EFFICIENCY = 0.85
-"""Goal of the share of two cores that is used."""
+"""Goal of the share of the cores that is used."""
 GROWTH = 1.1
 """Goal of the memory in the last quarter of the items over that in the second."""
 SAMPLE_SECONDS = 0.5
@@ -49,8 +48,8 @@ class Spent:
     megabytes: float
 
 
-def rows(data: Path, items: int) -> Iterator[Row]:
-    """Yield time and memory of ``plantigrade fit`` on many recordings, with one core and two."""
+def rows(data: Path, items: int, jobs: int) -> Iterator[Row]:
+    """Yield time and memory of ``plantigrade fit`` on many recordings, with one core and more."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         few = max(items // 5, len(RECORDINGS))
@@ -58,15 +57,15 @@ def rows(data: Path, items: int) -> Iterator[Row]:
         (folder / "few.txt").write_text("".join(f"{path}\n" for path in every[:few]))
         (folder / "all.txt").write_text("".join(f"{path}\n" for path in every))
         alone = _spent(folder, "few", jobs=1)
-        both = _spent(folder, "all", jobs=JOBS)
-        pages = _spent(folder, "few", jobs=JOBS, keep="pages")
+        both = _spent(folder, "all", jobs=jobs)
+        pages = _spent(folder, "few", jobs=jobs, keep="pages")
     per_item = both.seconds / items
-    subject = f"batch of {items}, {JOBS} cores"
+    subject = f"batch of {items}, {jobs} cores"
     yield Row(subject, "failed", both.failed, met=both.failed == 0)
     yield Row(subject, "seconds per item and core, one core", alone.seconds / few, "s")
     yield Row(subject, "seconds per item", per_item, "s")
     yield Row(subject, "seconds per item, with pages", pages.seconds / few, "s")
-    efficiency = alone.seconds / few / (JOBS * per_item)
+    efficiency = alone.seconds / few / (jobs * per_item)
     yield at_least(subject, "efficiency", efficiency, EFFICIENCY)
     n = len(both.memory)
     middle, last = max(both.memory[n // 4 : n // 2]), max(both.memory[3 * n // 4 :])
@@ -74,7 +73,7 @@ def rows(data: Path, items: int) -> Iterator[Row]:
     yield at_most(subject, "memory, last quarter over second", last / middle, GROWTH)
     yield Row(subject, "folder per item", 1e3 * both.megabytes / items, "kB")
     yield Row(subject, "folder per item, with pages", 1e3 * pages.megabytes / few, "kB")
-    hours = 1e5 * JOBS * per_item / 3600
+    hours = 1e5 * jobs * per_item / 3600
     yield Row(subject, "core hours of 100,000 items, extrapolated", hours, "h")
 
 
