@@ -62,6 +62,7 @@ EXPERIMENTS = {
         Experiment("gait-ablations", needs=("data",)),
         Experiment("gait-forces", needs=("data",)),
         Experiment("ground-forces", needs=("data",)),
+        Experiment("human-likeness", takes=WALKING),
         Experiment("learned-feet", takes=("controllers", *CACHED)),
         Experiment("learned-walk", "learned_level:WALK", takes=CACHED),
         Experiment("moving-slope", "standing_grounds:MOVING", takes=CACHED),
