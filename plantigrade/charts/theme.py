@@ -38,6 +38,8 @@ SKIN = {
     "iris": "#1a1a1a",
 }
 """Colours of a person with skin; sleeves and the legs of the shorts have those of the sides."""
+BONE = "#ece3cc"
+"""Colour of the bones of a foot."""
 COM = "#e0b020"
 THING, PUSHED = "#b8996f", "#b0246a"
 """Colours of scene objects (bars, boxes, packs) and of perturbations."""

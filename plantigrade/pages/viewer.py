@@ -25,10 +25,12 @@ from plantigrade.pages.scene import (
     standing_height,
 )
 from plantigrade.pages.section import template_text
-from plantigrade.pages.viewer_skin import skin_data
+from plantigrade.pages.viewer_skin import foot_data, skin_data
 from plantigrade.record import Record
 
-SCRIPTS = tuple(f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_skin", "_curves", ""))
+SCRIPTS = tuple(
+    f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_skin", "_foot", "_curves", "")
+)
 COLOURS = {
     "recorded": theme.RECORDED,
     "fitted": theme.FITTED,
@@ -36,6 +38,7 @@ COLOURS = {
     "left": theme.LEFT,
     "right": theme.RIGHT,
     "com": theme.COM,
+    "contact": theme.FORCE,
     "floor": theme.FLOOR,
     "grid": theme.GRID,
     "floor_dark": theme.FLOOR_DARK,
@@ -85,9 +88,10 @@ def viewer_html(
         "plate": scene.plate,
         "pushes": bool(scene.pushes),
         "skin": (skin := skin_data(record)) is not None,
+        "foot": (foot := foot_data(record)) is not None,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
-    payload = page_data(record, scene) | {"curves": curves, "skin": skin}
+    payload = page_data(record, scene) | {"curves": curves, "skin": skin, "foot": foot}
     text = json.dumps(payload, separators=(",", ":"))
     return template.render(
         title=title,

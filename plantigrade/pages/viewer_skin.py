@@ -1,4 +1,4 @@
-"""The skin as ``viewer.html`` takes it: the surface once, moved by the poses of the bodies."""
+"""Skin and foot bones as ``viewer.html`` takes them: surfaces, moved by the poses of the bodies."""
 
 import base64
 from typing import Any
@@ -10,9 +10,11 @@ from plantigrade.charts import theme
 from plantigrade.models import Human
 from plantigrade.pages.scene import assumed_bodies
 from plantigrade.record import Record
-from plantigrade.skin import Skin
+from plantigrade.skin import Skin, foot_bones
 from plantigrade.skin.skin import IRIS_DEPTH
 from plantigrade.skin.surface import GARMENT_STEP, weights_in_255ths
+
+BONE_STEP = 1e-5  # [m] of the vertices of bones; 16 bits reach 0.33 m from the origin of a body
 
 
 def skin_data(record: Record) -> dict[str, Any] | None:
@@ -49,6 +51,31 @@ def skin_data(record: Record) -> dict[str, Any] | None:
         "recipes": [list(recipe) for recipe in skin.bones.recipes],
         "shoulder": round(float(abs(_bone(skin, "humerus_l")[1])), 4),
         "colours": theme.SKIN,
+    }
+
+
+def foot_data(record: Record) -> dict[str, Any] | None:
+    """Return bones and contact points of the feet; None where the feet have no bones.
+
+    Vertices are in steps of 1/100 mm in the frame of their body. All bones have the same faces;
+    their corners are in reverse order on the right.
+    """
+    human = record.human
+    if type(human) is not Human or not (bones := foot_bones(human)):
+        return None
+    contacts = [
+        (human.body(body.name), *(contact.position - [0.0, 0.0, contact.radius]))
+        for body in human.skeleton.bodies
+        for contact in body.contacts
+    ]
+    return {
+        "body": [bone.body for bone in bones],
+        "mirrored": [bone.name.endswith("_r") for bone in bones],
+        "vertices": _packed(np.round(np.stack([b.vertices for b in bones]) / BONE_STEP), "<i2"),
+        "faces": _packed(bones[-1].faces, "<u2"),
+        "contacts": np.round(contacts, 5).tolist(),
+        "step": BONE_STEP,
+        "colour": theme.BONE,
     }
 
 

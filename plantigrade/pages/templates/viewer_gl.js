@@ -118,7 +118,11 @@ function shapeBuffer(shapes, simple) {
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(faces), gl.STATIC_DRAW);
   return { vao, count: faces.length };
 }
-function setBody() { buffers.body = shapeBuffer(D.shapes.filter((s) => s.body && !s.thing), quality.simple); }
+function setBody() {
+  const solids = D.shapes.filter((s) => s.body && !s.thing);
+  buffers.body = shapeBuffer(solids, quality.simple);
+  if (F) { buffers.bones = boneBuffer([]); buffers.inside = boneBuffer(solids); }
+}
 function setUp() {
   if (S) Object.assign(SHADERS, skinShaders());
   Object.keys(SHADERS).forEach(build);
@@ -185,8 +189,8 @@ function mul(a, b) {
 
 /* ---- camera ---- */
 const FOV = 0.55, HEIGHT = D.height;
-const VIEWS = { oblique: [-0.95, 0.20], right: [-Math.PI / 2, 0.04], left: [Math.PI / 2, 0.04], front: [0, 0.06], top: [-Math.PI / 2, 1.5], feet: [-Math.PI / 2, 0.1] };
-const BODY_AT = [HEIGHT * 0.5, HEIGHT * 2.55], FEET_AT = [0.18, 1.5];   // height of what is looked at, and how far from it [m]
+const VIEWS = { oblique: [-0.95, 0.20], right: [-Math.PI / 2, 0.04], left: [Math.PI / 2, 0.04], front: [0, 0.06], top: [-Math.PI / 2, 1.5], feet: [-Math.PI / 2, 0.1], foot: [-1.05, 0.42] };
+const BODY_AT = [HEIGHT * 0.5, HEIGHT * 2.55], FEET_AT = [0.18, 1.5], FOOT_AT = [0, 0.8];   // height of what is looked at, and how far from it [m]
 const camera = { azimuth: D.heading + VIEWS.oblique[0], elevation: VIEWS.oblique[1], height: BODY_AT[0], distance: BODY_AT[1], target: [0, 0, 0] };
 function eye() {
   const c = Math.cos(camera.elevation);
@@ -196,10 +200,12 @@ function eye() {
 }
 function setView(name) {
   [camera.azimuth, camera.elevation] = [D.heading + VIEWS[name][0], VIEWS[name][1]];
-  const at = name === "feet" ? FEET_AT : BODY_AT;
-  if (at[0] !== camera.height) { [camera.height, camera.distance] = at; if (!state.follow) camera.target[2] += at[0] - (at === FEET_AT ? BODY_AT : FEET_AT)[0]; }
+  const at = { feet: FEET_AT, foot: FOOT_AT }[name] ?? BODY_AT;
+  if (name === "foot" && !show.xray) option("xray");
+  if (at[0] !== camera.height) { if (!state.follow) camera.target[2] += at[0] - camera.height; [camera.height, camera.distance] = at; }
   markView(name); state.dirty = true;
 }
+function closeUp() { return F && camera.height === FOOT_AT[0]; }   // of the right foot, by its ankle
 function markView(name) {
   for (const b of $("views").children) { b.classList.toggle("on", b.dataset.view === name); b.setAttribute("aria-pressed", b.dataset.view === name); }
 }
@@ -225,6 +231,7 @@ function upload(texture, source, at, skin) {
   const write = (into, n, rows) => { gl.bindTexture(gl.TEXTURE_2D, into); gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2 * n, 1, gl.RGBA, gl.FLOAT, rows); };
   write(texture, NB, data);
   if (skin) write(skin, NS, skinPose(data));
+  return data;
 }
 function put(kind, p, direction, radius, c, alpha = 1) { buffers[kind].rows.push(...p, ...direction, radius, ...c, alpha); }
 function sphere(p, radius, c) { if (!Number.isNaN(p[0])) put("sphere", p, [0, 0, radius], radius, c); }
@@ -238,6 +245,7 @@ function arrow(p, v, radius, c) {
 const SCALE = 0.6 / D.weight;   // one body weight is drawn 0.6 m long
 function collect(at, ground) {
   for (const k of ["sphere", "shaft", "cone"]) buffers[k].rows.length = 0;
+  const near = closeUp() ? 0.5 : 1;      // forces and discs are smaller near the foot
   if (recorded || fitted) for (let i = 0; i < M; i++) {
     const r = recorded && mix3(recorded, M, i, at), f = fitted && mix3(fitted, M, i, at);
     if (f && show.fitted) sphere(f, 0.0105, COLOURS.fitted);
@@ -245,7 +253,7 @@ function collect(at, ground) {
     if (r && f && show.recorded && show.fitted && Math.hypot(...sub(f, r)) > 0.01)
       put("shaft", r, sub(f, r), 0.003, COLOURS.text);
   }
-  if (total && show.force) for (let s = 0; s < 3; s++) {
+  if (total && show.force && !(closeUp() && D.many_contacts)) for (let s = 0; s < 3; s++) {
     const c = cop && mix3(cop, 3, s, at);
     const radius = estimated && estimated[at[0] * 3 + s] > 0.5 ? 0.006 : 0.013;
     if (c && !Number.isNaN(c[0])) arrow(c, mix3(total, 3, s, at).map((x) => x * SCALE), radius, SIDE[s]);
@@ -255,18 +263,18 @@ function collect(at, ground) {
     arrow(mix3(point, K, k, at).map((x, i) => x - v[i] * (1 + 0.3 / l)), v, 0.016, COLOURS.pushed);
   }
   if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++) if (!D.pushes.includes(k))
-    arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE), 0.006, CONTACT[k]);
+    arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE * near), 0.006 * near, CONTACT[k]);
   if (cop && show.cop) {
     for (let s = 0; s < 3; s++) {
       for (let i = Math.max(0, at[0] - 150); i <= at[0]; i++) {   // what has been, and not what will be
         const p = mix3(cop, 3, s, [i, i, 0]);
-        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], 0.011, SIDE[s]);
+        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], 0.011 * near, SIDE[s]);
       }
       const p = mix3(cop, 3, s, at);
-      if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032, SIDE[s]);
+      if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032 * near, SIDE[s]);
     }
   }
-  if (show.com) {
+  if (show.com && !closeUp()) {
     const c = mix3(com, 1, 0, at);
     sphere(c, 0.035, COLOURS.com);
     put("shaft", [c[0], c[1], ground + 0.002], [0, 0, c[2] - ground], 0.0035, COLOURS.com);
@@ -291,7 +299,7 @@ function smoothed(w, h) {    // what is drawn with four samples for a pixel, the
 function draw(paper = null) {
   const at = frameAt(state.t), simple = quality.simple && !paper;
   const c = mix3(com, 1, 0, at), ground = mix1(floor, at), base = mix1(level, at);
-  if (state.follow) camera.target = [c[0], c[1], camera.height + base];
+  if (state.follow) camera.target = closeUp() ? mix3(body.p, NB, F.body[0], at) : [c[0], c[1], camera.height + base];
   const ratio = simple ? 0.6 * Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio);
   const { width: w, height: h } = paper ?? { width: Math.round(canvas.clientWidth * ratio), height: Math.round(canvas.clientHeight * ratio) };
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
@@ -299,11 +307,12 @@ function draw(paper = null) {
   const dark = !paper && matchMedia("(prefers-color-scheme: dark)").matches;
   COLOURS.text = dark ? [0.9, 0.9, 0.9] : [0.15, 0.15, 0.15];
   const sky = dark ? [0.086, 0.098, 0.122] : [0.945, 0.953, 0.965];
-  upload(buffers.pose, body, at, buffers.skinPose);
+  const poses = upload(buffers.pose, body, at, buffers.skinPose);
   if (ref) upload(buffers.refPose, ref, at, buffers.refSkinPose);
   const skinned = !!S && !show.solids;
   const [kind, pose, refPose] = skinned ? ["skin", buffers.skinPose, buffers.refSkinPose] : ["body", buffers.pose, buffers.refPose];
   collect(at, ground);
+  if (F && show.body && show.xray) contactPoints(poses);
   for (const k of ["sphere", "shaft", "cone"]) {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffers[k].instances);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(buffers[k].rows), gl.DYNAMIC_DRAW);
@@ -337,14 +346,15 @@ function draw(paper = null) {
   drawGround(common("ground"), view, dark);
   const plain = (name, alpha = 1, under = [0, 0, 0, 0]) => { const u = common(name); gl.uniform1f(u.uAlpha, alpha); gl.uniform4f(u.uTint, 0, 0, 0, 0); gl.uniform4fv(u.uUnder, under); };
   plain("body"); drawShapes("fixed", "body", view, buffers.pose, [0, 0, 0]);
-  const [solid, solidPose] = show.xray ? ["body", buffers.pose] : [kind, pose];   // X-ray: the solids inside the skin
-  if (show.body && (skinned || !show.xray)) {
+  // X-ray: solids inside the skin, and bones in place of those of the feet; in transparent solids, bones alone
+  const [shown, solid, solidPose] = show.xray ? [F ? (skinned ? "inside" : "bones") : "body", "body", buffers.pose] : [kind, kind, pose];
+  if (show.body && (skinned || F || !show.xray)) {
     if (D.ground.plane) {    // what is below the ground is seen through it, or feet would be cut off
       gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthFunc(gl.GREATER); gl.depthMask(false);
-      plain(solid, 0.5, [...D.ground.axes.slice(6), D.ground.height]); drawShapes(solid, solid, view, solidPose, [0, 0, 0]);
+      plain(solid, 0.5, [...D.ground.axes.slice(6), D.ground.height]); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
       gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
     }
-    plain(solid); drawShapes(solid, solid, view, solidPose, [0, 0, 0]);
+    plain(solid); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
   }
   gl.uniform1f(common("inst").uFade, 1);
   for (const k of ["sphere", "shaft", "cone"]) {
@@ -365,7 +375,7 @@ function draw(paper = null) {
     gl.colorMask(true, true, true, false); gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthFunc(gl.LEQUAL); drawShapes(kind, kind, view, texture, offset); gl.depthFunc(gl.LESS); gl.disable(gl.BLEND);
   };
-  if (show.body && show.xray) ghost(pose, [0, 0, 0, 0], 0.38, [0, 0, 0]);
+  if (show.body && show.xray) ghost(pose, [0, 0, 0, 0], 0.3, [0, 0, 0]);
   if (ref && show.ref) {     // pushed back a little: where both bodies coincide the result is seen
     gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(2, 8);
     ghost(refPose, [...COLOURS.reference, 0.8], 0.5, sideways);

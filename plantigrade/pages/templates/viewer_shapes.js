@@ -48,6 +48,7 @@ function meshOf(s) {
   return { v, f };
 }
 function geometryOf(s, simple) {
+  if (s.geometry) return s.geometry;
   const [rings, around] = simple ? [3, 10] : [9, 26];
   if (s.kind === "capsule") return revolve(arcs(s.size[0], s.size[1], rings), around);
   if (s.kind === "cylinder") {
