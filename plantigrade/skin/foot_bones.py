@@ -277,7 +277,7 @@ def _surface(form: _Form, d: Dimensions) -> tuple[Array, Array]:
     aside, rise, width, height = PchipInterpolator(stations[:, 0], stations[:, 1:] * radius)(
         share
     ).T
-    cap = _rounding(share, low, high, radius / np.linalg.norm(along))
+    cap = _rounding(share, low, high, radius / float(np.linalg.norm(along)))
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
     bulge = 2.0 / form.edges
     across = np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** bulge
