@@ -51,6 +51,17 @@ COMMANDS = {
     "data": "List the recordings in a folder and their contents, or download public ones.",
 }
 """Every command in the order of the help page; each is a module of this package."""
+OTHER_WORDS = {
+    "retarget": "fit` puts the motion of any skeleton (.bvh, .amc) on a human, of folders too",
+    "scale": "fit` scales the human and solves its motion in one step",
+    "ik": "fit` scales the human and solves its motion in one step",
+    "id": "fit` also computes forces and joint moments",
+    "track": "synthesize track` tracks a recording by a dynamically consistent motion",
+    "walk": "synthesize walk` generates a walk, `plantigrade simulate` moves a person by forces",
+    "run": "demo` is a first run of everything, `plantigrade --help` lists the commands",
+    "export": "convert RUN FILE` writes a run in another format",
+}
+"""What the commands of other programs are called here."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -210,6 +221,8 @@ def completion(shell: str = "") -> str:
 def _unknown(name: str) -> str:
     if name.startswith("-"):
         return f"option {name} must come after the command: `plantigrade COMMAND {name}`"
+    if name in OTHER_WORDS:
+        return f"no command {name!r}: `plantigrade {OTHER_WORDS[name]}"
     near = difflib.get_close_matches(name, COMMANDS, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return f"no command {name!r}; {hint}there are {', '.join(COMMANDS)}"

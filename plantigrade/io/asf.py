@@ -12,6 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
+from plantigrade.io.siblings import Siblings
 from plantigrade.io.skeletons import euler_rotation
 from plantigrade.io.text import read_text
 
@@ -284,19 +285,14 @@ def find_asf(path: Path) -> Path:
     Raises:
         FileError: If there is none, or several and none matches by name.
     """
-    try:
-        beside = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
-    except OSError as error:
-        raise FileError(path.parent, f"cannot be searched ({error.strerror})") from error
-    stem = path.stem.lower()
+    beside, stem = Siblings.of(path).skeletons, path.stem.lower()
     for wanted in (stem, stem.split("_")[0], re.split(r"[_\-. ]", stem)[0]):
-        for candidate in beside:
-            if candidate.stem.lower() == wanted:
-                return candidate
+        if wanted in beside:
+            return beside[wanted]
     if len(beside) == 1:
-        return beside[0]
+        return next(iter(beside.values()))
     problem = "there is no skeleton file (.asf) in its folder"
     if beside:
-        names = ", ".join(p.name for p in beside[:8])
+        names = ", ".join(p.name for p in list(beside.values())[:8])
         problem = f"its folder holds several skeletons, none of its name: {names}"
     raise FileError(path, problem, remedy="give it with the option skeleton=FILE.asf")

@@ -4,27 +4,17 @@ They are found in the folder of the recording by name and verified by content. I
 there is no companion, and the user gives it as an option.
 """
 
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from plantigrade.errors import PlantigradeError
-from plantigrade.io.subjects import before_number, same_size
+from plantigrade.io.siblings import Siblings
+from plantigrade.io.subjects import same_size
 from plantigrade.motion import ForcePlate, Recording
 from plantigrade.motion.distances import distances
 
-# Words that describe the kind of data of a file, not the trial.
-_KIND_WORDS = {
-    "coordinates", "markers", "marker", "ik", "kinematics", "motion", "mot", "trc", "data",
-    "results", "solution", "filtered", "raw", "joint", "angles", "reference",
-}  # fmt: skip
-_FORCE_WORDS = {"grf", "grfs", "force", "forces", "fp", "kinetics", "ground", "reaction"}
-_STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibration", "tpose",
-                 "npose", "neutral", "anatomical"}  # fmt: skip
-_MAX_CANDIDATES = 12  # maximum number of opened candidates
 _MAX_MARKER_MOTION = 0.02  # [m] maximum deviation of markers from their mean in a standing trial
 _MAX_SPREAD = 0.004  # [m] maximum spread of a distance between two markers on one segment
 _MIN_DISTANCE = 0.08  # [m] minimum distance between such markers
@@ -61,7 +51,7 @@ def find_static(recording: Recording, read) -> Recording | None:
     if markers is None or is_still(recording):
         return None
     best: tuple[int, Recording] | None = None
-    for other in _static_candidates(recording.source):
+    for other in Siblings.of(recording.source).standing_trials(recording.source):
         try:
             candidate = read(other)
         except PlantigradeError:
@@ -82,7 +72,7 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
     if time is None or len(time) < 2:
         return (), None
     found = []
-    for other in _force_candidates(recording.source):
+    for other in Siblings.of(recording.source).force_files(recording.source):
         try:
             candidate = read(other)
         except PlantigradeError:
@@ -100,39 +90,8 @@ def find_forces(recording: Recording, read) -> tuple[tuple[ForcePlate, ...], Pat
 
 def candidates(path: Path) -> list[Path]:
     """Return the files that may be companions of a recording, by their names alone."""
-    return [*_static_candidates(path), *_force_candidates(path)]
-
-
-def _static_candidates(path: Path) -> list[Path]:
-    """Return the files that may be the standing trial of a recording, likely ones first."""
-    own = _words(path.stem)
-    ranked = []
-    for other in _siblings(path, [path.suffix]):
-        words = _words(before_number(other.stem))
-        named = bool(words & _STATIC_WORDS)
-        numbered = before_number(other.stem) == before_number(path.stem)
-        related = bool((words - _STATIC_WORDS) & own) or not (words - _STATIC_WORDS)
-        if (named and related) or numbered:
-            # Standing trials are short, so small files come first.
-            ranked.append((not named, other.stat().st_size, other))
-    return [other for *_, other in sorted(ranked)[:_MAX_CANDIDATES]]
-
-
-def _force_candidates(path: Path) -> list[Path]:
-    """Return the files that may hold the ground reactions of a recording."""
-    own = _words(path.stem) - _KIND_WORDS
-    named = []
-    for other in _siblings(path, [".forces", ".mot", ".sto"])[:50]:
-        words = _words(other.stem)
-        if not (words & _FORCE_WORDS) and other.suffix.lower() != ".forces":
-            continue
-        rest = words - _FORCE_WORDS - _KIND_WORDS
-        if rest == own or not own:
-            named.append((rest != own, other))
-        elif rest and _numbered(rest) == _numbered(own) and (rest <= own or own <= rest):
-            named.append((True, other))
-    exact = [other for less, other in named if not less]
-    return exact or [other for _, other in named]
+    siblings = Siblings.of(path)
+    return [*siblings.standing_trials(path), *siblings.force_files(path)]
 
 
 def is_still(recording: Recording) -> bool:
@@ -172,27 +131,3 @@ def _time_of(recording: Recording) -> np.ndarray | None:
         if part is not None:
             return part.time
     return None
-
-
-def _siblings(path: Path, suffixes: Iterable[str]) -> list[Path]:
-    wanted = {s.lower() for s in suffixes}
-    try:
-        entries = sorted(path.resolve().parent.iterdir())
-    except OSError:
-        return []
-    return [
-        p for p in entries if p.suffix.lower() in wanted and p.name != path.name and p.is_file()
-    ]
-
-
-def _words(stem: str) -> set[str]:
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", stem)
-    for word in sorted(_FORCE_WORDS | _KIND_WORDS, key=len, reverse=True):
-        if len(word) > 2:
-            split = re.sub(rf"(?i)(?<![a-z]){word}(?![a-z])", f"_{word}_", split)
-    return {w.lower() for w in re.split(r"[^A-Za-z0-9]+", split) if w}
-
-
-def _numbered(words: set[str]) -> set[str]:
-    """Return the words that identify a trial or a person."""
-    return {w for w in words if any(c.isdigit() for c in w)}

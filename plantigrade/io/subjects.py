@@ -6,7 +6,7 @@ holds within a session; another placement of markers differs by some millimetres
 more.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 
@@ -22,6 +22,10 @@ MAX_DIFFERENCE = 0.02
 """Maximum median relative difference of such distances within one session. Trials of a session
 differ by 0.002 to 0.006, from a standing trial by up to 0.015; other people by 0.04 and more."""
 
+MAX_COMPARED = 20
+"""Most groups of one name that a recording is compared with, the latest by file name: trials of a
+session follow one another, and a folder of any size takes time linear in its files."""
+
 
 def subjects(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
     """Return the recordings of each subject, as indices; a doubtful recording stays alone.
@@ -29,26 +33,24 @@ def subjects(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
     The groups do not depend on the order of the recordings; each is sorted by file.
     """
     order = sorted(range(len(recordings)), key=lambda i: str(recordings[i].source))
-    groups: list[list[int]] = []
+    named: dict[Hashable, list[list[int]]] = {}
     for i in order:
-        for group in groups:
-            if one_subject(recordings[group[0]], recordings[i]):
+        groups = named.setdefault(_name(recordings[i]) or i, [])
+        for group in groups[-MAX_COMPARED:]:
+            one = recordings[group[0]]
+            if same_size(one, recordings[i]) and difference(one, recordings[i]) < MAX_DIFFERENCE:
                 group.append(i)
                 break
         else:
             groups.append([i])
-    return [tuple(group) for group in groups]
+    return [tuple(group) for groups in named.values() for group in groups]
 
 
-def one_subject(a: Recording, b: Recording) -> bool:
-    """Return whether two marker recordings have the same subject by name and distances."""
-    if a.source.resolve().parent != b.source.resolve().parent:
-        return False
-    if a.subject.name or b.subject.name:
-        named = a.subject.name == b.subject.name
-    else:
-        named = before_number(a.source.stem) == before_number(b.source.stem) != ""
-    return named and same_size(a, b) and difference(a, b) < MAX_DIFFERENCE
+def _name(recording: Recording) -> tuple[str, ...] | None:
+    """Return folder and subject of a recording, None where it names no subject."""
+    folder, name = str(recording.source.resolve().parent), recording.subject.name
+    before = before_number(recording.source.stem)
+    return (folder, name) if name else (folder, "before number", before) if before else None
 
 
 def same_size(a: Recording, b: Recording) -> bool:

@@ -96,6 +96,7 @@ def test_unknown_option_is_bad_input(name, capsys):
     ("words", "sentence"),
     [
         (["dmeo"], "did you mean demo?"),
+        (["retarget", "dance.bvh"], "`plantigrade fit` puts the motion of any skeleton"),
         (["xyzzy"], "there are demo, fit"),
         (["--json", "demo"], "after the command"),
     ],
