@@ -106,22 +106,19 @@ def gait_curves(
         return (side_of(name) or middle) in sides
 
     def known_rows(rows: np.ndarray) -> np.ndarray:
-        return (
-            rows if keep_incomplete or not len(rows) else rows[np.isfinite(rows).mean(axis=1) > 0.5]
-        )
+        if keep_incomplete or not len(rows):
+            return rows
+        return rows[np.isfinite(rows).mean(axis=1) > 0.5]
 
     def over(values: np.ndarray, name: str) -> np.ndarray:
         mine = [c for c in cycles if c.side == (side_of(name) or middle)]
         return known_rows(normalise_cycles(motion.time, values, mine))
 
     table = coordinates_of(record)
-    angles = {
-        n: over(np.rad2deg(table.values[:, i]), n)
-        for i, n in enumerate(table.names)
-        if n not in PELVIS and included(n)
-    }
-    for name, rows in pelvis_cycles(record, [c for c in cycles if c.side == middle]).items():
-        angles[name] = known_rows(rows)
+    hinges = [n for n in table.names if n not in PELVIS and included(n)]
+    angles = {n: over(np.rad2deg(table[n]), n) for n in hinges}
+    pelvis = pelvis_cycles(record, [c for c in cycles if c.side == middle])
+    angles |= {name: known_rows(rows) for name, rows in pelvis.items()}
     shown = marker_angles(record) if cycles else None
     if shown is not None:
         angles |= {n: over(np.rad2deg(shown[n]), n) for n in shown.names if included(n)}
@@ -137,15 +134,13 @@ def gait_curves(
             moments[name] = over(moment, name)
             powers[name] = over(moment * motion.velocity(name), name)
     if record.contact_force is not None:
-        for foot in sides:
-            if not any(site.side == foot for site in record.sites):
-                continue
+        for foot in (s for s in sides if any(site.side == s for site in record.sites)):
             known_here = known(record, foot, estimated=estimated)
             known_here[swing[foot]] = 1.0
             share = record.foot(foot).force * known_here[:, None] / record.weight
-            for axis, label in enumerate(AXES):
-                name = f"{label}_{foot}"
-                forces[name] = over(share[:, axis], name)
+            forces |= {
+                f"{a}_{foot}": over(x, f"_{foot}") for a, x in zip(AXES, share.T, strict=True)
+            }
     return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
 
 

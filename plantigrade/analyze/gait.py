@@ -14,14 +14,16 @@ References:
     [Whittle2007]_.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.motion.cycles import cut_cycles
+from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import derivative, fill_gaps
 from plantigrade.motion.ground_velocity import ground_velocity
@@ -30,6 +32,10 @@ from plantigrade.motion.swings import MAX_FLIGHT
 
 MAX_STANCE = 3.0
 """Maximum contact time of a gait [s]; a longer contact is standing."""
+MAX_STEP_TIME = 1.5
+"""Maximum time between heel strikes of one step [s]; a longer pause is standing."""
+MIN_STRIDE = 0.05
+"""Minimum stride length that defines a line of walking [m]."""
 
 _UNITS = {
     "cadence": "steps_min",
@@ -142,11 +148,28 @@ def gait_measures(
     events = sorted(events, key=lambda event: event.time)
     ground = ground_velocity(time, heel, toe)
     belt = float(np.linalg.norm(ground.mean(axis=0))) if len(time) else 0.0
-    floor = _over_ground(time, heel, ground)
-    cycles = cut_cycles(events)
-    strikes = [e for e in events if e.kind == "heel_strike"]
+    floor, running = _over_ground(time, heel, ground), is_running(events)
+    return GaitMeasures(
+        **_strides(time, floor, cut_cycles(events), running),
+        **_contacts(events, running),
+        **_steps(time, floor, [e for e in events if e.kind == "heel_strike"]),
+        treadmill=belt > 0,
+        belt_speed=belt,
+        running=running,
+    )
 
-    lengths, times, stance, swing = ({s: [] for s in SIDES} for _ in range(4))
+
+def _empty() -> dict[str, list[float]]:
+    return {side: [] for side in SIDES}
+
+
+def _by_side(table: dict[str, list[float]]) -> dict[str, Statistic]:
+    return {side: Statistic.of(table[side]) for side in SIDES}
+
+
+def _strides(time, floor, cycles: Iterable[Cycle], running: bool) -> dict[str, Any]:
+    """Return the measures of whole cycles."""
+    lengths, times, stance, swing = (_empty() for _ in range(4))
     speeds, double = [], []
     for cycle in cycles:
         k = SIDES.index(cycle.side)
@@ -163,36 +186,50 @@ def gait_measures(
             if first is not None and second is not None and first < second < cycle.stop:
                 both = max(cycle.toe_off - second, 0.0) + max(first - cycle.start, 0.0)
                 double.append(100.0 * both / cycle.duration)
+    return {
+        "speed": Statistic.of(speeds),
+        "cadence": Statistic.of(120.0 / t for s in SIDES for t in times[s]),
+        "stride_length": _by_side(lengths),
+        "stride_time": _by_side(times),
+        "stance": _by_side(stance),
+        "swing": _by_side(swing),
+        "double_support": Statistic.of(() if running else double),
+    }
 
-    running = is_running(events)
-    contacts, flights = {s: [] for s in SIDES}, {s: [] for s in SIDES}
+
+def _contacts(events: Sequence[GaitEvent], running: bool) -> dict[str, Any]:
+    """Return contact times, and flight times of running."""
+    contacts, flights = _empty(), _empty()
+    strikes, offs = (
+        {side: [e.time for e in events if (e.side, e.kind) == (side, kind)] for side in SIDES}
+        for kind in ("heel_strike", "toe_off")
+    )
     for own, other in (SIDES, SIDES[::-1]):
-        offs = [e.time for e in events if (e.side, e.kind) == (own, "toe_off")]
-        for start in (e.time for e in strikes if e.side == own):
-            contacts[own] += [off - start for off in offs if 0 < off - start < MAX_STANCE][:1]
-        for off in offs if running else ():
-            flights[own] += [
-                e.time - off for e in strikes if e.side == other and 0 < e.time - off < MAX_FLIGHT
-            ][:1]
+        for start in strikes[own]:
+            contacts[own] += [t - start for t in offs[own] if 0 < t - start < MAX_STANCE][:1]
+        for off in offs[own] if running else ():
+            flights[own] += [t - off for t in strikes[other] if 0 < t - off < MAX_FLIGHT][:1]
+    return {"contact_time": _by_side(contacts), "flight_time": _by_side(flights)}
 
-    step_times = {s: [] for s in SIDES}
+
+def _steps(time, floor, strikes: Sequence[GaitEvent]) -> dict[str, Any]:
+    """Return length, width and time of steps between heel strikes."""
+    step_times, step_lengths, widths = _empty(), _empty(), []
     measured: dict[int, list[float]] = {}  # step length by index of the strike that ends it
-    widths = []
-    for before, now in zip(strikes[:-1], strikes[1:], strict=True):
-        if before.side == now.side or now.time - before.time > 1.5:
-            continue
-        step_times[now.side].append(now.time - before.time)
+    for before, now in pairwise(strikes):
+        if before.side != now.side and now.time - before.time <= MAX_STEP_TIME:
+            step_times[now.side].append(now.time - before.time)
     # A step lies between two strikes of the other foot, which define the line of walking.
     triples = zip(strikes[:-2], strikes[1:-1], strikes[2:], strict=True)
     for i, (first, now, last) in enumerate(triples):
-        if not first.side == last.side != now.side or last.time - first.time > 3.0:
+        if not first.side == last.side != now.side or last.time - first.time > 2 * MAX_STEP_TIME:
             continue
         k, other = SIDES.index(now.side), SIDES.index(first.side)
         start, end = _at(time, floor, first.time, other), _at(time, floor, last.time, other)
         landing = _at(time, floor, now.time, k)
         line = end - start
         norm = np.linalg.norm(line)
-        if not norm > 0.05:
+        if not norm > MIN_STRIDE:
             continue
         line = line / norm
         across = landing - start
@@ -200,27 +237,13 @@ def gait_measures(
         measured.setdefault(i + 2, []).append(float((end - landing) @ line))
         widths.append(float(abs(line[0] * across[1] - line[1] * across[0])))
     # A step within the walk is measured along the strides of both feet; its length is the mean.
-    step_lengths = {s: [] for s in SIDES}
     for i, values in measured.items():
         step_lengths[strikes[i].side].append(float(np.mean(values)))
-    by_side = lambda table: {s: Statistic.of(table[s]) for s in SIDES}  # noqa: E731
-    return GaitMeasures(
-        speed=Statistic.of(speeds),
-        cadence=Statistic.of(120.0 / t for s in SIDES for t in times[s]),
-        stride_length=by_side(lengths),
-        stride_time=by_side(times),
-        step_length=by_side(step_lengths),
-        step_time=by_side(step_times),
-        step_width=Statistic.of(widths),
-        stance=by_side(stance),
-        swing=by_side(swing),
-        double_support=Statistic.of(() if running else double),
-        treadmill=belt > 0,
-        belt_speed=belt,
-        running=running,
-        contact_time=by_side(contacts),
-        flight_time=by_side(flights),
-    )
+    return {
+        "step_time": _by_side(step_times),
+        "step_length": _by_side(step_lengths),
+        "step_width": Statistic.of(widths),
+    }
 
 
 def _over_ground(time, heel, ground):

@@ -22,6 +22,7 @@ from plantigrade.kinematics.sole_paths import SitePoints, SolePaths
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
+from plantigrade.motion import Motion
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
 from plantigrade.motion.resample import interpolate
 from plantigrade.ordered_tasks.phases import Phase
@@ -152,15 +153,7 @@ def compare(record: Record) -> Comparison:
     Raises:
         ReproduceError: If there is no reference, fewer than two ticks, or a tick is not finite.
     """
-    motion, recorded = record.motion, record.references.get("recorded")
-    if recorded is None:
-        raise ReproduceError("this record has no recorded motion as reference")
-    if len(motion.time) < 2 or not np.isfinite(motion.qpos).all():
-        raise ReproduceError(
-            f"the reproduced motion has {len(motion.time)} ticks, "
-            f"{np.count_nonzero(~np.isfinite(motion.qpos).all(axis=1))} of them not finite; "
-            "a comparison needs at least two finite ones"
-        )
+    motion, recorded = record.motion, _recorded(record)
     human, phases = record.human, phases_of(record)
     names, ours = angles_deg(human, motion.qpos)
     _, theirs = angles_deg(human, recorded.qpos)
@@ -170,53 +163,63 @@ def compare(record: Record) -> Comparison:
         c for c in cut_cycles(motion.events) if c.start > first - step and c.stop < last + step
     )
     spans = {side: _spans(cycles, side, first, last) for side in SIDES}
-    simulated, reference, rom, difference, r = {}, {}, {}, {}, {}
-    for i, name in enumerate(names):
-        mine = spans[side_of(name) or "r"]
-        a, b = _cut(motion.time, ours[:, i], mine), _cut(recorded.time, theirs[:, i], mine)
-        rom[name] = (float(np.ptp(a, axis=1).mean()), float(np.ptp(b, axis=1).mean()))
-        agreement = compare_curves(a, b)
-        difference[name], r[name] = agreement.rmse, agreement.correlation
-        keep = len(a) if cycles else 0
-        simulated[name], reference[name] = a[:keep], b[:keep]
+    simulated, reference = (
+        {
+            name: _cut(m.time, values[:, i], spans[side_of(name) or "r"])
+            for i, name in enumerate(names)
+        }
+        for m, values in ((motion, ours), (recorded, theirs))
+    )
+    agreement = {name: compare_curves(simulated[name], reference[name]) for name in names}
     com, soles = _com_and_soles(human, motion.qpos)
     com_recorded, soles_recorded = _com_and_soles(human, recorded.qpos)
-    path = Trajectory(recorded.time, com_recorded)
-    desired = np.array([path(float(time))[0] for time in motion.time])
     knees = {side: names.index(f"knee_angle_{side}") for side in SIDES}
 
     def swings(side, mine, their, what, margin=0.0):
         pairs = ((motion.time, mine), (recorded.time, their))
-        first, second = (over_swings(phases, side, t, x, what, margin) for t, x in pairs)
-        return first, second
+        ours, theirs = (over_swings(phases, side, t, x, what, margin) for t, x in pairs)
+        return ours, theirs
 
-    pairs = ((motion.time, soles), (recorded.time, soles_recorded))
-    flat = {}
-    for side in SIDES:
+    def flat(side):
         struck = [e.time for e in motion.events if e.kind == "heel_strike" and e.side == side]
         struck = [t for t in struck if first - step < t < last - MID_STANCE[1]]
-        both = [foot_flat_time(time, _forefoot(paths, side), struck) for time, paths in pairs]
-        flat[side] = both[0], both[1]
+        pairs = ((motion.time, soles), (recorded.time, soles_recorded))
+        ours, theirs = (foot_flat_time(time, _forefoot(x, side), struck) for time, x in pairs)
+        return ours, theirs
 
     return Comparison(
         percent=PERCENT,
-        curves_simulated=simulated,
-        curves_reference=reference,
-        rom=rom,
-        rmse=difference,
-        correlation=r,
+        curves_simulated={n: a if cycles else a[:0] for n, a in simulated.items()},
+        curves_reference={n: a if cycles else a[:0] for n, a in reference.items()},
+        rom={n: (_range(simulated[n]), _range(reference[n])) for n in names},
+        rmse={n: found.rmse for n, found in agreement.items()},
+        correlation={n: found.correlation for n, found in agreement.items()},
         cycles=cycles,
-        com_error=np.linalg.norm(com - desired, axis=1),
+        com_error=_path_error(motion.time, com, Trajectory(recorded.time, com_recorded)),
         **_contacts(record, soles),
         clearance={
             s: swings(s, _forefoot(soles, s), _forefoot(soles_recorded, s), np.min, 1 / 3)
             for s in SIDES
         },
         swing_knee={s: swings(s, ours[:, i], theirs[:, i], np.max) for s, i in knees.items()},
-        foot_flat=flat,
+        foot_flat={side: flat(side) for side in SIDES},
         soles=_lowest(soles),
         soles_reference=interpolate(motion.time, recorded.time, _lowest(soles_recorded)),
     )
+
+
+def _recorded(record: Record) -> Motion:
+    """Return the recorded motion of a reproduced gait; raise if the two cannot be compared."""
+    motion, recorded = record.motion, record.references.get("recorded")
+    if recorded is None:
+        raise ReproduceError("this record has no recorded motion as reference")
+    if len(motion.time) < 2 or not np.isfinite(motion.qpos).all():
+        raise ReproduceError(
+            f"the reproduced motion has {len(motion.time)} ticks, "
+            f"{np.count_nonzero(~np.isfinite(motion.qpos).all(axis=1))} of them not finite; "
+            "a comparison needs at least two finite ones"
+        )
+    return recorded
 
 
 def phases_of(record: Record) -> tuple[Phase, ...]:
@@ -245,6 +248,19 @@ def _spans(cycles, side: str, first: float, last: float) -> list[tuple[float, fl
 def _cut(time, values, spans) -> np.ndarray:
     """Return a curve over each span, resampled to percent (n_spans, n_percent)."""
     return np.array([normalise(time, values, start, stop) for start, stop in spans])
+
+
+def _range(rows: Float[Array, "n n_percent"]) -> float:
+    """Return the range of a curve, mean over its cycles."""
+    return float(np.ptp(rows, axis=1).mean())
+
+
+def _path_error(
+    time: Float[Array, " n"], com: Float[Array, "n 3"], path: Trajectory
+) -> Float[Array, " n"]:
+    """Return the distance of the centre of mass from its path [m]."""
+    desired = np.array([path(float(t))[0] for t in time])
+    return np.linalg.norm(com - desired, axis=1)
 
 
 def _com_and_soles(human: Human, qpos: Float[Array, "n nq"]) -> tuple[Array, SolePaths]:

@@ -1,11 +1,13 @@
 """Kinematics and dynamics of all frames of a Record, computed by MuJoCo in one pass."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.errors import ParameterError
@@ -14,6 +16,8 @@ from plantigrade.record.moving_ground import GroundPath
 
 STANCE_SHARE = 1e-3
 """Share of body weight above which a site is in stance, if there is no plan."""
+KEPT = ("com", "momentum", "energy", "power", "position", "rotation")
+"""Quantities of every frame that a sweep keeps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,83 +67,27 @@ def sweep(record: Record) -> Sweep:
     """
     qacc = _accelerations(record)
     motion, human, ground = record.motion, record.human, record.ground
-    model = without_constraints(human)
-    model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
-    data = mujoco.MjData(model)
-    n, k, nb, nv = motion.n_frames, len(record.sites), model.nbody, model.nv
+    n, k = motion.n_frames, len(record.sites)
     force, torque, point = (
         np.nan_to_num(getattr(record, name))
         if getattr(record, name) is not None
         else np.zeros((n, k, 3))
         for name in ("contact_force", "contact_torque", "contact_point")
     )
-    site_bodies = np.array([human.body(site.body) for site in record.sites], int)
-    measured = np.array([site.measured for site in record.sites], bool)
-    local = np.array([site.position for site in record.sites]).reshape(k, 3)
-    level = {seat.site: seat.position[2] for seat in ground.seats}
-    seated = [i for i, site in enumerate(record.sites) if site.name in level]
-    upward = np.tile(ground.normal, (k, 1))
-    upward[seated] = [0.0, 0.0, 1.0]
-    radius = np.array([site.radius for site in record.sites])[:, None]
-    down = radius * upward
-    ground_path = GroundPath.of(record)
-
-    required, contact_part = np.empty((n, nv)), np.zeros((n, nv))
-    position, rotation = np.empty((n, nb, 3)), np.empty((n, nb, 3, 3))
-    twist, com = np.empty((n, nb, 6)), np.empty((n, 3))
-    momentum, energy, power = np.empty((n, 6)), np.empty(n), np.empty(n)
-    loaded = np.any(force != 0.0, axis=2) | np.any(torque != 0.0, axis=2)
-    for f in range(n):
-        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], qacc[f]
-        mujoco.mj_inverse(model, data)
-        mujoco.mj_subtreeVel(model, data)
-        mujoco.mj_energyPos(model, data)
-        mujoco.mj_energyVel(model, data)
-        required[f], energy[f] = data.qfrc_inverse, data.energy.sum()
-        power[f] = (data.qfrc_inverse + data.qfrc_passive) @ data.qvel
-        position[f], rotation[f] = data.xpos, data.xmat.reshape(nb, 3, 3)
-        twist[f], com[f] = data.cvel, data.subtree_com[1]
-        momentum[f, :3] = model.body_subtreemass[1] * data.subtree_linvel[1]
-        momentum[f, 3:] = data.subtree_angmom[1]
-        if k:
-            placed = position[f, site_bodies] + np.einsum(
-                "kij,kj->ki", rotation[f, site_bodies], local
-            )
-            if ground.uneven:  # the ground pushes at the lowest point
-                down = radius * ground.normal_at(placed)
-                down[seated] = radius[seated] * [0.0, 0.0, 1.0]
-            elif ground_path is not None:
-                down = radius * (ground_path.rotation[f] @ ground.normal)
-            point[f, ~measured] = (placed - down)[~measured]
-        for i in np.flatnonzero(loaded[f]):
-            push, turn, at = force[f, i], torque[f, i], point[f, i]
-            mujoco.mj_applyFT(model, data, push, turn, at, int(site_bodies[i]), contact_part[f])
-
-    own = twist[:, site_bodies]  # angular, then linear at the centre of mass of the body
-    height = ground.under(point)
-    height[:, seated] = [level[record.sites[i].name] for i in seated]
-    normal = ground.normal_at(point)
-    normal[:, seated] = [0.0, 0.0, 1.0]
-    gap = np.einsum("nki,ki->nk", point, upward) - height
+    model = without_constraints(human)
+    sites, ground_path = _Sites.of(record), GroundPath.of(record)
+    frames = _inverse_dynamics(record, model, sites, ground_path, (force, torque, point))
+    tau, com = frames.required - frames.contact_part, frames.com
+    gap, normal = sites.support(ground, point)
+    own = frames.twist[:, sites.body]  # angular, then linear at the centre of mass of the body
     velocity = own[..., 3:] + cross(own[..., :3], point - com[:, None])
     if ground_path is not None:  # moving ground is level at rest and has no seat
         here = ground_path.inward(point)
         gap = here @ ground.normal - ground.under(here)
         velocity -= ground_path.velocity_at(point)
         normal = np.broadcast_to((ground_path.rotation @ ground.normal)[:, None], normal.shape)
-    tau = required - contact_part
     root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
-    spheres = contact_sites(human)
-    size = np.array([s.radius for s in spheres]).reshape(-1, 1)
-    under = [human.body(s.body) for s in spheres]
-    inside = np.array([s.position for s in spheres]).reshape(-1, 3)
-    centre = position[:, under] + np.einsum("nsij,sj->nsi", rotation[:, under], inside)
-    if ground_path is None:
-        lowest = beneath = centre - size * ground.normal_at(centre)
-    else:
-        lowest = centre - size * (ground_path.rotation @ ground.normal)[:, None]
-        beneath = ground_path.inward(lowest)
     known = np.full(n, record.contact_force is not None)
     if record.contact_known is not None:
         known &= record.contact_known.all(axis=1)
@@ -151,28 +99,147 @@ def sweep(record: Record) -> Sweep:
         qacc=qacc,
         force=force,
         torque=torque,
-        standing=standing & ~measured,
+        standing=standing & ~sites.measured,
         known=known,
-        spread=~measured,
-        root=np.hstack(root_wrench_at(required[:, :6], motion.qpos, com)),
+        spread=~sites.measured,
+        root=np.hstack(root_wrench_at(frames.required[:, :6], motion.qpos, com)),
         tau=tau,
         root_force=root_force,
         root_moment=root_moment,
-        com=com,
         point=point,
         gap=gap,
         velocity=velocity,
         normal=normal,
-        momentum=momentum,
-        energy=energy,
-        power=power,
-        position=position,
-        rotation=rotation,
-        spheres=lowest,
-        clearance=beneath @ ground.normal - ground.under(beneath),
-        sphere_names=tuple(s.name for s in spheres),
-        sphere_sides=tuple(s.side for s in spheres),
+        **{name: getattr(frames, name) for name in KEPT},
+        **_spheres(record, frames, ground_path),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Sites:
+    """The contact sites of a record; those of seats have their height and a vertical normal."""
+
+    body: Int[Array, " k"]
+    measured: Bool[Array, " k"]
+    position: Float[Array, "k 3"]
+    radius: Float[Array, "k 1"]
+    upward: Float[Array, "k 3"]
+    seated: list[int]
+    level: list[float]  #: Height of each seat [m]
+
+    @classmethod
+    def of(cls, record: Record) -> "_Sites":
+        sites, k = record.sites, len(record.sites)
+        level = {seat.site: seat.position[2] for seat in record.ground.seats}
+        seated = [i for i, site in enumerate(sites) if site.name in level]
+        upward = np.tile(record.ground.normal, (k, 1))
+        upward[seated] = [0.0, 0.0, 1.0]
+        return cls(
+            body=np.array([record.human.body(site.body) for site in sites], int),
+            measured=np.array([site.measured for site in sites], bool),
+            position=np.array([site.position for site in sites]).reshape(k, 3),
+            radius=np.array([site.radius for site in sites])[:, None],
+            upward=upward,
+            seated=seated,
+            level=[level[sites[i].name] for i in seated],
+        )
+
+    def downward(
+        self, ground: Ground, centre: Float[Array, "k 3"], turned: Float[Array, "3 3"] | None
+    ) -> Float[Array, "k 3"]:
+        """Return vectors from the centres of sites to their lowest points [m]."""
+        if ground.uneven:  # the ground pushes at the lowest point
+            down = self.radius * ground.normal_at(centre)
+            down[self.seated] = self.radius[self.seated] * [0.0, 0.0, 1.0]
+            return down
+        return self.radius * (self.upward if turned is None else turned @ ground.normal)
+
+    def support(
+        self, ground: Ground, point: Float[Array, "n k 3"]
+    ) -> tuple[Float[Array, "n k"], Float[Array, "n k 3"]]:
+        """Return the height of points above their support at rest [m], and its normal."""
+        height, normal = ground.under(point), ground.normal_at(point)
+        height[:, self.seated], normal[:, self.seated] = self.level, [0.0, 0.0, 1.0]
+        return np.einsum("nki,ki->nk", point, self.upward) - height, normal
+
+
+@dataclass(frozen=True, eq=False)
+class _Frames:
+    """Quantities that MuJoCo computes in every frame; see :class:`Sweep`."""
+
+    required: Float[Array, "n nv"]
+    contact_part: Float[Array, "n nv"]
+    position: Float[Array, "n n_bodies 3"]
+    rotation: Float[Array, "n n_bodies 3 3"]
+    twist: Float[Array, "n n_bodies 6"]
+    com: Float[Array, "n 3"]
+    momentum: Float[Array, "n 6"]
+    energy: Float[Array, " n"]
+    power: Float[Array, " n"]
+
+
+def _inverse_dynamics(
+    record: Record,
+    model: mujoco.MjModel,
+    sites: _Sites,
+    ground_path: GroundPath | None,
+    contact: tuple[Float[Array, "n k 3"], ...],
+) -> _Frames:
+    """Return inverse dynamics, and the part of contacts: force, free moment, point.
+
+    Points of sites whose force is not measured are set to their lowest points.
+    """
+    model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
+    data, motion, (force, torque, point) = mujoco.MjData(model), record.motion, contact
+    assert motion.qacc is not None
+    n, nb, nv = motion.n_frames, model.nbody, model.nv
+    required, contact_part = np.empty((n, nv)), np.zeros((n, nv))
+    position, rotation, twist = np.empty((n, nb, 3)), np.empty((n, nb, 3, 3)), np.empty((n, nb, 6))
+    com, momentum, energy, power = np.empty((n, 3)), np.empty((n, 6)), np.empty(n), np.empty(n)
+    loaded = np.any(force != 0.0, axis=2) | np.any(torque != 0.0, axis=2)
+    for f in range(n):
+        data.qpos[:], data.qvel[:], data.qacc[:] = motion.qpos[f], motion.qvel[f], motion.qacc[f]
+        mujoco.mj_inverse(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        required[f], energy[f] = data.qfrc_inverse, data.energy.sum()
+        power[f] = (data.qfrc_inverse + data.qfrc_passive) @ data.qvel
+        position[f], rotation[f] = data.xpos, data.xmat.reshape(nb, 3, 3)
+        twist[f], com[f] = data.cvel, data.subtree_com[1]
+        momentum[f, :3] = model.body_subtreemass[1] * data.subtree_linvel[1]
+        momentum[f, 3:] = data.subtree_angmom[1]
+        if len(sites.body):
+            turned = np.einsum("kij,kj->ki", rotation[f, sites.body], sites.position)
+            centre = position[f, sites.body] + turned
+            tilt = None if ground_path is None else ground_path.rotation[f]
+            lowest = centre - sites.downward(record.ground, centre, tilt)
+            point[f, ~sites.measured] = lowest[~sites.measured]
+        for i in np.flatnonzero(loaded[f]):
+            push, turn, at = force[f, i], torque[f, i], point[f, i]
+            mujoco.mj_applyFT(model, data, push, turn, at, int(sites.body[i]), contact_part[f])
+    return _Frames(required, contact_part, position, rotation, twist, com, momentum, energy, power)
+
+
+def _spheres(record: Record, frames: _Frames, ground_path: GroundPath | None) -> dict[str, Any]:
+    """Return lowest points of the contact spheres, their clearance, names and sides."""
+    ground, spheres = record.ground, contact_sites(record.human)
+    size = np.array([s.radius for s in spheres]).reshape(-1, 1)
+    body = [record.human.body(s.body) for s in spheres]
+    inside = np.array([s.position for s in spheres]).reshape(-1, 3)
+    turned = np.einsum("nsij,sj->nsi", frames.rotation[:, body], inside)
+    centre = frames.position[:, body] + turned
+    if ground_path is None:
+        lowest = beneath = centre - size * ground.normal_at(centre)
+    else:
+        lowest = centre - size * (ground_path.rotation @ ground.normal)[:, None]
+        beneath = ground_path.inward(lowest)
+    return {
+        "spheres": lowest,
+        "clearance": beneath @ ground.normal - ground.under(beneath),
+        "sphere_names": tuple(s.name for s in spheres),
+        "sphere_sides": tuple(s.side for s in spheres),
+    }
 
 
 def _accelerations(record: Record) -> Float[Array, "n nv"]:

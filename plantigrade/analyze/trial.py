@@ -4,13 +4,14 @@ The steps are filtering and differentiation, detection of gait events, assignmen
 estimation of unmeasured forces, joint moments, gait cycles, and gait measures.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
-from plantigrade.analyze.body_mass import MeasuredMass, weigh_gait, weigh_standing
+from plantigrade.analyze.body_mass import MeasuredMass
 from plantigrade.analyze.estimated_forces import (
     estimate,
     estimate_figures,
@@ -20,18 +21,25 @@ from plantigrade.analyze.estimated_forces import (
 )
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
+from plantigrade.analyze.plate_forces import (
+    PlateResults,
+    add_mass_note,
+    evaluate_plates,
+    off_plate_notes,
+    on_feet,
+    required_lift,
+)
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Seat
 from plantigrade.contact.site import ContactSite
-from plantigrade.dynamics.centroid import Centroid, centroid
+from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.inverse import Moments, com_metrics, inverse_dynamics, residual_metrics
 from plantigrade.dynamics.loading import leaves_the_ground
-from plantigrade.dynamics.plate_clock import MIN_CORRECTION, clock_note, clock_offset, on_one_clock
-from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
+from plantigrade.dynamics.plates import FootForces, sole_points
 from plantigrade.dynamics.segment_loads import segment_forces
 from plantigrade.kinematics.fitted_soles import height_figures
 from plantigrade.kinematics.result import Fit
@@ -39,13 +47,10 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.models import Human
-from plantigrade.models.usual_mass import usual_mass
-from plantigrade.motion import ForcePlate, Markers, Motion
+from plantigrade.motion import GaitEvent, Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
-from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
-from plantigrade.motion.plate_events import plate_events
 from plantigrade.notes import Info
 from plantigrade.record import Record
 
@@ -53,9 +58,6 @@ CUTOFF = 6.0
 """Low-pass of motion and forces alike [Hz], usual for walking [Winter2009]_."""
 RUNNING_CUTOFF = 15.0
 """Low-pass of motion and forces in running [Hz] [Hamner2013]_ and in jumps [Kristianslund2012]_."""
-
-MAX_MASS_DIFFERENCE = 0.1
-"""Maximum relative difference between given and measured body mass without a warning."""
 
 
 @dataclass(frozen=True)
@@ -186,65 +188,33 @@ def analyse(
     feet = foot_path(human, fit.qpos)  # unfiltered, because the filter smooths contacts
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
-    flies = "runs" if is_running(events) else ""
-    if not events and leaves_the_ground(fit.time, sole_paths(human, fit.qpos, fit.ground)):
-        flies = "jumps"
     if cutoff == "usual":
-        cutoff = RUNNING_CUTOFF if flies else CUTOFF
-        if flies:
-            notes.append(
-                Info(
-                    f"the person {flies}: motion and forces are low-pass filtered at "
-                    f"{RUNNING_CUTOFF:g} Hz, not at the {CUTOFF:g} Hz used for walking "
-                    "(set it with --cutoff)."
-                )
-            )
+        cutoff = _usual_cutoff(fit, events, notes)
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
     kinematics = (human, smooth.qpos, smooth.qvel, smooth.qacc)
-    body = centroid(*kinematics) if plates else None
-    forces, from_plates, offset = None, 0, None
-    if body is not None:
-        soles, lift = sole_points(human, smooth.qpos), _lift(human, body)
-        known = human.mass if given else None
-        forces, plates, offset = _on_feet(plates, fit.time, soles, body, cutoff, known, lift)
-        if offset is not None and plates is not fit.recording.plates:
-            notes.append(clock_note(offset))
-        notes += forces.warnings
-        seen = plate_events(plates, fit.time, feet.heel, feet.toe, spoiled=forces.spoiled(fit.time))
-        shift = clock_shift(events, seen)
-        if shift is not None:
-            notes.append(
-                f"the force plates seem to be {abs(1e3 * shift):.0f} ms "
-                f"{'late' if shift > 0 else 'early'} relative to the motion: loading of the feet "
-                "does not match their landing and lift-off; joint moments are doubtful."
-            )
-        else:
-            clean = as_measured(plates)
-            seen = plate_events(clean, fit.time, feet.heel, feet.toe, forces.spoiled(fit.time))
-            events, from_plates = with_measured(events, seen)
-    cycles = cut_cycles(events)
-    weighed = None
-    if forces is not None and body is not None:
-        weighed = weigh_gait(fit.time, forces, events, cycles, lift) or weigh_standing(
-            fit.time,
+    found = PlateResults(events)
+    if plates:
+        found = evaluate_plates(
             plates,
-            over_plates(plates, soles) | forces.valid,
-            body.com_vel,
-            lift,
-            _pelvis_height(human, smooth.qpos, soles),
+            fit.time,
+            kinematics,
+            feet,
+            events,
+            cutoff=cutoff,
+            mass=human.mass if given else None,
+            notes=notes,
         )
-        _add_mass_note(human, weighed, given, True, age, notes)
-        if weighed is not None and not given:
-            human = human.with_mass(weighed.mass)
-    elif not given:
-        _add_mass_note(human, None, False, False, age, notes)
+    forces, events, weighed = found.forces, found.events, found.weighed
+    add_mass_note(human, weighed, given, forces is not None, age, notes)
+    if weighed is not None and not given:
+        human = human.with_mass(weighed.mass)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
     ground, moments, estimate_notes = estimate(human, motion, forces, heights, fit.ground)
-    notes += _off_plate_notes(forces, ground is not None)
+    notes += off_plate_notes(forces, ground is not None)
     notes += estimate_notes
     if ground is None and forces is not None:
         moments = inverse_dynamics(human, *kinematics[1:], forces)
@@ -252,7 +222,7 @@ def analyse(
         fit=replace(fit, human=human),
         motion=motion,
         feet=feet,
-        cycles=cycles,
+        cycles=cut_cycles(events),
         measures=measures,
         forces=forces,
         moments=moments,
@@ -260,11 +230,28 @@ def analyse(
         notes=tuple(notes),
         cutoff=cutoff,
         weighed=weighed,
-        events_from_plates=from_plates,
-        plate_clock_offset=offset,
+        events_from_plates=found.n_events,
+        plate_clock_offset=found.clock_offset,
         ground=ground,
         withheld=_withheld(fit, motion, human, cutoff, given) if without_plates else None,
     )
+
+
+def _usual_cutoff(fit: Fit, events: Sequence[GaitEvent], notes: list[str]) -> float:
+    """Return the usual low-pass of a motion [Hz]; add a note if it has a flight."""
+    flight = "runs" if is_running(events) else ""
+    if not events and leaves_the_ground(fit.time, sole_paths(fit.human, fit.qpos, fit.ground)):
+        flight = "jumps"
+    if not flight:
+        return CUTOFF
+    notes.append(
+        Info(
+            f"the person {flight}: motion and forces are low-pass filtered at "
+            f"{RUNNING_CUTOFF:g} Hz, not at the {CUTOFF:g} Hz used for walking "
+            "(set it with --cutoff)."
+        )
+    )
+    return RUNNING_CUTOFF
 
 
 def _withheld(
@@ -275,92 +262,9 @@ def _withheld(
         return None
     kinematics = (human, motion.qpos, motion.qvel, motion.qacc)
     soles, body = sole_points(human, motion.qpos), centroid(*kinematics)
-    lift, mass = _lift(human, body), human.mass if given else None
-    forces, _, _ = _on_feet(fit.recording.plates, motion.time, soles, body, cutoff, mass, lift)
+    lift, mass = required_lift(human, body), human.mass if given else None
+    forces, _, _ = on_feet(fit.recording.plates, motion.time, soles, body, cutoff, mass, lift)
     return forces, inverse_dynamics(*kinematics, forces)
-
-
-def _on_feet(
-    plates: tuple[ForcePlate, ...],
-    time: Float[Array, " n_frames"],
-    soles: dict[str, np.ndarray],
-    body: Centroid,
-    cutoff: float | None,
-    mass: float | None,
-    lift: Float[Array, " n_frames"],
-) -> tuple[FootForces, tuple[ForcePlate, ...], float | None]:
-    """Return forces on the feet, synchronised plates, and their delay [s].
-
-    Plates whose delay is small or cannot be estimated are returned unchanged.
-    """
-    forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)
-    assert body.force is not None
-    offset = clock_offset(plates, time, body.force, np.asarray(forces.valid), cutoff)
-    if offset is None or abs(offset) <= MIN_CORRECTION:
-        return forces, plates, offset
-    plates = on_one_clock(plates, offset)
-    forces = assign_plates(plates, time, soles, cutoff=cutoff, lift=lift, mass=mass)
-    return forces, plates, offset
-
-
-def _lift(human: Human, body: Centroid) -> Float[Array, " n_frames"]:
-    """Return the required vertical force per body mass [m/s²]."""
-    assert body.force is not None
-    return body.force[:, 2] / human.mass
-
-
-def _add_mass_note(
-    human: Human,
-    weighed: MeasuredMass | None,
-    given: bool,
-    plates: bool,
-    age: float | None,
-    notes: list[str],
-) -> None:
-    """Add a note on the source of the body mass, or a warning if it is doubtful."""
-    if given:
-        if weighed is not None and abs(weighed.mass / human.mass - 1) > MAX_MASS_DIFFERENCE:
-            notes.append(
-                f"the body mass is given as {human.mass:.1f} kg, but the force plates measured "
-                f"{weighed.mass:.1f} kg."
-            )
-    elif weighed is not None:
-        where = "quiet standing" if weighed.method == "standing" else "gait"
-        notes.append(
-            Info(
-                f"the file gives no body mass; the force plates measured {weighed.mass:.1f} kg "
-                f"over {weighed.seconds:.1f} s of {where}."
-            )
-        )
-    else:
-        why = ", and nobody stands still or walks on the force plates alone" if plates else ""
-        _, spread = usual_mass(human.height, age)
-        notes.append(
-            f"the body mass is unknown{why}; {human.mass:.1f} ± {spread:.1f} kg (standard "
-            f"deviation) is usual at a stature of {human.height:.2f} m. Forces in newtons are as "
-            "uncertain: set it with --mass."
-        )
-
-
-def _off_plate_notes(forces: FootForces | None, estimated: bool) -> list[str]:
-    """Return notes on frames in which a foot is on no plate."""
-    notes = []
-    names = {"r": "right", "l": "left"}
-    for side, share in zip(forces.sides, forces.beside_plates, strict=True) if forces else ():
-        text = f"the {names[side]} foot stands on no force plate in {share:.0%} of the frames; its "
-        if share > 0 and estimated:
-            notes.append(Info(f"{text}force and moments there are estimated from the motion."))
-        elif share > 0:
-            notes.append(f"{text}moments are unknown there.")
-    return notes
-
-
-def _pelvis_height(human: Human, qpos: np.ndarray, soles: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the height of the pelvis above the soles, as a fraction of that in standing."""
-    neutral = human.standing()[None]
-    low = min(float(points[..., 2].min()) for points in sole_points(human, neutral).values())
-    lowest = np.min([points[..., 2].min(axis=1) for points in soles.values()], axis=0)
-    return (qpos[:, 2] - lowest) / (neutral[0, 2] - low)
 
 
 def _possible_cutoff(time, cutoff: float | None) -> float | None:

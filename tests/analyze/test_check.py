@@ -6,9 +6,9 @@ import pytest
 
 from plantigrade import Ground
 from plantigrade import check as examine
+from plantigrade.analyze import Tolerances
 from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.analyze.quantities import QUANTITIES
-from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.constants import GRAVITY as G
 from plantigrade.contact.ground import HeightField, Seat
 from plantigrade.contact.site import ContactSite

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.analyze import gait_curves
 from plantigrade.analyze.clinical import clinical_angles
-from plantigrade.analyze.curves import coordinates_of, gait_curves, known, side_of
+from plantigrade.analyze.curves import coordinates_of, known, side_of
 from plantigrade.spatial.conventions import about_vertical, turned
 from tests.analyze.plated_walk import MASS, analyse, plated_walk, without_plates
 

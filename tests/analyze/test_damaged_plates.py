@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.analyze import Trial, analyse
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import ForcePlate
 from plantigrade.motion.events import detect_gait_events

@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze import estimated_forces
+from plantigrade.analyze import Tolerances, compare_forces, estimated_forces, gait_curves
 from plantigrade.analyze.check import check
-from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.estimated_forces import estimate, residual_wrench
-from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.analyze.norms_of_runs import person_curves
-from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.contact.ground import Ground
 from plantigrade.dynamics.inverse import inverse_dynamics
 from tests.analyze.plated_walk import analyse, plated_walk, without_plates

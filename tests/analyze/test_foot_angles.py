@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from plantigrade.analyze import analyse, compare_curves
 from plantigrade.analyze.foot_angles import (
     FOREFOOT,
     HINDFOOT,
@@ -18,8 +19,6 @@ from plantigrade.analyze.foot_angles import (
     unsteadiness,
 )
 from plantigrade.analyze.foot_segments import angles_of, feet_of, foot_segment_signals
-from plantigrade.analyze.statistics import compare_curves
-from plantigrade.analyze.trial import analyse
 from plantigrade.io import read
 from plantigrade.kinematics.unmeasured_toes import unseen_toes_follow
 from plantigrade.models import Human

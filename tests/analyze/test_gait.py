@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.analyze.gait import gait_measures
+from plantigrade.analyze import gait_measures
 from plantigrade.motion import GaitEvent
 from tests.motion.walkers import walker
 

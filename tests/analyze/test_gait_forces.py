@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.gait_forces import STANCE_LOAD, compare_forces, measured_signals
+from plantigrade.analyze import compare_forces
+from plantigrade.analyze.gait_forces import STANCE_LOAD, measured_signals
 from plantigrade.constants import SIDES
 from tests.pages.walker import walk, walker
 

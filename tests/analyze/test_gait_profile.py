@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from plantigrade.analyze import norm
 from plantigrade.analyze.gait_profile import ANGLES, gait_profile
-from plantigrade.analyze.norms import ADULTS, CHILDREN, norm
+from plantigrade.analyze.norms import ADULTS, CHILDREN
 from plantigrade.errors import ParameterError
 
 PERCENT = np.linspace(0, 100, 101)

@@ -6,14 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.gait_study import (
-    FIGURES,
-    PAPER_TABLE,
-    confidence_interval,
-    paired_test,
-    study,
-)
-from plantigrade.analyze.reproduction import ROTATIONS, Comparison
+from plantigrade.analyze import Comparison, study
+from plantigrade.analyze.gait_study import FIGURES, PAPER_TABLE, confidence_interval, paired_test
+from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT, Cycle
 

@@ -3,7 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from plantigrade.analyze.norms import SPEED_CLASSES, names, norm, speed_class
+from plantigrade.analyze import norm, speed_class
+from plantigrade.analyze.norms import SPEED_CLASSES, names
 from plantigrade.errors import ParameterError
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.analyze import norm
 from plantigrade.analyze.clinical import clinical_figures, norms_for
-from plantigrade.analyze.norms import norm
 from plantigrade.analyze.norms_of_runs import norms_of, person_curves, read_norms
 from plantigrade.analyze.own_norms import as_signals, from_signals, norms_csv, read_norms_file
 from plantigrade.commands.norms import Command as Norms

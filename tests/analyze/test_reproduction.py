@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.reproduction import ROTATIONS, Comparison, angles_deg, compare, over_swings
+from plantigrade.analyze import Comparison, compare
+from plantigrade.analyze.reproduction import ROTATIONS, angles_deg, over_swings
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import ContactSite, foot_sites
 from plantigrade.errors import ReproduceError

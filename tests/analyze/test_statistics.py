@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.analyze.statistics import compare_curves
+from plantigrade.analyze import compare_curves
 from plantigrade.errors import ParameterError
 
 PHASE = np.linspace(0, 2 * np.pi, 1000, endpoint=False)

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.gait_shape import COMPARED, LEG, gait_shape, humps_of
-from plantigrade.analyze import norms
-from plantigrade.analyze.curves import GaitCurves
-from plantigrade.analyze.norms import agreement_with_norm
+from plantigrade.analyze import GaitCurves, agreement_with_norm, norms
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT, Cycle
 

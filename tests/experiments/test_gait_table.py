@@ -22,7 +22,8 @@ from experiments.gait_walks import (
     first_walks,
     reproduce_walks,
 )
-from plantigrade.analyze.gait_study import PAPER_TABLE, study
+from plantigrade.analyze import study
+from plantigrade.analyze.gait_study import PAPER_TABLE
 from plantigrade.errors import FitError, ParameterError, ReproduceError
 from plantigrade.motion import Motion
 from plantigrade.ordered_tasks import TASKS

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.plane_figures import load_figures, plane_figures, published
-from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze import gait_curves
 from plantigrade.errors import ParameterError
 from tests.trajopt.coarse_walk import SPEED, person, solved
 

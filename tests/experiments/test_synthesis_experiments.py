@@ -13,9 +13,8 @@ from experiments.cached_results import CachedResults, code_version
 from experiments.random_requests import random_request
 from experiments.synthesis_planes import growth_row
 from experiments.synthesis_trial import crude, task_of, why
-from plantigrade.analyze import norms
+from plantigrade.analyze import agreement_with_norm, norms
 from plantigrade.analyze.movement import movement_figures
-from plantigrade.analyze.norms import agreement_with_norm
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.trajopt.transcription.mesh import nodes_of
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.analyze.statistics import compare_curves
+from plantigrade.analyze import compare_curves
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.state import PointSet, sweep

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plantigrade.analyze.trial import analyse
+from plantigrade.analyze import analyse
 from plantigrade.constants import GRAVITY
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers

@@ -18,8 +18,8 @@ import numpy as np
 from experiments.cached_results import CachedResults
 from experiments.figures import compare, read_figures
 from plantigrade import __version__
+from plantigrade.analyze import compare_runs
 from plantigrade.analyze.norms_of_runs import read_norms
-from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.errors import PlantigradeError
 from plantigrade.io import read, write

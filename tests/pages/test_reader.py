@@ -10,12 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze import norms
+from plantigrade.analyze import compare_runs, gait_curves, norms, study
 from plantigrade.analyze.clinical import clinical_figures
-from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.foot_progression import foot_progression
-from plantigrade.analyze.gait_study import study
-from plantigrade.analyze.run_comparison import compare_runs
 from plantigrade.contact.ground import Bump, Ground, GroundStep, Seat
 from plantigrade.models import Human
 from plantigrade.pages.compare import compare_html

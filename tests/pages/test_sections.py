@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.analyze import compare
 from plantigrade.analyze.quantities import QUANTITY
-from plantigrade.analyze.reproduction import ROTATIONS, compare
+from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.contact.site import PUSH_PART, ContactSite
 from plantigrade.motion.resample import resampled
 from plantigrade.pages.run_pages import headline_figures, run_viewer

@@ -5,8 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from plantigrade.analyze.gait_study import FIGURES, PAPER_TABLE, study
-from plantigrade.analyze.reproduction import ROTATIONS, Comparison
+from plantigrade.analyze import Comparison, study
+from plantigrade.analyze.gait_study import FIGURES, PAPER_TABLE
+from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.pages.study import TABLE, Gait, study_html
 from plantigrade.pages.text import sided_title

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.analyze.reproduction import compare
+from plantigrade.analyze import compare
 from plantigrade.analyze.reproduction_status import (
     FORCE_LIMITS,
     LIMITS,
