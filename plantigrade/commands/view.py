@@ -34,18 +34,11 @@ class Command(PrintOptions, Bounded):
         Raises:
             FileError: If the folder is no run folder.
         """
-        from plantigrade.pages.live import serve
-        from plantigrade.pages.run_pages import title_of_run
-        from plantigrade.pages.section import Subject
+        from plantigrade.pages.page_server import serve_page
+        from plantigrade.pages.run_pages import run_viewer
         from plantigrade.record import Run
         from plantigrade.record.metrics import read_metrics
 
-        run = Run.load(self.run_folder)
-        serve(
-            run.record,
-            forces=Subject(run).forces,
-            port=self.port,
-            open=not self.no_open,
-            title=title_of_run(run),
-        )
+        page = run_viewer(Run.load(self.run_folder))
+        serve_page(page, port=self.port, open=not self.no_open)
         return Outcome(metrics=read_metrics(self.run_folder))

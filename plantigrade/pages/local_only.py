@@ -12,27 +12,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from plantigrade.errors import PlantigradeError
-
-NAMES = ("localhost", "127.0.0.1", "[::1]")
-"""Names of this machine; any port is allowed, because ssh may forward one to another."""
+from plantigrade.pages.page_server import is_local
 
 _one_at_a_time = threading.Lock()
-
-
-def is_local(headers: Any) -> bool:
-    """Return whether a request is for this machine and from a page of the same server.
-
-    Args:
-        headers: Headers of the request, with ``get_all(name)``. Programs other than browsers send
-            no ``Origin``.
-    """
-    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-    if len(hosts) != 1 or len(origins) > 1:
-        return False
-    name, _, port = hosts[0].rpartition(":") if _has_port(hosts[0]) else (hosts[0], "", "")
-    if name.lower() not in NAMES or (port and not port.isdecimal()):
-        return False
-    return not origins or origins[0].lower() == f"http://{hosts[0].lower()}"
 
 
 @contextmanager
@@ -74,7 +56,3 @@ def local_only() -> Iterator[None]:
             "requests of this version of viser cannot be checked: install viser 1.1, "
             "or open viewer.html of the run instead"
         )
-
-
-def _has_port(host: str) -> bool:
-    return ":" in host.rpartition("]")[2]

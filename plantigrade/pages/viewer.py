@@ -1,9 +1,7 @@
 """``viewer.html``: one self-contained page with the moving body, its forces and its curves.
 
-The page draws with its own few hundred lines of WebGL 2. viser's static page was measured first
-(0.8 MB): it has no follow camera, plays no slower than half speed, and hands neither its clock nor
-its camera to the page around it, so curves could not move with the body. viser serves the live
-view, :mod:`plantigrade.pages.live`.
+The page draws with its own few hundred lines of WebGL 2, which the page of a running simulation
+(:mod:`plantigrade.pages.live_world`) shares.
 """
 
 import base64
@@ -15,22 +13,25 @@ import numpy as np
 from plantigrade.charts import Panel, panels_of, theme
 from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.scene import (
     VIEW_RATE,
     Scene,
+    assumed_bodies,
     build_scene,
     heading_of,
     side_forces,
     standing_height,
 )
 from plantigrade.pages.section import template_text
+from plantigrade.pages.shapes import Shape
 from plantigrade.pages.viewer_skin import foot_data, skin_data
 from plantigrade.record import Record
 
-SCRIPTS = tuple(
-    f"viewer{part}.js" for part in ("_data", "_shapes", "_gl", "_skin", "_foot", "_curves", "")
-)
+PARTS = ("base", "shapes", "gl", "skin", "foot", "controls")  # of both viewers
+SHARED_SCRIPTS = tuple(f"viewer_{part}.js" for part in PARTS)
+SCRIPTS = (*SHARED_SCRIPTS, "viewer_data.js", "viewer_curves.js", "viewer.js")
 COLOURS = {
     "recorded": theme.RECORDED,
     "fitted": theme.FITTED,
@@ -87,8 +88,8 @@ def viewer_html(
         "estimated": has_cop and scene.estimated is not None,
         "plate": scene.plate,
         "pushes": bool(scene.pushes),
-        "skin": (skin := skin_data(record)) is not None,
-        "foot": (foot := foot_data(record)) is not None,
+        "skin": (skin := skin_data(record.human, assumed_bodies(record))) is not None,
+        "foot": (foot := foot_data(record.human)) is not None,
     }
     template = Environment(autoescape=True).from_string(template_text("viewer.html"))
     payload = page_data(record, scene) | {"curves": curves, "skin": skin, "foot": foot}
@@ -154,25 +155,37 @@ def encode(array: np.ndarray) -> dict:
     return {"data": data, "low": low, "step": step}
 
 
+def shape_data(shape: Shape) -> dict[str, Any]:
+    """Return a shape for the scripts of the page."""
+    item: dict[str, Any] = {
+        "kind": shape.kind,
+        "size": _rounded(shape.size),
+        "position": _rounded(shape.position),
+        "quat": _rounded(shape.quat, 6),
+        "colour": _rounded(shape.paint, 3),
+        "body": shape.body,
+    }
+    if shape.is_ground:
+        item["ground"] = shape.shade
+    if shape.is_plate or shape.is_thing:
+        item["thing"] = True
+    if shape.vertices is not None and shape.faces is not None:
+        item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
+    return item
+
+
+def ground_data(ground: Ground, *, plane: bool) -> dict[str, Any]:
+    """Return the ground for the scripts of the page: a plane without end, or its shapes alone."""
+    return {
+        "axes": _rounded(ground.to_world.T.ravel(), 9),
+        "plane": plane,
+        "height": ground.height,
+        "origin": [0.0, 0.0, 0.0],
+    }
+
+
 def page_data(record: Record, scene: Scene) -> dict[str, Any]:
     """Return the data of the page: shapes, positions, colours."""
-    shapes = []
-    for shape in scene.shapes:
-        item = {
-            "kind": shape.kind,
-            "size": _rounded(shape.size),
-            "position": _rounded(shape.position),
-            "quat": _rounded(shape.quat, 6),
-            "colour": _rounded(shape.paint, 3),
-            "body": shape.body,
-        }
-        if shape.is_ground:
-            item["ground"] = shape.shade
-        if shape.is_plate or shape.is_thing:
-            item["thing"] = True
-        if shape.vertices is not None and shape.faces is not None:
-            item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}
-        shapes.append(item)
     reference = None
     if scene.reference_positions is not None:
         positions = encode(scene.reference_positions)
@@ -184,7 +197,7 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         "time": _rounded(scene.time),
         "stride": scene.stride,
         "bodies": scene.positions.shape[1],
-        "shapes": shapes,
+        "shapes": [shape_data(shape) for shape in scene.shapes],
         "positions": encode(scene.positions),
         "quats": encode(scene.quats),
         "reference": reference,
@@ -205,11 +218,7 @@ def page_data(record: Record, scene: Scene) -> dict[str, Any]:
         "weight": max(scene.weight, 1e-6),
         "height": standing_height(scene),
         "heading": heading_of(scene),
-        "ground": {
-            "axes": _rounded(ground.to_world.T.ravel(), 9),
-            "plane": not (ground.steps or scene.plate),
-            "height": ground.height,
-        },
+        "ground": ground_data(ground, plane=not (ground.steps or scene.plate)),
         "floor": encode(scene.floor) if np.any(scene.floor) else None,
         "level": encode(scene.level) if np.any(scene.floor) else None,
         "cycles": {

@@ -1,6 +1,7 @@
-"""Skin and foot bones as ``viewer.html`` takes them: surfaces, moved by the poses of the bodies."""
+"""Skin and foot bones for the scripts of both viewers, moved by the poses of the bodies."""
 
 import base64
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,6 @@ import numpy as np
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
 from plantigrade.models import Human
-from plantigrade.pages.scene import assumed_bodies
-from plantigrade.record import Record
 from plantigrade.skin import Skin, foot_bones
 from plantigrade.skin.skin import IRIS_DEPTH
 from plantigrade.skin.surface import GARMENT_STEP, weights_in_255ths
@@ -17,17 +16,22 @@ from plantigrade.skin.surface import GARMENT_STEP, weights_in_255ths
 BONE_STEP = 1e-5  # [m] of the vertices of bones; 16 bits reach 0.33 m from the origin of a body
 
 
-def skin_data(record: Record) -> dict[str, Any] | None:
-    """Return what the page needs of a person's skin; None if the body of a record has none."""
-    if type(record.human) is not Human:
+def skin_data(human: Human, assumed: Collection[str] = ()) -> dict[str, Any] | None:
+    """Return what the page needs of a person's skin; None if the body has none.
+
+    Args:
+        human: The person.
+        assumed: Bodies that are drawn paler, because their motion is assumed.
+    """
+    if type(human) is not Human:
         return None
-    skin = Skin.of(record.human)
+    skin = Skin.of(human)
     surface, resting = skin.surface, skin.resting
     low = resting.vertices.min(axis=0)
     step = np.ptp(resting.vertices, axis=0) / 65535
     bones, weights = weights_in_255ths(surface.bones, surface.weights)
-    assumed = {record.human.body(name) for name in assumed_bodies(record)}
-    pale = np.isin(skin.bones.body, list(assumed))[surface.bones]
+    paler = [human.body(name) for name in assumed]
+    pale = np.isin(skin.bones.body, paler)[surface.bones]
     marks = np.stack(
         [
             np.clip(np.round(surface.garments[:, 0] / GARMENT_STEP) + 128, 0, 255),
@@ -54,13 +58,12 @@ def skin_data(record: Record) -> dict[str, Any] | None:
     }
 
 
-def foot_data(record: Record) -> dict[str, Any] | None:
+def foot_data(human: Human) -> dict[str, Any] | None:
     """Return bones and contact points of the feet; None where the feet have no bones.
 
     Vertices are in steps of 1/100 mm in the frame of their body. All bones have the same faces;
     their corners are in reverse order on the right.
     """
-    human = record.human
     if type(human) is not Human or not (bones := foot_bones(human)):
         return None
     contacts = [

@@ -1,12 +1,8 @@
 """The pages in a real browser: drawn, silent on the console, self-contained, moving."""
 
-import threading
-import urllib.request
-
 import numpy as np
 import pytest
 
-from plantigrade.pages.live import LiveViewer
 from plantigrade.pages.run_pages import report_html
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Record, Run
@@ -149,42 +145,3 @@ def test_bare_report_renders(browser, tmp_path, record):
     browser.open(path)
     assert browser.evaluate("document.querySelectorAll('svg.plot').length") > 5
     assert browser.errors == []
-
-
-def test_the_live_viewer_answers_and_shows_every_frame(record):
-    live = LiveViewer(record, port=8438)
-    try:
-        with urllib.request.urlopen(live.address) as answer:
-            assert b"<html" in answer.read().lower()
-        for frame in range(0, len(live.scene.time), 50):
-            live.show(frame)
-    finally:
-        live.close()
-
-
-@pytest.mark.slow
-def test_live_viewer_serves_a_moving_body(browser, record):
-    live = LiveViewer(record, port=8437)
-    stop = threading.Event()
-    clock = threading.Thread(target=live.play, args=(stop,))
-    browser.resize(640, 400)
-    try:
-        browser.open_address(live.address, ready="document.querySelector('canvas')")
-        still, before = 0, None
-        for _ in range(200):  # until the body has come and nothing moves any more
-            picture = browser.screenshot()[:, :320]
-            same = before is not None and colours(picture) > 200 and moved(before, picture) == 0
-            still, before = still + 1 if same else 0, picture
-            if still == 3:
-                break
-        assert still == 3, "the picture never came to rest"
-        clock.start()
-        shares = (moved(before, browser.screenshot()[:, :320]) for _ in range(200))
-        assert any(share > 0.0005 for share in shares), "nothing moved in 200 pictures"
-        assert browser.errors == []
-        assert all(url.startswith(live.address) for url in browser.requests)
-    finally:
-        stop.set()
-        if clock.ident:
-            clock.join()
-        live.close()

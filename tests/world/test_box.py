@@ -10,7 +10,6 @@ from plantigrade.contact.scene_object import SceneObject
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.pages.live import LiveViewer
 from plantigrade.pages.scene import build_scene, side_forces
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Run
@@ -74,23 +73,6 @@ def test_they_are_drawn_and_make_nobody_taller(record):
     page = viewer_html(record, title="t")
     assert '"pushes":[' in page and '"thing":true' in page
     assert '"thing":true' not in viewer_html(replace(record, signals=bare), title="t")
-
-
-def test_the_served_viewer_shows_them_while_they_are_there(record):
-    viewer = LiveViewer(record, port=8452)
-    try:
-        bar, box, pack = (handle for handle, _ in viewer._things)
-        assert bar.visible and pack.visible and not box.visible
-        viewer.show(len(viewer.scene.time) - 1)
-        assert box.visible
-        np.testing.assert_allclose(box.position, things_of(record)[1].pose[-1, :3], atol=1e-6)
-        frame = int(np.searchsorted(viewer.scene.time, 0.1))
-        viewer.show(frame)
-        assert viewer._pushing[0].shaft.visible
-        viewer.show(0)
-        assert not viewer._pushing[0].shaft.visible
-    finally:
-        viewer.close()
 
 
 def test_a_push_is_no_reaction_of_the_ground_in_the_viewer(record):

@@ -1,13 +1,6 @@
 
 /* ---- curves ---- */
 const cursors = [];
-function nice(low, high) {   // two to five round values
-  const raw = (high - low) / 4, power = 10 ** Math.floor(Math.log10(raw || 1));
-  const steps = [1, 2, 2.5, 5, 10].map((x) => x * power), step = steps.find((x) => x >= raw) || power, ticks = [];
-  for (let v = Math.ceil(low / step) * step; v <= high + 1e-9; v += step) ticks.push(Math.abs(v) < 1e-12 ? 0 : v);
-  return ticks;
-}
-const signed = (v, digits) => v.toFixed(digits).replace("-", "−");
 function buildCurves() {
   const host = $("curves");
   for (const chart of D.curves) {
@@ -56,11 +49,4 @@ function buildCurves() {
     host.append(figure);
   }
   if (!cursors.length) document.body.classList.add("nocurves");
-}
-function tell(text, ev) {
-  const tip = $("tip"); tip.hidden = !text;
-  if (!text) return;
-  tip.textContent = text;
-  tip.style.left = Math.max(4, Math.min(ev.clientX + 14, innerWidth - tip.offsetWidth - 6)) + "px";
-  tip.style.top = Math.min(ev.clientY + 12, innerHeight - tip.offsetHeight - 4) + "px";
 }

@@ -1,8 +1,3 @@
-"use strict";
-/* A small WebGL 2 viewer: one body, its ground, markers and forces, driven by one clock.
-   Four files in one script: data and clock, drawing, curves, controls. */
-const D = JSON.parse(document.getElementById("scene").textContent);
-const $ = (id) => document.getElementById(id);
 
 /* ---- data: arrays come as 16-bit steps in base64; 65535 means "not there" ---- */
 function decode(a) {
@@ -14,7 +9,7 @@ function decode(a) {
     out[i] = words[i] === 65535 ? NaN : a.low + words[i] * a.step;
   return out;
 }
-const time = D.time, N = time.length, NB = D.bodies;
+const time = D.time, N = time.length;
 const T0 = time[0], T1 = time[N - 1];
 const body = { p: decode(D.positions), q: decode(D.quats) };
 const ref = D.reference ? { p: decode(D.reference.positions), q: decode(D.reference.quats) } : null;
@@ -24,9 +19,7 @@ const estimated = decode(D.estimated);
 const floor = decode(D.floor) || new Float32Array(N), level = decode(D.level) || floor;
 const M = D.marker_names.length, K = D.contact_colours.length;
 
-const state = { t: T0, past: 0, playing: false, speed: 1, repeat: true, follow: true, dirty: true };
-const show = { body: true, solids: false, xray: false, ref: !!ref, beside: false, recorded: true, fitted: true,
-  force: true, pushes: true, cop: true, com: true };
+state.t = T0; show.ref = !!ref;
 
 /* ---- time ---- */
 function frameAt(t) {
@@ -59,31 +52,57 @@ function cycleAt(side) {     // percent of the gait cycle; null outside of whole
   if (k < 0 || k + 1 >= strikes.length) return null;
   return (100 * (state.t - strikes[k])) / (strikes[k + 1] - strikes[k]);
 }
+function posesAt(source, at) {   // position, and quaternion with the scalar last, of every body
+  const [a, b, s] = at, poses = new Float32Array(NB * 8);
+  for (let i = 0; i < NB; i++) {
+    const p = mix3(source.p, NB, i, at), out = Number.isNaN(p[0]);   // a thing that is not there yet
+    poses.set(out ? AWAY : p, i * 8);
+    let qa = source.q.subarray((a * NB + i) * 4, (a * NB + i) * 4 + 4);
+    let qb = source.q.subarray((b * NB + i) * 4, (b * NB + i) * 4 + 4);
+    if (Number.isNaN(qa[0])) qa = out ? STRAIGHT : qb;
+    if (Number.isNaN(qb[0])) qb = qa;
+    const sign = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3] < 0 ? -1 : 1;
+    const q = [0, 1, 2, 3].map((k) => qa[k] * (1 - s) + sign * qb[k] * s), l = Math.hypot(...q) || 1;
+    poses.set([q[1] / l, q[2] / l, q[3] / l, q[0] / l], i * 8 + 4);
+  }
+  return poses;
+}
+function instant() {         // everything that is drawn together
+  const at = frameAt(state.t);
+  return { at, com: mix3(com, 1, 0, at), floor: mix1(floor, at), level: mix1(level, at),
+    poses: posesAt(body, at), reference: ref && posesAt(ref, at), ground: D.ground };
+}
 
-/* ---- quality: drawn simply where the machine is slow ---- */
-const SLOW = 20, WINDOW = 1500;   // frames per second; what is measured over [ms]
-const quality = { wish: "auto", simple: false, frames: 0, spent: 0, rate: NaN, windows: 0 };
-function measure(ms) {
-  quality.frames += 1; quality.spent += ms;
-  if (quality.spent < WINDOW || quality.frames < 3) return;
-  quality.rate = (1000 * quality.frames) / quality.spent;
-  quality.frames = quality.spent = 0;
-  quality.windows += 1;      // the first one holds the start of the page
-  if (quality.wish === "auto" && quality.windows > 1 && quality.rate < SLOW) setSimple(true);
-}
-function setQuality(wish) {
-  Object.assign(quality, { wish, frames: 0, spent: 0, windows: 0 });
-  $("quality").value = wish;
-  setSimple(wish === "simple");
-}
-function setSimple(simple) {
-  if (simple !== quality.simple && gl) { quality.simple = simple; setBody(); }
-  quality.simple = simple;
-  const slow = simple && quality.wish === "auto";
-  $("slow").hidden = !simple;
-  $("slow").textContent = slow
-    ? `Drawn simply: this machine drew ${quality.rate.toFixed(0)} pictures per second. The speed is true.`
-    : "Drawn simply.";
-  document.body.dataset.quality = simple ? "simple" : "full";
-  state.dirty = true;
+/* ---- forces and markers ---- */
+function overlays({ at, com: c, floor: ground }) {
+  const near = closeUp() ? 0.5 : 1;      // forces and discs are smaller near the foot
+  if (recorded || fitted) for (let i = 0; i < M; i++) {
+    const r = recorded && mix3(recorded, M, i, at), f = fitted && mix3(fitted, M, i, at);
+    if (f && show.fitted) sphere(f, 0.0105, COLOURS.fitted);
+    if (r && show.recorded) sphere(r, 0.0115, COLOURS.recorded);
+    if (r && f && show.recorded && show.fitted && Math.hypot(...sub(f, r)) > 0.01)
+      put("shaft", r, sub(f, r), 0.003, COLOURS.text);
+  }
+  if (total && show.force && !(closeUp() && D.many_contacts)) for (let s = 0; s < 3; s++) {
+    const c = cop && mix3(cop, 3, s, at);
+    const radius = estimated && estimated[at[0] * 3 + s] > 0.5 ? 0.006 : 0.013;
+    if (c && !Number.isNaN(c[0])) arrow(c, mix3(total, 3, s, at).map((x) => x * SCALE), radius, SIDE[s]);
+  }
+  if (force && point && show.pushes) for (const k of D.pushes) {   // the tip is where it pushes, before the body
+    const v = mix3(force, K, k, at).map((x) => x * SCALE), l = Math.hypot(...v) || 1;
+    arrow(mix3(point, K, k, at).map((x, i) => x - v[i] * (1 + 0.3 / l)), v, 0.016, COLOURS.pushed);
+  }
+  if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++) if (!D.pushes.includes(k))
+    arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE * near), 0.006 * near, CONTACT[k]);
+  if (cop && show.cop) {
+    for (let s = 0; s < 3; s++) {
+      for (let i = Math.max(0, at[0] - 150); i <= at[0]; i++) {   // what has been, and not what will be
+        const p = mix3(cop, 3, s, [i, i, 0]);
+        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], 0.011 * near, SIDE[s]);
+      }
+      const p = mix3(cop, 3, s, at);
+      if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032 * near, SIDE[s]);
+    }
+  }
+  if (show.com && !closeUp()) centreOfMass(c, ground);
 }

@@ -54,12 +54,12 @@ const SHADERS = {
     `${LIGHT} in vec3 P, Nn; in vec4 C; uniform float uFade; out vec4 o;
     void main() { o = vec4(mix(C.rgb, shade(C.rgb, P, normalize(Nn), 0.1), 0.85), C.a * uFade); }`],
   ground: [`layout(location=0) in vec3 aPos; layout(location=1) in vec3 aNormal; layout(location=3) in vec3 aColor;
-    uniform mat4 uView; uniform mat3 uGround; uniform vec3 uFrom; uniform float uSize; out vec3 P, Nn; out float S;
-    void main() { S = uSize > 0. ? 1.0 : aColor.x; P = uSize > 0. ? uGround * (aPos * uSize + uFrom) : aPos; Nn = uSize > 0. ? uGround[2] : aNormal; gl_Position = uView * vec4(P, 1.0); }`,
-    `${LIGHT} in vec3 P, Nn; in float S; uniform vec3 uCentre, uFloor, uLine; uniform mat3 uGround; out vec4 o;
+    uniform mat4 uView; uniform mat3 uGround; uniform vec3 uFrom, uOrigin; uniform float uSize; out vec3 P, Nn; out float S;
+    void main() { S = uSize > 0. ? 1.0 : aColor.x; P = uSize > 0. ? uGround * (aPos * uSize + uFrom) + uOrigin : aPos; Nn = uSize > 0. ? uGround[2] : aNormal; gl_Position = uView * vec4(P, 1.0); }`,
+    `${LIGHT} in vec3 P, Nn; in float S; uniform vec3 uCentre, uFloor, uLine, uOrigin; uniform mat3 uGround; out vec4 o;
     float grid(vec2 p, float w) { vec2 g = abs(fract(p - 0.5) - 0.5) / max(fwidth(p), vec2(1e-5)); return 1.0 - min(min(g.x, g.y) / w, 1.0); }
     void main() {
-      vec3 n = normalize(Nn), g = transpose(uGround) * P; float up = dot(n, uGround[2]);
+      vec3 n = normalize(Nn), g = transpose(uGround) * (P - uOrigin); float up = dot(n, uGround[2]);
       float d = length(P.xy - uCentre.xy), fade = exp(-d * d / 90.0);
       float fine = grid(g.xy * 4.0, 1.1) * 0.30 * exp(-d * d / 14.0), metre = grid(g.xy, 1.5) * 0.75;
       vec3 c = mix(uFloor, uLine, max(fine, metre) * fade * smoothstep(0.5, 0.7, up));
@@ -123,12 +123,13 @@ function setBody() {
   buffers.body = shapeBuffer(solids, quality.simple);
   if (F) { buffers.bones = boneBuffer([]); buffers.inside = boneBuffer(solids); }
 }
+function setFixed(more = []) { buffers.fixed = shapeBuffer([...D.shapes.filter((s) => s.thing || !s.body && !s.ground), ...more]); }
 function setUp() {
   if (S) Object.assign(SHADERS, skinShaders());
   Object.keys(SHADERS).forEach(build);
   setBody();
   if (S) { buffers.skin = skinBuffer(); buffers.skinPose = poseTexture(NS); buffers.refSkinPose = poseTexture(NS); }
-  buffers.fixed = shapeBuffer(D.shapes.filter((s) => s.thing || !s.body && !s.ground));
+  setFixed();
   buffers.ground = shapeBuffer(D.shapes.filter((s) => s.ground).map((s) => ({ ...s, colour: [s.ground, 0, 0] })));
   const unit = {
     sphere: revolve(arcs(1, 0, 5), 14),
@@ -187,51 +188,15 @@ function mul(a, b) {
   return o;
 }
 
-/* ---- camera ---- */
-const FOV = 0.55, HEIGHT = D.height;
-const VIEWS = { oblique: [-0.95, 0.20], right: [-Math.PI / 2, 0.04], left: [Math.PI / 2, 0.04], front: [0, 0.06], top: [-Math.PI / 2, 1.5], feet: [-Math.PI / 2, 0.1], foot: [-1.05, 0.42] };
-const BODY_AT = [HEIGHT * 0.5, HEIGHT * 2.55], FEET_AT = [0.18, 1.5], FOOT_AT = [0, 0.8];   // height of what is looked at, and how far from it [m]
-const camera = { azimuth: D.heading + VIEWS.oblique[0], elevation: VIEWS.oblique[1], height: BODY_AT[0], distance: BODY_AT[1], target: [0, 0, 0] };
-function eye() {
-  const c = Math.cos(camera.elevation);
-  return [camera.target[0] + camera.distance * c * Math.cos(camera.azimuth),
-    camera.target[1] + camera.distance * c * Math.sin(camera.azimuth),
-    camera.target[2] + camera.distance * Math.sin(camera.elevation)];
-}
-function setView(name) {
-  [camera.azimuth, camera.elevation] = [D.heading + VIEWS[name][0], VIEWS[name][1]];
-  const at = { feet: FEET_AT, foot: FOOT_AT }[name] ?? BODY_AT;
-  if (name === "foot" && !show.xray) option("xray");
-  if (at[0] !== camera.height) { if (!state.follow) camera.target[2] += at[0] - camera.height; [camera.height, camera.distance] = at; }
-  markView(name); state.dirty = true;
-}
-function closeUp() { return F && camera.height === FOOT_AT[0]; }   // of the right foot, by its ankle
-function markView(name) {
-  for (const b of $("views").children) { b.classList.toggle("on", b.dataset.view === name); b.setAttribute("aria-pressed", b.dataset.view === name); }
-}
-
 /* ---- one frame ---- */
 const colour = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 const COLOURS = Object.fromEntries(Object.entries(D.colours).map(([k, v]) => [k, colour(v)]));
-const CONTACT = D.contact_colours.map(colour), SIDE = D.side_colours.map(colour);
 const AWAY = [0, 0, -1e4], STRAIGHT = [1, 0, 0, 0];
-function upload(texture, source, at, skin) {
-  const [a, b, s] = at, data = new Float32Array(NB * 8);
-  for (let i = 0; i < NB; i++) {
-    const p = mix3(source.p, NB, i, at), out = Number.isNaN(p[0]);   // a thing that is not there yet
-    data.set(out ? AWAY : p, i * 8);
-    let qa = source.q.subarray((a * NB + i) * 4, (a * NB + i) * 4 + 4);
-    let qb = source.q.subarray((b * NB + i) * 4, (b * NB + i) * 4 + 4);
-    if (Number.isNaN(qa[0])) qa = out ? STRAIGHT : qb;
-    if (Number.isNaN(qb[0])) qb = qa;
-    const sign = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3] < 0 ? -1 : 1;
-    const q = [0, 1, 2, 3].map((k) => qa[k] * (1 - s) + sign * qb[k] * s), l = Math.hypot(...q) || 1;
-    data.set([q[1] / l, q[2] / l, q[3] / l, q[0] / l], i * 8 + 4);
-  }
+const CONTACT = D.contact_colours.map(colour), SIDE = D.side_colours.map(colour);
+function upload(texture, poses, skin) {
   const write = (into, n, rows) => { gl.bindTexture(gl.TEXTURE_2D, into); gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2 * n, 1, gl.RGBA, gl.FLOAT, rows); };
-  write(texture, NB, data);
-  if (skin) write(skin, NS, skinPose(data));
-  return data;
+  write(texture, NB, poses);
+  if (skin) write(skin, NS, skinPose(poses));
 }
 function put(kind, p, direction, radius, c, alpha = 1) { buffers[kind].rows.push(...p, ...direction, radius, ...c, alpha); }
 function sphere(p, radius, c) { if (!Number.isNaN(p[0])) put("sphere", p, [0, 0, radius], radius, c); }
@@ -243,43 +208,10 @@ function arrow(p, v, radius, c) {
   put("cone", p.map((x, i) => x + v[i] * k), v.map((x) => (x * head) / l), radius * 2.4, c);
 }
 const SCALE = 0.6 / D.weight;   // one body weight is drawn 0.6 m long
-function collect(at, ground) {
-  for (const k of ["sphere", "shaft", "cone"]) buffers[k].rows.length = 0;
-  const near = closeUp() ? 0.5 : 1;      // forces and discs are smaller near the foot
-  if (recorded || fitted) for (let i = 0; i < M; i++) {
-    const r = recorded && mix3(recorded, M, i, at), f = fitted && mix3(fitted, M, i, at);
-    if (f && show.fitted) sphere(f, 0.0105, COLOURS.fitted);
-    if (r && show.recorded) sphere(r, 0.0115, COLOURS.recorded);
-    if (r && f && show.recorded && show.fitted && Math.hypot(...sub(f, r)) > 0.01)
-      put("shaft", r, sub(f, r), 0.003, COLOURS.text);
-  }
-  if (total && show.force && !(closeUp() && D.many_contacts)) for (let s = 0; s < 3; s++) {
-    const c = cop && mix3(cop, 3, s, at);
-    const radius = estimated && estimated[at[0] * 3 + s] > 0.5 ? 0.006 : 0.013;
-    if (c && !Number.isNaN(c[0])) arrow(c, mix3(total, 3, s, at).map((x) => x * SCALE), radius, SIDE[s]);
-  }
-  if (force && point && show.pushes) for (const k of D.pushes) {   // the tip is where it pushes, before the body
-    const v = mix3(force, K, k, at).map((x) => x * SCALE), l = Math.hypot(...v) || 1;
-    arrow(mix3(point, K, k, at).map((x, i) => x - v[i] * (1 + 0.3 / l)), v, 0.016, COLOURS.pushed);
-  }
-  if (force && point && show.force && D.many_contacts) for (let k = 0; k < K; k++) if (!D.pushes.includes(k))
-    arrow(mix3(point, K, k, at), mix3(force, K, k, at).map((x) => x * SCALE * near), 0.006 * near, CONTACT[k]);
-  if (cop && show.cop) {
-    for (let s = 0; s < 3; s++) {
-      for (let i = Math.max(0, at[0] - 150); i <= at[0]; i++) {   // what has been, and not what will be
-        const p = mix3(cop, 3, s, [i, i, 0]);
-        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], 0.011 * near, SIDE[s]);
-      }
-      const p = mix3(cop, 3, s, at);
-      if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032 * near, SIDE[s]);
-    }
-  }
-  if (show.com && !closeUp()) {
-    const c = mix3(com, 1, 0, at);
-    sphere(c, 0.035, COLOURS.com);
-    put("shaft", [c[0], c[1], ground + 0.002], [0, 0, c[2] - ground], 0.0035, COLOURS.com);
-    put("sphere", [c[0], c[1], ground + 0.004], [0, 0, 0.003], 0.028, COLOURS.com);
-  }
+function centreOfMass(c, ground) {
+  sphere(c, 0.035, COLOURS.com);
+  put("shaft", [c[0], c[1], ground + 0.002], [0, 0, c[2] - ground], 0.0035, COLOURS.com);
+  put("sphere", [c[0], c[1], ground + 0.004], [0, 0, 0.003], 0.028, COLOURS.com);
 }
 let last = null;             // the last view, for picking
 function smoothed(w, h) {    // what is drawn with four samples for a pixel, then brought to the canvas
@@ -297,9 +229,8 @@ function smoothed(w, h) {    // what is drawn with four samples for a pixel, the
   return fbo;
 }
 function draw(paper = null) {
-  const at = frameAt(state.t), simple = quality.simple && !paper;
-  const c = mix3(com, 1, 0, at), ground = mix1(floor, at), base = mix1(level, at);
-  if (state.follow) camera.target = closeUp() ? mix3(body.p, NB, F.body[0], at) : [c[0], c[1], camera.height + base];
+  const now = instant(), { com: c, level: base } = now, simple = quality.simple && !paper;
+  if (state.follow) camera.target = closeUp() ? Array.from(now.poses.subarray(8 * F.body[0], 8 * F.body[0] + 3)) : [c[0], c[1], camera.height + base];
   const ratio = simple ? 0.6 * Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio);
   const { width: w, height: h } = paper ?? { width: Math.round(canvas.clientWidth * ratio), height: Math.round(canvas.clientHeight * ratio) };
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
@@ -307,12 +238,13 @@ function draw(paper = null) {
   const dark = !paper && matchMedia("(prefers-color-scheme: dark)").matches;
   COLOURS.text = dark ? [0.9, 0.9, 0.9] : [0.15, 0.15, 0.15];
   const sky = dark ? [0.086, 0.098, 0.122] : [0.945, 0.953, 0.965];
-  const poses = upload(buffers.pose, body, at, buffers.skinPose);
-  if (ref) upload(buffers.refPose, ref, at, buffers.refSkinPose);
+  upload(buffers.pose, now.poses, buffers.skinPose);
+  if (now.reference) upload(buffers.refPose, now.reference, buffers.refSkinPose);
   const skinned = !!S && !show.solids;
   const [kind, pose, refPose] = skinned ? ["skin", buffers.skinPose, buffers.refSkinPose] : ["body", buffers.pose, buffers.refPose];
-  collect(at, ground);
-  if (F && show.body && show.xray) contactPoints(poses);
+  for (const k of ["sphere", "shaft", "cone"]) buffers[k].rows.length = 0;
+  overlays(now);
+  if (F && show.body && show.xray) contactPoints(now.poses);
   for (const k of ["sphere", "shaft", "cone"]) {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffers[k].instances);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(buffers[k].rows), gl.DYNAMIC_DRAW);
@@ -322,8 +254,9 @@ function draw(paper = null) {
   const light = mul(ortho(reach, 0.1, 12), lookAt(centre.map((x, i) => x + sun[i] * 6), centre, [1, 0, 0]));
   const e = eye();
   const view = mul(perspective(FOV, w / h, 0.05, 120), lookAt(e, camera.target, [0, 0, 1]));
+  const up = now.ground.axes.slice(6);
   const sideways = [-Math.sin(D.heading), Math.cos(D.heading), 0].map((x) => x * (show.beside ? 0.75 : 0));
-  last = { view, w, h, at };
+  last = { ...now, view, eye: e };
 
   if (!simple) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, buffers.fbo);
@@ -331,7 +264,7 @@ function draw(paper = null) {
     gl.activeTexture(gl.TEXTURE0); gl.bindTexture(gl.TEXTURE_2D, null);
     drawShapes("fixed", "bodyShadow", light, buffers.pose, [0, 0, 0]);
     if (show.body && (skinned || !show.xray)) drawShapes(kind, `${kind}Shadow`, light, pose, [0, 0, 0]);
-    if (ref && show.ref && show.beside) drawShapes(kind, `${kind}Shadow`, light, refPose, sideways);
+    if (now.reference && show.ref && show.beside) drawShapes(kind, `${kind}Shadow`, light, refPose, sideways);
   }
   gl.bindFramebuffer(gl.FRAMEBUFFER, simple ? null : smoothed(w, h));
   gl.viewport(0, 0, w, h); gl.clearColor(...sky, 1); gl.colorMask(true, true, true, true); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -343,15 +276,15 @@ function draw(paper = null) {
     gl.activeTexture(gl.TEXTURE0); gl.bindTexture(gl.TEXTURE_2D, buffers.shadow); gl.uniform1i(u.uShadow, 0);
     return u;
   };
-  drawGround(common("ground"), view, dark);
+  drawGround(common("ground"), now.ground, dark);
   const plain = (name, alpha = 1, under = [0, 0, 0, 0]) => { const u = common(name); gl.uniform1f(u.uAlpha, alpha); gl.uniform4f(u.uTint, 0, 0, 0, 0); gl.uniform4fv(u.uUnder, under); };
   plain("body"); drawShapes("fixed", "body", view, buffers.pose, [0, 0, 0]);
   // X-ray: solids inside the skin, and bones in place of those of the feet; in transparent solids, bones alone
   const [shown, solid, solidPose] = show.xray ? [F ? (skinned ? "inside" : "bones") : "body", "body", buffers.pose] : [kind, kind, pose];
   if (show.body && (skinned || F || !show.xray)) {
-    if (D.ground.plane) {    // what is below the ground is seen through it, or feet would be cut off
+    if (now.ground.plane) {    // what is below the ground is seen through it, or feet would be cut off
       gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthFunc(gl.GREATER); gl.depthMask(false);
-      plain(solid, 0.5, [...D.ground.axes.slice(6), D.ground.height]); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
+      plain(solid, 0.5, [...up, now.ground.height + dot(up, now.ground.origin)]); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
       gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
     }
     plain(solid); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
@@ -376,7 +309,7 @@ function draw(paper = null) {
     gl.depthFunc(gl.LEQUAL); drawShapes(kind, kind, view, texture, offset); gl.depthFunc(gl.LESS); gl.disable(gl.BLEND);
   };
   if (show.body && show.xray) ghost(pose, [0, 0, 0, 0], 0.3, [0, 0, 0]);
-  if (ref && show.ref) {     // pushed back a little: where both bodies coincide the result is seen
+  if (now.reference && show.ref) {     // pushed back a little: where both bodies coincide the result is seen
     gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(2, 8);
     ghost(refPose, [...COLOURS.reference, 0.8], 0.5, sideways);
     gl.disable(gl.POLYGON_OFFSET_FILL);
@@ -386,10 +319,10 @@ function draw(paper = null) {
     gl.blitFramebuffer(0, 0, w, h, 0, 0, w, h, gl.COLOR_BUFFER_BIT, gl.NEAREST);
   }
 }
-function drawGround(u, view, dark) {
-  const g = D.ground, t = camera.target, k = g.axes;
+function drawGround(u, g, dark) {
+  const k = g.axes, t = sub(camera.target, g.origin);
   gl.uniformMatrix3fv(u.uGround, false, k);
-  gl.uniform3fv(u.uCentre, t);
+  gl.uniform3fv(u.uCentre, camera.target); gl.uniform3fv(u.uOrigin, g.origin);
   gl.uniform3fv(u.uFloor, dark ? COLOURS.floor_dark : COLOURS.floor);
   gl.uniform3fv(u.uLine, dark ? COLOURS.grid_dark : COLOURS.grid);
   if (g.plane) {             // as wide as is seen, and goes with the camera
@@ -405,4 +338,12 @@ function drawShapes(which, name, view, texture, offset) {
   gl.uniformMatrix4fv(u.uView, false, view); gl.uniform3fv(u.uOffset, offset);
   gl.activeTexture(gl.TEXTURE1); gl.bindTexture(gl.TEXTURE_2D, texture); gl.uniform1i(u.uPose, 1);
   gl.bindVertexArray(buffers[which].vao); gl.drawElements(gl.TRIANGLES, buffers[which].count, gl.UNSIGNED_INT, 0);
+}
+function noPicture(text) { $("nogl").textContent = text; $("nogl").hidden = !text; document.body.classList.toggle("flat", !!text); }
+const NONE = "This browser offers no WebGL 2, so the body cannot be drawn; the curves still play.";
+function startDrawing() {
+  if (gl) try { setUp(); } catch (error) { console.warn(error.message); gl = null; }
+  if (!gl) { noPicture(NONE); return; }
+  canvas.addEventListener("webglcontextlost", (ev) => { ev.preventDefault(); noPicture("The browser lost its graphics context. The body reappears when the context is restored or the page is reloaded; the curves still play."); });
+  canvas.addEventListener("webglcontextrestored", () => { setUp(); noPicture(""); state.dirty = true; });
 }
