@@ -15,13 +15,14 @@ from experiments.table import Row, at_least, at_most
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import RATE, run
 from plantigrade.pages.live_world import LiveWorld
+from plantigrade.pages.page_server import SOCKET_PATH
 from plantigrade.workflows.live import prepare, responsive
 
 SECONDS, PUSHES = 10.0, 4
 READER = """
-import sys, viser
+import sys
 from websockets.sync.client import connect
-with connect(sys.argv[1], subprotocols=["viser-v" + viser.__version__], max_size=None) as line:
+with connect(sys.argv[1], max_size=None) as line:
     print("ready", flush=True)
     while True:
         line.recv()
@@ -40,7 +41,7 @@ def rows() -> Iterator[Row]:
         spent[name] = time.thread_time() - began
 
     reader = subprocess.Popen(
-        [sys.executable, "-c", READER, page.address.replace("http", "ws")],
+        [sys.executable, "-c", READER, page.address.replace("http", "ws") + SOCKET_PATH],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
     )
@@ -55,7 +56,7 @@ def rows() -> Iterator[Row]:
                 thread.start()
             for _ in range(PUSHES):
                 time.sleep(SECONDS / PUSHES)
-                session.ask(lambda: session.push(1.0, 0.1))
+                session.submit(lambda: session.push(1.0, 0.1))
             stop.set()
             for thread in threads:
                 thread.join()
@@ -68,7 +69,7 @@ def rows() -> Iterator[Row]:
         page.close()
     subject, simulated = "live page, 66 coordinates", session.world.time
     yield at_least(subject, "of real time", 100.0 * simulated / wall, 98.0, "%")
-    yield Row(subject, "behind real time", clock.behind, f"s in {wall:.0f} s")
+    yield Row(subject, "behind real time", clock.time_lost, f"s in {wall:.0f} s")
     yield at_least(subject, "drawn", (page.drawn - drawn) / wall, 0.9 * RATE, "frames/s")
     yield at_most(subject, "processor, a second of the person", whole / simulated, 1.6, "s")
     for name, seconds in spent.items():

@@ -45,6 +45,7 @@ COLOURS = {
     "floor_dark": theme.FLOOR_DARK,
     "grid_dark": theme.GRID_DARK,
     "pushed": theme.PUSHED,
+    "thing": theme.THING,
 }
 
 

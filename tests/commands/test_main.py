@@ -20,7 +20,17 @@ from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import FileError
 
-HEAVY = ("numpy", "scipy", "mujoco", "matplotlib", "viser", "ezc3d", "casadi", "jinja2", "loky")
+HEAVY = (
+    "numpy",
+    "scipy",
+    "mujoco",
+    "matplotlib",
+    "websockets",
+    "ezc3d",
+    "casadi",
+    "jinja2",
+    "loky",
+)
 HEAVY += ("llvmlite",)
 
 

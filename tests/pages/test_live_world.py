@@ -1,19 +1,20 @@
-"""The page of a live session, in a real browser: what is sent from it moves the body."""
+"""The page of a live session: what is sent to a browser, and what a browser may ask for."""
 
-import asyncio
-from dataclasses import replace
-from types import SimpleNamespace
+import json
 
 import numpy as np
 import pytest
-from viser._messages import GuiUpdateMessage
+from websockets.sync.client import connect
 
-from plantigrade.contact.ground import Ground
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import Choice, Session
 from plantigrade.models import Human
-from plantigrade.pages.live_parts import ARROW_PER_BODY_WEIGHT
+from plantigrade.pages.live_commands import Commands
+from plantigrade.pages.live_panel import control_values, curves_data, soles_of, status_lines
+from plantigrade.pages.live_scene import frame_data, world_data
 from plantigrade.pages.live_world import LiveWorld
+from plantigrade.pages.page_server import SOCKET_PATH
 from plantigrade.record import Provenance
 from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
@@ -25,30 +26,10 @@ from tests.browser import wait_for
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 SMALL = SimulateSettings(rate=300.0, control_rate=50.0)
 CLICK = "[...document.querySelectorAll('button')].find(b => b.innerText === {!r}).click()"
-
-
-@pytest.fixture
-def page():
-    """A page of a person who stands, not yet opened."""
-    begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, ModelMismatch(), SMALL)
-    live = LiveWorld(Session(stage, stage.choice), Clock(), port=8460, can_save=True)
-    yield live
-    live.close()
-
-
-@pytest.fixture
-def opened(page, browser):
-    """The same page in a browser."""
-    browser.resize(1300, 800)
-    browser.open_address(page.address, ready="document.body.innerText.includes('Push the trunk')")
-    return page
-
-
-def go(page: LiveWorld, seconds: float) -> None:
-    """Simulate and draw."""
-    page.session.advance(seconds)
-    page.draw(page.session.frame)
+SET = (
+    "(c => {{ c.value = {1!r}; c.dispatchEvent(new Event('input', {{bubbles: true}})); }})"
+    "(document.querySelector('#panel [name={0}]'))"
+)
 
 
 class Pointing(Controller):
@@ -69,239 +50,324 @@ class Pointing(Controller):
         return (*lines, Drawing(name="here", points=state.body.com[None]))
 
 
-def nodes(page: LiveWorld) -> dict:
-    """Return what stands in the scene, by name."""
-    return dict(page.server.scene._handle_from_node_name)
+def new_session(ground: Ground | None = None, own: Controller | None = None) -> Session:
+    """Return a session of a person who stands."""
+    begin = Start(HUMAN, ground or Ground(), "standing", Provenance("", {}))
+    stage = Stage(begin, ModelMismatch(), SMALL, own=own)
+    return Session(stage, stage.choice)
 
 
-def shown(page: LiveWorld) -> str:
-    """Return what is said over the controls."""
-    return page.panel.status
+@pytest.fixture
+def session():
+    """A session of a person who stands on level ground."""
+    return new_session()
 
 
-def test_what_is_drawn_is_where_it_is(page):
-    go(page, 0.1)
-    frame, drawn = page.session.frame, nodes(page)
-    offset = np.array(drawn["/world"].position)
-    np.testing.assert_allclose(offset, [*-frame.com[:2], 0.0], atol=1e-9)
+def ask(commands: Commands, what: str, **values) -> None:
+    """Let a message of a browser arrive."""
+    commands.receive(json.dumps({"do": what, **values}))
+
+
+@pytest.fixture
+def page(session):
+    """The page of the session, not yet opened."""
+    live = LiveWorld(session, Clock(), port=8460, can_save=True)
+    yield live
+    live.close()
+
+
+@pytest.fixture
+def opened(page, browser):
+    """The same page in a browser."""
+    browser.resize(1300, 800)
+    browser.open_address(page.address, ready="document.body.dataset.time !== undefined")
+    browser.evaluate("plantigrade.setQuality('simple')")
+    return page
+
+
+def go(page: LiveWorld, seconds: float) -> None:
+    """Simulate and draw."""
+    page.session.advance(seconds)
+    page.draw(page.session.frame)
+
+
+def test_a_frame_holds_body_and_forces_of_one_instant(session):
+    session.advance(0.1)
+    frame = session.frame
+    sent, weight = frame_data(frame), HUMAN.mass * 9.81
     hand = HUMAN.body("forearm_r")
-    place = drawn[f"/world/body/{hand}_forearm_r"].position
-    np.testing.assert_allclose(place, frame.positions[hand], atol=1e-3)
-    ends = np.array(drawn["/world/contact_forces"].points)
-    up = frame.force[frame.force[:, 2] > 0]
-    weight = HUMAN.mass * 9.81
-    np.testing.assert_allclose(
-        ends[:, 1] - ends[:, 0], ARROW_PER_BODY_WEIGHT * up / weight, atol=1e-5
-    )
-    ring = np.array(drawn["/world/support"].points)
-    np.testing.assert_allclose(ring[:, 1], np.roll(ring[:, 0], -1, axis=0))
-    x, y = ring[:, 0, :2].T  # the outline holds all of what presses
-    assert (x.min(), x.max()) == pytest.approx(
-        (frame.point[frame.force[:, 2] > 0, 0].min(), frame.point[:, 0].max()), abs=1e-6
-    )
-    assert y.min() < 0 < y.max()
+    np.testing.assert_allclose(sent["positions"][hand], frame.positions[hand], atol=1e-4)
+    np.testing.assert_allclose(sent["quats"][hand], frame.quats[hand], atol=1e-4)
+    np.testing.assert_allclose(sent["com"], frame.com, atol=1e-4)
+    loads = [force[2] for _, _, force in sent["contacts"]]
+    assert sum(loads) == pytest.approx(weight, rel=0.3)
+    for side, reaction in zip("rl", sent["reactions"], strict=True):
+        own = [k for k, site in enumerate(session.world.sites) if site.side == side]
+        point, force = reaction
+        np.testing.assert_allclose(force, frame.force[own].sum(axis=0), atol=0.1)
+        assert (point[1] > 0) == (side == "l")
+    corners = np.array(sent["support"])  # of all that presses
+    assert corners[:, 1].min() < 0 < corners[:, 1].max()
+    assert corners[:, 0].max() == pytest.approx(frame.point[:, 0].max(), abs=1e-4)
+    assert sent["floor"] == pytest.approx(0.0, abs=1e-3) and sent["ground"]["plane"]
 
 
-def test_pushes_and_the_pack_are_seen_while_they_are_there(page):
-    session = page.session
-    go(page, 0.05)
-    assert "/world/pack" not in nodes(page) and not page._pushing
+def test_the_grid_lies_on_ground_that_tilts(session):
+    session.tilt(np.deg2rad(6.0), 0.0)
+    session.advance(1.5)
+    ground = frame_data(session.frame)["ground"]
+    ahead, up = np.array(ground["axes"][:3]), np.array(ground["axes"][6:])
+    assert np.rad2deg(np.arctan2(ahead[2], ahead[0])) == pytest.approx(6.0, abs=0.5)
+    np.testing.assert_allclose(np.cross(ahead, ground["axes"][3:6]), up, atol=1e-5)
+
+
+def test_the_floor_is_the_step_under_the_person():
+    session = new_session(Ground(steps=(GroundStep(-1.0, 0.15),)))
+    session.advance(0.02)
+    sent = frame_data(session.frame)
+    assert sent["ground"] is None and sent["floor"] == pytest.approx(0.15)
+    assert not world_data(session.world)["ground"]["plane"]
+
+
+def test_pushes_and_the_pack_are_drawn_while_they_are_there(session):
+    assert frame_data(session.frame)["pushes"] == []
     session.push(np.pi / 2, 0.1)
-    go(page, 0.05)
-    (arrow,), trunk = page._pushing, session.frame.pushes[0, 0]
-    assert arrow.shaft.visible and not arrow.disc.visible
-    np.testing.assert_allclose(session.frame.pushes[0, 1], [0.0, 100.0, 0.0], atol=1e-9)
-    start, weight = np.array(arrow.shaft.position), HUMAN.mass * 9.81
-    assert trunk[1] - start[1] == pytest.approx(0.3 + 0.5 * 60.0 / weight, abs=0.05)
-    go(page, 0.2)
-    assert not arrow.shaft.visible and not len(session.frame.pushes)
+    session.advance(0.05)
+    ((_, force),) = frame_data(session.frame)["pushes"]
+    np.testing.assert_allclose(force, [0.0, 100.0, 0.0], atol=1e-9)
+    session.advance(0.2)
+    assert frame_data(session.frame)["pushes"] == []
     sizes = []
-    for mass in (5.0, 20.0, 0.0):
+    for mass in (5.0, 20.0):
         session.set_load(mass)
-        go(page, 0.02)
-        if mass:
-            box = nodes(page)["/world/pack"]
-            sizes.append(np.prod(box.dimensions))
-            behind = session.frame.positions[HUMAN.body("torso")][0] - box.position[0]
-            assert 0.1 < behind < 0.35
+        session.advance(0.02)
+        sent = frame_data(session.frame)
+        sizes.append(np.prod(sent["pack"]))
+        torso = session.frame.positions[HUMAN.body("torso")]
+        assert 0.1 < torso[0] - sent["positions"][-1][0] < 0.35
     assert sizes[1] == pytest.approx(4.0 * sizes[0], rel=1e-5)
-    assert "/world/pack" not in nodes(page)
+    session.set_load(0.0)
+    session.advance(0.02)
+    assert frame_data(session.frame)["pack"] is None
 
 
-def test_controls_follow_the_session(page):
-    page.panel.update(page.session.frame)
-    assert "0.00 s" in shown(page) and "100 % of real time" in shown(page)
-    page.session.submit(lambda: page.session.choose(Choice("passive", "two-segment", "42")))
-    go(page, 0.0)
-    page.panel.update(page.session.frame)
-    assert "the recording so far is lost" in shown(page)
-    assert any(name.startswith("/world/body/") and "toes_r" in name for name in nodes(page))
-    go(page, 1.5)
-    page.panel.update(page.session.frame)
-    assert "fell at" in shown(page)
+def test_what_a_controller_draws():
+    session = new_session(own=Pointing())
+    session.advance(0.02)
+    aim, here = frame_data(session.frame)["drawings"]
+    assert np.shape(aim["lines"]) == (1, 2, 3)
+    np.testing.assert_allclose(here["points"][0], session.frame.com, atol=5e-3)
+    session.advance(0.1)  # the line is not offered any more
+    assert [drawing["lines"] for drawing in frame_data(session.frame)["drawings"]] == [[]]
 
 
-def test_what_is_set_on_the_page_is_not_taken_back_before_it_is_done(page):
-    """Somebody moves sliders and ticks a box while figures of a moment ago are still shown."""
-    panel, session = page.panel, page.session
-    panel.update(session.frame)
-    for handle, value in (
-        (panel._slope, 4.0),
-        (panel._friction, 0.3),
-        (panel._pause, True),
-    ):
-        handle._impl.value = value  # as viser does with what a browser sends
-        for told in handle._impl.update_cb:
-            told(SimpleNamespace(client="a browser", target=handle))
-        panel.update(session.frame)
-        assert handle.value == value
+def test_a_person_has_skin_and_bones_where_the_feet_have_them():
+    drawn = world_data(new_session().world)
+    assert drawn["skin"] is not None and drawn["foot"] is None
+    assert drawn["bodies"] == HUMAN.model.nbody + 2  # the ground that tilts, and the pack
+
+
+def test_curves_name_what_they_show(session):
+    session.advance(0.5)
+    curves = curves_data(session.frame, soles_of(session), "ankle_angle_r")
+    named = [(chart["title"], chart["unit"]) for chart in curves["charts"]]
+    assert named == [
+        ("Ankle dorsiflexion", "°"),
+        ("Ankle dorsiflexion, torque", "N m"),
+        ("Ground force, vertical", "BW"),
+        ("Centre of pressure", "cm"),
+    ]
+    angle, _, force, _ = curves["charts"]
+    assert [line["label"] for line in angle["lines"]] == ["right", "left"]
+    row = [HUMAN.hinge("ankle_angle_r"), HUMAN.hinge("ankle_angle_l")]
+    last = [line["values"][-1] for line in angle["lines"]]
+    np.testing.assert_allclose(last, np.rad2deg(session.frame.history.angles[-1, row]), atol=1e-3)
+    loads = np.array([line["values"] for line in force["lines"]])
+    assert loads.sum(axis=0) == pytest.approx(1.0, abs=0.3)
+    assert curves["time"][-1] == 0.0 and curves["plate"].count("<svg") == 2
+    middle = curves_data(session.frame, soles_of(session), "lumbar_extension")
+    assert [line["label"] for line in middle["charts"][0]["lines"]] == [""]
+
+
+def test_controls_follow_the_session(session):
+    clock = Clock()
+    assert status_lines(session, clock, session.frame) == ["0.00 s, 1×, 100 % of real time"]
+    session.submit(lambda: session.choose(Choice("passive", "two-segment", "42")))
     session.advance(0.0)
-    np.testing.assert_allclose(session.desired_slope, np.deg2rad([4.0, 0.0]))
-    assert session.friction == 0.3 and session.paused
-    session.restart()
-    panel.update(session.frame)
-    assert (panel._slope.value, panel._friction.value) == (0.0, Ground().friction)
+    assert control_values(session)["feet"] == "two-segment"
+    assert "the recording so far is lost" in status_lines(session, clock, session.frame)[1]
+    session.advance(1.5)
+    assert "fell at" in status_lines(session, clock, session.frame)[1]
+
+
+def test_commands_set_the_session(session):
+    commands = Commands(session, can_save=True)
+    ask(commands, "controller", value="passive")
+    session.advance(0.0)
+    for name, value in {
+        "slope": 4.0,
+        "friction": 0.3,
+        "load": 5.0,
+        "pause": True,
+        "speed": 0.25,
+        "force": 50.0,
+    }.items():
+        ask(commands, name, value=value)
+    session.advance(0.0)
+    values = control_values(session)
+    assert (values["slope"], values["cross_slope"]) == (pytest.approx(4.0), 0.0)
+    assert [values[k] for k in ("friction", "load", "pause", "speed", "force", "controller")] == [
+        *(0.3, 5.0, True, 0.25, 50.0, "passive")
+    ]
+    ask(commands, "restart")
+    session.advance(0.0)
+    assert control_values(session)["friction"] == Ground().friction
+    ask(commands, "joint", value="knee_angle_r")
+    assert commands.joint == "knee_angle_r"
+    ask(commands, "save")
+    assert commands.save_requested.is_set() and not session.message
+
+
+def test_targets_of_a_controller_are_set_by_their_names():
+    session = new_session(own=Pointing())
+    commands = Commands(session, can_save=False)
+    ask(commands, "target", name="style", value=1)
+    ask(commands, "target", name="bend", value=12.5)
+    session.advance(0.02)
+    bend, style = control_values(session)["targets"]
+    assert (bend["value"], style["value"], style["names"]) == (12.5, 1.0, ["walk", "stroll"])
+    ask(commands, "target", name="bend", value=90.0)
+    session.advance(0.02)
+    assert "must be 0–30 deg" in session.message
+
+
+@pytest.mark.parametrize(
+    "message",
+    ["", "[]", "3", "{", '{"do": []}', '{"do": "format"}', '{"do": "save"}', '{"do": "pause"}',
+     '{"do": "friction", "value": NaN}', '{"do": "friction", "value": 1e9}',
+     '{"do": "friction", "value": "slippery"}', '{"do": "friction", "value": true}',
+     '{"do": "friction", "value": 0.5, "more": 1}', '{"do": "pause", "value": "yes"}',
+     '{"do": "controller", "value": "hope"}', '{"do": "feet", "value": 3}',
+     '{"do": "feet", "value": ["rigid"]}', '{"do": "joint", "value": "__class__"}',
+     '{"do": "push", "force": 1e6, "direction": 0, "duration": 0.1}',
+     '{"do": "hold", "body": 1.5, "at": [0, 0, 1], "end": [0, 0, 1]}',
+     '{"do": "hold", "body": 1, "at": [0, 0], "end": [0, 0, 1]}',
+     '{"do": "pull", "end": [0, 0, Infinity]}', "[" * 3000],
+)  # fmt: skip
+def test_a_message_that_the_page_does_not_send_is_refused(session, message):
+    commands = Commands(session, can_save=False)
+    before = control_values(session)
+    commands.receive(message)
+    assert "refused" in session.message
+    assert not session.pending and control_values(session) == before
+
+
+def test_a_body_that_is_none_cannot_be_held(session):
+    ask(Commands(session, can_save=False), "hold", body=999, at=[0, 0, 1], end=[0, 0, 1])
+    session.advance(0.0)
+    assert "no body 999" in session.message
+
+
+def test_a_browser_that_comes_later_gets_the_last_frame(page):
+    go(page, 0.1)
+    page.update_controls(page.session.frame)
+    with connect(page.address.replace("http", "ws") + SOCKET_PATH) as socket:
+        socket.send('{"do": "join"}')
+        first, second = (json.loads(socket.recv()) for _ in range(2))
+    assert first["kind"] == "frame" and second["kind"] == "panel"
+    assert first["time"] == pytest.approx(page.session.frame.time)
 
 
 def test_ground_of_any_friction_has_a_page():
-    ice = Ground(friction=0.01)
-    stage = Stage(Start(HUMAN, ice, "standing", Provenance("", {})), ModelMismatch(), SMALL)
-    page = LiveWorld(Session(stage, stage.choice), Clock(), port=8462)
+    page = LiveWorld(new_session(Ground(friction=0.01)), Clock(), port=8462)
     page.close()
 
 
-def test_targets_and_drawings_of_a_controller_are_on_the_page():
-    begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    how = SMALL
-    stage = Stage(begin, ModelMismatch(), how, own=Pointing())
-    page = LiveWorld(Session(stage, stage.choice), Clock(), port=8461)
-    try:
-        page.panel.update(page.session.frame)
-        slider, box = page.panel.targets
-        assert (slider.label, slider.min, slider.max, slider.value) == ("bend [deg]", 0, 30, 5)
-        assert (tuple(box.options), box.value) == (("walk", "stroll"), "walk")
-        box._impl.value = "stroll"  # as viser does with what a browser sends
-        for told in box._impl.update_cb:
-            told(SimpleNamespace(client="a browser", target=box))
-        go(page, 0.02)
-        bend, style = page.session.targets
-        assert style.value == 1.0
-        bend.set(25.0)  # by the controller itself
-        page.panel.update(page.session.frame)
-        assert (slider.value, box.value) == (25.0, "stroll")
-        drawn = nodes(page)
-        assert drawn["/world/offered/aim/lines"].visible
-        np.testing.assert_allclose(
-            drawn["/world/offered/here/points"].points[0], page.session.frame.com, atol=5e-3
-        )
-        go(page, 0.1)  # it is not offered any more
-        assert not drawn["/world/offered/aim/lines"].visible
-    finally:
-        page.close()
-
-
 @pytest.mark.slow
-def send(page: LiveWorld, control, updates: dict) -> None:
-    """Let a message of a client arrive."""
-    interface = page.server.gui._websock_interface
-    message = GuiUpdateMessage(control._impl.uuid, updates)
-    asyncio.run(interface._handle_incoming_message(0, message))
+def test_another_body_has_another_page(opened, browser):
+    """The page is loaded anew; what is shown stays."""
+    browser.evaluate("option('solids')")
+    opened.session.choose(Choice("passive", "multi-segment", "42"))
+    go(opened, 0.0)
+    wait_for(lambda: browser.evaluate("D.foot !== null && document.body.dataset.time"))
+    assert browser.evaluate("show.solids")
+    assert browser.errors == []
 
 
-def test_a_message_that_sets_what_the_page_does_not_offer_is_refused(page):
-    panel, session = page.panel, page.session
-    for control, updates in (
-        (panel._controller, {"value": "hope"}),
-        (panel._feet, {"value": 3}),
-        (panel._friction, {"value": float("nan")}),
-        (panel._friction, {"value": 1e9}),
-        (panel._friction, {"value": "slippery"}),
-        (panel._pause, {"removed": True}),
-        (panel._pause, {"value": "yes"}),
-        (panel._force, {"value": 50.0, "visible": False}),
-    ):
-        before, session.message = control.value, ""
-        send(page, control, updates)
-        assert control.value == before and "refused" in session.message, updates
-    send(page, panel._force, {"value": 50.0})
-    assert panel._force.value == 50.0
-    go(page, 0.05)
-    panel.update(session.frame)  # nothing that was refused is met here
-
-
-def test_no_client_can_open_a_tunnel(page):
-    handlers = page.server._websock_server._incoming_handlers
-    assert not any("Share" in kind.__name__ for kind in handlers)
-
-
-def test_restarts_do_not_make_the_page_grow():
-    made = []
-
-    def pointing(*_):
-        made.append(Pointing())
-        return made[-1]
-
-    begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, ModelMismatch(), SMALL)
-
-    def director(choice, hand, place):
-        return replace(stage(choice, hand, place), controller=pointing)
-
-    live = LiveWorld(Session(director, stage.choice), Clock(), port=8462)
-    try:
-        buffer = live.server._websock_server.get_message_buffer()
-        sizes = []
-        for _ in range(6):
-            live.session.restart()
-            go(live, 0.05)
-            live.panel.update(live.session.frame)
-            sizes.append(len(buffer.message_from_id))
-        assert sizes[-1] == sizes[1]
-        send(live, live.panel.targets[0], {"value": 12.0})
-        assert live.panel._of is made[-1].targets, "the controls set the new controller"
-    finally:
-        live.close()
-
-
-def test_a_push_sent_from_the_page_moves_the_body(opened, browser):
+def test_what_is_set_on_the_page_reaches_the_session(opened, browser):
     session = opened.session
     before = session.frame.com
+    browser.evaluate(SET.format("force", "300"))
     browser.evaluate(CLICK.format("Push the trunk"))
     wait_for(lambda: len(session.pending))
     go(opened, 0.3)
+    assert session.hand.max_force == 300.0
     assert (session.frame.com - before)[0] > 0.005
     record = session.record()
     assert [s.name for s in record.sites if s.part == "push"] == ["push_torso"]
+    browser.evaluate(SET.format("friction", "0.25"))
+    wait_for(lambda: len(session.pending))
+    go(opened, 0.0)
+    opened.update_controls(session.frame)
+    opened.update_curves(session.frame)
+    wait_for(lambda: "0.30 s" in browser.evaluate("document.getElementById('status').innerText"))
+    assert browser.evaluate("document.querySelector('[name=friction]').value") == "0.25"
+    wait_for(lambda: browser.evaluate("document.querySelectorAll('#charts figure').length") == 4)
+    heading = browser.evaluate("document.querySelector('#charts b').textContent")
+    assert heading == "Ankle dorsiflexion [°]"
     assert browser.errors == []
     assert browser.requests == [f"{opened.address}/"]
 
 
-@pytest.mark.slow
-def test_a_body_is_dragged_with_the_mouse(opened, browser):
+def test_panels_leave_the_person_in_sight(opened, browser):
+    shown = "['curves', 'panel'].filter(id => document.getElementById(id).checkVisibility())"
+    wide = "document.getElementById('stage').clientWidth / innerWidth"
+    tall = "document.getElementById('stage').clientHeight / innerHeight"
+    assert browser.evaluate(shown) == ["curves", "panel"]
+    for size, least in (((1000, 700), (0.6, 0.7)), ((390, 780), (0.99, 0.35))):
+        browser.resize(*size)
+        assert browser.evaluate(shown) == []
+        for button, panel in (("Feet and curves", "curves"), ("Controls", "panel")):
+            browser.evaluate(CLICK.format(button))
+            assert browser.evaluate(shown) == [panel]
+            assert browser.evaluate(f"[{wide}, {tall}]") >= list(least)
+            assert browser.evaluate(tall) >= least[1]
+        browser.evaluate(CLICK.format("Controls"))
+        assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize("solids", [False, True])
+def test_a_body_is_dragged_with_the_mouse(opened, browser, solids):
+    """At the trunk: the middle of the picture; and the camera stays."""
     session = opened.session
-    wait_for(lambda: browser.evaluate("document.querySelector('canvas') !== null"))
+    browser.evaluate(f"show.solids = {str(solids).lower()}; plantigrade.setView('front')")
     browser.settle()
-    box = browser.evaluate(
-        "(r => [r.x, r.y, r.width, r.height])"
-        "(document.querySelector('canvas').getBoundingClientRect())"
+    x, y = browser.evaluate(
+        "(r => [r.x + r.width / 2, r.y + 0.4 * r.height])(canvas.getBoundingClientRect())"
     )
-    x, y = box[0] + box[2] / 2, box[1] + box[3] / 2  # where the camera looks: at the person
-
-    def held() -> bool:
-        browser.mouse("mousePressed", x, y)
-        for k in range(1, 6):
-            browser.mouse("mouseMoved", x + 12 * k, y)
-        session.advance(0.0)
-        if session.hand.rope is None:  # not yet drawn
-            browser.mouse("mouseReleased", x, y)
-        return session.hand.rope is not None
-
-    wait_for(held)
+    view = browser.evaluate("camera.azimuth")
+    browser.mouse("mousePressed", x, y)
+    for k in range(1, 6):
+        browser.mouse("mouseMoved", x + 12 * k, y)
+    wait_for(lambda: len(session.pending) >= 2)
+    session.advance(0.0)
     rope, before = session.hand.rope, session.frame.com
+    trunk = {HUMAN.body(name) for name in ("pelvis", "lumbar", "torso") if name in bodies()}
+    assert rope.body in trunk
     pulled = rope.end - rope.position(session.world.data)
-    assert np.linalg.norm(pulled) > 0.01
+    assert pulled[1] > 0.05  # to the right of the picture is the left of the person
+    np.testing.assert_allclose(pulled[[0, 2]], 0.0, atol=0.03)
     go(opened, 0.3)
     assert (session.frame.com - before) @ pulled > 1e-4
-    assert session.frame.rope is not None
+    assert frame_data(session.frame)["rope"] is not None
     browser.mouse("mouseReleased", x + 60, y)
-    wait_for(lambda: session.advance(0.0) == 0.0 and session.frame.rope is None)
+    wait_for(lambda: session.advance(0.0) == 0.0 and session.hand.rope is None)
+    assert browser.evaluate("camera.azimuth") == view
+    browser.drag((x + 300, y), (x + 340, y))  # beside the body: the view turns
+    assert browser.evaluate("camera.azimuth") != view
+    assert not session.pending
+
+
+def bodies() -> set[str]:
+    """Return the names of the bodies of the person."""
+    return {HUMAN.model.body(k).name for k in range(HUMAN.model.nbody)}

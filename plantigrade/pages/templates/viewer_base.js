@@ -5,7 +5,7 @@
 const D = JSON.parse(document.getElementById("scene").textContent);
 const $ = (id) => document.getElementById(id);
 const NB = D.bodies;
-const state = { t: 0, past: 0, playing: false, speed: 1, repeat: true, follow: true, dirty: true };
+const state = { t: 0, past: 0, playing: false, speed: 1, repeat: true, follow: true, dirty: true, drawn: 0 };
 const show = { body: true, solids: false, xray: false, ref: true, beside: false, recorded: true, fitted: true,
   force: true, pushes: true, cop: true, com: true };
 

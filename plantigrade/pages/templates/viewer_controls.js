@@ -64,7 +64,7 @@ function setUpPointers({ hover = () => {}, grab = () => false, drag = () => {} }
   });
   canvas.addEventListener("wheel", (ev) => { ev.preventDefault(); zoom(Math.exp(ev.deltaY * 0.0012)); }, { passive: false });
 }
-const help = $("help");
+const help = $("help"), ROOMY = 640;   // width of the picture at which the legend leaves the person free [px]
 function option(name) { document.querySelector(`#legend input[name=${name}]`)?.click(); }
 const VIEW_KEYS = {
   f: () => $("follow").click(), s: () => option("solids"), x: () => option("xray"), q: () => setQuality(quality.simple ? "full" : "simple"),
@@ -82,7 +82,7 @@ function press(ev) {
   if (act) { ev.preventDefault(); act(ev); }
 }
 function setUpLegend() {
-  $("legend").open = innerWidth > 800;
+  $("legend").open = $("stage").clientWidth > ROOMY;
   $("quality").addEventListener("change", (ev) => setQuality(ev.target.value));
   $("follow").addEventListener("change", (ev) => { state.follow = ev.target.checked; state.dirty = true; });
   $("ask").addEventListener("click", () => help.showModal());

@@ -257,6 +257,7 @@ function draw(paper = null) {
   const up = now.ground.axes.slice(6);
   const sideways = [-Math.sin(D.heading), Math.cos(D.heading), 0].map((x) => x * (show.beside ? 0.75 : 0));
   last = { ...now, view, eye: e };
+  state.drawn += 1;
 
   if (!simple) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, buffers.fbo);

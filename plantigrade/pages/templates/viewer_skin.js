@@ -35,6 +35,7 @@ function skinBuffer() {
   arrayBuffer(rows, [[0, 3], [1, 3], [2, 4], [4, 4], [3, 4]], 18);
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(faces), gl.STATIC_DRAW);
+  S.mesh = { vertices: v, bones: v.map((_, i) => four(bones, i, 1)), weights: v.map((_, i) => four(weights, i, 1 / 255)), faces };   // for picking
   return { vao, count: faces.length };
 }
 const SKINNED = `
