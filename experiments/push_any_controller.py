@@ -1,7 +1,7 @@
 """A benchmark for any walking controller: push limits, and a tour with punches.
 
 One column for each controller, ``--controller FILE.py:NAME`` for one from outside
-(docs/experiments.md).
+(docs/experiments-control.md).
 """
 
 from collections.abc import Iterator, Sequence

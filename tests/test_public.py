@@ -15,7 +15,7 @@ PACKAGE = Path(plantigrade.__file__).parent
 ROOT = PACKAGE.parent
 PAGE = (ROOT / "docs" / "python.md").read_text("utf-8").partition("## What is public")[2]
 PUBLIC = set(re.findall(r"^\| `(plantigrade[\w.]*)`", PAGE, re.MULTILINE))
-BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(?:python|\{code-cell\} ipython3)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 

@@ -116,9 +116,17 @@ def test_each_kind_of_user_has_three_lines(user):
     assert [line.split()[0] for line in block.splitlines()] == ["plantigrade"] * 3
 
 
-def test_its_picture_moves():
-    (picture,) = re.findall(r"!\[[^]]+\]\(([^)]+\.svg)\)", README.read_text("utf-8"))
-    assert "<animate" in (ROOT / picture).read_text("utf-8")
+def test_its_picture_moves_and_is_small():
+    image = pytest.importorskip("PIL.Image")
+    (picture,) = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README.read_text("utf-8"))
+    assert (ROOT / picture).stat().st_size <= 1_500_000
+    assert image.open(ROOT / picture).n_frames > 20
+
+
+def test_a_report_and_the_viewer_are_shown():
+    shown = re.findall(r'<img src="([^"]+)"', README.read_text("utf-8"))
+    assert [Path(path).stem for path in shown] == ["report", "viewer"]
+    assert all((ROOT / path).stat().st_size < 300_000 for path in shown)
 
 
 def test_every_page_of_the_documentation_is_linked():

@@ -9,6 +9,7 @@ import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
+from html import escape
 from typing import Any, NamedTuple
 
 import tyro
@@ -173,14 +174,13 @@ class OptionTables(Directive):
         for each in groups(command_class(*self.arguments)):
             if ("own" if each.title != OWN else "shared") in self.options:
                 continue
-            if "own" not in self.options:
-                made.append(nodes.rubric("", each.title))
             heads = {
                 key: head
                 for key, head in HEADS.items()
                 if key in ("name", "meaning") or any(getattr(row, key) for row in each.rows)
             }
-            made.append(table(each.rows, heads))
+            title = "Options" if "own" in self.options else each.title
+            made += folded(title, table(each.rows, heads), is_open=title == OWN)
         return made
 
 
@@ -194,9 +194,19 @@ class SettingTable(Directive):
         heads = {"name": "Setting", "meaning": "Meaning", "default": "Default"}
         made: list = []
         for each in settings(self.arguments[0]):
-            made += [nodes.rubric("", each.title)] if each.title else []
-            made.append(table(each.rows, heads))
+            made += folded(each.title, table(each.rows, heads), is_open=not each.title)
         return made
+
+
+def folded(title: str, content: nodes.Node, *, is_open: bool) -> list[nodes.Node]:
+    """Return content under a title that folds it away, closed unless ``is_open``.
+
+    Without it the options that many commands share would be most of the length of their pages.
+    """
+    if is_open:
+        return [nodes.rubric("", title), content] if title else [content]
+    head = f'<details class="options"><summary>{escape(title)}</summary>'
+    return [nodes.raw("", head, format="html"), content, nodes.raw("", "</details>", format="html")]
 
 
 def table(rows: Sequence[Row], heads: Mapping[str, str]) -> nodes.table:
