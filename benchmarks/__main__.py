@@ -24,6 +24,7 @@ from benchmarks import (  # noqa: E402
     live,
     long,
     pendulum,
+    pictures,
     processes,
     reading,
     synthesis,
@@ -37,7 +38,7 @@ DATA_VARIABLE = "PLANTIGRADE_DATA"
 OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
-    *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live"),
+    *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live", "pictures"),
     *("environment", "controllers", "pendulum"),
     *("kinematics", "opensim", "reading", "fits", "long", "batch"),
 )
@@ -57,6 +58,7 @@ def main() -> int:
         "feet": feet.rows,
         "world": world.rows,
         "live": live.rows,
+        "pictures": pictures.rows,
         "environment": environment.rows,
         "controllers": controllers.rows,
         "pendulum": pendulum.rows,

@@ -7,7 +7,8 @@ or the one that the environment variable ``CHROMIUM`` names. Where there is none
 The flags that make it draw WebGL without a graphics card, as root in a container:
 
 - ``--headless --no-sandbox``: no window; the sandbox needs privileges a container does not give.
-- ``--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader``: WebGL by software.
+- ``--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader``: WebGL by software; with
+  ``CHROMIUM_GRAPHICS=card`` in the environment the graphics card draws instead.
 - ``--disable-background-networking``: no request that the page did not make.
 - ``--user-data-dir``: a fresh folder each time, or a second start waits for the first one's lock.
 - ``--remote-debugging-port=0``: a free port, written to ``DevToolsActivePort`` in that folder.
@@ -30,9 +31,6 @@ import numpy as np
 FLAGS = (
     "--headless",
     "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
     "--disable-background-networking",
     "--disable-dev-shm-usage",
     "--disable-extensions",
@@ -40,6 +38,8 @@ FLAGS = (
     "--hide-scrollbars",
     "--remote-debugging-port=0",
 )
+SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+CARD = ("--use-gl=angle", "--ignore-gpu-blocklist")
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 
 
@@ -57,8 +57,9 @@ class _Chromium:
         if path is None:
             raise RuntimeError("no Chromium found: apt-get install chromium")
         self._folder = tempfile.mkdtemp(prefix="chromium-")
+        graphics = CARD if os.environ.get("CHROMIUM_GRAPHICS") == "card" else SOFTWARE
         self._process = subprocess.Popen(
-            [path, *FLAGS, f"--user-data-dir={self._folder}", "about:blank"],
+            [path, *FLAGS, *graphics, f"--user-data-dir={self._folder}", "about:blank"],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -231,6 +232,11 @@ class Browser:
         if "exceptionDetails" in answer:
             raise RuntimeError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
+
+    def processor_time(self) -> float:
+        """Return processor time of all processes of the browser so far [s]."""
+        processes = _running[-1].session.call("SystemInfo.getProcessInfo")["processInfo"]
+        return sum(process["cpuTime"] for process in processes)
 
     def settle(self) -> None:
         """Wait for two animation frames, so that what was asked for is drawn."""

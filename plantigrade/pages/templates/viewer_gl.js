@@ -283,7 +283,7 @@ function draw(paper = null) {
   // X-ray: solids inside the skin, and bones in place of those of the feet; in transparent solids, bones alone
   const [shown, solid, solidPose] = show.xray ? [F ? (skinned ? "inside" : "bones") : "body", "body", buffers.pose] : [kind, kind, pose];
   if (show.body && (skinned || F || !show.xray)) {
-    if (now.ground.plane) {    // what is below the ground is seen through it, or feet would be cut off
+    if (now.ground.plane && !simple) {    // what is below the ground is seen through it, or feet would be cut off
       gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthFunc(gl.GREATER); gl.depthMask(false);
       plain(solid, 0.5, [...up, now.ground.height + dot(up, now.ground.origin)]); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
       gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
