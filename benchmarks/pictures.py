@@ -24,7 +24,7 @@ from tests.pages.walker import walk, walker
 
 WIDTH, HEIGHT = 900, 640  # [px]
 SECONDS = 6.0  # of one figure
-SETTLING = 4.0  # [s] in which a page finds out how fast the machine draws
+SETTLING = 8.0  # [s] in which a page finds out how fast the machine draws
 GOAL = 10.0  # [pictures/s] in software
 RENDERER = "gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL)"
 

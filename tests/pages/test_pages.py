@@ -62,7 +62,7 @@ def test_viewer_draws_and_is_silent(still, quality):
 def test_scrubbing_moves_body_and_cursor(still):
     still.evaluate("plantigrade.state.follow = false")
     before = stage(still)
-    cursor = "document.querySelector('.cursor').getAttribute('transform')"
+    cursor = "document.querySelector('.cursor').style.transform"
     was = still.evaluate(cursor)
     left, y, width = middle(still, "#slider")
     still.drag((left + 0.3 * width, y), (left + 0.6 * width, y))

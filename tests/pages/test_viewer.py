@@ -252,7 +252,7 @@ def test_without_graphics_the_curves_still_play(path):
         none = "HTMLCanvasElement.prototype.getContext = () => null;"
         browser.call("Page.addScriptToEvaluateOnNewDocument", source=none + CLOCK)
         browser.open(path, ready=READY)
-        cursor = "document.querySelector('.cursor').getAttribute('transform')"
+        cursor = "document.querySelector('.cursor').style.transform"
         browser.evaluate("plantigrade.pause(); plantigrade.seek(1); frame(0)")
         was = browser.evaluate(cursor)
         browser.evaluate("plantigrade.seek(2); frame(0)")

@@ -69,15 +69,19 @@ function setUpPrint() {
 }
 
 /* ---- the loop ---- */
-let before = null;
+const READING = 300, TEXTS = 6;   // while it plays, numbers beside the curves change so often [ms], and with every sixth picture at most: text costs more than the body
+let before = null, said = -READING;
 function tick(now) {
+  const late = now - before;
   if (state.playing && before !== null) { measure(now - before); advance((now - before) / 1000); }
   before = now;
   if (state.dirty) {
     state.dirty = false;
     const at = frameAt(state.t);
     if (gl && !gl.isContextLost()) draw();
-    for (const each of cursors) each(at);
+    const readable = !state.playing || now - said >= Math.max(READING, TEXTS * late);
+    if (readable) said = now;
+    for (const each of cursors) each(at, readable);
     slider.value = state.t;
     slider.setAttribute("aria-valuetext", `${state.t.toFixed(2)} seconds`);
     $("clock").textContent = `${state.t.toFixed(2)} s`;

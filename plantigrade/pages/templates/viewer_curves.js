@@ -23,7 +23,7 @@ function buildCurves() {
       svg += `<path d="${path}" style="--c:${l.colour}"${hides ? ' stroke-dasharray="6 6"' : ""}/>`;
     });
     figure.innerHTML = `<figcaption><b></b><span class="now"></span></figcaption><div class="plot"><div class="ticks"></div>
-      <svg viewBox="0 0 100 100" preserveAspectRatio="none" role="img">${svg}<line class="cursor" x1="0" x2="0" y1="0" y2="100"/></svg></div>`;
+      <svg viewBox="0 0 100 100" preserveAspectRatio="none" role="img">${svg}</svg><div class="cursor"></div></div>`;
     figure.querySelector("b").textContent = chart.title;
     const plot = figure.querySelector("svg"), ticks = figure.querySelector(".ticks");
     plot.setAttribute("aria-label", `${chart.title} over time: ${lines.map((l) => l.label).filter(Boolean).join(", ") || "one curve"}`);
@@ -42,9 +42,10 @@ function buildCurves() {
       tell(`${t.toFixed(2)} s: ${lines.map((l) => value(l, at)).join(", ")}`, ev);
     });
     plot.addEventListener("pointerleave", () => tell(""));
-    cursors.push((at) => {
-      figure.querySelector(".cursor").setAttribute("transform", `translate(${x(state.t)} 0)`);
-      lines.forEach((l, i) => { cells[i].textContent = value(l, at); });
+    const cursor = figure.querySelector(".cursor");   // not of the drawing: browsers would draw the curves anew for every picture
+    cursors.push((at, readable) => {
+      cursor.style.transform = `translateX(${x(state.t)}%)`;
+      if (readable) lines.forEach((l, i) => { cells[i].textContent = value(l, at); });
     });
     host.append(figure);
   }
