@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from plantigrade.workflows.synthesize_many import synthesize_many
     from plantigrade.workflows.vault import vault
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "ContactPlan",

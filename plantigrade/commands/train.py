@@ -18,7 +18,7 @@ class Command(TrainSettings, RunOptions):
     """Train a walking policy on a reference walk by reinforcement learning.
 
     The reference is a recording, which is fitted first, or a run; by default a published mean walk.
-    Requires pip install 'plantigrade[learn]'. With --resume, interrupted training continues. The
+    Requires pip install '.[learn]'. With --resume, interrupted training continues. The
     exit code is 0 if every seed reached the goal, otherwise 3.
     """
 
