@@ -45,7 +45,6 @@ ROTATIONS = (
 )
 """Rows of Table I of [Boukheddimi]_ in order, with printed label and coordinate."""
 
-SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 TOUCH_HEIGHT = 0.002  # [m] maximum height of a point of the sole that has touched the ground
 STANDING_HEIGHT = 0.005  # [m] maximum height of the lowest point of a foot in stance
 

@@ -12,7 +12,6 @@ from plantigrade.models import Human
 
 __all__ = ["ContactSite", "Point", "contact_sites", "foot_sites"]
 
-PARTS = ("heel", "sole", "ball", "toe")
 """Parts of a foot with their own contact times. Heel and sole lift together, then the ball, then
 the toes."""
 
@@ -62,8 +61,8 @@ class ContactSite(Point):
             toes, so that the foot rolls over it without slipping.
         name: Name, such as ``"heel_back_medial_r"``.
         side: ``"r"`` or ``"l"``; empty for a site not on a foot.
-        part: One of :data:`PARTS`; for a site not on a foot another name, such as ``"chair"``, or
-            :data:`PUSH_PART` for a force that friction does not limit.
+        part: ``"heel"``, ``"sole"``, ``"ball"`` or ``"toe"``; elsewhere another name,
+            such as ``"chair"``, or :data:`PUSH_PART` for a force that friction does not limit.
         measured: Whether the force is measured and acts at the measured centre of pressure instead
             of ``position``.
 

@@ -99,26 +99,6 @@ def zero_moment_point(
     return np.stack([x, y, np.where(np.isfinite(x), ground, np.nan)], axis=1)
 
 
-def centre_of_pressure(
-    force: Float[Array, "n_frames n_contacts 3"],
-    point: Float[Array, "n_frames n_contacts 3"],
-    *,
-    min_force: float = 20.0,
-) -> Float[Array, "n_frames 3"]:
-    """Return the load-weighted mean of all contact points, the centre of pressure [m].
-
-    Args:
-        force: Force of the ground on the body at each contact [N].
-        point: Points of application [m]; may be NaN for zero force.
-        min_force: Total vertical force below which the result is NaN [N].
-    """
-    load = np.where(np.isfinite(point[..., 2]), np.maximum(force[..., 2], 0.0), 0.0)
-    total = load.sum(axis=1)
-    weighted = (load[..., None] * np.nan_to_num(point)).sum(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where((total > min_force)[:, None], weighted / total[:, None], np.nan)
-
-
 def root_wrench_at(
     root: Float[Array, "n_frames 6"],
     qpos: Float[Array, "n_frames nq"],

@@ -36,7 +36,6 @@ def track_arms(
     solver: InverseKinematics,
     measured: Float[Array, "n_frames n_points 3"],
     start: Float[Array, " nq"],
-    progress=None,
 ) -> tuple[Float[Array, "n_frames nq"], Float[Array, "n_frames n_points"]]:
     """Solve all frames like :func:`~plantigrade.kinematics.inverse.track`, with arms in one branch.
 
@@ -44,17 +43,16 @@ def track_arms(
         solver: The inverse kinematics.
         measured: World positions over time [m]; NaN where not measured.
         start: Configuration to start the first frame from.
-        progress: Called repeatedly with the number of completed frames.
     """
     arms = arms_of(solver.points.human)
     if not arms or not len(measured):
-        return track(solver, measured, start, progress)
+        return track(solver, measured, start)
     low, high = solver.low, solver.high
     start = best_start(solver, measured[0], start)
     solver.low, solver.high = low.copy(), high.copy()
     hinges = np.concatenate(arms)
     solver.low[hinges], solver.high[hinges] = -FREE_RANGE, FREE_RANGE
-    qpos, residual = track(solver, measured, start, progress)
+    qpos, residual = track(solver, measured, start)
     solver.low, solver.high = low, high
     seen, frames = np.all(np.isfinite(measured), axis=2), np.arange(len(measured))
     for k in arms:

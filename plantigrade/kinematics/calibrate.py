@@ -375,7 +375,6 @@ def calibrate(
     *,
     height: float | None,
     standing: Bool[Array, " n_frames"] | None = None,
-    progress=None,
 ) -> Calibration:
     """Scale a person to the markers of a few frames.
 
@@ -386,7 +385,6 @@ def calibrate(
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.
         standing: Frames of a standing trial, with straight legs and trunk.
-        progress: Called with the number of steps done.
 
     Raises:
         FitError: If too few markers have a known name to give the pose.
@@ -408,8 +406,6 @@ def calibrate(
     attached: dict[str, str] = {}
     for k in range(MAX_STEPS):
         rms = c.refine()
-        if progress:
-            progress(k + 1)
         if k == 4:
             attached = c.attach_unknown()
         if k > 6 and abs(last - rms) < 1e-5:

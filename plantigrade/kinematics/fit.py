@@ -21,7 +21,7 @@ from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.prepare import columns, prepare
-from plantigrade.kinematics.result import Fit, Progress, counter
+from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import (
@@ -51,7 +51,6 @@ def fit_markers(
     marker_set: MarkerSet | None = None,
     ground: GivenGround | None = None,
     body: ScaledBody | None = None,
-    progress: Progress | None = None,
 ) -> Fit:
     """Fit a scaled person to a marker recording.
 
@@ -64,14 +63,13 @@ def fit_markers(
             given.
         body: Scaled body shared by trials of this person; by default scaled to this recording
             alone.
-        progress: Called with (what, done, total).
 
     Raises:
         FitError: If the recording has no markers, too few known ones, or no usable frame, or the
             feet do not stand on the given ground.
     """
     trial = prepare(recording, person, static=static, marker_set=marker_set, ground=ground)
-    body = body or scale([trial], marker_set=marker_set, progress=progress)
+    body = body or scale([trial], marker_set=marker_set)
     recording, markers, window = trial.recording, trial.markers, trial.window
     notes = [*body.notes, *trial.notes]
     ignored = {
@@ -88,7 +86,7 @@ def fit_markers(
         PointSet.of(human, places), np.array([1 / noise_factor(p) ** 2 for p in places])
     )
     start = body.start(recording.source)
-    qpos, residual, kept, more = _follow(solver, samples, tracked, start, progress)
+    qpos, residual, kept, more = _follow(solver, samples, tracked, start)
     notes += more
     if body.grounded:
         human = with_resting_soles(human, places, markers.time[window], qpos, ground=floor)
@@ -156,11 +154,9 @@ def _follow(
     samples: Float[Array, "n_frames n_markers 3"],
     names: Sequence[str],
     first: Float[Array, " nq"],
-    progress: Progress | None,
 ):
     """Solve all frames, correct swapped markers, exclude outliers, and solve again."""
-    report = counter(progress, "following the markers", len(samples))
-    qpos, residual = track_arms(solver, samples, first, report)
+    qpos, residual = track_arms(solver, samples, first)
     suspects = _suspects(residual)
     if not suspects.any():
         return qpos, residual, np.isfinite(residual), []

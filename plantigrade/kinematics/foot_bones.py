@@ -29,7 +29,6 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_pose import MAX_TOE_BEND, SEGMENTS, FootPoser, marks
 from plantigrade.kinematics.ground_normal import hinge_angles, hinge_turn
@@ -108,7 +107,6 @@ def foot_path(
     facing: Float[Array, "n_frames 3 3"],
     shank: Float[Array, "n_frames 3 3"],
     presses: np.ndarray,
-    ground: Ground | None = None,
     *,
     turns: bool = True,
     pitched: bool = False,
@@ -122,16 +120,13 @@ def foot_path(
         facing: Rotation from the foot to the world in the motion of the rigid foot.
         shank: Rotation from the tibia to the world.
         presses: Loaded parts in every frame (:func:`pressing`).
-        ground: The ground; level at height zero if not given.
         pitched: Whether ``facing`` includes a recorded pitch, which is then kept while the foot
             rolls over its heel or the tips of its toes.
         turns: Whether the foot may rotate; otherwise only the segments within it do, with correct
             orientations but approximate positions.
     """
     n = len(time)
-    air, flat = (
-        poser.pose(ankle, facing, _SETS[np.full(n, kind)], ground) for kind in (NONE, TOES)
-    )
+    air, flat = (poser.pose(ankle, facing, _SETS[np.full(n, kind)]) for kind in (NONE, TOES))
     heel = poser.segment == SEGMENTS.index("heel")
     low = air.clearance[:, ~heel].min(axis=1)
     sunk = (low < 0) & (low < air.clearance[:, heel].min(axis=1))
@@ -146,7 +141,7 @@ def foot_path(
     turn, angles, shift = np.zeros((n, 3)), np.zeros((n, 12)), np.zeros(n)
     for kind, weight in _weights(time, presses).items():
         rows = np.flatnonzero(weight > 0)
-        pose = poser.pose(ankle[rows], facing[rows], _SETS[np.full(len(rows), kind)], ground)
+        pose = poser.pose(ankle[rows], facing[rows], _SETS[np.full(len(rows), kind)])
         inner = pose.angles
         if kind in (TOES, TIPS, LEAVING):
             foot = pose.rotation if turns and kind != LEAVING else facing[rows]

@@ -266,7 +266,6 @@ def track(
     solver: InverseKinematics,
     measured: Float[Array, "n_frames n_points 3"],
     start: Float[Array, " nq"],
-    progress=None,
 ) -> tuple[Float[Array, "n_frames nq"], Float[Array, "n_frames n_points"]]:
     """Solve all frames in order, each from an extrapolation of the two before it.
 
@@ -278,7 +277,6 @@ def track(
         solver: The inverse kinematics.
         measured: World positions over time [m]; NaN where not measured.
         start: Configuration to start the first frame from.
-        progress: Called with the number of frames done, now and then.
 
     Returns:
         Configurations and the distance of each point to its measurement [m].
@@ -308,8 +306,6 @@ def track(
         else:
             qpos[k], residual[k], velocity[:] = previous, np.nan, 0.0
         previous = qpos[k]
-        if progress and k % 50 == 0:
-            progress(k + 1)
     solver.posture, solver.rest = usual
     if lost.any() or not placed.all():
         _bridge(qpos, placed, determined)
@@ -326,7 +322,6 @@ def follow(
     *,
     weights: Float[Array, "n_frames n_terms"],
     rest: Float[Array, "n_frames n_hinges"],
-    progress=None,
 ) -> Float[Array, "n_frames nq"]:
     """Solve all frames, each from a start of its own, with its own weights and rest posture.
 
@@ -336,14 +331,11 @@ def follow(
         start: Configuration to start each frame from.
         weights: Weights of the terms.
         rest: Posture the hinges are pulled towards [rad].
-        progress: Called with the number of frames done, now and then.
     """
     qpos = np.empty_like(start)
     for k, target in enumerate(targets):
         solver.weights, solver.rest = weights[k], rest[k]
         qpos[k] = solver.solve(target, start[k]).qpos
-        if progress and k % 50 == 0:
-            progress(k + 1)
     return qpos
 
 

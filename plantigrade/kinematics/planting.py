@@ -36,7 +36,6 @@ def plant_feet(
     rests: list[ContactFrames] | None = None,
     way: Float[Array, "n_frames 3"] | None = None,
     spread: Mapping[str, float] | None = None,
-    progress=None,
 ) -> Float[Array, "n_frames nq"]:
     """Return the motion with feet that neither slide nor sink, changed as little as possible.
 
@@ -53,7 +52,6 @@ def plant_feet(
         way: Path of the ground itself (a treadmill's belt) [m].
         spread: Standard deviation of the change of each joint angle, named without its side [rad];
             with it the pelvis keeps its height and soles may be some millimetres off.
-        progress: Called with the number of frames done, now and then.
     """
     n = len(qpos)
     if n < 2:
@@ -81,7 +79,6 @@ def plant_feet(
             result if attempt else qpos,
             weights=np.concatenate([_FOOT_WEIGHT * weight, np.tile(held, (n, 1))], axis=1),
             rest=qpos[:, 7:],
-            progress=progress if attempt == 0 else None,
         )
         # Points that sink all the same are asked for again, above the ground by as much.
         depth = np.maximum(0.0, -sole_paths(human, result).position[..., 2])

@@ -1,6 +1,6 @@
-"""What fitting takes and returns, whatever kind of recording is fitted."""
+"""A recording on a body: the result of a fit, whatever kind of recording is fitted."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeVar
 
@@ -13,8 +13,6 @@ from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion import Markers, Recording, Subject
 
 _Known = TypeVar("_Known", Person, Subject)
-Progress = Callable[[str, int, int], None]
-"""Called with what is done, how much of it, and out of how much."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +72,3 @@ def human_of(
     mass = person.mass or usual_mass(height, age)[0]
     sex, joints = person.sex or "male", person.joints or "42"
     return Human.create(height, mass, sex, joints, person.feet, lengths)
-
-
-def counter(progress: Progress | None, what: str, total: int) -> Callable[[int], None] | None:
-    """Return what to call with the number of frames done, if anybody wants to know."""
-    return (lambda k: progress(what, k, total)) if progress else None

@@ -29,7 +29,7 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.result import Fit, Progress, counter, filled, human_of
+from plantigrade.kinematics.result import Fit, filled, human_of
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
 from plantigrade.kinematics.sole_paths import sole_paths
@@ -56,7 +56,6 @@ def fit_skeleton(
     person: Person | None = None,
     *,
     names: Mapping[str, str] | None = None,
-    progress: Progress | None = None,
 ) -> Fit:
     """Put the motion of another skeleton on a person with its lengths.
 
@@ -68,7 +67,6 @@ def fit_skeleton(
             neither gives it.
         names: Our joints → the file's names, for skeletons whose names tell nothing
             (``{"hip_l": "Bone7"}``).
-        progress: Called with (what, done, total).
 
     Raises:
         FitError: If there is no skeleton, or its hips, knees and ankles cannot be identified.
@@ -130,8 +128,7 @@ def fit_skeleton(
     human = human_of(person, height, lengths, recording.subject.age)
     rate = rate_of(source.time)
     targets = SkeletonTargets(human, source)
-    n = len(source.time)
-    qpos = targets.follow(counter(progress, "following the skeleton", n))
+    qpos = targets.follow()
     way = source.way()
     qpos, rise = level(human, qpos, rate, way=way)
     before = sole_paths(human, qpos)
@@ -140,8 +137,7 @@ def fit_skeleton(
     if rests and human.feet == "multi-segment":
         qpos, bones = with_bones(human, source.time, qpos, rests)
     if rests:
-        report = counter(progress, "planting the feet", n)
-        qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way, progress=report)
+        qpos = plant_feet(human, qpos, rate=rate, rests=rests, way=way)
     else:
         notes.append("no foot ever rests on the ground; the feet were left unchanged.")
     assumed = unmeasured(human, targets.seen)

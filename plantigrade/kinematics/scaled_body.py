@@ -24,7 +24,7 @@ from plantigrade.kinematics.prepare import (
     columns,
     static_frames,
 )
-from plantigrade.kinematics.result import Progress, counter, human_of
+from plantigrade.kinematics.result import human_of
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.stature_estimate import stature_warnings, with_unknown_size
 from plantigrade.models import Human
@@ -79,14 +79,12 @@ def scale(
     trials: Sequence[Prepared],
     *,
     marker_set: MarkerSet | None = None,
-    progress: Progress | None = None,
 ) -> ScaledBody:
     """Scale one body to all trials of a person.
 
     Args:
         trials: The trials, at least one; what is known of the person is that of the first by name.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
-        progress: Called with (what, done, total).
 
     Raises:
         FitError: If the markers contradict the stature that is given, a standing trial has too few
@@ -116,7 +114,6 @@ def scale(
             np.concatenate([still, *chosen]),
             height=height,
             standing=np.arange(count) < len(still),
-            progress=counter(progress, "scaling the body", 25),
         )
 
     def free() -> Human:

@@ -231,7 +231,7 @@ class SkeletonTargets:
         """Which hinges the skeleton tells."""
         return measured_hinges(Terms(self.human, self.points, self.pairs))
 
-    def follow(self, report=None) -> np.ndarray:
+    def follow(self) -> np.ndarray:
         """Return the configurations of all frames."""
         terms = Terms(self.human, self.points, self.pairs)
         solver = InverseKinematics(terms, np.array(self.weights), tolerance=2e-4, max_iterations=60)
@@ -257,8 +257,6 @@ class SkeletonTargets:
                     self._rewind(solver, targets, qpos, cost, k)
             patience -= 1
             mujoco.mj_differentiatePos(terms.model, step, 1.0, qpos[k - 1], qpos[k])
-            if report and k % 50 == 0:
-                report(k + 1)
         return qpos
 
     @staticmethod

@@ -217,7 +217,6 @@ _FORMS = (
     _calcaneus("medial", -1.0),
     _calcaneus("lateral", 1.0),
 )  # fmt: skip
-FOOT_BONES = tuple(form.name for form in _FORMS)
 """Names of the bones of a foot, without the side."""
 
 

@@ -8,7 +8,6 @@ from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.dynamics.inverse import (
     com_metrics,
     inverse_dynamics,
-    opensim_moments,
     residual_metrics,
 )
 from plantigrade.dynamics.plates import sole_points
@@ -18,6 +17,7 @@ from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import rotation_matrix
 from tests.dynamics.movement import feet_forces, movement
+from tests.dynamics.opensim_moments import opensim_moments
 from tests.spatial.pinocchio_state import (
     configuration_to_pinocchio,
     free_joint_velocity_to_pinocchio,

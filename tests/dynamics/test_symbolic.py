@@ -10,10 +10,11 @@ import pytest
 
 from plantigrade.contact.site import Point, contact_sites
 from plantigrade.dynamics.centroid import centroid, without_constraints
-from plantigrade.dynamics.inverse import inverse_dynamics, opensim_moments
+from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.dynamics.symbolic import ROOTS, SymbolicHuman
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from tests.dynamics.opensim_moments import opensim_moments
 from tests.models.presets import person
 
 ca = pytest.importorskip("casadi")

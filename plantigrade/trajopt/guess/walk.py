@@ -42,6 +42,8 @@ MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
 SWAY_AMPLITUDE = 0.022  # [leg lengths] sway towards the stance foot at free speed; more when slow
 _RATE = 100.0  # [Hz] rate of the grid for the pelvis height
 MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing
+NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles
+HARMONICS = 4  # number of waves that make up the noise
 HOLD_SHARE = 0.4  # [1] share of a rest with a motionless body
 _SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
@@ -117,8 +119,6 @@ def with_noise(
     *,
     seed: int,
     size: float,
-    reach: float = 0.3,
-    harmonics: int = 4,
     closure: PeriodicClosure | None = None,
 ) -> Float[Array, "n n_coordinates"]:
     """Return spline coefficients, or samples, with smooth noise added to every coordinate.
@@ -127,27 +127,25 @@ def with_noise(
         c: Coefficients or samples.
         seed: Of the noise.
         size: Root mean square of the noise of angles [rad].
-        reach: The same of the pelvis translations, per radian [m/rad].
-        harmonics: Number of waves that make up the noise.
         closure: How a periodic motion goes on; the noise goes on in the same way.
 
     Raises:
-        ParameterError: If the size is negative or there are no harmonics.
+        ParameterError: If the size is negative.
     """
-    if not size >= 0 or not harmonics >= 1:
-        raise ParameterError(f"{size=} must be zero or more and {harmonics=} one or more")
+    if not size >= 0:
+        raise ParameterError(f"{size=} must be zero or more")
     rng = np.random.default_rng(seed)
     n, n_coordinates = c.shape
     span = n if closure is None else 2 * n
     # Half waves where the motion ends, so that its ends need not be moved alike.
-    waves = np.arange(1, harmonics + 1) * (0.5 if closure is None else 1.0)
+    waves = np.arange(1, HARMONICS + 1) * (0.5 if closure is None else 1.0)
     angle = 2 * np.pi * waves[:, None] * np.arange(span) / span
-    a, b = rng.normal(size=(2, n_coordinates, harmonics)) / np.sqrt(harmonics)
+    a, b = rng.normal(size=(2, n_coordinates, HARMONICS)) / np.sqrt(HARMONICS)
     noise = (a @ np.cos(angle) + b @ np.sin(angle)).T
     if closure is not None:
         noise = (noise + closure.sign * np.roll(noise[:, closure.source], n, axis=0)) / np.sqrt(2)
     scale = np.full(n_coordinates, float(size))
-    scale[3:6] *= reach
+    scale[3:6] *= NOISE_LEVER
     return c + scale * noise[:n]
 
 

@@ -40,31 +40,6 @@ def clamped_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[A
     return np.concatenate([np.full(degree + 1, start), inner, np.full(degree + 1, stop)])
 
 
-def uniform_knots(
-    start: float, stop: float, n_intervals: int, degree: int = 3
-) -> Float[Array, " n_knots"]:
-    """Return equally spaced knots that extend past both ends, so that all functions are alike.
-
-    There are ``degree`` of them before ``start`` and as many after ``stop`` [s], and
-    ``n_intervals + degree`` coefficients.
-
-    Raises:
-        ParameterError: If the times are not finite and in order, or there are no intervals.
-
-    Example:
-        >>> uniform_knots(0.0, 1.0, 2, degree=1)
-        array([-0.5,  0. ,  0.5,  1. ,  1.5])
-    """
-    require_degree(degree)
-    if n_intervals < 1:
-        raise ParameterError(f"{n_intervals=}: a spline has at least one piece")
-    require_breaks(np.array([start, stop], dtype=float))
-    steps = np.arange(-degree, n_intervals + degree + 1)
-    knots = start + (stop - start) * (steps / n_intervals)
-    knots[degree + n_intervals] = stop  # exactly
-    return knots
-
-
 def periodic_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[Array, " n_knots"]:
     r"""Return the knots of a periodic spline: :math:`t_{i + n} = t_i + T`.
 
@@ -150,5 +125,5 @@ def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: boo
     elif not (knots[degree] < knots[degree + 1] and knots[n - 1] < knots[n]):
         raise ParameterError(
             "the first or last basis function ends where the spline begins: put a knot at either "
-            f"end {degree + 1} times (clamped_knots) or once (uniform_knots)"
+            f"end {degree + 1} times (clamped_knots) or once"
         )

@@ -56,8 +56,6 @@ def walk_plan(
     first: Side = "r",
     turn: float = 0.0,
     heights: Sequence[float] | None = None,
-    standing_width: float | None = None,
-    rest: float | None = None,
 ) -> ContactPlan:
     """Return the stances of a walk of some steps, beginning at the origin along x.
 
@@ -75,9 +73,6 @@ def walk_plan(
         turn: Change of heading from the first to the last footprint, to the left positive [rad].
         heights: Ground below each of the steps [m], level where each foot stands; the ground is at
             zero before. A stair of three 15 cm steps up: ``(0.15, 0.30, 0.45, 0.45)``.
-        standing_width: Between the ankles in standing [m]; that of the person's quiet standing if
-            not given.
-        rest: Time on both feet before the first foot leaves, and after the last is down [s].
 
     Returns:
         The plan; its duration follows.
@@ -86,9 +81,9 @@ def walk_plan(
         ParameterError: If a value is out of range.
     """
     p = parameters
-    _check(steps, start, stop, first, heights, rest)
-    rest = 2.0 * float(np.sqrt(p.leg_length / GRAVITY)) if rest is None else rest
-    standing_width = standing_distance(human) if standing_width is None else standing_width
+    _check(steps, start, stop, first, heights)
+    rest = 2.0 * float(np.sqrt(p.leg_length / GRAVITY))  # [s] on both feet, before and after
+    standing_width = standing_distance(human)
     still, closing = start == "standing", stop == "standing"
     back = other(first)
     if still:
@@ -177,7 +172,7 @@ def _check_way(falls: list[_Fall], distance: float, turn: float, p: GaitParamete
             )
 
 
-def _check(steps, start, stop, first, heights, rest) -> None:
+def _check(steps, start, stop, first, heights) -> None:
     """Refuse settings that make no walk."""
     for name, value in (("start", start), ("stop", stop)):
         word(name, value, ("standing", "walking"))
@@ -190,5 +185,3 @@ def _check(steps, start, stop, first, heights, rest) -> None:
             raise ParameterError(f"{len(heights)} heights for {steps} steps: give one for each")
         if not np.isfinite(heights).all():
             raise ParameterError("every height must be a finite number [m]")
-    if rest is not None and not 0.05 <= rest <= 10.0:
-        raise ParameterError(f"{rest=} [s] must lie between 0.05 and 10")
