@@ -34,8 +34,8 @@ class BatchOptions(JobOptions):
     keep: Annotated[
         Literal["pages", "runs", "figures"] | None, optional("{pages,runs,figures}")
     ] = None
-    """What a batch keeps of each item: its run with report and viewer (pages), its run without
-    them (runs), or its line of the table and its mean curves (figures)."""
+    """Files that a batch keeps of each item: its run with report and viewer (pages), its run
+    without them (runs), or its line of the table and its mean curves (figures)."""
     collect: Flag = False
     """Have workers send runs back instead of writing them, for clusters without a shared disk."""
 

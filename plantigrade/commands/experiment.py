@@ -1,6 +1,6 @@
 """Recompute a published table or figure: the command, whose experiments are part of a checkout.
 
-The folder ``experiments`` lies beside the package and is not installed with it.
+The folder ``experiments`` lies next to the package and is not installed with it.
 """
 
 import importlib

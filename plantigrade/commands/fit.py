@@ -60,7 +60,7 @@ class Command(FitSettings, RunOptions, BatchOptions):
 
 
 def summary(folder: Path, metrics: dict) -> str:
-    """Return what a reader wants to know first."""
+    """Return the summary that is printed."""
     lines = [f"{folder}: {metrics['frames']} frames, {metrics['duration_s']:.2f} s"]
     error = metrics.get("marker_rms_mean_mm", metrics.get("joint_rms_mm"))
     if error is not None:

@@ -47,7 +47,7 @@ COMMANDS = {
     "compare": "Compare walks: overlaid curves and differences with confidence bands, on one page.",
     "norms": "Compute norms from your own runs: mean and standard deviation over people.",
     "picture": "Draw a run as an animated SVG, or as a strip of still frames.",
-    "experiment": "Recompute a published table or figure, our numbers beside the published ones.",
+    "experiment": "Recompute a published table or figure, our numbers and the published ones.",
     "data": "List the recordings in a folder and their contents, or download public ones.",
 }
 """Every command in the order of the help page; each is a module of this package."""
@@ -61,7 +61,7 @@ OTHER_WORDS = {
     "run": "demo` is a first run of everything, `plantigrade --help` lists the commands",
     "export": "convert RUN FILE` writes a run in another format",
 }
-"""What the commands of other programs are called here."""
+"""Names of commands in other programs, and ours."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -149,7 +149,7 @@ def run(words: Sequence[str]) -> int:
     if words[0] not in COMMANDS:
         raise PlantigradeError(_unknown(words[0]))
     command = parse(words[0], words[1:])
-    # What a library prints while the command runs must not mix with the JSON on standard output.
+    # Output of libraries while the command runs must not mix with the JSON on standard output.
     with _output_to_errors() if command.json else contextlib.nullcontext():
         outcome: Outcome = command.run()
     if command.json:

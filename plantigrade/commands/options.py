@@ -14,7 +14,7 @@ Backend = Literal["loky", "ray", "dask"]
 
 @dataclass(frozen=True, kw_only=True)
 class PrintOptions:
-    """What is printed, and where."""
+    """Options of printing."""
 
     quiet: Flag = False
     """Print only warnings and errors: no progress, no information."""

@@ -1,4 +1,4 @@
-"""What a command returns to be printed: its figures and the words that go with them."""
+"""Output of a command: figures and text."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a command found."""
+    """Output of a command."""
 
-    text: str = ""  #: What to print for a reader
+    text: str = ""  #: Text to print
     #: Every figure of the run, as in ``metrics.json``: flat snake_case keys with the unit as
     #: suffix, and ``status``: ``"ok"`` or what went wrong, where and when
     metrics: dict[str, Any] = field(default_factory=dict)

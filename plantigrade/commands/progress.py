@@ -42,7 +42,7 @@ class Progress:
 
         Args:
             sentence: The note.
-            of: What it is about, put before it.
+            of: Its subject, put before it.
         """
         say = self.say if isinstance(sentence, Info) else self.warn
         say(of + sentence)
@@ -71,8 +71,8 @@ class Progress:
         """Yield ``items`` while a bar counts them.
 
         Args:
-            items: What is worked through.
-            sentence: What is done with them.
+            items: The items.
+            sentence: The work, in words.
             total: How many there are; their length, where they have one, if absent.
 
         Example:

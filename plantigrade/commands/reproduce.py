@@ -54,7 +54,7 @@ class Command(ReproduceSettings, RunOptions, BatchOptions):
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
-    """Return what a reader wants to know first."""
+    """Return the summary that is printed."""
     n = metrics["cycles_count"]
     lines = [
         f"{folder}: {metrics['duration_s']:.2f} s of walking, {n} stride{'' if n == 1 else 's'}, "

@@ -218,7 +218,7 @@ def word_of(value: Any) -> str:
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
-    """Return what a reader wants to know first."""
+    """Return the summary that is printed."""
     seconds = metrics["seconds"]["simulate"]
     ended = "on their feet at the end" if metrics["status"] == "ok" else metrics["status"]
     lines = [

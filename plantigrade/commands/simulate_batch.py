@@ -22,7 +22,7 @@ def several(
 
     Args:
         options: Options of the batch and of its folder.
-        settings: What all simulations have in common.
+        settings: Settings of all simulations.
         sources: Recordings and runs; none for a person who stands.
         vary: Option → its values.
         seeds: Number of seeds of each combination.

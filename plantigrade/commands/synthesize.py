@@ -56,7 +56,7 @@ class Command(RunOptions, BatchOptions):
 
     @property
     def tasks(self) -> Sequence[str | Path]:
-        """What is to be made, one or several."""
+        """The tasks, one or several."""
         return [self.task]
 
     def varied(self) -> dict[str, list[Any]]:
@@ -141,12 +141,12 @@ class Command(RunOptions, BatchOptions):
 
     @property
     def task(self) -> str | Path:
-        """What is to be made, as :func:`~plantigrade.workflows.motions.synthesize` takes it."""
+        """The task, as :func:`~plantigrade.workflows.motions.synthesize` takes it."""
         return self.word
 
     @property
     def name(self) -> str:
-        """What the run is called."""
+        """Name of the run."""
         return self.word
 
     def chosen(self) -> dict[str, Any]:
@@ -197,7 +197,7 @@ class Track(TrackSettings, Command):
 
     @cached_property
     def recordings(self) -> "Inputs":
-        """What is to be tracked."""
+        """The recordings."""
         from plantigrade.workflows.fit_many import recordings
 
         if not self.recording and self.listed is None:
@@ -252,7 +252,7 @@ class Files(SolveSettings, Command):
 
     @property
     def name(self) -> str:
-        """What they are called together."""
+        """Their common name."""
         return self.found.title
 
     def run(self) -> Outcome:
@@ -387,7 +387,7 @@ class Watch:
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
-    """Return what a reader wants to know first."""
+    """Return the summary that is printed."""
     m, ok = metrics, metrics["status"] == "ok"
     rows = {
         "verdict": "check passed" if ok else "CHECK FAILED",

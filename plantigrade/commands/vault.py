@@ -42,7 +42,7 @@ class Command(VaultSettings, JobOptions, RunOptions):
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:
-    """Return what a reader wants to know first."""
+    """Return the summary that is printed."""
     m = metrics
     how = "passed the check" if m["status"] == "ok" else m["status"]
     lines = [

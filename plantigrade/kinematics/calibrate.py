@@ -14,7 +14,7 @@ deviation :math:`s_i` by their kind, the lengths from stature and sex. Markers o
 attached to the segment to which their distances are constant, once the known ones give the pose
 (:mod:`plantigrade.kinematics.unknown_markers`).
 
-Five things are added. Frames of one trial are not independent, so the marker term of all of them
+There are five additions. Frames of one trial are not independent, so the marker term of all of them
 together counts as :data:`INDEPENDENT_FRAMES`. In a standing trial knees and feet are pulled to
 zero; hips and trunk are not, since people stand with the pelvis they have. The iliac spines define
 the pelvis, as in every clinical model, so their places in it are trusted to :data:`SPINE_SPREAD`,
@@ -332,8 +332,8 @@ class Calibrator:
     def attach_unknown(self) -> dict[str, str]:
         """Put markers without a place on the segment to which their distances are constant.
 
-        An arm without markers takes none, because it hangs beside the hip and would otherwise carry
-        markers of the pelvis.
+        An arm without markers takes none, because it hangs next to the hip and would otherwise
+        carry markers of the pelvis.
         """
         bodies, _ = self.geometry(self.dimensions)
         states = sweep(self.human, self.qpos, model=_resized(self.human, bodies))

@@ -1,8 +1,8 @@
 """The soles a recorded person stands on.
 
-Markers tell where the bones are, not what is below them: fitted feet rest some centimetres above
-the floor or in it, a little pitched or tilted. The heights at which the points of a foot come to
-rest while it stands flat tell its sole; joint angles are not touched.
+Markers determine the position of bones, not of the tissue below them: fitted feet rest some
+centimetres above the floor or in it, a little pitched or tilted. The heights at which the points of
+a foot come to rest while it stands flat determine its sole; joint angles are unchanged.
 """
 
 import numpy as np

@@ -222,8 +222,8 @@ class FootPoser:
         """Return the pose of frames with the same marked segments."""
         solve, n = self._solver(pattern), ground.normal
         if not (ground.uneven or ground.steps):
-            wanted = (ground.height + self._heights)[None]
-            found = solve(ankle, facing, n, n[None, None], wanted)
+            desired = (ground.height + self._heights)[None]
+            found = solve(ankle, facing, n, n[None, None], desired)
             clearance = found.spheres @ n - ground.height - self._radius
             return FootPose(found.rotation, found.angles, found.shift, clearance, found.open)
         found, aslant = None, self._radius
@@ -231,8 +231,8 @@ class FootPoser:
         for k in range(MAX_PLANE_ROUNDS):
             if k == 1:  # the spheres are near their places: the ground there is as steep as this
                 aslant = self._radius / (ground.normal_at(spheres) @ n)
-            normals, wanted = self._planes(spheres, ankle, facing, found, aslant, ground)
-            found = solve(ankle, facing, n, normals, wanted)
+            normals, desired = self._planes(spheres, ankle, facing, found, aslant, ground)
+            found = solve(ankle, facing, n, normals, desired)
             spheres = found.spheres
         assert found is not None
         gap = spheres @ n - ground.under(spheres)
@@ -263,15 +263,15 @@ class FootPoser:
         up = np.ones((len(ankle), 4, 3))
         up[..., :2] = -slope
         length = np.sqrt((up * up).sum(axis=-1))
-        # on a slope a sphere touches the ground beside its lowest point
+        # on a slope the contact point of a sphere is not its lowest point
         high = (below + aslant)[:, None] - self._radius * length[..., None]
         high -= slope @ x.swapaxes(1, 2) + outside
         base = high.max(axis=2)  # of the plane, over the ankle
         k = self._carries
-        wanted = (
+        desired = (
             base[:, k] + (at[..., :2] * slope[:, k]).sum(axis=-1) + self._heights * length[:, k]
         )
-        return (up / length[..., None]) @ axes.T, wanted
+        return (up / length[..., None]) @ axes.T, desired
 
     @cached_property
     def _under(self) -> tuple[np.ndarray, np.ndarray]:
@@ -309,10 +309,10 @@ class FootPoser:
         moved = any(pattern[:4]) or rolling
         free = any(pattern[k] for k in (LATERAL, LATERAL_TOES))
 
-        def solve(ankle, facing, n, normals, wanted):
+        def solve(ankle, facing, n, normals, desired):
             high, seen = ankle @ n, n @ facing  # the second: R^T n, one row per frame
-            w = high[:, None] - wanted[:, hold]
-            above = high - wanted[:, hold[0]] + self._heights[hold[0]] if len(hold) == 2 else high
+            w = high[:, None] - desired[:, hold]
+            above = high - desired[:, hold[0]] + self._heights[hold[0]] if len(hold) == 2 else high
             u, down, open_ = find(w, seen, others, above)
             turn, half = smallest_turn(u, seen)
             R, open_ = facing @ turn, open_ | half
@@ -326,7 +326,7 @@ class FootPoser:
                 Q[:, flat] = axes @ self._sole_axes[flat]
                 open_ = open_ | along.any(axis=1)
             if down_again:
-                w = joints[:, LATERAL] @ n - wanted[:, LATERAL_TOES]
+                w = joints[:, LATERAL] @ n - desired[:, LATERAL_TOES]
                 v, _, lost = again(w[:, None], u)
                 turn, half = smallest_turn(v, u)
                 Q[:, LATERAL], open_ = R @ turn, open_ | lost | half

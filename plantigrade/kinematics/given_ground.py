@@ -40,7 +40,7 @@ MIN_STEP_HEIGHT = 0.06
 
 @dataclass(frozen=True)
 class GivenGround:
-    """What is given of the ground of a recording.
+    """Given ground of a recording.
 
     Attributes:
         shape: A slope, or steps of the height of the first one; its position is not used.

@@ -1,4 +1,4 @@
-"""The height of the ground under a motion, and how it moves: what standing feet tell."""
+"""Height and motion of the ground under a motion, from the feet in stance."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ MIN_LEVEL_DIFFERENCE = 0.04  # [m] minimum difference of separate ground levels
 def ground_height(recording: Recording) -> float:
     """Return the height of the ground of a recording [m]: that of its plates, or the lab's origin.
 
-    Plates whose corners do not lie in one level tell nothing.
+    Plates whose corners do not lie in one level are ignored.
     """
     corners = [plate.corners[:, 2] for plate in recording.plates if plate.corners is not None]
     if not corners or not np.isfinite(corners).all() or np.ptp(corners) > MIN_LEVEL_DIFFERENCE:
@@ -54,8 +54,8 @@ def ground_under(
 ) -> Float[Array, " n_frames"] | None:
     """Return the height of the ground under the body in every frame [m]; None if no foot rests.
 
-    The heights at which the feet come to rest tell the level of the ground; of several levels (a
-    stair, a box, a foot held still in the air) the lowest with a tenth of the time counts. Where
+    The heights at which the feet come to rest determine the level of the ground; of several levels
+    (a stair, a box, a foot held still in the air) the lowest with a tenth of the time counts. Where
     feet rest at more than two places, a slope of at most :data:`MAX_FLOOR_SLOPE` is taken too: the
     floor of a capture volume is rarely level to a degree.
     """
@@ -78,7 +78,7 @@ def ground_under(
         # Slopes across the path rest on little: they are held near zero.
         w = np.sqrt(weight[near] / weight[near].sum())
         A = np.column_stack([np.ones(near.sum()), spots[near] - centre])
-        spread = np.array([1e-4, 0.15, 0.15])  # [m]: spots closer than this tell no slope
+        spread = np.array([1e-4, 0.15, 0.15])  # [m]: spots closer than this determine no slope
         system = np.vstack([A * w[:, None], np.diag(spread)])
         right = np.concatenate([level[near] * w, [1e-4 * plane[0], 0.0, 0.0]])
         plane = np.linalg.lstsq(system, right, rcond=None)[0]

@@ -1,7 +1,7 @@
 r"""The normal of the ground as a foot sees it, when some of its points have to touch the ground.
 
 With :math:`u = R^T n` for a foot of orientation :math:`R`, a point :math:`v` of the foot is
-:math:`-u^T v` below its ankle. What the foot's points demand of its orientation is all in
+:math:`-u^T v` below its ankle. The conditions of the foot's points on its orientation are all in
 :math:`u`; turning about :math:`n` changes none of it.
 """
 

@@ -82,7 +82,7 @@ class Terms(PointSet):
     Args:
         human: The person.
         points: (body name, position in its frame [m]) of each point.
-        pairs: Of each term, the point it ends in and the one it starts from; -1 for a position.
+        pairs: End point and start point of each term; -1 as start for a position.
     """
 
     def __init__(
@@ -222,7 +222,7 @@ def bounded_step(
     r"""Return the minimiser of :math:`\tfrac12 d^T H d - g^T d` with bounds on the hinges.
 
     A primal active-set method: a hinge that would leave its range is held at the limit; it is
-    let go when its multiplier says that it wants back.
+    released when its multiplier changes sign.
 
     Args:
         H: Positive definite matrix.
@@ -270,7 +270,7 @@ def track(
     """Solve all frames in order, each from an extrapolation of the two before it.
 
     A hinge that no point of a frame determines, though points of other frames do, keeps its angle
-    while the next frames are solved; afterwards it is interpolated linearly across the gap. So is
+    while the next frames are solved; afterwards it is interpolated linearly across the gap, as is
     the whole body in frames with fewer than three points.
 
     Args:

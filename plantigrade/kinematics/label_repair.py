@@ -1,4 +1,4 @@
-"""Markers under their own labels: what was exchanged is put back, and said."""
+"""Markers under their own labels: exchanged labels are corrected, with a note."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class CorrectedLabels:
         recording: The recording.
         static: Its standing trial, if there is one.
         exchanged: Labels of the recording that were exchanged with each other, mostly pairs.
-        notes: What was done, one sentence each.
+        notes: Corrections, one sentence each.
     """
 
     recording: Recording

@@ -9,7 +9,7 @@ knee by the law of cosines,
 
 The hip then turns this vector to where the ankle is to be. About that line the leg could swivel:
 the axis of the knee is carried there from the recorded posture by the shortest rotation, so that
-who asks for the recorded place gets the recorded angles. Ankle and subtalar joint take the foot's
+the recorded position gives the recorded angles. Ankle and subtalar joint take the foot's
 vertical to where it is to be (the second of the subproblems of [MurrayLiSastry1994]_); what is
 left, its heading, is the rotation of the ankle where the model has one, and missed where not.
 """
@@ -35,8 +35,8 @@ class LegSolution:
 
     Attributes:
         qpos: The postures.
-        missed: How far each ankle is from where it was asked to be, right and left [m].
-        turned: How far each foot is turned from how it was asked to be [rad].
+        missed: Distance of each ankle from its target, right and left [m].
+        turned: Angle of each foot from its target [rad].
     """
 
     qpos: Float[Array, "n_frames nq"]
@@ -113,8 +113,8 @@ class _Leg:
         fixed = (k @ a) * (shank @ a)
         along, across = shank @ k - fixed, np.cross(a, shank) @ k
         size, middle = np.hypot(along, across), np.arctan2(across, along)
-        wanted = 0.5 * (far**2 - k @ k - (shank * shank).sum(axis=1))
-        cosine = np.clip((wanted - fixed) / size, -1.0, 1.0)
+        half_excess = 0.5 * (far**2 - k @ k - (shank * shank).sum(axis=1))
+        cosine = np.clip((half_excess - fixed) / size, -1.0, 1.0)
         recorded = q[:, self.knee[0]]
         side = np.where(recorded < middle, -1.0, 1.0)
         knee = middle + side * np.arccos(cosine)

@@ -46,9 +46,9 @@ def plant_feet(
     Args:
         human: The person.
         qpos: The motion.
-        stance: Which foot (right, left) stands when; found from the motion where not given.
+        stance: Frames of stance (right, left); found from the motion if absent.
         rate: Frames per second [Hz].
-        rests: What rests when; found from the motion where not given.
+        rests: Rests of the regions of the soles; found from the motion if absent.
         way: Path of the ground itself (a treadmill's belt) [m].
         spread: Standard deviation of the change of each joint angle, named without its side [rad];
             with it the pelvis keeps its height and soles may be some millimetres off.
@@ -80,7 +80,7 @@ def plant_feet(
             weights=np.concatenate([_FOOT_WEIGHT * weight, np.tile(held, (n, 1))], axis=1),
             rest=qpos[:, 7:],
         )
-        # Points that sink all the same are asked for again, above the ground by as much.
+        # Points that still sink get a target as far above the ground.
         depth = np.maximum(0.0, -sole_paths(human, result).position[..., 2])
         sunk = depth > MAX_DEPTH
         if not sunk.any():
@@ -154,7 +154,7 @@ def _wanted(contact: SolePaths, rests: list[ContactFrames], way: np.ndarray, fad
     offset = np.zeros((n, m, 3))
     for all_points in (contact.of(side) for side in SIDES):
         resting = np.isfinite(shift[:, all_points, 0])
-        # What a free point of a foot takes over from the regions of it that rest.
+        # Share that a free point of a foot takes over from its resting regions.
         common = np.zeros((n, 3))
         some = np.asarray(resting.any(axis=1))
         common[some] = np.nanmean(shift[some][:, all_points], axis=1)
@@ -182,9 +182,9 @@ def _slow(path: np.ndarray, fade: int) -> np.ndarray:
 
 
 def _cores(rests: list[ContactFrames]) -> list[tuple[ContactFrames, np.ndarray]]:
-    """Return each rest with the frames that tell its place.
+    """Return each rest with the frames that determine its position.
 
-    Regions of a foot that rest at the same time are parts of one thing: their places are taken
+    Regions of a foot that rest at the same time are parts of one contact: their positions are taken
     from the same frames, those in which most of them rest, so that they fit together.
     """
     result = []

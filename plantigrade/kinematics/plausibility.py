@@ -1,6 +1,6 @@
 """Whether a recording can be of a person at all: size, place, posture, error that is left.
 
-What cannot be a person is refused with the likely cause; what is merely unusual is said.
+Impossible recordings are refused with the likely cause; unusual ones give a warning.
 """
 
 from collections import Counter
@@ -25,7 +25,7 @@ HALF_WINDOW = 5  # [1] frames on each side for the running median of this centre
 
 
 def require_one_person(known: Sequence[str], source: object) -> None:
-    """Raise where markers of several people are in one file, told apart by ``Name:LKNE``.
+    """Raise where markers of several people are in one file, distinguished by ``Name:LKNE``.
 
     Raises:
         FitError: If two or more people have as many markers of known place as a fit needs.
@@ -106,7 +106,7 @@ def verdict(error: float | None, kind: str) -> str:
 
     Args:
         error: Mean error that is left [m], where there is one.
-        kind: What it is of: ``"marker"`` or ``"joint"``.
+        kind: ``"marker"`` or ``"joint"``.
     """
     if error is None or error <= MAX_ERROR[kind]:
         return "ok"

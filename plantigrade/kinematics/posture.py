@@ -38,7 +38,7 @@ def posture_figures(
       three turns, about an axis of the laboratory. It is
       :data:`~plantigrade.models.anatomy.SPINE_PLANE` minus ``pelvis_tilt``.
     * ``pelvis_plane_lean_mean_deg``: the lean of that plane against the horizontal, which is the
-      same where somebody walks straight ahead, and all that counts in a turn [Baker2001]_.
+      same in straight walking, and the meaningful one in a turn [Baker2001]_.
     * ``hip_flexion_plane_mean_{side}_deg``: of the thigh against that plane, as Plug-in Gait's:
       ``hip_flexion`` plus :data:`~plantigrade.models.anatomy.SPINE_PLANE`.
     * ``lumbar_behind_hips_mm``: the lumbar joint behind the line of the hips, in the pelvis.
@@ -146,6 +146,6 @@ def leans(
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
     to_front, to_left = ((up[:, :2] * way).sum(axis=1) for way in (ahead, left))
-    # Who lies on the back leans to no side: not what is left of up, but all of it, counts there.
+    # A person who lies on the back leans to no side: the whole upward axis counts there.
     both = np.arctan2(to_front, up[:, 2]), np.arcsin(np.clip(to_left, -1.0, 1.0))
     return np.rad2deg(np.stack(both, axis=1))

@@ -43,7 +43,7 @@ class Prepared:
     Attributes:
         recording: The recording, turned so that the person faces x, labels put right.
         static: Its standing trial, labels put right, not turned.
-        person: What is known of the person.
+        person: Known properties of the person.
         human: A person of about the size, to start from.
         names: The markers worth fitting, of the recording and of the standing trial.
         placed: Where each of them sits; None for an unknown name.
@@ -52,7 +52,7 @@ class Prepared:
         heading: Angle by which the recording was turned about the vertical [rad].
         ground: Slope or steps on which the feet stand, where they are given.
         exchanged: Labels that were exchanged with each other.
-        notes: What was done, one sentence each.
+        notes: Corrections, one sentence each.
     """
 
     recording: Recording
@@ -93,7 +93,7 @@ def prepare(
 
     Args:
         recording: The recording; it must have markers.
-        person: What is known about who was recorded; the recording's own words fill the rest.
+        person: Known properties of the person; the recording's metadata supply others.
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
         ground: Slope or steps on which the feet stand, where they are given.

@@ -27,16 +27,16 @@ class Fit:
         source_kind: ``"markers"``, ``"skeleton"`` or ``"coordinates"``.
         markers: The markers that were fitted (recorded positions; gaps are NaN); None where the
             recording has no markers.
-        places: Where each of these markers sits on the body.
+        places: Position of each of these markers on the body.
         residual: Distance of each marker to its place [m]; NaN where not seen.
-        kept: Which marker samples were used; False where a sample was found wrong and left out.
+        kept: Whether each marker sample was used; False for outliers.
         attached: Markers of unknown name → the body they were put on.
         heading: Angle by which the recording was turned about the vertical [rad].
         assumed: Coordinates that the recording does not show: those of trunk, head and arms follow
             a published posture and motion of walking, others keep their value in standing.
-        ground: What the feet stand on.
+        ground: Ground under the feet.
         metrics: Figures of the fit (flat, unit suffix).
-        warnings: What the user should know, one sentence each.
+        warnings: Notes for the user, one sentence each.
     """
 
     human: Human

@@ -3,8 +3,8 @@ r"""Put the motion of another skeleton (ASF/AMC, BVH, DeepMimic) on a person.
 **Lengths.** Thigh, shank, hip and shoulder width, upper arm, forearm, trunk and foot are those of
 the file's skeleton; stature follows from legs and trunk by the usual proportions.
 
-**Directions.** Joint centres tell where bones point. How a bone is turned about its own axis, and
-how pelvis, thorax, head, hands and feet are turned, comes from the file's bone rotations
+**Directions.** Joint centres determine the direction of bones. How a bone is turned about its own
+axis, and how pelvis, thorax, head, hands and feet are turned, comes from the file's bone rotations
 
 .. math:: R_{ours}(t) = R_{file}(t)\, A,
 
@@ -13,7 +13,7 @@ with a constant :math:`A` for every bone. Pelvis and head are upright in the res
 turns it about itself so that the hinge of knee or elbow is the axis about which the file's lower
 bone turned in the motion. Foot and toes: :math:`A` makes them flat, pointing along the foot, in the
 frames in which the file's foot stands flat; where a file puts the toe base does not matter. Hands:
-thumbs point forward in the rest pose where no thumb says otherwise.
+thumbs point forward in the rest pose unless a thumb points elsewhere.
 
 **Poses.** Inverse kinematics on joint centres and these directions, joint limits hard. Then the
 motion is moved down to the ground and the feet are planted
@@ -61,11 +61,11 @@ def fit_skeleton(
 
     Args:
         recording: The recording; it must have a skeleton.
-        person: What is known of the person; the recording's own words fill the rest. A height that
-            neither gives is estimated from the skeleton; where it differs by more than 6 % from
-            the skeleton's, the file is scaled to it. The mass is that usual for the stature where
-            neither gives it.
-        names: Our joints → the file's names, for skeletons whose names tell nothing
+        person: Known properties of the person; the recording's metadata supply others. A height
+            that neither gives is estimated from the skeleton; where it differs by more than 6 %
+            from the skeleton's, the file is scaled to it. The mass is that usual for the stature
+            where neither gives it.
+        names: Our joints → the file's names, for skeletons with uninformative names
             (``{"hip_l": "Bone7"}``).
 
     Raises:

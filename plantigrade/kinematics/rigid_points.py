@@ -26,8 +26,8 @@ class RigidPoints:
     """Points of a few bodies, and how these move; turns first, as MuJoCo has them.
 
     Attributes:
-        owner: Of each point, which of the bodies it is on.
-        arm: Of each point, where it is from the origin of its body [m].
+        owner: Body of each point, as an index.
+        arm: Position of each point from the origin of its body [m].
         body_jacobian: Jacobian of the bodies' motion.
         body_velocity: Their motion [rad/s, m/s].
         body_bias: Its rate where the generalised acceleration is zero, along with the bodies.
@@ -45,7 +45,7 @@ class RigidPoints:
 
     @cached_property
     def lever(self) -> Float[Array, "k 3 6"]:
-        r"""What the motion of its body makes of each point, :math:`P`."""
+        r"""Matrix from the motion of its body to that of each point, :math:`P`."""
         P = np.empty((len(self), 3, 6))
         P[:, :, :3] = (self.arm @ _MINUS_CROSS).reshape(-1, 3, 3)
         P[:, :, 3:] = _ONE

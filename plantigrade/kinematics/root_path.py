@@ -1,4 +1,4 @@
-"""The path of the pelvis of motions that do not tell it: the standing foot stays where it is."""
+"""Path of the pelvis in motions without one: the stance foot stays at its position."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
 """One body for one or several trials of a person: lengths, marker places, soles.
 
-All trials of a person with the same markers, and the standing trials beside them, enter one
+All trials of a person with the same markers, and their standing trials, enter one
 calibration. The body does not depend on the order of the trials.
 """
 
@@ -50,7 +50,7 @@ class ScaledBody:
         standing_rms: Root-mean-square marker error in these frames [m]; NaN without.
         floors: Source of a trial → the ground on which its feet stand.
         grounded: Whether a foot was seen to stand flat on the ground.
-        notes: What was assumed, one sentence each.
+        notes: Assumptions, one sentence each.
     """
 
     human: Human

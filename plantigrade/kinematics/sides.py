@@ -1,8 +1,8 @@
 """Recordings of a person's mirror image, turned back into the person.
 
 Two faults make one: left and right are exchanged in the names of the markers, or an axis of the
-file points the other way (a left-handed laboratory). The markers alone do not tell which: the user
-says it.
+file points the other way (a left-handed laboratory). The markers alone do not
+show which: it is an option.
 """
 
 from dataclasses import replace
@@ -16,8 +16,8 @@ from plantigrade.motion import Recording
 def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Recording:
     """Return the recording with left and right exchanged in its names, its standing trial too.
 
-    Markers and gait events change their side; plates lose theirs, which the feet then tell. Model
-    outputs of the file are left out, as they were computed for the wrong side.
+    Markers and gait events change their side; plates lose theirs, which the feet then determine.
+    Model outputs of the file are left out, as they were computed for the wrong side.
 
     Args:
         recording: The recording.

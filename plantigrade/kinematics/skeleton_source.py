@@ -90,7 +90,7 @@ class SkeletonSource:
         return 1.7 * own / usual
 
     def lengths(self, height: float, sex: str) -> dict[str, float]:
-        """Return the lengths of a person with this skeleton; what it cannot tell is left out."""
+        """Return the lengths of a person with this skeleton, if it determines them."""
         usual = dimensions(height, sex)
 
         def near(name: str, value: float, share: float) -> float:

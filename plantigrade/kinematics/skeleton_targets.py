@@ -1,4 +1,4 @@
-"""What a person's joints and segments are to match of another skeleton, and how they follow it."""
+"""Targets of a person's joints and segments in another skeleton, and their inverse kinematics."""
 
 import mujoco
 import numpy as np
@@ -52,7 +52,7 @@ WEIGHTS = {
 
 
 class SkeletonTargets:
-    """What the person's joints and segments are to match in every frame."""
+    """Targets of the person's joints and segments in every frame."""
 
     def __init__(self, human: Human, source: SkeletonSource):
         self.human, self.source = human, source
@@ -110,13 +110,13 @@ class SkeletonTargets:
 
     def _trunk(self) -> None:
         source = self.source
-        wanted = [("pelvis", "pelvis", _X, "pelvis"), ("pelvis", "pelvis", _Z, "pelvis")]
+        targets = [("pelvis", "pelvis", _X, "pelvis"), ("pelvis", "pelvis", _Z, "pelvis")]
         if source.has("thorax"):
-            wanted += [("thorax", "thorax", _Y, "thorax"), ("thorax", "thorax", _Z, "thorax_up")]
+            targets += [("thorax", "thorax", _Y, "thorax"), ("thorax", "thorax", _Z, "thorax_up")]
         top = next((joint for joint in ("head", "neck") if source.has(joint)), None)
         if top is not None:
-            wanted += [("head", top, _X, "head"), ("head", top, _Z, "head")]
-        for part, joint, axis, weight in wanted:
+            targets += [("head", top, _X, "head"), ("head", top, _Z, "head")]
+        for part, joint, axis, weight in targets:
             self._add_axis(part, axis, source.rotation(joint) @ axis, WEIGHTS[weight])
 
     def _hinge(self, a: str, b: str, c: str, side: str, backwards: bool) -> np.ndarray:
@@ -228,7 +228,7 @@ class SkeletonTargets:
 
     @property
     def seen(self) -> np.ndarray:
-        """Which hinges the skeleton tells."""
+        """Hinges that the skeleton determines."""
         return measured_hinges(Terms(self.human, self.points, self.pairs))
 
     def follow(self) -> np.ndarray:

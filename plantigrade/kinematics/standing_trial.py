@@ -1,4 +1,4 @@
-r"""What a standing trial says of a trial: exchanged labels, another person.
+r"""Evidence of a standing trial about a trial: exchanged labels, another person.
 
 Distances that a trial keeps are those of a segment, and the standing trial shows them too. Two
 labels, of known name or not, or a cluster of the left and that of the right, are exchanged where

@@ -3,8 +3,8 @@ r"""The evaluated state of a body: positions, velocities, Jacobians and inertia.
 Having a :class:`State` *is* having run forward kinematics at its configuration and velocity.
 Nothing of it can be changed: :meth:`State.moved_to` and :meth:`State.integrated` return the next
 state, and :func:`sweep` those of a motion. (States that come from one another share MuJoCo's
-memory; one that is asked after a later one evaluates itself again.) Positions, Jacobians and bias
-accelerations can be asked for in any order; each is computed once, and kept read only.
+memory; one that is used after a later one is evaluated again.) Positions, Jacobians and bias
+accelerations are available in any order; each is computed once, and kept read only.
 
 For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :math:`v`,
 
@@ -29,7 +29,7 @@ from plantigrade.motion.motion import Motion
 
 __all__ = ["PointSet", "State", "integrate", "sweep"]
 
-# Of up to this many points the engine tells all there is to know, a microsecond each for position,
+# Up to this number of points the engine computes everything, a microsecond each for position,
 # Jacobian and its rate; for more, products of matrices are faster.
 MAX_ENGINE_POINTS = 4
 IDENTITY_QUATERNION = np.array([1.0, 0.0, 0.0, 0.0])
@@ -140,7 +140,7 @@ def _once(compute):
 
 
 def _fixed(array: Array) -> Array:
-    """Return an array that is kept, so that nobody can change it."""
+    """Return a read-only array."""
     array.flags.writeable = False
     return array
 

@@ -35,12 +35,12 @@ MAX_DEVIATION = 5.0
 def with_unknown_size(
     human: Human, places: Sequence[Attachment], person: Person, age: float | None = None
 ) -> tuple[Human, list[str]]:
-    """Return a scaled body with the stature and mass to expect where nobody gives them, and notes.
+    """Return a scaled body with the expected stature and mass if they are not given, and notes.
 
     Args:
         human: The body, scaled to markers.
         places: Where these markers sit.
-        person: What is known of the person.
+        person: Known properties of the person.
         age: Age [years]; None where it is not known.
     """
     notes: list[str] = []
@@ -67,7 +67,7 @@ def stature_warnings(
     pelvis tilted by 20 degrees, so the marker error alone does not show it.
 
     Args:
-        person: What is known of the person.
+        person: Known properties of the person.
         human: The body, scaled to the markers and to the stature that was given.
         places: Where these markers sit.
         marker_error: Root-mean-square marker error [m].
@@ -76,7 +76,7 @@ def stature_warnings(
         source: The file, for the message.
 
     Raises:
-        FitError: If nobody of that stature has these markers.
+        FitError: If the markers do not fit a person of that stature.
     """
     given = person.height
     if given is None:
@@ -132,7 +132,7 @@ def stature_notes(
     ]
     if age is None and stature - 2 * (error or BODY_STANDARD_ERROR) < CHILD_TO_ADULT_STATURES[0]:
         notes.append(
-            f"somebody of {stature:.2f} m may be a child, but an estimated stature chooses no "
+            f"a person of {stature:.2f} m may be a child, but an estimated stature chooses no "
             "norms: those shown are of adults. Give --height, and --age of a child."
         )
     return notes

@@ -60,7 +60,7 @@ class Stride:
     """Frames of a stride, or of a motion that has none, along x from the origin, on level ground.
 
     Attributes:
-        time: Of the frames, from zero [s].
+        time: Times of the frames, from zero [s].
         qpos: Configurations; the last is the first again, a stride further on.
         qvel: Velocities.
         length: How far a stride leads; zero where nothing is repeated [m].
@@ -113,14 +113,14 @@ def stride_of(human: Human, motion: Motion) -> Stride:
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """What might be a stride.
+    """A candidate for a stride.
 
     Attributes:
         values: Place and angles of the pelvis and the hinges.
         period: How long it takes [s].
         opening: Root mean square of what its ends differ by in the hinges [rad]; of a step and its
             mirror image with rates, by :data:`RATE_WEIGHT`.
-        turn: What the pelvis turns by in it [rad].
+        turn: Rotation of the pelvis in it [rad].
     """
 
     values: Float[Array, "n_rows nv"]
@@ -282,7 +282,7 @@ def _closed(
 def _stride(
     human: Human, values: Float[Array, "n_rows nv"], period: float, length: float | None
 ) -> Stride:
-    """Return coordinates as configurations and velocities; a length says that they are closed."""
+    """Return coordinates as configurations and velocities; a length marks a closed motion."""
     n = len(values) - 1
     time = np.linspace(0.0, period, n + 1)
     way = np.zeros_like(values)

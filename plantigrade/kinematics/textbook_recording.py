@@ -1,7 +1,7 @@
 """The textbook walk as the marker recording a laboratory would make of it.
 
 Markers are put on the walk of :mod:`plantigrade.kinematics.textbook_walk` with the faults of real
-ones: placed beside their landmarks, riding on skin, noisy, now and then hidden.
+ones: off their landmarks, moving with the skin, noisy, hidden at times.
 """
 
 from pathlib import Path
@@ -32,7 +32,7 @@ MARKERS = {
         }.items()
     },
 }  # fmt: skip
-PLACEMENT = 0.006  # of a marker beside its landmark, standard deviation [m]
+PLACEMENT = 0.006  # [m] standard deviation of a marker's distance from its landmark
 NOISE = 0.0004  # of a camera system, standard deviation [m]
 # How far skin carries markers over the cycle, amplitude [m]; after [Leardini2005]_.
 SKIN = {"femur": 0.010, "tibia": 0.004, "humerus": 0.005}
@@ -64,11 +64,11 @@ def recorded(
     table = attachments(human)
     places = [table[m] for m in MARKERS.values()]
     local = np.array([p.position for p in places])
-    beside = placement * rng.normal(size=local.shape)
+    offset = placement * rng.normal(size=local.shape)
     skin = _skin(walk, places, rng)
     if mirrored:
-        beside, skin = _mirrored(beside[None], 0)[0], _mirrored(skin, _half_stride(walk))
-    local = _turned(human, places, local + beside, torsion)
+        offset, skin = _mirrored(offset[None], 0)[0], _mirrored(skin, _half_stride(walk))
+    local = _turned(human, places, local + offset, torsion)
     points = PointSet(human, [p.body for p in places], local)
     x = points.path(walk.qpos)
     rotations = [state.rotations[points.body] for state in sweep(human, walk.qpos)]

@@ -32,7 +32,7 @@ class Trajectory:
         degree = 5 if len(time) > 5 else 3 if len(time) > 3 else min(1, len(time) - 1)
         spline = make_interp_spline(time, values, k=degree) if degree else None
         starts = time[:1] if spline is None else np.unique(spline.t)[:-1]
-        # Of each piece, lowest power first: coefficients of value, velocity and acceleration side
+        # For each piece, lowest power first: coefficients of value, velocity and acceleration side
         # by side, so that one row of powers gives all three.
         c = np.zeros((len(starts), degree + 1, 3, values.shape[1]))
         if spline is None:

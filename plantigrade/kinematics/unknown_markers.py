@@ -7,7 +7,7 @@ the skin, where that segment has landmarks. Over the segments :math:`b`,
 
 with the spread :math:`s_b` of its distances to the known markers on :math:`b` and of its place in
 the frame of :math:`b` (half and half), and the distance :math:`d_b` of its mean place to the
-nearest landmark of :math:`b`. A name that has a twin of the other side tells the side.
+nearest landmark of :math:`b`. A name that has a counterpart on the other side determines the side.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ def segment_of(
         bodies: The segment of each of those.
         frames: Segment → position of its origin and its rotation in each frame.
         landmarks: All landmarks of the person.
-        side: ``"r"`` or ``"l"`` where the name tells the side.
+        side: ``"r"`` or ``"l"`` if the name determines the side.
     """
     seen = np.isfinite(marker[:, 0])
     best, least = None, np.inf

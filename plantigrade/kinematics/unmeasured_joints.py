@@ -1,4 +1,4 @@
-r"""What a recording does not show of a person: trunk, head and arms follow the legs.
+r"""Joints that a recording does not show: trunk, head and arms follow the legs.
 
 Joints that no marker moves cannot be fitted. Instead of being welded at zero, those of trunk, head
 and arms follow a published posture and motion of walking (:mod:`plantigrade.models.upper_body`), in
@@ -39,7 +39,7 @@ PARTS = {
     "head": tuple(f"{joint}_{turn}" for joint in NECK for turn in _TURNS),
     "arms": ("arm_flex", "arm_add", "arm_rot", "elbow_flex"),
 }
-"""What follows the legs where it was not measured, and its coordinates without their side."""
+"""Parts that follow the legs if they were not measured, and their coordinates without side."""
 SIGNAL = "assumed.joints"
 """Signal of a Record that names the coordinates that nothing in the recording shows."""
 
@@ -62,7 +62,8 @@ MIN_RUNNING_RISE = 0.01  # [m] amplitude of the pelvis height that separates run
 class LegSwing:
     """How the legs swing."""
 
-    phase: Float[Array, " n_frames"]  #: Of the right foot's cycle [rad]; zero at its heel strike
+    #: Phase of the right foot's cycle [rad]; zero at its heel strike
+    phase: Float[Array, " n_frames"]
     speed: Float[Array, " n_frames"]  #: Dimensionless speed of walking that belongs to it
     strides: float  #: Strides per second [Hz]
     runs: bool  #: Whether the pelvis is highest when the feet are furthest apart
@@ -217,8 +218,8 @@ def _turn_to(human: Human, qpos, joints, hidden: set[str], target) -> None:
     model = human.model
     first = int(model.joint(f"{here[0]}_extension").bodyid[0])
     base = Rotation.from_quat(wxyz_to_xyzw(_rotation(human, qpos, int(model.body_parentid[first]))))
-    wanted = Rotation.from_quat(wxyz_to_xyzw(pelvis_angles_to_quaternion(target)))
-    share = Rotation.from_rotvec((base.inv() * wanted).as_rotvec() / len(here))
+    desired = Rotation.from_quat(wxyz_to_xyzw(pelvis_angles_to_quaternion(target)))
+    share = Rotation.from_rotvec((base.inv() * desired).as_rotvec() / len(here))
     angles = _angles(xyzw_to_wxyz(share.as_quat()))
     low, high = human.limits
     for joint in here:

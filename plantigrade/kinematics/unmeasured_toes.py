@@ -1,4 +1,4 @@
-"""Toes without markers: bent by the ground, or as far as the toes beside them."""
+"""Toes without markers: bent by the ground, or like the neighbouring toes."""
 
 from collections.abc import Sequence
 
@@ -54,7 +54,7 @@ def toes_on_ground(
         human: The person.
         places: Where the markers sit.
         qpos: The motion.
-        ground: What the feet stand on.
+        ground: Ground under the feet.
     """
     seen = {p.body for p in places}
     qpos = np.array(qpos)

@@ -1,6 +1,6 @@
 r"""Markers of the two sides of a wrist that stand under each other's label.
 
-A forearm turns on its length by half a circle, from the palm forward to the palm back beside a
+A forearm turns on its length by half a circle, from the palm forward to the palm back next to a
 hanging arm. Meanwhile the thumb's side of the wrist goes from the outer side over the front to the
 inner side: it is never behind, where the elbow does not bend to. With the flexion axis :math:`f` of
 the elbow, the forearm's direction :math:`v` and the vector :math:`m` from the ulna's marker to the

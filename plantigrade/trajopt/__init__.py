@@ -6,7 +6,7 @@ A person and a task become a motion in three lines::
     solution = synthesize(ContactBody.for_plan(human, task.plan), task)
     record = solution.record()
 
-What is named here is loaded when it is first used. A run with its check and its folder is made by
+Names are loaded when they are first used. A run with its check and its folder is made by
 ``plantigrade.synthesize("walk")``.
 """
 

@@ -32,15 +32,15 @@ def contact_record(
     """Return motion, joint torques, and forces where the sites touch the ground.
 
     Args:
-        body: Who moved.
+        body: The person.
         sampled: The motion.
         plan: Its contacts.
         friction: Coefficient of friction.
         walks: Whether there are gait events.
         limits: As in :class:`~plantigrade.record.Record`, like what follows.
-        conditions: What the task demanded.
+        conditions: Conditions of the task.
         signals: Further results by name.
-        notes: What the user should know.
+        notes: Notes for the user.
     """
     s, human = sampled, body.human
     end = float(s.time[-1])

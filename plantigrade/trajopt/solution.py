@@ -38,7 +38,7 @@ MAX_NOTED_VIOLATIONS = 5
 class Stage:
     """One run of a solver on the way to a motion.
 
-    ``name`` says what was solved (``"first try"``, ``"more nodes"``, ``"IPOPT"``), ``solver`` is
+    ``name`` is the solved stage (``"first try"``, ``"more nodes"``, ``"IPOPT"``), ``solver`` is
     ``"interior-point"`` or ``"ipopt"``, ``nodes`` the size of the mesh, ``status`` how it ended.
     """
 
@@ -55,8 +55,8 @@ class Solution:
     """A motion from a task.
 
     Attributes:
-        body: Who moves.
-        task: What was asked.
+        body: The person.
+        task: The task.
         problem: The problem that was solved last.
         coefficients: Coefficients of the spline.
         forces: Contact forces at nodes [body weights].
@@ -210,13 +210,13 @@ class Solution:
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and how much too low a foot in the air is there [m].
 
-        Negative where all are high enough, by no more than that; of a motion whose task asks for
-        no clearance -inf.
+        Negative where all are high enough, by no more than that; -inf for a task without
+        clearance.
         """
         times, body = self.times(samples_per_interval)[:-1], self.body
         low = np.full(len(times), -np.inf)
-        asked = [c for c in self.task.conditions(body) if c.quantity == "clearance"]
-        if not asked:
+        required = [c for c in self.task.conditions(body) if c.quantity == "clearance"]
+        if not required:
             return times, low
         places = body.cache.get(
             "site positions", lambda: BatchedFunction(body.symbolic.positions(list(body.sites)))
@@ -225,7 +225,7 @@ class Solution:
         place = place.reshape(len(times), len(body.sites), 3)
         height = Ground.of_plan(self.task.plan).passed(place)
         index = {(s.body, tuple(s.position)): k for k, s in enumerate(body.sites)}
-        for c in asked:
+        for c in required:
             holds = c.holds_at(times)
             short = c.bounds(times[holds])[0] - height[holds, index[c.of, tuple(c.position)]]
             low[holds] = np.maximum(low[holds], short)

@@ -88,7 +88,7 @@ def synthesize(
 
     Args:
         body: The person and the places that can carry force.
-        task: What is to be done.
+        task: The task.
         solver: ``"interior-point"``, or ``"ipopt"`` as the reference.
         warm: Solution of a similar task to start from.
         options: Settings of the interior point.
@@ -134,9 +134,9 @@ def synthesize(
     solve = run.ipopt if solver == "ipopt" else run.interior_point
     for number in range(refinements if at.success else 0):
         made = run.solution(at)
-        beside = number == 0 and problem.closure is None  # one round does for a periodic motion
+        neighbours = number == 0 and problem.closure is None  # one round does for a periodic motion
         times, excess = _wrong(made)
-        finer = split(made.nodes, times, excess, beside=beside)
+        finer = split(made.nodes, times, excess, neighbours=neighbours)
         if (
             len(finer) == len(made.nodes)
             or excess.max() > MAX_FEASIBLE_WRENCH / MAX_RESIDUAL_WRENCH

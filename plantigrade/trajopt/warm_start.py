@@ -24,7 +24,7 @@ class WarmStart:
         forces: Contact forces at nodes [body weights].
         nodes: Times of the nodes, start and end among them [s].
         switches: Times at which contact changes [s].
-        multipliers: What rows pushed with, where known.
+        multipliers: Multipliers of the rows, if known.
     """
 
     problem: Problem

@@ -230,9 +230,9 @@ def test_intervals_are_halved_where_asked_and_nowhere_else():
 
 def test_intervals_beside_are_halved_where_they_are_not_shorter():
     nodes = np.array([0.0, 0.1, 0.2, 0.25, 0.35, 0.45])
-    finer = split(nodes, np.array([0.12, 0.42]), beside=True)
+    finer = split(nodes, np.array([0.12, 0.42]), neighbours=True)
     np.testing.assert_allclose(finer, [0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])
-    np.testing.assert_array_equal(split(nodes, np.zeros(0), beside=True), nodes)
+    np.testing.assert_array_equal(split(nodes, np.zeros(0), neighbours=True), nodes)
 
 
 def test_intervals_are_quartered_where_an_error_is_more_than_four_times_too_large():

@@ -45,8 +45,8 @@ ADVICE = {
 }
 """Advice on relaxation, by family."""
 FIXED = {
-    "coordinates": "the posture asked for at that instant does not go with all the rest: give the "
-    "motion more time, or ask for another posture",
+    "coordinates": "the requested posture at that instant contradicts the other conditions: give "
+    "the motion more time, or ask for another posture",
     "speeds": "the body cannot be at rest there: give the motion more time, or do not ask for rest",
 }
 """Advice on relaxation of fixed rows."""
@@ -60,11 +60,11 @@ class Violation:
         family: Family it belongs to.
         name: Its name.
         time: When it is violated worst [s].
-        amount: By how much, in ``unit``.
+        amount: Size, in ``unit``.
         unit: As shown to people.
         relative: The same in the problem's unit, where 1 is large.
         others: How many more rows of the family are violated, all nodes counted.
-        advice: What to relax.
+        advice: Condition to relax.
     """
 
     family: str
@@ -160,7 +160,7 @@ def parts_of(family: ConstraintFamily) -> Iterator[tuple[ConstraintFamily, slice
 
 
 def _advised(worst: Violation, family: ConstraintFamily, problem: Problem) -> Violation:
-    """Return it with what to relax: another thing where it was fixed rather than limited."""
+    """Return it with its advice, which differs for fixed and limited quantities."""
     k = int(np.argmin(np.abs(problem.nodes - worst.time)))
     fixed = family.equations[k, family.names.index(worst.name)]
     return replace(worst, advice=FIXED[family.name]) if fixed and family.name in FIXED else worst

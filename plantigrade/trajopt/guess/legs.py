@@ -80,7 +80,7 @@ class Leg:
 
         Args:
             pelvis: Position of the pelvis, world [m].
-            rotation: Of the pelvis to world axes.
+            rotation: Rotation of the pelvis to world axes.
             hinges: All hinges of the person [rad].
         """
         x, R = pelvis, rotation
@@ -110,7 +110,7 @@ class Leg:
 
         Args:
             pelvis: Position of the pelvis, world [m].
-            rotation: Of the pelvis to world axes.
+            rotation: Rotation of the pelvis to world axes.
             hinges: All hinges [rad], the leg's near the answer.
             ankle: Target of the ankle, world [m].
             foot: Target of the foot's rotation to world axes.

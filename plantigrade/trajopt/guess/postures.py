@@ -94,7 +94,7 @@ def posture(
         human: The person.
         feet: Where the feet stand.
         hip: Middle of the hip joints: forward and up, world [m].
-        tilt: Of the pelvis, backwards positive as in OpenSim [rad].
+        tilt: Tilt of the pelvis, backwards positive as in OpenSim [rad].
         joints: Hinges of trunk and arms by name [rad]; those of standing if not given.
     """
     q = standing_posture(human)

@@ -1,7 +1,7 @@
 r"""A problem under construction.
 
 Terms ask a :class:`ProblemBuilder` for families of rows by name and limit or weigh them; families
-that nobody asks for are not evaluated. Costs are integrals over time, so a weight means the same on
+that no term uses are not evaluated. Costs are integrals over time, so a weight means the same on
 every mesh: at nodes they are weighed with the trapezoidal rule.
 """
 
@@ -43,7 +43,7 @@ class ProblemBuilder:
         plan: Contacts.
         nodes: Times of the nodes [s].
         steps: Time from each node to the next [s].
-        weights: What a node stands for in an integral over time [s].
+        weights: Weight of each node in an integral over time [s].
         headings: Heading of each site's footprint at each node [rad].
         force_lower: Lower limits of contact forces (n_nodes, 3 n_sites) [body weights]; zero where
             a site does not carry.
@@ -108,10 +108,10 @@ class ProblemBuilder:
         """Return a family of a term's own, made at the first call.
 
         Args:
-            name: Of the family.
-            names: Of every row.
+            name: Name of the family.
+            names: Name of every row.
             expression: (q, qd, qdd, u) ↦ column of rows, in units in which 1 is large.
-            unit: Of a row.
+            unit: Unit of a row.
         """
         import casadi as ca
 
@@ -138,7 +138,7 @@ class ProblemBuilder:
         return self.names.index(coordinate)
 
     def node(self, time: float) -> int:
-        """Return the node at a time; a task's mesh has one wherever a term asks for it.
+        """Return the node at a time; a task's mesh has one wherever a term requires it.
 
         Raises:
             ParameterError: If there is none.

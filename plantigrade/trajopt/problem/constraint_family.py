@@ -25,7 +25,7 @@ class ConstraintFamily:
     """Constraints and costs of one kind: a function evaluated at every node, with its limits.
 
     Attributes:
-        name: What the rows are, for progress and diagnosis: ``"contact"``.
+        name: Name of the rows, for progress and diagnosis: ``"contact"``.
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,), in units in which
             1 is large (body weights, radians, metres).
         names: A name for every row.
@@ -36,7 +36,7 @@ class ConstraintFamily:
         gain: Linear cost (n_nodes, n_rows).
         parameters: Parameters of the function at each node (n_nodes, n_parameters).
         unit: Unit of a row as shown to people.
-        scale: What a row of 1 is in that unit.
+        scale: Value of a row of 1 in that unit.
         parts: The families stacked in this one, if they share a function; see :meth:`stacked`.
     """
 

@@ -249,7 +249,7 @@ def _rows_at_rest(body: ContactBody, heading: float = 0.0) -> Float[Array, "n_ro
     """Return the Jacobian of all place rows in quiet standing, turned to a heading.
 
     Rows are along world axes, so which of them are independent depends on where the feet point: two
-    heels beside each other turn about the vertical with x of one, two behind each other with y.
+    parallel heels turn about the vertical with x of one, two in line with y.
     """
     angle = round(heading, 3)
 

@@ -48,7 +48,7 @@ class ContactBody:
     Attributes:
         human: The person.
         sites: Places that can carry force.
-        passive: Whether passive tissue bears part of the torques, so that muscles bear the rest.
+        passive: Whether passive tissue provides part of the torques, and muscles the rest.
         symbolic: Equations of motion.
         cache: Functions and matrices made for this body.
     """
@@ -78,7 +78,7 @@ class ContactBody:
         """Return a function of a node, made at the first call.
 
         Args:
-            key: What it is called; with numbers where it depends on them.
+            key: Its name; with numbers if it depends on them.
             expression: (ca, q, qd, qdd, u, p) ↦ column of rows.
             n_parameters: Length of p.
         """

@@ -72,7 +72,7 @@ def asked_by(
     a: Float[Array, "n nv"],
     force: Float[Array, "n n_forces"],
 ) -> tuple[Float[Array, "n 6"], Float[Array, "n n_hinges"]]:
-    """Return what a motion asks for beside forces of the ground [body weights].
+    """Return the wrench that a motion requires in addition to ground forces [body weights].
 
     It is the wrench at the pelvis [body weights, body weights · m], and torques of joints [N m].
     The function is that of :func:`dynamics`, which a solver has.

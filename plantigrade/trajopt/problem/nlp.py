@@ -35,7 +35,7 @@ class PeriodicClosure:
     Coefficient ``n_coefficients + i`` of coordinate ``j`` is ``sign[j]`` times coefficient ``i`` of
     coordinate ``source[j]``. The translation is not part of the spline (trigonometric splines of
     odd degree cannot represent constants): it is added at a constant rate. Node unknowns continue
-    in the same manner. Without mirroring, the same class describes a full stride.
+    in the same way. Without mirroring, the same class describes a full stride.
 
     Attributes:
         source: Coordinate that continues each one (n_coordinates,).
@@ -61,7 +61,7 @@ class Problem:
         basis: The spline basis; periodic if there is a ``closure``.
         nodes: Times of the nodes [s].
         names: Names of the coordinates.
-        rows: What must hold and what it costs.
+        rows: Constraints and costs.
         u_names: Names of the node unknowns.
         u_lower: Their lower limits (n_nodes, n_unknowns).
         u_upper: Their upper limits; where equal, the unknown is fixed there.
@@ -89,23 +89,23 @@ class Problem:
         if len(names) != len(self.rows):
             raise ParameterError("two families of rows have the same name")
         for r in self.rows:
-            wanted = (n, len(r.names))
+            expected = (n, len(r.names))
             for what in ("lower", "upper", "weight", "target", "gain"):
                 given = getattr(r, what).shape
-                if given != wanted:
+                if given != expected:
                     raise ParameterError(
                         f"{what} of {r.name!r} is {given}; {n} nodes and {len(r.names)} rows need "
-                        f"{wanted}"
+                        f"{expected}"
                     )
             self._check_order(r.names, r.lower, r.upper)
         if self.u_names:
             steps = n - (self.closure is None)
             for what, many in (("u_lower", n), ("u_upper", n), ("u_smooth", steps)):
-                given, wanted = getattr(self, what), (many, self.n_unknowns)
-                if given.shape != wanted and (what != "u_smooth" or given.size):
+                given, expected = getattr(self, what), (many, self.n_unknowns)
+                if given.shape != expected and (what != "u_smooth" or given.size):
                     raise ParameterError(
                         f"{what} is {given.shape}; {n} nodes and {self.n_unknowns} unknowns need "
-                        f"{wanted}"
+                        f"{expected}"
                     )
             self._check_order(self.u_names, self.u_lower, self.u_upper)
         if (self.closure is not None) != self.basis.periodic:
@@ -199,7 +199,7 @@ class Problem:
     def continued(
         self, c: Float[Array, "n_coefficients n_coordinates"], index: Int[Array, "..."]
     ) -> Float[Array, "... n_coordinates"]:
-        """Return coefficients by index, those after the last as the closure says."""
+        """Return coefficients by index, those after the last by the closure."""
         if self.closure is None:
             return c[index]
         lap, i = np.divmod(index, len(c))

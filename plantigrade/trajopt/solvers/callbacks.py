@@ -73,7 +73,7 @@ class ArrayFunction(ca.Callback):
 
 
 def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayFunction]:
-    """Return everything a solver may ask for, by the names it asks by.
+    """Return all functions a solver may request, by the solver's names.
 
     Hessians have the upper triangle alone, or both if they are to be ``symmetric``.
     """

@@ -40,7 +40,7 @@ periodic motion has no ends to be held at, and is solved sooner with them."""
 
 GUESS_BARRIER = 2e-4
 """First barrier parameter where a guess violates rows by 1 (a body weight) or less, in proportion
-where by more: a guess far off, as of a jump, needs room beside its limits, and one near by has the
+where by more: a guess far off, as of a jump, needs room around its limits, and one near by has the
 shorter way with less."""
 
 MAX_WARM_ITERATIONS = 3

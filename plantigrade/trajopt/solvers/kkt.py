@@ -143,7 +143,7 @@ class KKTSystem:
 
         Args:
             step: A Newton step.
-            changes: By how much each product is to become another one (2, n_nodes, n_rows).
+            changes: Desired change of each product (2, n_nodes, n_rows).
         """
         e, slacks = self._evaluation, self._slacks
         assert self._factor is not None

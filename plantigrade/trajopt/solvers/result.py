@@ -36,7 +36,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Iterate:
-    """One iteration; what a solver does not tell has a default."""
+    """One iteration; fields that a solver does not report have defaults."""
 
     number: int  # counted from 0
     objective: float  # cost

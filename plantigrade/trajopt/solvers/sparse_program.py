@@ -6,7 +6,7 @@ Everything is evaluated by the same vectorised derivatives as in the banded inte
 (:mod:`~plantigrade.trajopt.transcription.evaluation`); here are only the patterns of the sparse
 matrices, and which rows a solver is given: equations that follow from others are left out, and
 variables that an equation fixes by itself have equal bounds instead
-(:mod:`~plantigrade.trajopt.solvers.independence`). What is left out still counts in
+(:mod:`~plantigrade.trajopt.solvers.independence`). Omitted rows still count in
 :meth:`SparseProgram.worst`.
 """
 

@@ -225,13 +225,13 @@ class Basis(ABC):
         if not smoothing >= 0:
             raise ParameterError(f"{smoothing=} [s^3] must not be negative")
         rows = self.matrix(times).toarray()
-        wanted = values.reshape(len(values), -1)
+        targets = values.reshape(len(values), -1)
         if smoothing:
             nodes, weights = self._quadrature()
             bent = np.sqrt(smoothing * weights)[:, None] * self.matrix(nodes, 2).toarray()
             rows = np.vstack([rows, bent])
-            wanted = np.vstack([wanted, np.zeros((len(bent), wanted.shape[1]))])
-        coefficients, _, rank, _ = np.linalg.lstsq(rows, wanted)
+            targets = np.vstack([targets, np.zeros((len(bent), targets.shape[1]))])
+        coefficients, _, rank, _ = np.linalg.lstsq(rows, targets)
         if rank < self.n_coefficients:
             raise ParameterError(
                 f"{len(times)} samples settle {rank} of {self.n_coefficients} coefficients: "

@@ -52,10 +52,10 @@ class TrigonometricBasis(Basis):
       (:meth:`harmonic`), since :math:`\sin^\gamma(y - \theta) = \sum_l N_{l,\gamma}
       \prod_{i=1}^{\gamma} \sin(y - \theta_{l+i})` for every :math:`y`.
     - Constants are among them for even degrees only, with the coefficients :meth:`unity`, none
-      above one. For odd degrees no pose is held exactly. At degree 3 and 2 rad, clamped, the sum
-      of the functions reaches 1.19 with 6 even pieces, 1.0067 with 30, 1.0017 with 60; with the
-      coefficients :meth:`unity` it is one to 2.1e-4, 3.3e-7, 2.1e-8. So coefficients are not poses
-      and give no bounds on them.
+      above one. For odd degrees no pose is held exactly. At degree 3 and 2 rad, clamped, the sum of
+      the functions reaches 1.19 with 6 even pieces, 1.0067 with 30, 1.0017 with 60; with the
+      coefficients :meth:`unity` it is one to 2.1e-4, 3.3e-7, 2.1e-8. Coefficients are therefore not
+      poses and give no bounds on them.
     - As the angle goes to zero they become polynomial B-splines, with its square.
 
     Attributes:

@@ -121,7 +121,7 @@ def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float,
 def _feet(human: Human) -> dict[str, Footprint]:
     """Return where the feet are: as in standing, turned out as in walking.
 
-    On parallel feet the knees of somebody who sits meet, because of the axis of the knee.
+    On parallel feet the knees of a seated person meet, because of the axis of the knee.
     """
     turned = {"r": -TOE_OUT, "l": TOE_OUT}
     return {s: replace(foot, heading=turned[s]) for s, foot in standing_feet(human).items()}

@@ -1,6 +1,6 @@
 r"""Feasibility checks by simple mechanics before optimisation: power, fall, strength, support.
 
-Each check leaves room above what people do, so that what it refuses nobody can do.
+Each limit lies above the abilities of people: a refused motion is impossible.
 
 - **A jump** to the height :math:`h` over a push of length :math:`s`, through which the centre of
   mass rises on the ground, takes the mean force :math:`m g (h / s + 1)` at the mean speed
@@ -11,7 +11,8 @@ Each check leaves room above what people do, so that what it refuses nobody can 
 - **A crouch** is held by the torques of hips and knees.
 - **Support**: a point mass at the height of the centre of mass, on a leg without mass to a centre
   of pressure within the feet that stand, must get from rest to rest in time. That is a linear
-  program [Kajita2001]_; what it says is how far outside of the feet the ground would have to push.
+  program [Kajita2001]_; its result is the distance outside the feet at which the ground would have
+  to push.
 - **A walk** vaults over a leg, and gravity must hold the body on its arc: the Froude number
   :math:`v^2 / g l` is at most 1 [Alexander1989]_.
 """
@@ -28,7 +29,7 @@ from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
 MAX_PUSH_POWER = 50.0
-"""Mean power of a push that nobody exceeds [W/kg]: weightlifters, who jump with the highest peaks,
+"""Maximum mean power of a push-off [W/kg]: weightlifters, who jump with the highest peaks,
 reach 80 at the peak. With a constant force power grows with speed, to twice its mean; as the force
 of people falls towards the end, the mean is more than half (*estimate*: six tenths)."""
 MAX_LEG_FORCE = 4.0
@@ -44,12 +45,12 @@ Rests = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 def check_push(height: float, stroke: float, what: str) -> None:
-    """Refuse a jump that takes more power than anybody has.
+    """Refuse a jump that requires more power than people have.
 
     Args:
         height: How far the centre of mass rises after take-off [m].
         stroke: How far it rises before [m].
-        what: What is asked for, in words.
+        what: The requested motion, in words.
 
     Raises:
         ParameterError: If it does.
@@ -96,7 +97,7 @@ def check_time(seconds: float, distance: float, what: str) -> None:
     Args:
         seconds: Time that there is [s].
         distance: How far the centre of mass goes [m].
-        what: What takes so long, in words.
+        what: The motion, in words.
 
     Raises:
         ParameterError: If that is too soon.

@@ -65,7 +65,7 @@ def expected_moments(
 ) -> JointMoments:
     """Return the moments of the hinges with the estimated forces, and their standard errors.
 
-    The error is infinite where the estimate tells none: at joints within the foot.
+    The error is infinite where there is no estimate: at joints within the foot.
 
     Args:
         human: Whose.
@@ -99,7 +99,7 @@ def forces_at_sites(
 
     Args:
         body: The person.
-        feet: The wrenches at the times asked for.
+        feet: The wrenches at the given times.
         seat: Force that sites of no foot share [body weights].
         q: Coordinates at these times.
         carrying: Where a site may carry.

@@ -32,9 +32,9 @@ def supports_of(
     Args:
         human: The person.
         motion: The motion.
-        contacts: What carries when, as :func:`~plantigrade.dynamics.loading.find_loading` tells.
+        contacts: Intervals of load, from :func:`~plantigrade.dynamics.loading.find_loading`.
         start: Time zero of the task [s].
-        duration: Of the task [s].
+        duration: Duration of the task [s].
     """
     sits = [c for c in contacts if c.region == SEAT]
     if not sits:

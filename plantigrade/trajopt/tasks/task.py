@@ -37,7 +37,7 @@ class MotionTask:
     one side only, because the term would otherwise also apply to the other side.
 
     Attributes:
-        name: What it is called.
+        name: Name.
         plan: Contacts.
         terms: Conditions and costs.
         guess: Coordinates to start from.
@@ -76,7 +76,7 @@ class MotionTask:
         return out
 
     def nodes(self, given: Float[Array, " n"] | None = None) -> Float[Array, " n_nodes"]:
-        """Return the times of the nodes, with one wherever a term asks for it.
+        """Return the times of the nodes, with one wherever a term requires it.
 
         Args:
             given: Nodes to keep to, start, end and all changes of contact among them [s]; spaced by
@@ -103,7 +103,7 @@ class MotionTask:
         return nodes
 
     def _spaced(self) -> Float[Array, " n_nodes"]:
-        """Return evenly spaced nodes, halved where a term asks for nearer ones."""
+        """Return evenly spaced nodes, halved where a term requires a finer mesh."""
         nodes = nodes_of(self.plan, self.nodes_per_second)
         for start, stop, most in (x for term in self.terms for x in term.spaced(self.plan)):
             middle, step = (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes)
@@ -187,8 +187,8 @@ def coefficients(
         for a, j in enumerate(pair):
             b = np.where(lap, pair.index(int(k.source[j])), a)
             np.add.at(rows[a], (row, b, index), band.values * np.where(lap, k.sign[j], 1.0))
-        wanted = q[:, pair].T.ravel()
-        found = np.linalg.lstsq(rows.reshape(len(wanted), -1), wanted, rcond=None)[0]
+        targets = q[:, pair].T.ravel()
+        found = np.linalg.lstsq(rows.reshape(len(targets), -1), targets, rcond=None)[0]
         c[:, pair] = found.reshape(-1, n).T
     return c
 

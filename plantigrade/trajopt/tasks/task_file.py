@@ -68,9 +68,9 @@ class TaskFile:
     """Content of a task file.
 
     Attributes:
-        name: Of the task.
+        name: Name of the task.
         base: A task of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
-        parameters: Of the base.
+        parameters: Parameters of the base.
         without: Names of terms of the base that are left out.
         added: Names and arguments of terms that are added.
         stances: Stances as written; the base's if empty.
@@ -103,7 +103,7 @@ class TaskFile:
         return replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
 
     def _mesh(self) -> dict[str, Any]:
-        """Return what the file says of mesh and basis."""
+        """Return the options of mesh and basis in the file."""
         given = {"nodes_per_second": self.nodes_per_second, "basis": self.basis}
         return {key: value for key, value in given.items() if value is not None}
 
@@ -121,7 +121,7 @@ class TaskFile:
 
 
 def read_task_file(path: str | Path) -> TaskFile:
-    """Return what a task file says, every key checked.
+    """Return the contents of a task file, every key checked.
 
     Raises:
         FileError: If it cannot be read, or a key or value is not allowed.
@@ -130,7 +130,7 @@ def read_task_file(path: str | Path) -> TaskFile:
 
 
 def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
-    """Return what the text of a task file says; ``path`` is named in errors.
+    """Return the contents of a task file from its text; ``path`` is named in errors.
 
     Raises:
         FileError: If a key or value is not allowed.

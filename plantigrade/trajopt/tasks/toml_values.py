@@ -46,7 +46,7 @@ def as_field(kind: Any, value: Any) -> Any:
     """Return a value as a field of that type needs it.
 
     Raises:
-        ParameterError: If it is something else; the message says what is needed.
+        ParameterError: If it is something else; the message names the type required.
     """
     if kind in _NEEDED:
         if not (is_number(value) if kind is float else isinstance(value, kind)):

@@ -80,16 +80,16 @@ class Tracking:
     """Weights of the squares of what is penalised.
 
     Attributes:
-        weight: Of the distance of a coordinate [1/(s rad²), 1/(s m²)].
+        weight: Weight of the distance of a coordinate [1/(s rad²), 1/(s m²)].
         joints: Factors of single coordinates, by name without or with side.
-        acceleration: Of the distance of accelerations [s³/rad²].
-        feet: Of the distance of the wrenches on the feet from the estimated ones, in their standard
-            errors [1/s].
-        moments: Of that of the moments of hip, knee and ankle, likewise [1/s].
-        torque: Of torques.
-        jerk: Of jerk.
-        force_size: Of contact forces.
-        force_rate: Of their rates.
+        acceleration: Weight of the distance of accelerations [s³/rad²].
+        feet: Weight of the distance of the wrenches on the feet from the estimated ones, in their
+            standard errors [1/s].
+        moments: Weight of the distance of hip, knee and ankle moments, likewise [1/s].
+        torque: Weight of torques.
+        jerk: Weight of jerk.
+        force_size: Weight of contact forces.
+        force_rate: Weight of their rates.
     """
 
     weight: float = 100.0
@@ -142,7 +142,7 @@ def track(
         start: From when [s], time zero of the task; the first frame if absent.
         stop: To when [s]; the last frame if absent.
         tracking: Weights.
-        name: Of the task.
+        name: Name of the task.
 
     Raises:
         ParameterError: If there are fewer than four frames between start and stop, or no foot

@@ -16,8 +16,8 @@ The cost is the same at every speed, for every person and every foot:
 - lean of head and trunk in space, turning of the trunk off the way, the pelvis' angular velocity,
   and how fast its turning about the vertical changes [Pozzo1990]_, [Winter1995]_. A cost of the
   pelvis' angles instead takes the one wave a stride away that people have and leaves the faster
-  ones that they do not; the same has a cost of turning between pelvis and trunk beside the passive
-  tissue that there is;
+  ones that they do not; the same has a cost of turning between pelvis and trunk in addition to the
+  passive tissue that there is;
 - weakly, leaning and bending of joints of the trunk, and of the arms from hanging.
 
 Legs and arms are solid, legs pass each other with a margin, and the plan uses no more friction than

@@ -1,14 +1,14 @@
 r"""Where and when the feet stand in a walk, periodic or from and to standing.
 
-Footprints lie beside a path, straight along x or turning at a constant rate; the :math:`k`-th is
-:math:`k` step lengths along it and half a step width to its side. How a foot rolls is in
-:class:`~plantigrade.trajopt.tasks.gait_parameters.GaitParameters`.
+Footprints lie to either side of a path, straight along x or turning at a constant rate; the
+:math:`k`-th is :math:`k` step lengths along it and half a step width to its side. How a foot rolls
+is in :class:`~plantigrade.trajopt.tasks.gait_parameters.GaitParameters`.
 
 A walk from standing begins with both feet on the ground for :math:`2 \sqrt{l / g}`, two time
 constants of the body as an inverted pendulum, while the weight shifts to the stance foot: 0.6 s for
 an adult, about the measured time from the first change of the forces to the first foot off
 [Breniere1986]_. The first and last swings are half as long as the others. The last foot is put down
-flat beside the other, and both feet rest for the same time.
+flat next to the other, and both feet rest for the same time.
 """
 
 from collections.abc import Sequence
@@ -59,7 +59,7 @@ def walk_plan(
 ) -> ContactPlan:
     """Return the stances of a walk of some steps, beginning at the origin along x.
 
-    A walk that starts ``"walking"`` does so as the ``first`` foot strikes beside the origin; one
+    A walk that starts ``"walking"`` does so as the ``first`` foot strikes next to the origin; one
     that stops ``"walking"`` does so at its last strike.
 
     Args:
@@ -144,7 +144,7 @@ def standing_distance(human: Human) -> float:
 
 
 def _footprint(fall: _Fall, toe_out: float, bend: float) -> Footprint:
-    """Return a footprint beside the way that turns by ``bend`` [rad/m] from the origin on."""
+    """Return a footprint next to the path that turns by ``bend`` [rad/m] from the origin on."""
     left = 1.0 if fall.side == "l" else -1.0
     heading = bend * max(fall.place, 0.0)
     if abs(heading) > 1e-12:

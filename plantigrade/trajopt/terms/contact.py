@@ -49,8 +49,8 @@ class Contact(Term):
     Attributes:
         friction: Coefficient of friction.
         force: Largest vertical force at a site [body weights].
-        used: What a person plans to use of the friction, if less than all: people walk as on dry
-            ground down to a coefficient of 0.41 [Fong2009]_.
+        used: Share of the friction that a person plans to use, if less than all: people walk as on
+            dry ground down to a coefficient of 0.41 [Fong2009]_.
     """
 
     friction: float = FRICTION
@@ -79,7 +79,7 @@ class Above(Term):
 
     Attributes:
         site: Name of the contact site.
-        height: Of the level [m].
+        height: Height of the level [m].
     """
 
     site: str
@@ -89,7 +89,7 @@ class Above(Term):
         """Limit the height of the lowest point."""
         k = self._index(b.body)
         free = ~b.plan.standing(b.body.sites[k], b.nodes)
-        free[[0, -1]] = False  # where a posture says more
+        free[[0, -1]] = False  # where a posture is stricter
         nodes = np.flatnonzero(free).tolist()
         b.limit(b.family("contact"), self.height, columns=[3 * k + 2], nodes=nodes)
 

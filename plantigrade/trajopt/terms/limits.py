@@ -114,7 +114,7 @@ class PowerLimit(Term):
     In good jumps the whole body reaches 50 to 60 W/kg, which six joints share (estimate).
 
     Attributes:
-        limit: Of each joint, per body mass [W/kg].
+        limit: Limit of each joint, per body mass [W/kg].
         reserve: Part of it that is not used at nodes: between them power may swing out a little.
     """
 

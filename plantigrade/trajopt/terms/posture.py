@@ -148,7 +148,7 @@ class Upright(Term):
     forward axis to the left, :math:`\omega` its angular velocity. Upright is against gravity, and
     forward the way of the walk. Costs of joint angles do not say it: a trunk that leans with its
     pelvis has straight joints. People keep head and trunk steady in space, for eyes and vestibular
-    organs [Pozzo1990]_, [Winter1995]_; what that is worth beside muscle torques is an *estimate*.
+    organs [Pozzo1990]_, [Winter1995]_; its weight relative to muscle torques is an *estimate*.
 
     Attributes:
         body: Name of the part: ``"head"``, ``"thorax"``; ``"trunk"`` is the trunk of any joint set.

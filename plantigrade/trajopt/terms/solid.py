@@ -1,7 +1,7 @@
 r"""Solid limbs: legs do not pass through each other, arms not through trunk, thighs and each other.
 
-One smooth row a limb and node. Of all distances :math:`d_i` between a point of one limb and what it
-must not enter, the row is
+One smooth row a limb and node. For all distances :math:`d_i` between a point of one limb and what
+it must not enter, the row is
 
 .. math:: d = -\frac{1}{\beta} \ln \sum_i e^{-\beta d_i} \le \min_i d_i,
 
@@ -12,7 +12,7 @@ is found with a clamped parameter, and ellipsoids of the trunk, to which
 .. math:: d(x) \approx \frac{k_0 (k_0 - 1)}{k_1}, \qquad
     k_0 = \lVert x / s \rVert, \quad k_1 = \lVert x / s^2 \rVert,
 
-is exact on the surface and to first order beside it, :math:`s` being the half sizes. Only angles of
+is exact on the surface and to first order near it, :math:`s` being the half sizes. Only angles of
 the joints between the limbs enter: the pelvis is the frame.
 """
 
@@ -43,7 +43,7 @@ EDGE_FACTOR = float(np.sqrt(2.0))
 MAX_SPHERE_SPACING = 0.025
 """Maximum distance between spheres along an edge of a foot relative to stature [1]; a shank between
 them is then about 3 mm closer than computed."""
-MEDIAL_DEPTH = 0.012  # [m] depth of the most medial bone considered beside the other foot
+MEDIAL_DEPTH = 0.012  # [m] depth of the most medial bone considered next to the other foot
 REFERENCE_HEIGHT = 1.74
 """Stature for the given margins [m]."""
 LEG_DIAMETER = 0.1  # [m] approximate diameter of a leg
@@ -92,9 +92,9 @@ class SolidLimbs(Term):
         """
         found = []
         for one, two, other in _passings(plan) if np.isfinite(self.margin) else ():
-            here, there, beside = (np.array(x.footprint.position) for x in (one, two, other))
+            here, there, opposite = (np.array(x.footprint.position) for x in (one, two, other))
             length, duration = float(np.linalg.norm(there - here)), two.heel_strike - one.toe_off
-            along = (beside - here) @ (there - here) / length**2
+            along = (opposite - here) @ (there - here) / length**2
             gone = SAMPLE_SHARES**3 * (10 - 15 * SAMPLE_SHARES + 6 * SAMPLE_SHARES**2)
             part = float(np.interp(along, gone, SAMPLE_SHARES))
             time, speed = one.toe_off + part * duration, 1.875 * length / duration
@@ -152,16 +152,16 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
             thigh, d = _leg(human, side)[0], []
             for x in _arm(human, side):
                 d.append(at.apart(x, thigh))
-                d += [at.beside(x, name, solid) for name, solid in trunk]
+                d += [at.distance(x, name, solid) for name, solid in trunk]
             rows.append(ROW_SCALE * _least(ca, d))
         right, left = (_free_arm(human, side) for side in SIDES)
         spheres = [x for rod in right for x in rod.points(_many(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
         above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
         thighs = []
-        for side in SIDES:  # from its middle on: it begins beside the belly
+        for side in SIDES:  # from its middle on: it begins next to the belly
             spheres = _leg(human, side)[0].points(7)[3:]
-            near = [at.beside(x, *each) for x in spheres for each in above]
+            near = [at.distance(x, *each) for x in spheres for each in above]
             thighs.append(ROW_SCALE * _least(ca, near))
         # From one of them on: arms far apart leave nothing of the exponentials themselves.
         arms_apart = ROW_SCALE * (d[0] + _least(ca, [x - d[0] for x in d]))
@@ -198,7 +198,7 @@ class _Placed:
         off = off - part * way
         return ca.sqrt(ca.dot(off, off) + ROUNDING_LENGTH**2) - (x.radius + rod.radius)
 
-    def beside(self, x: Rod, body: str, solid: Solid) -> Any:
+    def distance(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
         ca = self.ca
         p = self._kept(("seen", x.body, tuple(x.a), body), lambda: self._seen(x, body))
@@ -246,10 +246,10 @@ def _passings(plan: ContactPlan) -> Iterator[tuple[Stance, Stance, Stance]]:
         for one, two in pairwise(own):
             here, there = (np.array(s.footprint.position) for s in (one, two))
             for other in stances:
-                beside = np.array(other.footprint.position)
+                opposite = np.array(other.footprint.position)
                 stands = other.heel_strike <= one.toe_off and other.toe_off >= two.heel_strike
                 if other.footprint.side != side and stands:
-                    along = (beside - here) @ (there - here)
+                    along = (opposite - here) @ (there - here)
                     if 0.0 < along < (there - here) @ (there - here):
                         yield one, two, other
 

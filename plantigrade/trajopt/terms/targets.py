@@ -68,7 +68,7 @@ class CentreOfMass(AtInstant):
     Attributes:
         position: World [m]; NaN where free.
         velocity: World [m/s]; NaN where free.
-        gain: What 1 m and 1 m/s upwards at this instant take from the cost.
+        gain: Reduction of the cost by 1 m and by 1 m/s upwards at this instant.
     """
 
     position: Triple = FREE
@@ -87,9 +87,9 @@ class CentreOfMass(AtInstant):
         place = [f"{axis} of the centre of mass" for axis in AXES]
         names = (*place, *(f"speed {n}" for n in place))
         family = b.custom_family("centre of mass", names, expression, "m")
-        k, wanted = b.node(self.time), np.array([*self.position, *self.velocity], float)
-        given = ~np.isnan(wanted)
-        family.lower[k, given] = family.upper[k, given] = wanted[given]
+        k, desired = b.node(self.time), np.array([*self.position, *self.velocity], float)
+        given = ~np.isnan(desired)
+        family.lower[k, given] = family.upper[k, given] = desired[given]
         family.gain[k, [2, 5]] -= self.gain
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:

@@ -43,7 +43,7 @@ class Term(ABC):
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return what must hold of the motion over one period, as the checker judges it.
 
-        If a term says nothing else, these are the limits that it sets to coordinates and speeds.
+        Unless a term defines its own, these are the limits that it sets to coordinates and speeds.
         """
         return limits_set(self, body, plan)
 

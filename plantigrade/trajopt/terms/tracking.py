@@ -70,8 +70,8 @@ class FootWrenches:
         point: Its centre of pressure on the ground, x and y, world [m].
         torque: Free moment there, about the vertical [body weights · m].
         force_error: Standard error of the force [body weights]; infinite where nothing is known.
-        point_error: Of the centre of pressure [m].
-        torque_error: Of the free moment [body weights · m].
+        point_error: Error of the centre of pressure [m].
+        torque_error: Error of the free moment [body weights · m].
     """
 
     times: Float[Array, " n_times"]
@@ -114,7 +114,7 @@ class TrackFeet(Term):
     not does not.
 
     Attributes:
-        feet: What is expected.
+        feet: Expected wrenches.
         weight: :math:`w` [1/s].
     """
 
@@ -159,7 +159,7 @@ class TrackMoments(Term):
     main plane.
 
     Attributes:
-        joints: What is expected.
+        joints: Expected moments.
         weight: :math:`w` [1/s].
     """
 

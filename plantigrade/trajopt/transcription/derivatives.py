@@ -156,7 +156,7 @@ class Derivatives:
 
     @cached_property
     def _source(self) -> "tuple[Callable[[], casadi.Function], Array | None, str]":
-        """What makes it, its last input if its numbers were made one, and what is left."""
+        """The function, its last input if its numbers were combined, and the remaining inputs."""
         f = self.function if self.function.is_a("SXFunction") else self.function.expand()
         if self._backend is None and (
             f.n_instructions() < _MAX_INTERPRETED or BatchedFunction.unavailable()

@@ -1,7 +1,7 @@
 r"""A problem evaluated at a point, for any solver: values, derivatives, cost and worst row.
 
 With the Jacobian :math:`J_k` of the rows of a node by its :math:`z_k` and multipliers
-:math:`\lambda`, the Hessian that a solver asks for is
+:math:`\lambda`, the Hessian for a solver is
 
 .. math:: \sum_k T_k^\top \Big( \nabla_z^2 (\lambda_k^\top r_k) + J_k^\top D_k J_k \Big) T_k,
 
@@ -113,11 +113,11 @@ class Evaluation:
                     continue
                 at = b.at[rows]
                 if multipliers is not None and not b.linear:
-                    asked = multipliers[i][rows], *self.states(z[at]), b.parameters[rows]
+                    arguments = multipliers[i][rows], *self.states(z[at]), b.parameters[rows]
                     if len(at) == len(H):
-                        b.derivatives.hessian(*asked, onto=H)
+                        b.derivatives.hessian(*arguments, onto=H)
                     else:
-                        H[at - nodes.start] += b.derivatives.hessian(*asked)
+                        H[at - nodes.start] += b.derivatives.hessian(*arguments)
                 b.add_squares(H, at - nodes.start, rows, w[rows])
             yield nodes, H
 

@@ -49,21 +49,21 @@ def explaining(
     if not body.sites:
         return force
     n, k = force.shape[:2]
-    asked, A = _wrenches(body, q, v, a)
+    required, A = _wrenches(body, q, v, a)
     f = force.reshape(n, 3 * k) / body.weight
     load = np.where(standing, np.maximum(f.reshape(n, k, 3)[..., 2], 0.0), 0.0)
     share = np.repeat((load + _MIN_LOAD * (load > _MIN_LOAD / 10)) ** 2, 3, axis=1)
-    missing = asked - np.einsum("nij,nj->ni", A, f)
+    missing = required - np.einsum("nij,nj->ni", A, f)
     weighed = A * share[:, None, :]
     normal = np.matmul(weighed, A.transpose(0, 2, 1)) + 1e-12 * np.eye(6)
     change = np.linalg.solve(normal, missing[..., None])
     out = f + np.matmul(weighed.transpose(0, 2, 1), change)[..., 0]
-    left = np.abs(asked - np.einsum("nij,nj->ni", A, out)).max(axis=1)
+    left = np.abs(required - np.einsum("nij,nj->ni", A, out)).max(axis=1)
     side = friction / np.sqrt(2.0)
     forces = out.reshape(n, k, 3)
     beyond = (np.abs(forces[..., :2]).max(axis=2) > side * forces[..., 2] + 1e-9).any(axis=1)
     for i in np.flatnonzero((beyond | (left > 1e-6)) & standing.any(axis=1)):
-        out[i] = _within(A[i], asked[i], f[i], standing[i], side)
+        out[i] = _within(A[i], required[i], f[i], standing[i], side)
     return (out * body.weight).reshape(n, k, 3)
 
 
@@ -75,19 +75,19 @@ def remainder(
     Returns:
         The larger of force [body weights] and moment about the pelvis [body weight · m].
     """
-    asked, A = _wrenches(body, q, v, a)
+    required, A = _wrenches(body, q, v, a)
     f = force.reshape(len(force), -1) / body.weight
-    left = asked - np.einsum("nij,nj->ni", A, f)
+    left = required - np.einsum("nij,nj->ni", A, f)
     return np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
 
 
 def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
-    """Return the wrench a motion asks for [body weights], and the matrix from forces to it."""
+    """Return the wrench a motion requires [body weights], and the matrix from forces to it."""
     symbolic, sites = body.symbolic, list(body.sites)
     places = body.cache.get("site positions", lambda: BatchedFunction(symbolic.positions(sites)))
     frames = body.cache.get("frames", lambda: BatchedFunction(symbolic.frames()))
     n, k = len(q), len(body.sites)
-    asked, _ = asked_by(body, q, v, a, np.zeros((n, 3 * k)))
+    required, _ = asked_by(body, q, v, a, np.zeros((n, 3 * k)))
     place = places(q)[0].reshape(n, k, 3)
     arm = place - frames(q)[0].reshape(n, -1, 3)[:, :1]
     A = np.zeros((n, 6, k, 3))
@@ -96,10 +96,10 @@ def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, A
     A[:, 3, :, 1], A[:, 3, :, 2] = -z, y
     A[:, 4, :, 0], A[:, 4, :, 2] = z, -x
     A[:, 5, :, 0], A[:, 5, :, 1] = -y, x
-    return asked, A.reshape(n, 6, 3 * k)
+    return required, A.reshape(n, 6, 3 * k)
 
 
-def _within(A: Array, asked: Array, f: Array, standing: Array, side: float) -> Array:
+def _within(A: Array, required: Array, f: Array, standing: Array, side: float) -> Array:
     """Return forces near ``f`` that keep the friction pyramid and give as much as they can."""
     import daqp
 
@@ -109,7 +109,7 @@ def _within(A: Array, asked: Array, f: Array, standing: Array, side: float) -> A
     load = np.repeat(np.maximum(f[at[2::3]], 0.0) + _MIN_LOAD, 3)
     G = A[:, at]
     H = _WRENCH_WEIGHT * G.T @ G + np.diag(1.0 / load**2)
-    g = -_WRENCH_WEIGHT * G.T @ asked - f[at] / load**2
+    g = -_WRENCH_WEIGHT * G.T @ required - f[at] / load**2
     pyramid = [[1.0, 0.0, -side], [-1.0, 0.0, -side], [0.0, 1.0, -side], [0.0, -1.0, -side]]
     C = np.kron(np.eye(m), pyramid)
     upper, lower = np.zeros(4 * m), np.full(4 * m, -1e30)

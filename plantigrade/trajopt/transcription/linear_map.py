@@ -31,7 +31,7 @@ class Transcription:
         problem: The problem.
         n_nodes, nv, nu: Numbers of nodes, coordinates, and unknowns at each node, fixed ones
             included.
-        variables: What a solver moves, and in what order.
+        variables: Variables of the solver, in order.
         size: Number of variables.
         smoothness: Cost of steps and jerk, and its gradient, of variables.
         half_band: How far from the diagonal entries of :math:`H_x` lie at most.

@@ -65,27 +65,28 @@ def split(
     times: Float[Array, " n_times"],
     excess: Float[Array, " n_times"] | float = 1.0,
     *,
-    beside: bool = False,
+    neighbours: bool = False,
     shortest: float = 0.001,
 ) -> Float[Array, " m"]:
     """Return the mesh with every interval divided in which something is wrong.
 
     An interval is halved, or quartered where the ``excess`` is over four: errors between the nodes
     of a cubic spline go with the square of their distance. They reach to the next intervals, and go
-    there once nodes are nearer here: ``beside`` halves these as well, where they are not shorter.
+    there once nodes are nearer here: ``neighbours`` halves these as well, where they are not
+    shorter.
 
     Args:
         nodes: The mesh [s].
         times: When something is wrong [s].
         excess: How much too large an error is there.
-        beside: Whether neighbours are halved, too.
+        neighbours: Whether neighbours are halved, too.
         shortest: No interval gets shorter [s].
     """
     at = np.clip(np.searchsorted(nodes, times, side="right") - 1, 0, len(nodes) - 2)
     most = np.zeros(len(nodes) - 1)
     np.maximum.at(most, at, np.broadcast_to(excess, at.shape))
     length = np.diff(nodes)
-    if beside:
+    if neighbours:
         reach = np.pad(np.where(most > 0, length, np.inf), 1, constant_values=np.inf)
         near = length > EQUAL_INTERVAL_RATIO * np.minimum(reach[:-2], reach[2:])
         most[near & (most == 0)] = 1.0

@@ -54,13 +54,13 @@ class Variables:
             ParameterError: If the guess has another shape than the problem, or is not finite.
         """
         u = np.zeros(self.u_at.shape) if u is None else u
-        for what, given, wanted in (
+        for what, given, expected in (
             ("coefficients", c, self.c_at),
             ("node unknowns", u, self.u_at),
         ):
-            if given.shape != wanted.shape:
+            if given.shape != expected.shape:
                 raise ParameterError(
-                    f"the guess has {what} {given.shape}; this problem has {wanted.shape}"
+                    f"the guess has {what} {given.shape}; this problem has {expected.shape}"
                 )
             if not np.isfinite(given).all():
                 raise ParameterError(f"the guess has {what} that are not finite")

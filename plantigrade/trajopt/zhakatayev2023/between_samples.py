@@ -1,10 +1,10 @@
 """Violations of a motion of the paper between its sample times.
 
-The paper asks for everything at 4 to 7 instants and shows curves in between. Here the same motion
+The paper states all conditions at 4 to 7 instants and shows curves in between. Here the same motion
 is looked at on a grid ten times as fine, by MuJoCo's inverse dynamics, not by the functions that it
-was optimised with. A foot counts as standing where Λ says so at both neighbouring samples and it
+was optimised with. A foot counts as standing where Λ is one at both neighbouring samples and it
 has not moved; what it can then do is judged generously: the support polygon is the convex hull of
-all its contact points. What remains, no contact with the ground can explain.
+all its contact points. The remainder cannot come from contact with the ground.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class Course:
     times: Float[Array, " n_times"]  # the grid [s]
     q: Float[Array, "n_times nv"]  # coordinates [rad, m]
     qd: Float[Array, "n_times nv"]  # rates [rad/s, m/s]
-    # force on the body and moment about the pelvis that the motion asks for, world axes [N, N m]
+    # force on the body and moment about the pelvis required by the motion, world axes [N, N m]
     wrench: Float[Array, "n_times 6"]
     torques: Float[Array, "n_times n_hinges"]  # torques of the joints [N m]
     # zero-moment point, NaN where nothing is carried [m]

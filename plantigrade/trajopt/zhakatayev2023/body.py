@@ -3,7 +3,7 @@
 The paper's model has 43 coordinates and 20 links, whose lengths and masses it does not print. Ours
 is joint set ``43`` with feet of two segments and 77.5 kg: again 43 coordinates and 20 bodies. It is
 1.80 m tall, since then the thigh is the 0.44 m by which the paper's pelvis sinks when sitting.
-What the text says of its coordinates (section VI) translates as
+The description of its coordinates (section VI) translates as
 
 =====================  ==============================  =====================================
 paper                  what                            ours
@@ -139,7 +139,7 @@ class PaperBody:
         thigh = self.human.dimensions.thigh
         q[self.index("pelvis_tx")] -= thigh
         q[self.index("pelvis_ty")] -= thigh
-        wanted = q.copy()
+        desired = q.copy()
         leg = ("hip_flexion", "hip_adduction", "hip_rotation", "ankle_angle", "subtalar_angle")
         free = [self.index(f"{n}_{s}") for n in (*leg, "mtp_angle") for s in SIDES]
         free += [self.index("pelvis_tx"), self.index("pelvis_ty")]
@@ -151,7 +151,7 @@ class PaperBody:
             J, off = J[:, free], self.resting.ravel() - position[:, 0]
             inverse = np.linalg.pinv(J, rcond=1e-6)
             step = inverse @ off
-            back = wanted[free] - q[free]
+            back = desired[free] - q[free]
             q[free] += step + back - inverse @ (J @ back)
             if np.abs(off).max() < 1e-12 and np.abs(step).max() < 1e-12:
                 break

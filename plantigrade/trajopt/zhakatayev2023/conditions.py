@@ -17,7 +17,7 @@ rows             equation  what
 ``apex``         28        height that the pelvis would reach
 ===============  ========  =================================================================
 
-**Generalised forces** are what inverse dynamics (Eq. 1) asks for without any contact force, as in
+**Generalised forces** are those of inverse dynamics (Eq. 1) without any contact force, as in
 the paper: the six of the root carry the body, and the torques of the legs are those of legs that
 hang. The root's are the force on the pelvis and the moment about it, world axes. In the objective
 :math:`\sum_j Q^T W Q / Q_\mathrm{max}^2` the paper leaves the diagonal of :math:`W` open; it speaks
@@ -184,7 +184,7 @@ def floor(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
 
 
 def places(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
-    """Return where contact points are (Eq. 22), fixed where Λ says so."""
+    """Return where contact points are (Eq. 22), fixed where Λ is one."""
     position = body.symbolic.positions(body.contacts)(body.inputs[0]).reshape((-1, 1))
     names = tuple(f"{n} {axis}" for n in body.contact_names for axis in "xyz")
     rows = _rows(body, motion, "places", position, names, "mm", 1e3)
@@ -195,7 +195,7 @@ def places(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
 
 
 def slip(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
-    """Return the velocities of contact points (Eq. 23), zero where Λ says so."""
+    """Return the velocities of contact points (Eq. 23), zero where Λ is one."""
     velocity = body.symbolic.velocities(body.contacts)(*body.inputs[:2]).reshape((-1, 1))
     names = tuple(f"{n} {axis}" for n in body.contact_names for axis in "xyz")
     rows = _rows(body, motion, "slip", velocity, names, "m/s")

@@ -70,7 +70,7 @@ def formulate(
     """Return the problem of a motion.
 
     Args:
-        body: Who moves.
+        body: The person.
         motion: The motion.
         basis: ``"trigonometric"`` or ``"polynomial"``.
         polygon: ``"quadrilateral"`` or ``"hull"``.

@@ -14,17 +14,17 @@ r"""The four motions of the paper, their settings as data (section VI).
   :math:`[0\,0\,0\,0\,t_1 \dots t_\mathrm{sim}\,t_\mathrm{sim}\,t_\mathrm{sim}\,t_\mathrm{sim}]`,
   can be read with one knot too many at the end, whose coefficient would do nothing. Here as many
   coefficients are there as printed, and all of them count: the pieces are of equal length, one
-  more than sampling intervals. So knots are not sample times.
+  more than sampling intervals. Knots are therefore not sample times.
 - *Contact of the walk.* The matrices printed for the 7 times have 6 columns,
-  ``1 1 1 1 0 1`` (right) and ``1 1 0 1 1 1`` (left), but the number of constraints asks for 12 feet
+  ``1 1 1 1 0 1`` (right) and ``1 1 0 1 1 1`` (left), but the number of constraints implies 12 feet
   on the ground: one column of ones is missing in each. With it at the end they are what the text
   tells: half a step with the right foot, before the first sample after the start; a full step left
   through the air at 1.0 s; a full step right through the air at 2.0 s; half a step left, before the
   last sample. *The half steps have no sample in the air.* Nothing keeps these feet off the ground
-  between the samples, and the check says by how much they go through it.
+  between the samples, and the check reports the depth.
 - *Contact of the jump.* Its matrices are 6 × 5 for 4 sample times. All of it is ones; four columns.
 - *The end of the jump.* All coordinates and rates are to be zero at the end, the pelvis' speed up
-  is to be 2 m/s, and all points of the feet are to stand still. Of a body that moves up as a whole
+  is to be 2 m/s, and all points of the feet are to stand still. For a body that moves up as a whole
   the feet do, too: no-slip (23) is left out at the last sample. The result the paper reports is
   1.8 m/s, not 2 m/s, and with a given speed Eq. 28 would be a constant; so the speed is free, at
   most 2 m/s. Feet that are on the ground and at rest at the sample before, and on the ground and

@@ -4,8 +4,8 @@ The paper always takes a quadrilateral, in three cases:
 
 a) long step: the heel of the foot in front is ahead of the toes of the other. Its corners are the
    heel of the foot behind and the toes of the foot in front;
-b) short step, or feet beside each other: the outer edges of both feet. The small regions at the
-   inner heel behind and the inner toes in front are left out, as the paper says;
+b) short step, or parallel feet: the outer edges of both feet. The small regions at the
+   inner heel behind and the inner toes in front are omitted, as in the paper;
 c) one foot: heel and toes.
 
 The figure is a picture and the text does not list the corners of case a; heel behind and toes in

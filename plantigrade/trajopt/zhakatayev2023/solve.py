@@ -132,7 +132,7 @@ def paper_motion(
     """Return a motion of the paper for a person.
 
     Args:
-        human: Who moves; feet of two segments.
+        human: The person; feet of two segments.
         task: ``"walk"``, ``"sit-to-stand"``, ``"side-step"`` or ``"jump"``.
         basis: ``"trigonometric"`` or ``"polynomial"``.
         polygon: ``"quadrilateral"``, as in the paper, or ``"hull"``.
