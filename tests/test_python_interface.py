@@ -289,7 +289,7 @@ def test_numbers_of_numpy_lists_and_names_are_welcome(code, value, answers):
 
 
 @pytest.mark.parametrize(("code", "words"), WRONG)
-def test_what_is_wrong_is_said_at_once(code, words, answers):
+def test_wrong_arguments_raise_at_once(code, words, answers):
     assert answers[code].startswith("ParameterError: ") and words in answers[code]
 
 

@@ -42,7 +42,7 @@ def test_in_ski_boots_the_trunk_leans_further(page):
     assert verdict.ok, verdict.words()
 
 
-def test_hips_go_down_as_far_as_was_asked(page):
+def test_hips_go_down_to_the_requested_depth(page):
     squat = page["squat"]
     height = squat.sample(squat.times()).qpos[:, 2]
     assert height[0] - height.min() == pytest.approx(0.3, abs=0.01)

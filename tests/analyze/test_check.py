@@ -366,7 +366,7 @@ def test_a_site_that_carries_too_much(box):
     assert finding.value == pytest.approx(most) and finding.limit == pytest.approx(0.9 * most)
 
 
-def test_weight_beside_what_stands(box):
+def test_weight_outside_the_base_of_support(box):
     stands = box.contact_planned.copy()
     stands[:, :2] = False
     force = box.contact_force.copy()

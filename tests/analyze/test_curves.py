@@ -76,7 +76,7 @@ def test_moments_are_per_mass_and_power_is_moment_times_speed(trial, curves):
     assert curves.powers["ankle_angle_r"][0].max() == pytest.approx(power, rel=0.03)
 
 
-def test_forces_nobody_knows_are_nan_and_so_are_the_moments_above_them(trial, curves):
+def test_unknown_forces_are_nan_and_so_are_the_moments_above_them(trial, curves):
     """A foot that stood beside its plate has a force, but not this one."""
     record = trial.record()
     right = [k for k, s in enumerate(record.sites) if s.side == "r"]
@@ -132,7 +132,7 @@ def test_coordinates_are_the_humans(trial):
     np.testing.assert_allclose(table.values, values, atol=1e-12)
 
 
-def test_both_feet_are_asked_for_the_midline(trial):
+def test_the_midline_needs_the_forces_of_both_feet(trial):
     table = trial.record().contact_known.copy()
     left = [k for k, s in enumerate(trial.record().sites) if s.side == "l"]
     table[5, left] = False

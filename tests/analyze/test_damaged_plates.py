@@ -68,7 +68,7 @@ def test_plates_fifteen_centimetres_off_are_left_out(name, by, request):
     assert trial.events_from_plates == 0
 
 
-def test_a_clock_fifty_milliseconds_late_is_said(walk):
+def test_a_clock_fifty_milliseconds_late_is_noted(walk):
     late = damaged(walk, lambda plate: replace(plate, time=plate.time + 0.05))
     said = [note for note in late.notes if "force plates seem" in note]
     assert said and "late" in said[0]
@@ -138,7 +138,7 @@ def test_body_mass_is_weighed_where_the_person_is_carried(data):
 
 
 @pytest.mark.slow
-def test_the_chair_carries_a_part_of_who_sits(data):
+def test_the_chair_carries_a_part_of_a_sitting_person(data):
     seated = analyse(fitted(data / "opensim" / "opencap_subject4" / "STS1.trc"))
     assert seated.weighed is None or seated.weighed.mass == pytest.approx(60.0, rel=0.03)
 

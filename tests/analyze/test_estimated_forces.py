@@ -59,7 +59,7 @@ def test_estimated_forces_count_nowhere_as_measured(withheld):
     assert compare_forces(record, record).feet == (), "an estimate is no measure of another"
 
 
-def test_a_foot_beside_its_plate(plated, partly):
+def test_a_foot_off_its_plate(plated, partly):
     """What the right plate tells is kept to the last digit; the left foot is estimated."""
     assert partly.forces is not None and partly.ground is not None
     record, told = partly.record(), partly.ground.measured

@@ -60,7 +60,7 @@ def test_a_table_is_read_at_every_percent(tmp_path):
         ("knee_angle,0,5,4\nknee_angle,100,7,2\n", "", "holds no rows"),
     ],
 )
-def test_what_is_wrong_with_a_table_is_said(tmp_path, old, new, words):
+def test_faults_of_a_table_are_reported(tmp_path, old, new, words):
     path = tmp_path / "norms.csv"
     path.write_text(TABLE.replace(old, new))
     with pytest.raises(FileError, match=words):

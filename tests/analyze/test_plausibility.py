@@ -41,14 +41,14 @@ def test_a_walk_that_its_forces_explain_is_ok(run):
 
 
 @pytest.mark.parametrize(("share", "status"), [(0.75, "ok"), (0.55, "do not match")])
-def test_forces_that_do_not_carry_the_motion_are_said_first(share, status, run):
+def test_forces_that_do_not_explain_the_motion_are_the_first_note(share, status, run):
     found = run(with_plates(plated_walk().fit(), share))
     assert "do not match" in found.record.notes[0]
     assert status in found.status
     assert found.figures["root_residual_rms_bw"] == pytest.approx(1 - share, abs=0.1)
 
 
-def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_said_first(run):
+def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_the_first_note(run):
     """Within 0.1 s, from (a + 180°, -180° - b, c + 180°) to (a, b, c), which is the same pose."""
     fit = plated_walk().fit()
     human, qpos = fit.human, fit.qpos.copy()

@@ -102,7 +102,7 @@ def test_a_flattened_knee_has_that_much_less_range(reference, same):
     assert found.rom["knee_angle_l"] == same.rom["knee_angle_l"]
 
 
-def test_a_body_beside_its_path(reference, same):
+def test_a_body_off_its_path(reference, same):
     aside = compare(moved(reference, root([0.006, 0.008, 0.0])))
     assert aside.com_error_rms_m == pytest.approx(0.010, abs=1e-3)
     assert aside.com_error_max_m == pytest.approx(0.010, abs=1e-3)

@@ -100,7 +100,7 @@ def test_the_command_writes_page_table_and_figures(folders, tmp_path, monkeypatc
     assert (low <= difference).all() and (difference <= high).all() and low.min() < low.max()
 
 
-def test_what_cannot_be_compared_is_said(folders, record, tmp_path, capsys):
+def test_runs_that_cannot_be_compared_are_refused(folders, record, tmp_path, capsys):
     still = replace(record, motion=replace(record.motion, events=()), references={})
     Run(still, "fit").save(tmp_path / "still")
     before = str(folders / "before")

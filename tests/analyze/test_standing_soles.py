@@ -11,7 +11,7 @@ from plantigrade.kinematics.fitted_soles import height_figures
     ("mean", "frames_away", "said"),
     [(0.002, 0, False), (-0.017, 0, True), (0.002, 2, False), (0.002, 12, True)],
 )
-def test_soles_away_from_the_ground_are_said(mean, frames_away, said):
+def test_soles_away_from_the_ground_are_noted(mean, frames_away, said):
     soles = np.full((100, 2), np.nan)
     soles[:60] = mean
     soles[:frames_away, 0] = 0.045

@@ -142,7 +142,7 @@ def test_the_plates_weigh_a_walker():
 
 
 @pytest.mark.parametrize("told", [None, 55.0])
-def test_a_mass_that_is_told_stands(told):
+def test_a_given_mass_is_kept(told):
     fit = plated_walk().fit(known_mass=told is None)
     trial = analyse(fit, mass=told)
     assert trial.fit.human.mass == pytest.approx(told or MASS)
@@ -159,7 +159,7 @@ def test_without_forces_the_mass_is_a_guess_and_says_so():
     assert any("mass is unknown" in w for w in trial.notes)
 
 
-def test_moments_of_a_foot_beside_the_plates_are_said_to_be_estimated_where_they_are():
+def test_moments_of_a_foot_off_the_plates_are_noted_as_estimated():
     fit = plated_walk().fit()
     one = replace(fit, recording=replace(fit.recording, plates=fit.recording.plates[:1]))
     trial = analyse(one)
@@ -170,7 +170,7 @@ def test_moments_of_a_foot_beside_the_plates_are_said_to_be_estimated_where_they
 
 
 @pytest.mark.parametrize(("height", "index"), [(1.04, 15.4), (1.44, 17.3), (1.81, 22.0)])
-def test_a_mass_nobody_gives_is_that_of_people_of_this_stature(height, index):
+def test_a_mass_that_is_not_given_is_that_of_people_of_this_stature(height, index):
     """Body mass index of the growth charts' median child, and of a healthy adult."""
     walk = textbook_walk(Human.create(height, 50.0), speed=1.3 * np.sqrt(height / 1.8), cycles=1)
     unknown = replace(recorded(walk, Path("walk.c3d")), subject=Subject(height=height))
@@ -204,7 +204,7 @@ def soles(human) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("how", ["a plate per foot", "one plate"])
-def test_the_plates_weigh_who_stands(how):
+def test_the_plates_weigh_a_standing_person(how):
     human = Human.create(1.68, 58.0, "female")
     weight = 66.3 * G
     at = soles(human)
@@ -220,7 +220,7 @@ def test_the_plates_weigh_who_stands(how):
     assert trial.fit.human.mass == pytest.approx(66.3, rel=0.005)
 
 
-def test_one_foot_beside_the_plate_weighs_nobody():
+def test_one_foot_off_the_plate_gives_no_mass():
     human = Human.create(1.68, 58.0, "female")
     trial = analyse(standing_fit(human, (plate(soles(human)["r"], 320.0, half=0.07),)))
     assert trial.fit.human.mass == pytest.approx(58.0), "half a person was taken for a whole one"

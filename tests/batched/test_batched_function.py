@@ -218,7 +218,7 @@ def test_people_with_the_same_joints_differ_in_numbers_only(joints, feet):
     assert len(one) == len(two) and not np.allclose(one, two)
 
 
-def test_other_formulas_are_told_apart():
+def test_other_formulas_are_distinguished():
     def structure(f):
         return BatchedFunction.parametrised(ca.Function("f", [x, y], [f]))[2]
 

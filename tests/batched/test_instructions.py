@@ -23,7 +23,7 @@ def functions():
 
 
 @pytest.mark.parametrize("f", functions(), ids=lambda f: f.name())
-def test_read_from_the_text_they_are_as_told_one_by_one(f, monkeypatch):
+def test_instructions_read_from_the_text_equal_those_of_the_interface(f, monkeypatch):
     read = Instructions.of(f)
     monkeypatch.setattr(instructions, "_as_text", lambda lines: "not there")
     asked = Instructions.of(f)

@@ -55,7 +55,7 @@ def said(capsys) -> str:
         ("synthesize track --recording a.c3d --solver ipopt", "--solver"),
     ],
 )
-def test_what_is_refused_is_said_in_words(words, sentence, capsys, tmp_path, monkeypatch):
+def test_a_refusal_is_a_sentence(words, sentence, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(words.split()) == 2
     text = said(capsys)

@@ -81,7 +81,7 @@ def test_bad_input_ends_in_one_sentence(run, words, complaint, capsys, tmp_path,
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
 
 
-def test_a_file_is_not_replaced_unasked(run, tmp_path, capsys):
+def test_a_file_is_not_replaced_by_default(run, tmp_path, capsys):
     other = tmp_path / "mine.svg"
     other.write_text("mine")
     assert cli.main(["picture", str(run), "--out", str(other)]) == 2

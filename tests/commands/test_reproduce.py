@@ -123,7 +123,7 @@ def test_the_table_of_a_study_is_the_mean_of_its_gaits(study):
 
 
 @pytest.mark.slow
-def test_a_folder_is_searched_and_what_nobody_named_is_no_failure(data, tmp_path, monkeypatch):
+def test_a_folder_is_searched_and_files_not_named_are_no_failure(data, tmp_path, monkeypatch):
     walks = tmp_path / "walks" / "deep"
     walks.mkdir(parents=True)
     for name in ("16_21.amc", "16.asf"):
@@ -170,7 +170,9 @@ def test_which_files_of_a_folder_are_recordings(data, tmp_path):
         ("opensim/gait2392_subject01/subject01_walk1_grf.mot", "no motion to fit"),
     ],
 )
-def test_where_nobody_walks_is_one_sentence(data, tmp_path, monkeypatch, capsys, file, sentence):
+def test_a_recording_without_walking_is_one_sentence(
+    data, tmp_path, monkeypatch, capsys, file, sentence
+):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["reproduce", str(data / file), "--quiet"]) == 2
     out, err = capsys.readouterr()

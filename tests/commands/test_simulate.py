@@ -174,7 +174,7 @@ def test_bad_input_is_said_before_anything_is_written(folder, capsys, words, sai
     assert said in capsys.readouterr().err and not list(folder.iterdir())
 
 
-def test_what_else_acts_is_said_and_felt(folder):
+def test_disturbances_act_and_are_noted(folder):
     small = {"duration": 0.1, "rate": 300.0, "joints": "42", "feet": "rigid"}
     pulled = pg.simulate(rope=("50,0,2,1,0",), shift="0.05,0.05,0,0", **small)
     assert pulled.record.signals["world.push"][:-1, 1].min() > 40.0
@@ -182,7 +182,7 @@ def test_what_else_acts_is_said_and_felt(folder):
     assert ", pulled once, on a shifting floor:" in pulled.sentence
 
 
-def test_what_is_otherwise_than_planned_is_said_and_felt():
+def test_model_mismatch_acts_and_is_noted():
     run = Run.load(STORED / "side-step")
     small = {"duration": 0.05, "controller": "stable-pd", "rate": 600.0, "seed": 3}
     plain, heavy = (pg.simulate(run, mass_error_pct=x, **small) for x in (0.0, 20.0))

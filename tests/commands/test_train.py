@@ -69,7 +69,7 @@ def _there(name: str) -> bool:
     return find_spec(name) is not None
 
 
-def test_the_rules_are_those_asked_for(tmp_path):
+def test_the_rules_are_the_requested_ones(tmp_path):
     """An even stride is learned in the mirror, as printed it is not; a run has its own person."""
     lean = training.rules_of(None, TrainSettings(joints="42", feet="rigid"))
     assert lean.mirrored and lean.passive and lean.gains

@@ -48,7 +48,7 @@ def test_motors_take_torques_within_the_strength():
 @pytest.mark.parametrize(
     "options", [{"foot_stiffness": 2e5}, {"foot_stiffness": 4e5, "ground_stiffness": 4e5}]
 )
-def test_contacts_are_as_stiff_as_asked_for(options):
+def test_contacts_have_the_requested_stiffness(options):
     """At rest a sphere is pressed in by its force over the stiffness; two springs are in series."""
     model, data, _ = stepped(Human.create(), actuators="position", **options)
     assert data.ncon >= 6
@@ -69,6 +69,6 @@ def test_contacts_are_as_stiff_as_asked_for(options):
         ({"foot_stiffness": -1.0}, "stiffness of -1 N/m; allowed are 1000 to 1e"),
     ],
 )
-def test_what_is_not_allowed_is_said(options, words):
+def test_a_value_that_is_not_allowed_is_refused(options, words):
     with pytest.raises(ParameterError, match=words):
         simulation_xml(Human.create(), **options)

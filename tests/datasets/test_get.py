@@ -46,7 +46,7 @@ def contents(folder: str = "data") -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def test_a_set_arrives_whole_with_its_licence_and_is_not_asked_for_again(server, capsys):
+def test_a_set_arrives_whole_with_its_licence_and_is_not_requested_again(server, capsys):
     assert main(["data", "get", "walks"]) == 0
     out, err = capsys.readouterr()
     assert contents() == FILES
@@ -147,7 +147,7 @@ def test_a_part_that_was_left_there(server, there):
     assert contents() == FILES
 
 
-def test_a_foreign_file_is_replaced_only_when_asked(server, capsys):
+def test_a_foreign_file_is_replaced_only_on_request(server, capsys):
     PLACE.parent.mkdir(parents=True)
     PLACE.write_bytes(b"my own")
     assert main(["data", "get", "walks"]) == 2
@@ -177,7 +177,7 @@ def test_no_network(server, monkeypatch, capsys):
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")
-def test_a_certificate_that_nobody_vouches_for_is_refused(server, tmp_path, capsys):
+def test_an_untrusted_certificate_is_refused(server, tmp_path, capsys):
     files = tmp_path / "certificate.pem", tmp_path / "key.pem"
     made = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
     made += ["-nodes", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"]

@@ -39,7 +39,7 @@ def sitting(human):
     return motion, estimate_forces(human, motion)
 
 
-def test_seat_and_feet_carry_who_sits(human, sitting):
+def test_seat_and_feet_carry_a_sitting_person(human, sitting):
     motion, found = sitting
     assert [(s.name, s.body) for s in found.supports] == [("seat", "pelvis")]
     weight = human.mass * GRAVITY

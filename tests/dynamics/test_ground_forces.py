@@ -41,7 +41,7 @@ def human():
     return Human.create(1.74, 71.0)
 
 
-def test_each_foot_carries_half_of_a_person_who_stands(human):
+def test_each_foot_carries_half_of_a_standing_person(human):
     found = estimate_forces(human, standing(human))
     np.testing.assert_allclose(found.forces.force[..., 2] / (human.mass * G), 0.5, atol=2e-3)
     np.testing.assert_allclose(found.forces.force[..., :2] / (human.mass * G), 0.0, atol=0.02)
@@ -108,7 +108,7 @@ def test_both_feet_together_give_what_the_motion_needs(human):
     assert found.noise < 2.0 and found.residual_force < 0.01
 
 
-def test_the_foot_beside_a_plate_carries_the_rest(human):
+def test_the_foot_off_the_plate_carries_the_rest(human):
     motion, force = swaying(human)
     n, weight = motion.n_frames, human.mass * G
     share = 0.5 + 0.2 * np.sin(2 * np.pi * 0.5 * motion.time)[:, None]  # that no motion tells

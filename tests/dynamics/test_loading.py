@@ -96,7 +96,7 @@ def seated(human: Human) -> np.ndarray:
     return np.tile(np.concatenate([root, quat, q[6:]]), (len(TIME), 1))
 
 
-def test_a_seat_carries_who_sits_until_the_ischia_rise(human):
+def test_a_seat_carries_a_sitting_person_until_the_ischia_rise(human):
     qpos = seated(human)
     qpos[40:, 2] += 0.5 * (TIME[40:] - TIME[39])
     found = find_loading(human, at_rest(human, qpos))

@@ -129,7 +129,7 @@ def test_one_column_group_holds_one_foot_after_the_other():
     assert f.force[(t > 2.8) & (t < 3.2), 1, 2].min() > 300
 
 
-def test_both_feet_on_one_plate_are_not_told_apart():
+def test_both_feet_on_one_plate_are_not_separated():
     t, soles = walk()
     one = both(reaction(PLATE_TIME, *stance("r", 1)), reaction(PLATE_TIME, *stance("l", 1)))
     one = replace(one, corners=square(1.0, 3.0))
@@ -144,7 +144,7 @@ def test_both_feet_on_one_plate_are_not_told_apart():
     assert f.force[later, 1, 2].min() > 300 and (f.force[later, 0] == 0).all()
 
 
-def test_foot_partly_beside_the_plate():
+def test_foot_partly_off_the_plate():
     t, soles = walk()
     start, stop, where = stance("r", 1)
     whole = assign_plates(
@@ -200,7 +200,7 @@ def test_treadmill_with_two_belts():
     np.testing.assert_allclose(f.point[r, 0], expected.cop[r], atol=3e-3)
 
 
-def test_nobody_on_the_plate():
+def test_an_empty_plate():
     t, soles = walk()
     plate = reaction(PLATE_TIME, 1.1, 1.76, (5.0, 1.0, 0.0))
     f = assign_plates((plate,), t, soles)

@@ -46,7 +46,7 @@ def test_from_the_optimum_of_another_program_fewer_steps_lead_to_the_same():
     np.testing.assert_allclose(warm.x, cold.x, atol=1e-3)
 
 
-def test_limits_that_exclude_each_other_are_said_to_have_no_solution():
+def test_contradictory_limits_have_no_solution():
     P, q, _, _ = program(0)
     G = np.zeros((2, len(q)))
     G[:, 0] = 1.0, -1.0

@@ -229,7 +229,7 @@ def test_ground_reactions_point_as_they_push(walk, tmp_path):
     assert checked > 10
 
 
-def test_what_cannot_be_drawn_is_said(tmp_path):
+def test_a_motion_that_cannot_be_drawn_is_refused(tmp_path):
     run = moving(Human.create())
     (note,) = run.export(tmp_path / "run.glb", forces=True)
     assert "no ground reactions" in note

@@ -64,7 +64,7 @@ def test_recorded_markers_keep_their_names_and_lie_on_the_body(walk, tmp_path):
     assert "R.ASIS" in read(tmp_path / "walk.trc").markers.names
 
 
-def test_trc_and_coordinates_have_their_forces_beside_them(walk, tmp_path):
+def test_trc_and_coordinates_have_a_file_of_forces(walk, tmp_path):
     for name in ("walk.trc", "walk.mot"):
         (note,) = walk.export(tmp_path / name)
         assert note == "the ground reactions were written to walk_grf.mot"

@@ -105,7 +105,7 @@ def test_a_motion_without_cycles_has_none_to_export(standing, tmp_path):
     assert len(columns(tmp_path / "standing.csv")["time_s"]) == standing.record.motion.n_frames
 
 
-def test_forces_that_were_estimated_are_left_out_unless_asked_for(walk, tmp_path):
+def test_estimated_forces_are_omitted_unless_requested(walk, tmp_path):
     n = walk.record.motion.n_frames
     nothing = {"forces.measured": np.zeros((n, 2), dtype=bool)}
     bands = {

@@ -92,7 +92,7 @@ def test_all_are_run_and_one_that_fails_does_not_end_them(fakes, tmp_path, monke
     assert all(o.get("overwrite", True) for _, o in fakes), "nothing of an earlier run is counted"
 
 
-def test_figures_that_are_there_are_not_replaced_unasked(fakes, tmp_path):
+def test_existing_figures_are_not_replaced_by_default(fakes, tmp_path):
     out = tmp_path / "before"
     Command(all=True, out=out, quiet=True).run()
     with pytest.raises(RunExists, match="add --overwrite"):
@@ -100,7 +100,7 @@ def test_figures_that_are_there_are_not_replaced_unasked(fakes, tmp_path):
     assert Command(all=True, out=out, overwrite=True, quiet=True).run().ok
 
 
-def test_commands_stand_beside_the_experiments(fakes, tmp_path, monkeypatch):
+def test_commands_are_listed_with_the_experiments(fakes, tmp_path, monkeypatch):
     class Fake:
         def run(self):
             metrics = {"status": "ok", "command": "x", "error_mm": 1.5, "check_ok": True}
@@ -116,7 +116,7 @@ def test_commands_stand_beside_the_experiments(fakes, tmp_path, monkeypatch):
                       "--overwrite", "--quiet")]  # fmt: skip
 
 
-def test_the_commands_that_stand_beside_exist():
+def test_the_listed_commands_exist():
     for words in experiment.COMMANDS.values():
         main.parse(words[0], words[1:])
 
@@ -172,7 +172,7 @@ def test_a_part_is_one_or_several():
         ("Number of parallel runs of", {n for n, e in EXPERIMENTS.items() if "jobs" in e.options}),
     ],
 )
-def test_the_help_names_who_takes_what(words, names, capsys, monkeypatch):
+def test_the_help_names_the_options_of_each_experiment(words, names, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "2000")
     with pytest.raises(SystemExit):
         main.parse("experiment", ["--help"])

@@ -80,7 +80,7 @@ def test_two_equal_files_do_not_differ(tmp_path):
     assert found.text().startswith("12 figures identical, 0 changed")
 
 
-def test_differences_are_told_by_kind(tmp_path):
+def test_differences_are_reported_by_kind(tmp_path):
     kept(tmp_path / figures.FILE)
     before = read_figures(tmp_path / figures.FILE)
     after = deepcopy(before)
@@ -113,7 +113,7 @@ def test_differences_are_told_by_kind(tmp_path):
     ] and back.status == "ok"
 
 
-def test_an_experiment_that_fails_now_is_told(tmp_path):
+def test_an_experiment_that_fails_now_is_reported(tmp_path):
     before = kept(tmp_path / figures.FILE)
     found = compare(before, kept(tmp_path / figures.FILE, fails=True))
     assert found.status == "one: ZeroDivisionError: of all things"
@@ -142,7 +142,7 @@ def test_another_file_is_refused(tmp_path, text):
         read_figures(tmp_path / "nowhere.json")
 
 
-def test_computing_times_are_told_from_times_of_a_motion():
+def test_computing_times_are_distinguished_from_times_of_a_motion():
     assert all(map(is_time, (
         "time_s", "solve_time_s", "walk_time_s", "x_processor_time_s", "x_time_per_cycle_s",
         "x_whole_tick_median_ms", "x_program_median_ms", "x_ms_per_frame", "x_time_median_s",

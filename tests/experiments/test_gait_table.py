@@ -186,7 +186,7 @@ def quick(two, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_table_says_everything(quick, data):
+def test_the_table_is_complete(quick, data):
     table = gait_table.run(data)
     text, metrics = table.text(), table.metrics()
     json.dumps(metrics, allow_nan=False)

@@ -14,7 +14,7 @@ from plantigrade.models import Human
 from tests.analyze.plated_walk import analyse, plated_walk, standing_fit
 
 
-def test_noise_is_of_the_size_that_is_said_and_the_same_each_time():
+def test_noise_has_the_given_size_and_is_reproducible():
     fit = standing_fit(Human.create(1.7, 70.0), (), 400)
     noisy = with_noise(fit, "a")
     np.testing.assert_array_equal(noisy.qpos, with_noise(fit, "a").qpos)
@@ -94,7 +94,7 @@ def test_a_walk_over_plates_without_them(data):
 
 
 @pytest.mark.slow
-def test_a_walk_up_a_slope_is_told_as_well_as_a_level_one():
+def test_a_walk_up_a_slope_is_estimated_as_well_as_a_level_one():
     """Its forces are exact; a marker recording of it is fitted with the slope as given."""
     found = on_ground(*GROUNDS["slope 8° up"])
     assert found.vertical_r > 0.95 and found.vertical_rmse < 0.08

@@ -113,7 +113,7 @@ def test_goals_count_on_the_validation_half_alone(monkeypatch, tmp_path):
     assert "16_15.amc" in (tmp_path / "out" / "human-likeness.html").read_text("utf-8")
 
 
-def test_a_fall_is_counted_and_told(monkeypatch, tmp_path):
+def test_a_fall_is_counted_and_reported(monkeypatch, tmp_path):
     monkeypatch.setattr(
         human_likeness, "likeness", lambda *_: {"survived": False, "end": "fell at 2.0 s"}
     )

@@ -13,7 +13,7 @@ from plantigrade.motion import Motion
 from plantigrade.record import Record
 
 
-def test_tissue_that_bears_everything_leaves_muscles_without_work():
+def test_muscles_do_no_work_if_tissue_provides_all_torques():
     human = Human.create(joints="43")
     rng = np.random.default_rng(0)
     time = np.linspace(0.0, 1.0, 50)

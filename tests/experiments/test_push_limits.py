@@ -34,7 +34,7 @@ def test_the_limit_is_the_last_force_of_the_grid_that_is_withstood(limit):
     assert len(found.tried) < 20
 
 
-def test_a_lighter_push_that_is_not_withstood_is_said():
+def test_a_weaker_push_that_is_not_withstood_is_reported():
     found = push_limit(lambda force: force <= 100.0 and not 70.0 < force < 80.0, step=5.0)
     assert found.force == 100.0 and found.gaps == (75.0,)
 
@@ -94,7 +94,7 @@ def test_a_pendulum_pushed_by_the_predicted_force_can_just_be_stopped(direction)
     assert ends[0] < edge < ends[1]
 
 
-def test_the_stance_is_where_it_was_asked_for():
+def test_the_stance_is_at_the_requested_place():
     human = Human.create(1.5, 48.5, "female", "66")
     qpos = standing_on(human, Ground(), com_along_sole=0.6, width=0.25)
     world = World(human, qpos=qpos, recording=False)

@@ -79,7 +79,7 @@ def test_the_tables_of_standing(experiment, goals, monkeypatch, tmp_path):
     assert (tmp_path / experiment.page).exists()
 
 
-def test_what_becomes_of_who_stands():
+def test_outcomes_of_standing():
     found = stand(Standing("rigid", "posture"), (), 0.2)
     assert found["stood"] and found["points"] > 8 and found["wobble"] < 1.0
     fell = stand(Standing("rigid", "posture"), (Push(force=2000.0, duration=0.1),), 2.0)

@@ -79,7 +79,7 @@ def test_a_broken_file_is_refused(tmp_path):
     assert CachedResults(path, overwrite=True).results == {}
 
 
-def test_what_cannot_be_asked_for_is_a_result():
+def test_a_refused_task_is_a_result():
     assert "stalled; z of toe_r is off by 200 mm" in why(FAILED)
     assert why(GOOD | {"verdict": ["it slips"], "good": False}) == "it slips"
 

@@ -46,7 +46,7 @@ def test_signs_tell_figures_apart():
     assert Row("two-segment 1-2", "slip", 1.0, "mm").key == "two_segment_1_2_slip_mm"
 
 
-def test_text_shows_ours_beside_the_goal(table):
+def test_text_shows_ours_and_the_goal(table):
     lines = table.text().splitlines()
     assert lines[0] == "Of two"
     assert any(re.search(r"marker RMS, mean +5.25 mm +<= 10 +ok$", line) for line in lines)

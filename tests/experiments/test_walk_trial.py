@@ -182,7 +182,9 @@ def test_longer_legs_and_stronger_joints_change_nothing_else(record):
     assert torque_limits(human)["ankle_angle"][0] < 0.0 < torque_limits(human)["ankle_angle"][1]
 
 
-def test_a_tour_has_a_punch_on_every_way_and_turns_only_for_who_follows(record, falling):
+def test_a_tour_has_a_punch_on_every_leg_and_turns_only_for_controllers_that_follow(
+    record, falling
+):
     rng = np.random.default_rng(3)
     goals = waypoints(falling, rng)
     far = np.linalg.norm(np.diff(goals, axis=0, prepend=[[0.0, 0.0]]), axis=1)

@@ -84,9 +84,7 @@ def test_the_battery_is_walked_once_and_its_short_form_gives_way(made, tmp_path)
     assert "5 of 10" in (tmp_path / "walk-battery.html").read_text("utf-8")
 
 
-def test_who_stands_and_who_walked_on_uneven_ground_is_said_and_not_counted(
-    made, tmp_path, monkeypatch
-):
+def test_standing_and_walks_on_uneven_ground_are_noted_and_not_counted(made, tmp_path, monkeypatch):
     def recording(controller, data, name, seconds):
         found = {"left_out": "stands, no walk"} if "A01" in name else WALKED
         return {**found, "survived": "07" not in name} if found is WALKED else found
@@ -182,7 +180,7 @@ def test_the_published_pushes_are_those_of_the_publication(data):
     assert np.mean([p.detour for p in every]) == pytest.approx(0.43, abs=0.01)
 
 
-def test_aside_is_told_from_the_stride_before_and_by_steps():
+def test_lateral_offsets_are_relative_to_the_stride_before_and_by_steps():
     time = 0.01 * np.arange(1, 601)
     com = np.zeros((600, 3))
     com[:, 1] = 0.05 - 0.3 * np.exp(-(((time - 3.5) / 0.3) ** 2))
@@ -225,7 +223,7 @@ def test_a_controller_that_is_not_there_is_refused_before_anything_is_measured(
     assert not made and not (tmp_path / "out").exists()
 
 
-def test_where_no_case_can_be_measured_the_first_reason_is_told(made, tmp_path, monkeypatch):
+def test_without_a_measurable_case_the_first_reason_is_reported(made, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "boom.py").write_text(OUTSIDE)
     monkeypatch.setattr(

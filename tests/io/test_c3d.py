@@ -209,7 +209,7 @@ def test_more_markers_than_a_byte_counts(tmp_path, n):
 
 
 @pytest.mark.parametrize(("n", "letters"), [(255, 200), (5000, 90), (70_000, 5)])
-def test_more_than_the_format_holds_is_said(tmp_path, n, letters):
+def test_more_than_the_format_holds_is_refused(tmp_path, n, letters):
     with pytest.raises(FileError, match="too long|too many"):
         write_c3d(many(n, letters), tmp_path / "many.c3d")
     assert not (tmp_path / "many.c3d").exists()

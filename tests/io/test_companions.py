@@ -224,7 +224,7 @@ def test_public_recordings(data, name):
     assert found(data / name) == PUBLIC[name]
 
 
-def test_two_persons_are_told_apart(data):
+def test_two_persons_are_distinguished(data):
     a, b = data / "c3d/HC038A11.c3d", data / "c3d/HC032A01.c3d"
     bare = [Recording(p, read(p).markers) for p in (a, b)]  # their statures not told
     assert not same_person(*bare)

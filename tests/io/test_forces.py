@@ -45,7 +45,7 @@ def test_units_axes_and_direction(tmp_path, up, sign):
     assert ("reversed" in " ".join(found.warnings)) == (sign < 0)
 
 
-def test_it_is_known_by_content_and_found_beside_the_markers(tmp_path):
+def test_it_is_known_by_content_and_found_next_to_the_markers(tmp_path):
     walk = read(walking(tmp_path / "walk_1.trc"))
     write(tmp_path / "walk_1.forces", standing())
     write(tmp_path / "walk_2.forces", standing())

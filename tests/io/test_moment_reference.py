@@ -78,7 +78,7 @@ def test_the_wrench_is_the_same_whatever_the_torque_is_about(data, tmp_path, nam
 
 
 @pytest.mark.parametrize("change", [corner, vertical_alone])
-def test_of_people_who_walk_a_corner_and_a_vertical_torque_are_known_too(data, tmp_path, change):
+def test_origin_and_vertical_torque_of_walking_people_are_known_too(data, tmp_path, change):
     path = data / "opensim" / FILES[2]
     good, other = read_mot(path), read_mot(rewritten(path, tmp_path / path.name, change))
     assert any("converted" in note for note in other.warnings)

@@ -38,7 +38,7 @@ def test_a_baseline_given_to_a_table_is_taken_from_it(data, tmp_path):
         np.testing.assert_allclose(b.cop[loaded], a.cop[loaded], atol=5e-3)
 
 
-def test_feet_of_who_sits_are_no_baseline(data):
+def test_feet_of_a_sitting_person_are_no_baseline(data):
     for name in ("STS1", "squats1", "static1", "DJ1"):
         recording = read(data / "opensim" / "opencap_subject4" / f"{name}_grf.mot")
         assert not [w for w in recording.warnings if "baseline" in w]

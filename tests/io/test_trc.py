@@ -113,7 +113,7 @@ def test_labels_that_occur_again_are_numbered(tmp_path):
     assert recording.warnings == ("repeated labels were numbered: HEAD",)
 
 
-def test_what_is_odd_is_said(tmp_path):
+def test_unusual_contents_are_noted(tmp_path):
     """Fewer frames than announced; a last row cut off."""
     recording = read_trc(write(tmp_path / "a.trc", text().replace("\t3\t4\tmm", "\t9\t4\tmm")))
     assert recording.warnings == ("the header announces 9 frames, the file holds 3",)

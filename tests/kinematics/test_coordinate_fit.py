@@ -47,7 +47,7 @@ def test_without_translation_the_feet_tell_the_path():
     assert np.ptp(fit.qpos[:, 0] - q[:, 0]) < 0.01
 
 
-def test_angles_beyond_the_limits_are_cut_and_said():
+def test_angles_beyond_the_limits_are_clipped_with_a_note():
     recording, _ = own(1.74)
     table = recording.coordinates
     table.values[:, table.names.index("knee_angle_r")] = np.deg2rad(-35)

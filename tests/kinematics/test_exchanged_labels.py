@@ -90,7 +90,7 @@ def test_labels_that_are_right_are_left_alone(data, human, name):
 
 @pytest.mark.parametrize("name", ["c3d/HC038A27.c3d", "opensim/opencap_subject4/squats1.trc"])
 @pytest.mark.parametrize("angle", [-90, 45, 90, 180])
-def test_a_person_who_lies_or_leans_is_left_alone(data, human, name, angle):
+def test_a_lying_or_leaning_person_is_unchanged(data, human, name, angle):
     """On the back, the face or the head, or bent: no label is exchanged, nobody is mirrored."""
     markers = read(data / name).markers
     turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()

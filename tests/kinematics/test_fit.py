@@ -241,7 +241,7 @@ def test_markers_of_unknown_name_go_to_the_segment_they_move_with():
     }  # fmt: skip
 
 
-def test_stature_is_found_where_nobody_says_it():
+def test_stature_is_estimated_if_it_is_not_given():
     human, time, qpos = walker()
     bare = Recording(Path("walk.trc"), markers_of(human, time, qpos))
     fit = fit_markers(bare, Person(sex="female"))

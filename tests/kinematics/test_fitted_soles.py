@@ -38,7 +38,7 @@ def put_on(human, qpos):
 
 
 @pytest.mark.parametrize("lift", [0.02, -0.015, 0.0])
-def test_feet_that_rest_beside_the_ground_get_soles_that_touch_it(walk, lift):
+def test_feet_that_rest_off_the_ground_get_soles_that_touch_it(walk, lift):
     raised = walk.qpos.copy()
     raised[:, 2] += lift
     shod = put_on(walk.human, raised)

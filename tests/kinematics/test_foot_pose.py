@@ -212,7 +212,7 @@ def test_frames_are_posed_one_by_one():
         np.testing.assert_allclose(one.clearance[0], whole.clearance[i], atol=1e-7)
 
 
-def test_a_foot_straight_below_its_ankle_and_half_turns_are_settled_and_said():
+def test_a_foot_straight_below_its_ankle_and_half_turns_are_resolved_with_a_note():
     joint = next(b for b in BODY.skeleton.bodies if b.name == "heel_r").position
     below = joint / np.linalg.norm(joint)
     down = Rotation.align_vectors([[0, 0, -1.0]], [below])[0].as_matrix()

@@ -37,7 +37,7 @@ def test_a_stature_of_somebody_else_is_refused(markers, height, legs):
         fitted(markers, height, legs=legs)
 
 
-def test_a_doubtful_stature_is_said_first(markers):
+def test_a_doubtful_stature_is_the_first_note(markers):
     fit = fitted(markers, TRUE - 0.12)
     assert "given is 1.56 m, but the markers suggest 1.6" in fit.warnings[0]
     assert len(fit.warnings[0]) < 400

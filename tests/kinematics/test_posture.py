@@ -57,7 +57,7 @@ def test_the_trunk_above_it_stands(fitted):
     assert 20 < fit.metrics["lumbar_behind_hips_mm"] < 70
 
 
-def test_a_pelvis_without_markers_behind_is_said(fitted):
+def test_a_pelvis_without_posterior_markers_is_noted(fitted):
     human, time, qpos = tilted()
     assert not any("back of the pelvis" in w for w in fitted[2].warnings)
     bare = [n for n in NAMES if n not in ("LPSI", "RPSI")]
@@ -81,7 +81,7 @@ def test_markers_on_a_belt_show_the_pelvis(fitted):
     assert not any("unknown names" in w for w in fit.warnings)
 
 
-def test_a_pelvis_without_known_markers_is_said_first():
+def test_a_pelvis_without_known_markers_is_the_first_note():
     fit = renamed({"LASI": "X1", "RASI": "X2", "LPSI": "X3", "RPSI": "X4", "SACR": "X5"})
     assert "no marker has the name of a landmark of the pelvis" in fit.warnings[0]
     assert len(fit.warnings[0]) < 400

@@ -323,7 +323,7 @@ def test_no_skeleton_is_refused():
         fit_skeleton(Recording(Path("x")))
 
 
-def test_a_sudden_turn_is_said(data):
+def test_a_sudden_turn_is_noted(data):
     """The shared walk turns its left shoulder by 29 degrees from one frame to the next."""
     fit = fit_skeleton(read_deepmimic(data / "deepmimic" / "humanoid3d_walk.txt"))
     assert fit.metrics["joint_jumps"] == 1

@@ -34,7 +34,7 @@ def difference(human, q, v, value):
     return (ahead - value(State(human, moved(human, q, v, -STEP), v))) / (2 * STEP)
 
 
-def test_a_jacobian_is_the_same_whether_few_or_many_points_are_asked_for():
+def test_a_jacobian_is_the_same_for_few_and_many_points():
     human, rng = person(*PRESETS[0]), np.random.default_rng(3)
     state = State(human, *random_state(human, rng))
     many = points_of(human, rng)

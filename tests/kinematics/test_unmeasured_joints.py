@@ -137,7 +137,7 @@ def test_where_legs_stand_still_the_trunk_is_upright_and_the_arms_hang():
     assert 5 < angle(human, made, "elbow_flex_r")[0] < 20
 
 
-def test_who_bends_forward_bends_the_trunk_too_and_who_sits_is_upright():
+def test_the_trunk_bends_forward_with_the_hips_and_is_upright_in_sitting():
     human = person()
     time, tilt = np.arange(90) / 100, np.deg2rad(np.repeat([0.0, 30.0, -30.0], 30))
     qpos = np.tile(human.standing(), (90, 1))

@@ -54,7 +54,7 @@ def test_without_wrist_markers_nothing_is_said():
     assert not exchanged_wrists(bare, landmark_names(bare.names))
 
 
-def test_it_is_put_back_and_said():
+def test_it_is_corrected_with_a_note():
     human, time, qpos = walker()
     qpos[:, [7 + human.hinge(f"pro_sup_{s}") for s in "rl"]] = np.deg2rad(100)
     right = markers_of(human, time, qpos, names=NAMES)

@@ -167,7 +167,7 @@ def test_bodies_are_seen_as_mujoco_has_them(paper):
     assert (quat[:, 0] >= 0).all() and seen[-1] == pytest.approx(paper.phase, abs=1e-6)
 
 
-def test_the_reward_is_one_on_the_reference_and_less_beside_it(lean):
+def test_the_reward_is_one_on_the_reference_and_less_off_it(lean):
     lean.reset(seed=0, options={"phase": 0.5})
     *_, info = lean.step(np.zeros(len(lean.tracking.action)))
     terms = {"pose", "velocity", "com", "ends"}

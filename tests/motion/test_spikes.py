@@ -119,7 +119,7 @@ def test_a_glitch_in_a_skeleton_file_takes_no_forces(data, tmp_path, name, fault
         assert np.sqrt(np.mean(off**2)) < 0.01 * weight
 
 
-def test_a_glitch_in_a_coordinate_is_bridged_and_said(data):
+def test_a_glitch_in_a_coordinate_is_bridged_with_a_note(data):
     recording = read(data / "opensim" / "opencap_subject4" / "squats1_ik.mot")
     table = recording.coordinates
     column = table.names.index("knee_angle_r")

@@ -129,7 +129,7 @@ def alive(pid: int) -> bool:
 
 
 @pytest.mark.parametrize("backend", [pytest.param("dask", marks=pytest.mark.slow)])
-def test_an_address_where_nobody_answers_is_named(backend):
+def test_an_address_without_an_answer_is_named(backend):
     needs(backend)
     with pytest.raises(PlantigradeError, match=r"no Dask scheduler at tcp://127.0.0.1:9"):
         list(run_jobs(abs, [1], backend=backend, address="tcp://127.0.0.1:9"))

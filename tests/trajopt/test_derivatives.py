@@ -80,7 +80,7 @@ def test_patterns_hold_all_there_is(leg):
     np.testing.assert_array_equal(H, H.transpose(0, 2, 1))
 
 
-def test_a_hessian_is_added_where_that_is_asked_for(leg):
+def test_a_hessian_is_added_if_requested(leg):
     for n in (1, 9):
         state = some_state(leg.function, n)
         lam = np.ones((n, leg.n_rows))

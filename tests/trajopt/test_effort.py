@@ -42,7 +42,7 @@ def test_inertia_is_that_of_the_energy_of_each_coordinate_alone():
     assert found[names.index("pelvis_rotation")] < 0.3 * found[names.index("pelvis_tilt")]
 
 
-def test_jerk_counts_by_inertia_where_it_is_told_to():
+def test_jerk_is_weighted_by_inertia_if_requested():
     plain, weighed = builder(), builder()
     Jerk(1e-9).add_to(plain)
     Jerk(1e-9, by_inertia=True).add_to(weighed)

@@ -97,7 +97,7 @@ def test_the_remainder_is_what_mujoco_misses():
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 8.0), st.sampled_from([0.3, 0.8]))
 @settings(max_examples=12, deadline=None)
-def test_no_force_pulls_or_slips_whatever_is_asked(seed, size, mu):
+def test_no_force_pulls_or_slips_for_any_wrench(seed, size, mu):
     q, v, a = swaying(3, seed, size)
     rng = np.random.default_rng(seed)
     standing = rng.random((3, len(body().sites))) < 0.6

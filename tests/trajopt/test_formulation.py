@@ -364,7 +364,7 @@ def test_a_body_of_other_tissue_shares_no_rows():
     assert dynamics(body, 1).function is dynamics(body, 1).function
 
 
-def test_a_node_is_where_it_is_asked_for_or_nowhere():
+def test_a_node_is_at_the_requested_time_or_missing():
     nodes = np.array([0.0, 0.4, 1.0])
     builder = ProblemBuilder(body_with("rigid"), ContactPlan(1.0, ()), nodes)
     assert builder.node(0.4) == 1

@@ -252,7 +252,7 @@ def test_crude_guess_is_a_straight_line():
     assert ends[1, 2] - ends[0, 2] == pytest.approx(2.0)
 
 
-def test_noise_has_the_size_asked_for_and_goes_on_as_the_motion_does():
+def test_noise_has_the_given_size_and_is_periodic_with_the_motion():
     human = person()
     c = np.zeros((80, 6 + len(human.coordinates)))
     noise = with_noise(c, seed=3, size=0.1)

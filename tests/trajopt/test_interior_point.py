@@ -221,7 +221,7 @@ def violation(problem: Problem, result) -> float:
     return worst
 
 
-def test_progress_is_told_every_iteration_and_stops_it_at_the_best():
+def test_progress_is_called_every_iteration_and_stops_at_the_best():
     problem, seen = pendulum(), []
 
     def stop(iterate) -> bool:

@@ -29,7 +29,7 @@ def person() -> Human:
         ("side-step", {"distance": 0.45, "duration": 0.8}, "push 11 cm outside of the feet"),
     ],
 )
-def test_what_nobody_can_do_is_refused_with_the_number_that_stands_in_the_way(name, told, words):
+def test_an_impossible_motion_is_refused_with_the_limit_it_exceeds(name, told, words):
     with pytest.raises(ParameterError, match=words):
         make_task(name, person(), told)
 

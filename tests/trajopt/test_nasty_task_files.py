@@ -47,7 +47,7 @@ def test_endless_times_of_a_stance_are_compared_without_a_warning(tmp_path):
     ids=["5000 digits", "400 digits", "deep", "deep and closed", "twice"],
 )
 @pytest.mark.parametrize("read", [task_file, marker_set])
-def test_what_is_no_toml_is_said(tmp_path, read, value, match):
+def test_invalid_toml_is_reported(tmp_path, read, value, match):
     path = tmp_path / "own.toml"
     path.write_text(f"[task]\nname = 'a'\n[markers]\nx = {value}\n")
     with pytest.raises(FileError, match=match) as caught:

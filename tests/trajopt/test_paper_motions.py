@@ -131,7 +131,7 @@ def test_edge_rows_are_the_moment_of_the_weight_about_the_edges(body):
     assert 200.0 * values[2] == pytest.approx(body.weight)
 
 
-def test_least_squares_puts_feet_where_they_are_told(body):
+def test_least_squares_puts_feet_on_their_targets(body):
     paper = formulate(body, MOTIONS["sit-to-stand"], basis="polynomial")
     part = paper.problem.part(("boundary", "places"), costs=False)
     program = SparseProgram(part, paper.guess)

@@ -47,7 +47,7 @@ def test_the_objective_is_that_of_the_motion():
     assert replace(s, stages=()).objective == s.objective  # as it is after it was read from a file
 
 
-def test_nodes_are_added_where_contact_cannot_give_what_is_asked():
+def test_nodes_are_added_where_contact_cannot_provide_the_wrench():
     one = synthesize(body(), task(), refinements=0)
     assert len(one.stages) == 1
     _, before = one.unexplained()
@@ -124,7 +124,7 @@ def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
     assert made.objective == pytest.approx(s.objective, rel=5e-3)  # that one has more nodes
 
 
-def test_who_is_too_weak_does_not_walk_and_is_told_why():
+def test_a_person_who_is_too_weak_does_not_walk_and_the_message_says_why():
     told = []
     s = synthesize(
         body(), weak(), options=Options(iterations=6), progress=lambda n, i: told.append(n)
@@ -145,7 +145,7 @@ def test_who_is_too_weak_does_not_walk_and_is_told_why():
 
 
 @pytest.mark.parametrize("kind", ["muscle torque", "joint torque", "work rate"])
-def test_torques_that_are_missing_are_told_in_newton_metres(kind):
+def test_missing_torques_are_reported_in_newton_metres(kind):
     """Of this person, not of the one whose torque is 100 N m in a row of 1."""
     s = solved()
     assert abs(s.body.torque - 100.0) > 3.0
@@ -182,7 +182,7 @@ def test_rougher_ground_is_not_taken_for_granted():
     assert (side - 0.4 * force[..., 2]).max() < 1e-3 * s.body.weight
 
 
-def test_what_is_asked_wrongly_is_refused():
+def test_wrong_options_are_refused():
     with pytest.raises(ParameterError, match="the guess has coefficients"):
         synthesize(body(), task(), c0=np.zeros((3, body().symbolic.nv)))
 
@@ -197,7 +197,7 @@ def test_a_body_made_for_other_ground_is_refused():
 # Meshes -------------------------------------------------------------------------------------------
 
 
-def test_nodes_are_even_between_changes_and_as_dense_as_asked():
+def test_nodes_are_even_between_changes_and_as_dense_as_requested():
     plan = task().plan
     for nodes_per_second, least in ((5.0, 2), (24.0, 2), (60.0, 3)):
         nodes = nodes_of(plan, nodes_per_second, least=least)
@@ -221,14 +221,14 @@ def test_nodes_of_another_walk_keep_their_places_between_changes():
     assert nodes_like(replace(other, stances=()), one.switches, nodes) is None
 
 
-def test_intervals_are_halved_where_asked_and_nowhere_else():
+def test_only_the_requested_intervals_are_halved():
     nodes = np.array([0.0, 0.1, 0.2, 0.208, 0.3])
     finer = split(nodes, np.array([0.12, 0.15, 0.204, 0.3]), shortest=0.005)
     np.testing.assert_allclose(finer, [0.0, 0.1, 0.15, 0.2, 0.208, 0.254, 0.3])
     np.testing.assert_array_equal(split(nodes, np.zeros(0)), nodes)
 
 
-def test_intervals_beside_are_halved_where_they_are_not_shorter():
+def test_neighbouring_intervals_are_halved_unless_they_are_shorter():
     nodes = np.array([0.0, 0.1, 0.2, 0.25, 0.35, 0.45])
     finer = split(nodes, np.array([0.12, 0.42]), neighbours=True)
     np.testing.assert_allclose(finer, [0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])

@@ -111,7 +111,7 @@ def test_feet_stay_where_they_stand(name):
 
 
 @pytest.mark.solver
-def test_a_squat_is_as_deep_as_asked_and_symmetric():
+def test_a_squat_has_the_requested_depth_and_is_symmetric():
     s = solved("squat", 12.0)
     q, _, _, _ = at_nodes(s)
     height = column(s, q, "pelvis_ty")
@@ -143,7 +143,7 @@ def test_a_step_to_the_side_ends_standing_so_far_away():
 
 @pytest.mark.solver
 @pytest.mark.slow
-def test_a_jump_falls_freely_and_rises_as_far_as_asked():
+def test_a_jump_falls_freely_and_has_the_requested_height():
     s = solved("jump", 20.0)
     assert s.success
     _, com, speed, force = at_nodes(s)

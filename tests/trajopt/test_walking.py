@@ -56,7 +56,7 @@ def test_forces_are_what_the_centre_of_mass_needs(stride):
     assert np.sqrt(np.mean(off**2)) < 0.003 * weight
 
 
-def test_it_is_as_fast_as_asked(stride):
+def test_it_has_the_requested_speed(stride):
     way = stride.qpos[-1, :3] - stride.qpos[0, :3]
     assert way[0] / stride.time[-1] == pytest.approx(SPEED, rel=1e-6)
     np.testing.assert_allclose(way[1:], 0.0, atol=1e-9)
@@ -176,7 +176,7 @@ def test_every_change_of_contact_is_a_node():
         assert np.abs(plan.switches[:, None] - nodes).min(axis=1).max() < 1e-9
 
 
-def test_a_foot_is_not_asked_to_rise_at_once():
+def test_the_clearance_of_a_foot_rises_gradually():
     """One that stood has no acceleration as it leaves, however high it is to be later."""
     task = make_task("side-step", person(), {"clearance": 0.3})
     for c in (c for c in task.conditions(solved().body) if c.quantity == "clearance"):

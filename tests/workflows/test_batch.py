@@ -130,7 +130,7 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     assert pg.load_run(folder / "3-slope-5-stiffness-2.0").record.ground.slope > 0.08
 
 
-def test_seeds_of_what_is_not_random_are_said_to_be_alike(tmp_path, monkeypatch, capsys):
+def test_seeds_without_randomness_give_a_note(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["simulate", *WORDS, "--seeds", "2", "--quiet"]
     for more, alike in (([], True), (["--start-noise", "0.05"], False)):

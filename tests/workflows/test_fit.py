@@ -65,7 +65,7 @@ def test_a_run_read_back_gives_the_same_pages(written):
         assert (run.folder / name).read_text(encoding="utf-8") == text, name
 
 
-def test_a_run_shows_withheld_plates_beside_the_estimate(written):
+def test_a_run_shows_withheld_plates_with_the_estimate(written):
     """A plate reads half of what it should: the figures say so, nothing else has seen it."""
     trial, _, _ = written
     settings = FitSettings(without_plates=True, mass=71.0)
@@ -106,7 +106,7 @@ def test_metrics_say_what_was_done(written):
         assert fact in sentence, fact
 
 
-def test_companions_are_said_and_counted_as_sources(tmp_path):
+def test_companions_are_noted_and_counted_as_sources(tmp_path):
     path = walking(tmp_path / "p1_walk1.trc")
     static = standing(tmp_path / "p1_static.trc")
     grf = forces(tmp_path / "p1_walk1_grf.mot")
@@ -170,7 +170,7 @@ def test_what_holds_no_motion_cannot_be_fitted(tmp_path):
         fitting.fit_recording(fitting.load(path, settings), settings)
 
 
-def test_the_standing_trial_says_who_it_is():
+def test_the_standing_trial_names_the_person():
     """Mass and stature told by the standing trial alone are known, not guessed."""
     from plantigrade.kinematics.fit import fit_markers
     from tests.kinematics.test_fit import markers_of, walker

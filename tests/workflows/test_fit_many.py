@@ -125,13 +125,13 @@ def test_results_come_as_they_arrive_and_load(walks, tmp_path):
         pg.load_run(tmp_path / "b")
 
 
-def test_a_batch_that_nobody_computes_says_so(walks):
+def test_a_batch_without_workers_says_so(walks):
     with pytest.warns(UserWarning, match="made but not computed"):
         del_me = pg.fit_many(walks, **HOW)
         del del_me
 
 
-def test_a_batch_that_is_interrupted_is_no_batch_that_nobody_computes(walks, tmp_path, recwarn):
+def test_an_interrupted_batch_is_no_batch_without_workers(walks, tmp_path, recwarn):
     def interrupt(_: str) -> None:
         raise KeyboardInterrupt
 

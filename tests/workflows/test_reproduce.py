@@ -104,7 +104,7 @@ def test_the_pages_show_the_forces(forced, made):
 
 
 @pytest.mark.slow
-def test_measured_forces_stand_beside_the_computed_ones(data):
+def test_measured_forces_are_shown_with_the_computed_ones(data):
     run = reproducing.reproduce(data / "c3d/HC038A11.c3d")
     assert run.figures["dynamics_status"] == "ok"
     moved = run.others["forces"]
@@ -123,7 +123,7 @@ def test_measured_forces_stand_beside_the_computed_ones(data):
     assert carried.mean() == pytest.approx(run.record.human.mass * GRAVITY, rel=0.1)
 
 
-def test_a_fall_is_told(forced):
+def test_a_fall_is_reported(forced):
     record = forced.others["forces"]
     qpos = record.motion.qpos.copy()
     qpos[100:, 2] -= 0.3  # whatever came after
@@ -173,7 +173,7 @@ def test_the_status_of_a_run_is_the_worst_of_its_parts(fitted, monkeypatch):
     assert "at most 0.001 body weights allowed" in run.status
 
 
-def test_a_sole_that_slides_is_told_with_its_place_and_instant(made):
+def test_a_sliding_sole_is_reported_with_its_place_and_instant(made):
     record = made.record
     qpos = record.motion.qpos.copy()
     qpos[100:, 1] += 0.03
@@ -317,7 +317,7 @@ def test_a_stop_leaves_the_longest_run_of_steps(fitted):
     assert f"of {len(events) + 4} gait events" in note and f"{len(events)} events" in note
 
 
-def test_an_early_end_is_told_with_its_instant(made):
+def test_an_early_end_is_reported_with_its_instant(made):
     record = made.record
     signals = {**record.signals, "stopped": np.array("no acceleration was found")}
     said = gait_status(replace(record, signals=signals), compare(record))
@@ -325,7 +325,7 @@ def test_an_early_end_is_told_with_its_instant(made):
     assert f"{record.motion.time[-1]:.2f} s into the recording" in said
 
 
-def test_a_centre_of_mass_off_its_path_is_told_with_its_instant(made):
+def test_a_centre_of_mass_off_its_path_is_reported_with_its_instant(made):
     record = made.record
     qpos = record.motion.qpos.copy()
     qpos[100:, 2] += 0.2
@@ -336,7 +336,7 @@ def test_a_centre_of_mass_off_its_path_is_told_with_its_instant(made):
     assert f"{record.motion.time[100]:.2f} s into the recording" in said
 
 
-def test_a_pelvis_that_wanders_off_is_told(made):
+def test_a_drifting_pelvis_is_reported(made):
     """The centre of mass is on its path, the pelvis is not."""
     record, reference = made.record, made.record.references["recorded"]
     qpos = reference.qpos.copy()

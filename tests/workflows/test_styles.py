@@ -45,7 +45,7 @@ def test_words_have_a_time_behind_them():
         pose_of("arm_flex_r=high")
 
 
-def test_other_walks_are_those_of_a_pendulum_and_need_a_time_where_nobody_looks_on(walk):
+def test_other_walks_are_those_of_a_pendulum_and_need_a_duration_without_a_viewer(walk):
     with pytest.raises(ParameterError, match="then has no effect without"):
         SimulateSettings.given("simulate", None, {"then": ("stroll.c3d@4",)})
     with pytest.raises(ParameterError, match="upper_body has no effect without"):

@@ -130,7 +130,7 @@ def test_a_run_can_be_started_from(synthesized):
     assert again.success and again.iterations <= 1
 
 
-def test_who_cannot_be_started_from_is_told(synthesized):
+def test_an_unusable_start_is_reported(synthesized):
     record = synthesized.run.record
     with pytest.raises(ParameterError, match="holds no solved spline"):
         WarmStart.of_record(replace(record, signals={}))
@@ -203,7 +203,7 @@ def test_amounts_are_those_of_the_motion(synthesized):
     assert contact.amount == pytest.approx(7.0, abs=1e-3) and contact.name.startswith("z of")
 
 
-def test_a_motion_that_is_physical_but_not_what_was_asked_is_not_ok(synthesized):
+def test_a_physical_motion_that_misses_its_task_is_not_ok(synthesized):
     verdict = check(synthesized.run.record)
     off = Violation("coordinates", "hip_flexion_r", 0.1, 5.0, "deg", 0.09)
     words = status(verdict, (off,))

@@ -27,7 +27,7 @@ def test_words_of_a_barrier():
 
 
 @pytest.mark.parametrize("above", [0.1, -0.06])
-def test_the_clearance_is_that_over_the_head_and_who_is_in_the_bar_is_pushed_out(above):
+def test_the_clearance_is_that_over_the_head_and_a_person_in_the_bar_is_pushed_out(above):
     record = under(HUMAN.height + above).simulate(passive, 0.05)
     assert record.signals["barrier.clearance"][0] == pytest.approx(above, abs=0.02)
     assert touched(record) == (above < 0.0)

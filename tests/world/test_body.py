@@ -30,7 +30,7 @@ def touching(human: Human, qpos: np.ndarray) -> set[frozenset[str]]:
 
 @pytest.mark.parametrize("joints", JOINT_SETS)
 @pytest.mark.parametrize("feet", FEET)
-def test_nobody_who_stands_touches_themselves(joints, feet):
+def test_no_parts_of_a_standing_person_touch(joints, feet):
     human = Human.create(joints=joints, feet=feet)
     assert touching(human, standing_on(human, Ground())) == set()
 

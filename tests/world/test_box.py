@@ -31,7 +31,7 @@ def record():
     return World(HUMAN, None, ACTING).simulate(passive, 0.3)
 
 
-def test_things_are_where_they_were(record):
+def test_objects_are_where_they_were(record):
     bar, box, pack = things_of(record)
     assert bar.fixed and not box.fixed
     assert [each.thing.kind for each in (bar, box, pack)] == ["capsule", "box", "box"]
@@ -63,7 +63,7 @@ def test_they_are_kept_and_what_stands_is_in_the_exported_scene(record, tmp_path
         model.geom("thing_1")
 
 
-def test_they_are_drawn_and_make_nobody_taller(record):
+def test_objects_are_drawn_and_do_not_change_the_stature(record):
     scene = build_scene(record)
     things = [shape for shape in scene.shapes if shape.is_thing]
     assert [shape.kind for shape in things] == ["capsule", "box", "box"]
@@ -83,7 +83,7 @@ def test_a_push_is_no_reaction_of_the_ground_in_the_viewer(record):
     assert not scene.total_force[:, 2].any()
 
 
-def test_things_without_a_shape_are_refused():
+def test_objects_without_a_shape_are_refused():
     for kind, size in (
         ("cone", (0.1, 0.1, 0.1)),
         ("box", (0.1, -0.1, 0.1)),
@@ -93,7 +93,7 @@ def test_things_without_a_shape_are_refused():
             SceneObject("it", kind, size)
 
 
-def test_a_record_with_a_thing_that_cannot_be_is_refused(record):
+def test_a_record_with_an_impossible_object_is_refused(record):
     for name, bad in (
         ("things.kind", np.array(["cone"] * 3)),
         ("things.size", -record.signals["things.size"]),

@@ -163,7 +163,7 @@ def test_what_a_box_does_is_in_the_record_and_no_fall():
     assert check(record).measures["root_force"].value < 0.05
 
 
-def test_the_floor_carries_along_who_stands_on_it():
+def test_a_moving_floor_moves_a_standing_person():
     record = world(FloorShift(distance=0.05, duration=0.3, time=0.05)).simulate(Posture(), 0.6)
     np.testing.assert_allclose(record.signals["ground.place"][-1], [0.05, 0, 0, 0], atol=1e-4)
     heel = [i for i, site in enumerate(record.sites) if "heel" in site.name]
@@ -174,7 +174,7 @@ def test_the_floor_carries_along_who_stands_on_it():
 
 
 @pytest.mark.parametrize("direction", [0.0, np.pi / 2])
-def test_a_plate_tilts_as_it_is_told(direction):
+def test_a_plate_tilts_as_specified(direction):
     plate = Tilting(amplitude=0.06, period=1.0, direction=direction)
     assert plate.position(1.25)[2:] == pytest.approx(
         [0.06 * np.cos(direction), 0.06 * np.sin(direction)]
