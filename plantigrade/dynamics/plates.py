@@ -19,7 +19,7 @@ directly would bias it towards the noisy values at small forces.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,6 +67,18 @@ class PlateUse:
     stop: int  #: One after the last frame
     peak: float  #: Maximum vertical force [N]
     problem: str = ""  #: Reason for excluded frames; empty if all are used
+
+    @classmethod
+    def of(cls, loading: PlateLoading) -> "PlateUse":
+        """Return the use of a plate in one loading."""
+        return cls(
+            loading.plate.name,
+            "".join(side for k, side in enumerate(SIDES) if (loading.owner == k).any()),
+            int(loading.frames[0]),
+            int(loading.frames[-1]) + 1,
+            loading.peak,
+            loading.problem,
+        )
 
 
 @dataclass(frozen=True)
@@ -147,6 +159,32 @@ def assign_plates(
         leave_out_far(frame_time, loading, loadings, points, touch, excluded)
         exclude_light(frame_time, loading, touch, lift, need, excluded)
 
+    force, point, torque, measured = _sums(n, loadings, excluded)
+    unmeasured = unmeasured_frames(frame_time, touch, measured)
+    seen = seen_frames(plates, frame_time)
+    valid_side = ~unmeasured & ~excluded & seen[:, None]
+    valid = valid_side.all(axis=1)
+    _describe(notes, frame_time, loadings, seen)
+    right, left = unmeasured.mean(axis=0) if plates and n else (0.0, 0.0)
+    return FootForces(
+        force,
+        point,
+        torque,
+        valid_side,
+        np.asarray(valid),
+        tuple(map(PlateUse.of, loadings)),
+        tuple(notes),
+        beside_plates=(float(right), float(left)),
+    )
+
+
+def _sums(
+    n: int, loadings: Sequence[PlateLoading], excluded: Bool[Array, "n 2"]
+) -> tuple[Array, Array, Array, Array]:
+    """Return force, point of application, free moment, and measured frames of each foot.
+
+    Frames of loadings that are left out are marked as excluded.
+    """
     force, moment = np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
     height, weight = np.zeros((n, 2)), np.zeros((n, 2))
     measured = np.zeros((n, 2), dtype=bool)
@@ -170,34 +208,7 @@ def assign_plates(
     carried = measured & (force[..., 2] > 0)
     point[carried], torque[carried, 2] = centres(force[carried], moment[carried], z[carried])
     force[~carried] = 0.0
-
-    unmeasured = unmeasured_frames(frame_time, touch, measured)
-    seen = seen_frames(plates, frame_time)
-    valid_side = ~unmeasured & ~excluded & seen[:, None]
-    valid = valid_side.all(axis=1)
-    _describe(notes, frame_time, loadings, seen)
-    uses = tuple(
-        PlateUse(
-            loading.plate.name,
-            "".join(side for k, side in enumerate(SIDES) if (loading.owner == k).any()),
-            int(loading.frames[0]),
-            int(loading.frames[-1]) + 1,
-            loading.peak,
-            loading.problem,
-        )
-        for loading in loadings
-    )
-    beside = unmeasured.mean(axis=0) if plates and n else np.zeros(2)
-    return FootForces(
-        force,
-        point,
-        torque,
-        valid_side,
-        np.asarray(valid),
-        uses,
-        tuple(notes),
-        beside_plates=(float(beside[0]), float(beside[1])),
-    )
+    return force, point, torque, measured
 
 
 def over_plates(

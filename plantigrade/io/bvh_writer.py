@@ -6,6 +6,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP
 from plantigrade.io.writing import write_text
@@ -47,8 +48,6 @@ def write_bvh(
             gaps.
         FileError: If the file cannot be written.
     """
-    from scipy.spatial.transform import Rotation
-
     order = order.upper()
     if sorted(order) != ["X", "Y", "Z"]:
         raise ParameterError(f"{order=} must contain X, Y and Z once each")
@@ -58,62 +57,84 @@ def write_bvh(
         raise ParameterError("the skeleton's motion has gaps (NaN); fill them before writing BVH")
     if len(skeleton.time) < 1:
         raise ParameterError("the skeleton's motion has no frames")
-    T = FORWARD_LEFT_UP_OF_Y_UP.T  # ours to file
-    scale = 1.0 / UNITS[unit]
-    p, ends = skeleton.positions @ T.T * scale, skeleton.ends @ T.T * scale
-    R = T @ skeleton.rotations @ T.T
-    rest = skeleton.rest_positions @ T.T * scale
-    n, k = p.shape[:2]
+    n = len(skeleton.time)
+    lines, columns = _hierarchy(skeleton, order, UNITS[unit])
     frame_time = float((skeleton.time[-1] - skeleton.time[0]) / (n - 1)) if n > 1 else 0.01
-    tolerance = 1e-5 * max(float(np.ptp(rest, axis=0).max()), 1e-9)
-    children: dict[int, list[int]] = {}
-    for i, parent in enumerate(skeleton.parents):
-        children.setdefault(parent, []).append(i)
-    lines, columns = ["HIERARCHY"], []
-    rotation_channels = " ".join(f"{x}rotation" for x in order)
-    stack: list[tuple[int, int, bool]] = [(i, 0, False) for i in reversed(children.get(-1, []))]
-    while stack:
-        i, depth, closing = stack.pop()
-        tab = "  " * depth
-        if closing:
-            lines.append(f"{tab}}}")
-            continue
-        parent = skeleton.parents[i]
-        if parent < 0:
-            offset, local_p, local_R = np.zeros(3), p[:, i], R[:, i]
-            moves = True
-        else:
-            offset = rest[i] - rest[parent]
-            back = np.swapaxes(R[:, parent], 1, 2)
-            local_p = np.einsum("nij,nj->ni", back, p[:, i] - p[:, parent])
-            local_R = back @ R[:, i]
-            moves = bool(np.abs(local_p - offset).max() > tolerance)
-            if moves and (np.abs(local_p - local_p[0]) <= tolerance).all():
-                offset, moves = local_p[0], False
-        name = re.sub(r"[\s{}]+", "_", skeleton.names[i]) or f"joint{i}"
-        count = "6 Xposition Yposition Zposition " if moves else "3 "
-        lines += [
-            f"{tab}{'ROOT' if parent < 0 else 'JOINT'} {name}",
-            f"{tab}{{",
-            f"{tab}  OFFSET " + " ".join(f"{x:.7g}" for x in offset),
-            f"{tab}  CHANNELS {count}{rotation_channels}",
-        ]
-        if moves:
-            columns.append(local_p)
-        with catch_warnings():  # at a singularity any of the equal angles will do
-            simplefilter("ignore", UserWarning)
-            angles = Rotation.from_matrix(local_R).as_euler(order, degrees=True)
-        columns.append(np.unwrap(angles, period=360.0, axis=0))
-        if not children.get(i):
-            tip = np.einsum("nij,ni->nj", R[:, i], ends[:, i] - p[:, i])
-            tip = np.median(tip, axis=0) if np.isfinite(tip).all() else np.zeros(3)
-            text = " ".join(f"{x:.7g}" for x in tip)
-            lines += [f"{tab}  End Site", f"{tab}  {{", f"{tab}    OFFSET {text}", f"{tab}  }}"]
-        stack.append((i, depth, True))
-        stack.extend((child, depth + 1, False) for child in reversed(children.get(i, [])))
-    lines += ["MOTION", f"Frames: {n}", f"Frame Time: {frame_time:.8g}"]
+    lines = ["HIERARCHY", *lines, "MOTION", f"Frames: {n}", f"Frame Time: {frame_time:.8g}"]
     table = np.concatenate(columns, axis=1)
     row = " ".join(["%.6f"] * table.shape[1])
     lines += [row % tuple(values) for values in table.tolist()]
     write_text(path, "\n".join(lines) + "\n")
     return Path(path)
+
+
+def _hierarchy(
+    skeleton: SkeletonMotion, order: str, unit: float
+) -> tuple[list[str], list[Float[Array, "n 3"]]]:
+    """Return the lines of the hierarchy, and the columns of its channels in the same order."""
+    T = FORWARD_LEFT_UP_OF_Y_UP.T  # ours to file
+    scale = 1.0 / unit
+    p, ends = skeleton.positions @ T.T * scale, skeleton.ends @ T.T * scale
+    R = T @ skeleton.rotations @ T.T
+    rest = skeleton.rest_positions @ T.T * scale
+    tolerance = 1e-5 * max(float(np.ptp(rest, axis=0).max()), 1e-9)
+    children: dict[int, list[int]] = {}
+    for i, parent in enumerate(skeleton.parents):
+        children.setdefault(parent, []).append(i)
+    lines: list[str] = []
+    columns: list[Float[Array, "n 3"]] = []
+    stack: list[tuple[int, int, bool]] = [(i, 0, False) for i in reversed(children.get(-1, []))]
+    while stack:
+        i, depth, closing = stack.pop()
+        tab, parent = "  " * depth, skeleton.parents[i]
+        if closing:
+            lines.append(f"{tab}}}")
+            continue
+        if parent < 0:
+            offset, local_p, local_R, moves = np.zeros(3), p[:, i], R[:, i], True
+        else:
+            back = np.swapaxes(R[:, parent], 1, 2)
+            local_p = np.einsum("nij,nj->ni", back, p[:, i] - p[:, parent])
+            local_R = back @ R[:, i]
+            offset, moves = _offset(local_p, rest[i] - rest[parent], tolerance)
+        name = re.sub(r"[\s{}]+", "_", skeleton.names[i]) or f"joint{i}"
+        count = "6 Xposition Yposition Zposition " if moves else "3 "
+        lines += [
+            f"{tab}{'ROOT' if parent < 0 else 'JOINT'} {name}",
+            f"{tab}{{",
+            f"{tab}  OFFSET {_numbers(offset)}",
+            f"{tab}  CHANNELS {count}" + " ".join(f"{x}rotation" for x in order),
+        ]
+        columns += [*([local_p] if moves else []), _angles(local_R, order)]
+        if not children.get(i):
+            tip = np.einsum("nij,ni->nj", R[:, i], ends[:, i] - p[:, i])
+            tip = np.median(tip, axis=0) if np.isfinite(tip).all() else np.zeros(3)
+            end = ("End Site", "{", f"  OFFSET {_numbers(tip)}", "}")
+            lines += [f"{tab}  {line}" for line in end]
+        stack.append((i, depth, True))
+        stack.extend((child, depth + 1, False) for child in reversed(children.get(i, [])))
+    return lines, columns
+
+
+def _offset(
+    path: Float[Array, "n 3"], rest: Float[Array, " 3"], tolerance: float
+) -> tuple[Float[Array, " 3"], bool]:
+    """Return the offset of a joint from its parent, and whether its distance changes."""
+    if np.abs(path - rest).max() <= tolerance:
+        return rest, False
+    still = bool((np.abs(path - path[0]) <= tolerance).all())
+    return (path[0], False) if still else (rest, True)
+
+
+def _angles(R: Float[Array, "n 3 3"], order: str) -> Float[Array, "n 3"]:
+    """Return continuous angles of rotations in the order of the channels [deg]."""
+    from scipy.spatial.transform import Rotation
+
+    with catch_warnings():  # at a singularity any of the equal angles will do
+        simplefilter("ignore", UserWarning)
+        angles = Rotation.from_matrix(R).as_euler(order, degrees=True)
+    return np.unwrap(angles, period=360.0, axis=0)
+
+
+def _numbers(values: Float[Array, " 3"]) -> str:
+    return " ".join(f"{x:.7g}" for x in values)

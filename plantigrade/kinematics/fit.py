@@ -6,7 +6,7 @@ frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve eve
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -102,19 +102,9 @@ def fit_markers(
         recording,
         markers=Markers(markers.names, markers.time[window], markers.positions[window]),
     )
-    unknown = [n for n in body.attached if n in tracked]
-    if unknown:
-        notes.append(
-            f"{len(unknown)} markers with unknown names were assigned to the segment they move "
-            "with: " + listed([f"{n} on {body.attached[n]}" for n in unknown], 12) + "."
-        )
-    lost = [n for n in ignored if n in markers.names]
-    if lost:
-        notes.append(
-            f"{len(lost)} markers were not used: "
-            + listed([f"{n} ({ignored[n]})" for n in lost], between="; ")
-            + "."
-        )
+    _add_marker_notes(
+        notes, body.attached, tracked, {n: w for n, w in ignored.items() if n in markers.names}
+    )
     used = np.where(kept, residual, np.nan)
     posture = posture_figures(human, qpos, body.standing)
     return Fit(
@@ -140,6 +130,24 @@ def fit_markers(
         ground=floor,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
+
+
+def _add_marker_notes(
+    notes: list[str], attached: Mapping[str, str], tracked: Sequence[str], lost: Mapping[str, str]
+) -> None:
+    """Add notes on markers of unknown name, and on unused ones with the reason."""
+    unknown = [n for n in attached if n in tracked]
+    if unknown:
+        notes.append(
+            f"{len(unknown)} markers with unknown names were assigned to the segment they move "
+            "with: " + listed([f"{n} on {attached[n]}" for n in unknown], 12) + "."
+        )
+    if lost:
+        notes.append(
+            f"{len(lost)} markers were not used: "
+            + listed([f"{n} ({why})" for n, why in lost.items()], between="; ")
+            + "."
+        )
 
 
 def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[str, Any]:

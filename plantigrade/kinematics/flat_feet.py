@@ -13,7 +13,7 @@ While heel and forefoot rest together the sole lies on the ground; over these fr
 .. math:: a = \min(c,\; a_0 + (c - a_0)\,\sigma_a^2 / (\sigma_a^2 + \sigma_t^2)), \quad t = c - a.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,12 +102,9 @@ def set_flat(
     if not len(chosen):
         return FlatFeet(human, tuple(places))
     points = PointSet.of(human, places)
-    solver, poses, pose = InverseKinematics(points), [], start
-    for f in chosen:
-        pose = solver.solve(every[f], pose).qpos
-        poses.append(pose)
-    markers = points.path(np.array(poses))
-    states = [(state.rotations, state.origins) for state in sweep(human, np.array(poses))]
+    poses = _poses(points, every[chosen], start)
+    markers = points.path(poses)
+    states = [(state.rotations, state.origins) for state in sweep(human, poses)]
     rotations, origins = (np.array(column) for column in zip(*states, strict=True))
     moving = (chosen < n)[:, None]
     # from world to the axes of the ground
@@ -134,34 +131,55 @@ def set_flat(
             continue
         heights[side] = float(np.median(height))
         shank = rotations[own, human.body(f"tibia_{side}")]
-        level = _levelled(human, side, shank, np.array(poses)[own])
+        level = _levelled(human, side, shank, poses[own])
         for i, place in enumerate(places):
             if place.body in _bodies(human, side):
                 found[i] = np.einsum("fji,fj->fi", level, seen[:, i] - ankle).mean(axis=0)
-    bare = None if not heights else _bare_ankle(human, float(np.mean(list(heights.values()))))
-    if heights and bare is None:
-        middle = float(np.mean(list(heights.values())))
-        notes.append(
-            f"the ankles of standing feet are {1e3 * middle:.0f} mm above the ground of the file: "
-            "the floor is elsewhere, and the soles were left unchanged."
-        )
-    shod = human
-    if bare is not None:
-        thick = {s: heights.get(s, float(np.mean(list(heights.values())))) - bare for s in SIDES}
-        shod = _with_ankles(human, bare, thick)
-        mean = float(np.mean(list(thick.values())))
-        if mean > MIN_NOTED_THICKNESS:
-            notes.append(
-                f"the ankles stand {1e3 * mean:.0f} mm higher than on bare feet; soles of that "
-                "thickness were added."
-            )
+    shod = _on_soles(human, heights, notes)
     moved = tuple(
-        replace(p, position=_in_body(shod, p.body, found.get(i, _in_foot(human, p))))
+        replace(p, position=_in_body(shod or human, p.body, found.get(i, _in_foot(human, p))))
         if p.body in _bodies(human, p.body[-1])
         else p
         for i, p in enumerate(places)
     )
-    return FlatFeet(shod, moved, bare is not None, tuple(notes))
+    return FlatFeet(shod or human, moved, shod is not None, tuple(notes))
+
+
+def _poses(
+    points: PointSet, markers: Float[Array, "n n_markers 3"], pose: Float[Array, " nq"]
+) -> Float[Array, "n nq"]:
+    """Return poses that fit markers, each started from the one before."""
+    solver, poses = InverseKinematics(points), []
+    for frame in markers:
+        pose = solver.solve(frame, pose).qpos
+        poses.append(pose)
+    return np.array(poses)
+
+
+def _on_soles(human: Human, heights: Mapping[str, float], notes: list[str]) -> Human | None:
+    """Return the person with ankles at their heights in stance [m], by soles of any thickness.
+
+    None if no foot stands flat, or the ankles are not at the height of a foot on the ground.
+    """
+    if not heights:
+        return None
+    mean = float(np.mean(list(heights.values())))
+    bare = _bare_ankle(human, mean)
+    if bare is None:
+        notes.append(
+            f"the ankles of standing feet are {1e3 * mean:.0f} mm above the ground of the file: "
+            "the floor is elsewhere, and the soles were left unchanged."
+        )
+        return None
+    thick = {side: heights.get(side, mean) - bare for side in SIDES}
+    shod = _with_ankles(human, bare, thick)
+    thickness = float(np.mean(list(thick.values())))
+    if thickness > MIN_NOTED_THICKNESS:
+        notes.append(
+            f"the ankles stand {1e3 * thickness:.0f} mm higher than on bare feet; soles of that "
+            "thickness were added."
+        )
+    return shod
 
 
 def with_resting_soles(

@@ -25,6 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level
@@ -32,11 +33,12 @@ from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.result import Fit, filled, human_of
 from plantigrade.kinematics.skeleton_source import SkeletonSource
 from plantigrade.kinematics.skeleton_targets import SkeletonTargets
-from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.sole_rests import contact_metrics, find_rests
 from plantigrade.kinematics.stature_estimate import stature_notes
 from plantigrade.kinematics.unmeasured_joints import follow_the_legs, note, unmeasured
-from plantigrade.models.joint_names import identify
+from plantigrade.models import Human
+from plantigrade.models.joint_names import JointMap, identify
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording
 from plantigrade.motion.jumps import jumps
@@ -79,19 +81,7 @@ def fit_skeleton(
     if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
         raise FitError(f"{recording.source}: the skeleton has gaps (NaN); fill them first")
     notes: list[str] = []
-    found = identify(skeleton.names, skeleton.parents, skeleton.rest_positions, names)
-    if found.swapped:
-        notes.append(
-            "the joints were identified by shape and the feet point backwards: left and right may "
-            "be swapped (give names)."
-        )
-    if found.by == "shape":
-        identified = ", ".join(
-            f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items())
-        )
-        notes.append(
-            f"the joint names are unknown; the joints were identified by shape: {identified}."
-        )
+    found = _identified(skeleton, names, notes)
     bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
     skeleton, found_spikes = without_spikes(skeleton, bodily)
     if found_spikes:
@@ -111,21 +101,7 @@ def fit_skeleton(
         assert recording.skeleton is not None
         source = SkeletonSource(recording.skeleton, found)
     person = filled(person or Person(), recording.subject)
-    height, stature = person.height, source.stature()
-    if height is not None and abs(height / stature - 1) > SCALE_TOLERANCE:
-        notes.append(
-            Info(
-                f"the skeleton is that of a person of {stature:.2f} m; it was scaled by "
-                f"{height / stature:.3f} to the height given, {height:.2f} m."
-            )
-        )
-        skeleton = _scaled(source.skeleton, height / stature)
-        recording, source = replace(recording, skeleton=skeleton), SkeletonSource(skeleton, found)
-    elif height is None:
-        notes += stature_notes(stature, None, "the skeleton", recording.subject.age)
-    height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
-    lengths = source.lengths(height, person.sex or "male")
-    human = human_of(person, height, lengths, recording.subject.age)
+    recording, source, human, stature = _on_person(recording, source, person, notes)
     rate = rate_of(source.time)
     targets = SkeletonTargets(human, source)
     qpos = targets.follow()
@@ -144,27 +120,12 @@ def fit_skeleton(
     qpos = follow_the_legs(human, source.time, qpos, targets.seen)
     notes += note(assumed, "no joint of the skeleton")
     after = sole_paths(human, qpos)
-    middle = float(np.median(rise))
-    if abs(middle) > 0.10:
-        notes.append(Info(f"the motion was shifted by {middle:+.2f} m onto the ground."))
-    if np.ptp(rise) > 0.02:
-        notes.append(
-            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the path; this was "
-            "removed."
-        )
-    sunk = float(before.penetration.max())
-    if rests and sunk > MAX_PENETRATION:
-        notes.append(
-            f"feet were up to {1e3 * sunk:.0f} mm under the level ground (uneven terrain?); they "
-            "were lifted onto it."
-        )
-    if np.abs(np.ptp(way, axis=0)).max() > 0:
-        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
+    _add_ground_notes(notes, rise, before if rests else None, way)
     error = targets.errors(qpos, rise)
     metrics = {
         "joint_rms_mm": 1e3 * float(np.sqrt((error**2).mean())),
         "joint_error_max_mm": 1e3 * float(error.max()),
-        "ground_shift_mm": 1e3 * middle,
+        "ground_shift_mm": 1e3 * float(np.median(rise)),
         "ground_slope_mm": 1e3 * float(np.ptp(rise)),
         "stances": len(rests),
         **contact_metrics(before, rests, way, "_before"),
@@ -189,6 +150,76 @@ def fit_skeleton(
         metrics=metrics,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
+
+
+def _identified(
+    skeleton: SkeletonMotion, names: Mapping[str, str] | None, notes: list[str]
+) -> JointMap:
+    """Return the joints of a skeleton, and add notes if they were identified by shape."""
+    found = identify(skeleton.names, skeleton.parents, skeleton.rest_positions, names)
+    if found.swapped:
+        notes.append(
+            "the joints were identified by shape and the feet point backwards: left and right may "
+            "be swapped (give names)."
+        )
+    if found.by == "shape":
+        identified = ", ".join(
+            f"{k} = {skeleton.names[i]}" for k, i in sorted(found.joints.items())
+        )
+        notes.append(
+            f"the joint names are unknown; the joints were identified by shape: {identified}."
+        )
+    return found
+
+
+def _on_person(
+    recording: Recording, source: SkeletonSource, person: Person, notes: list[str]
+) -> tuple[Recording, SkeletonSource, Human, float]:
+    """Return a person with the lengths of the skeleton, scaled to a given height, and its stature.
+
+    The stature is that of the skeleton in the file [m].
+    """
+    height, stature = person.height, source.stature()
+    if height is not None and abs(height / stature - 1) > SCALE_TOLERANCE:
+        notes.append(
+            Info(
+                f"the skeleton is that of a person of {stature:.2f} m; it was scaled by "
+                f"{height / stature:.3f} to the height given, {height:.2f} m."
+            )
+        )
+        skeleton = _scaled(source.skeleton, height / stature)
+        recording = replace(recording, skeleton=skeleton)
+        source = SkeletonSource(skeleton, source.found)
+    elif height is None:
+        notes += stature_notes(stature, None, "the skeleton", recording.subject.age)
+    height = float(np.clip(stature, 0.5, 2.5) if height is None else height)
+    lengths = source.lengths(height, person.sex or "male")
+    return recording, source, human_of(person, height, lengths, recording.subject.age), stature
+
+
+def _add_ground_notes(
+    notes: list[str],
+    rise: Float[Array, " n"],
+    soles: SolePaths | None,
+    way: Float[Array, "n 3"],
+) -> None:
+    """Add notes on shift, slope and motion of the ground, and on soles that were below it."""
+    middle = float(np.median(rise))
+    if abs(middle) > 0.10:
+        notes.append(Info(f"the motion was shifted by {middle:+.2f} m onto the ground."))
+    if np.ptp(rise) > 0.02:
+        notes.append(
+            f"the file's ground slopes by {1e3 * np.ptp(rise):.0f} mm along the path; this was "
+            "removed."
+        )
+    sunk = 0.0 if soles is None else float(soles.penetration.max())
+    if sunk > MAX_PENETRATION:
+        notes.append(
+            f"feet were up to {1e3 * sunk:.0f} mm under the level ground (uneven terrain?); they "
+            "were lifted onto it."
+        )
+    if np.abs(np.ptp(way, axis=0)).max() > 0:
+        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
 
 
 def _scaled(skeleton: SkeletonMotion, factor: float) -> SkeletonMotion:
