@@ -20,8 +20,14 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 threadpool_limits(1)
 
-# The same examples in every run; HYPOTHESIS_PROFILE=default looks for new ones.
-hypothesis.settings.register_profile("same", derandomize=True)
+# The same examples in every run, however slow the machine is; HYPOTHESIS_PROFILE=default looks for
+# new ones.
+hypothesis.settings.register_profile(
+    "same",
+    derandomize=True,
+    deadline=None,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
+)
 if "HYPOTHESIS_PROFILE" not in os.environ:
     hypothesis.settings.load_profile("same")
 
