@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.fit_many import fit_many
     from plantigrade.workflows.motions import synthesize
+    from plantigrade.workflows.notebook import live_session, view
     from plantigrade.workflows.reproduce import reproduce
     from plantigrade.workflows.reproduce_many import reproduce_many
     from plantigrade.workflows.save import report
@@ -58,6 +59,7 @@ __all__ = [
     "fit",
     "fit_many",
     "get_data",
+    "live_session",
     "load_run",
     "read",
     "report",
@@ -68,6 +70,7 @@ __all__ = [
     "synthesize",
     "synthesize_many",
     "vault",
+    "view",
 ]
 
 _HOMES = {
@@ -86,6 +89,7 @@ _HOMES = {
     "fit": "workflows.fit",
     "fit_many": "workflows.fit_many",
     "get_data": "datasets.get",
+    "live_session": "workflows.notebook",
     "load_run": "record.run",
     "read": "io",
     "report": "workflows.save",
@@ -96,6 +100,7 @@ _HOMES = {
     "synthesize": "workflows.motions",
     "synthesize_many": "workflows.synthesize_many",
     "vault": "workflows.vault",
+    "view": "workflows.notebook",
 }
 """Public name → the module of this package it lives in."""
 

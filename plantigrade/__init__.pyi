@@ -20,6 +20,7 @@ from plantigrade.trajopt.solve import Progress
 from plantigrade.workflows.batch import Batch
 from plantigrade.workflows.compare import compare
 from plantigrade.workflows.fit_many import Subjects
+from plantigrade.workflows.notebook import live_session, view
 from plantigrade.workflows.save import report
 from plantigrade.workflows.settings import FitSettings, ReproduceSettings, Settings, VaultSettings
 from plantigrade.workflows.simulate_many import Simulations
@@ -44,6 +45,7 @@ __all__ = [
     "fit",
     "fit_many",
     "get_data",
+    "live_session",
     "load_run",
     "read",
     "report",
@@ -54,6 +56,7 @@ __all__ = [
     "synthesize",
     "synthesize_many",
     "vault",
+    "view",
 ]
 
 def export(

@@ -50,9 +50,9 @@ FINDER = "plantigrade.commands.experiment"
 ORACLES = {"pinocchio"}
 
 OWN = ("__version__", "__file__")  # of the root itself
-# The calls from a room to the face: `run.report()` draws pages and `run.export()` writes files of
-# other programs, both of which lie below the record.
-FACE = {("plantigrade.record.run", f"plantigrade.{name}") for name in ("report", "export")}
+# The calls from a room to the face: `run.report()` and `run.view()` draw pages, `run.export()`
+# writes files of other programs; both lie below the record.
+FACE = {("plantigrade.record.run", f"plantigrade.{name}") for name in ("report", "view", "export")}
 
 FILES = sorted(ROOT.rglob("*.py"))
 

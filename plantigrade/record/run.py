@@ -177,6 +177,19 @@ class Run:
 
         return plantigrade.report(self, out, overwrite=overwrite)
 
+    def view(self, **options: Any) -> Any:
+        """Return the viewer for a cell of a notebook, as :func:`plantigrade.view` does.
+
+        Args:
+            options: Those of :func:`plantigrade.view`.
+
+        Raises:
+            ParameterError: If the record cannot be drawn.
+        """
+        import plantigrade  # the face: pages lie in a room below this one
+
+        return plantigrade.view(self, **options)
+
     def export(self, path: str | Path, **options: Any) -> tuple[str, ...]:
         """Write this run as a file of another program, as :func:`plantigrade.export` does.
 

@@ -179,6 +179,7 @@ def live(
     *,
     port: int = 8080,
     open: bool = True,  # noqa: A002 - the word of the command line's option
+    show: Callable[[str], object] = webbrowser.open,
     tell: Callable[[str], None] = print,
     save: Callable[[Run], object] | None = None,
     stop: Event | None = None,
@@ -192,7 +193,8 @@ def live(
         source: As of ``simulate``.
         settings: As of ``simulate``; a ``duration`` is when it pauses.
         port: Port to listen on; the next free one is taken where it is in use.
-        open: Whether to open the page in the default browser.
+        open: Whether to open the page.
+        show: Opens the page at an address; in the default browser by default.
         tell: Called with the address, and with how well real time was kept.
         save: Saves a run; called when somebody presses the button, which is there if this is.
         stop: Ends the session when set (for tests and notebooks).
@@ -221,7 +223,7 @@ def live(
     with responsive():
         thread.start()
         try:
-            _look_on(page, made, stop, thread, tell, save, open=open)
+            _look_on(page, made, stop, thread, tell, save, show if open else None)
         except Exception as error:  # of the page; what was simulated is not lost by it
             failed.append(error)
     tell(f"{session.world.time:.2f} s simulated, {keeps.time_lost:.2f} s behind real time")
@@ -256,14 +258,13 @@ def _look_on(
     physics: Thread,
     tell: Callable[[str], None],
     save: Callable[[Run], object] | None,
-    *,
-    open: bool,  # noqa: A002 - as above
+    show: Callable[[str], object] | None,
 ) -> None:
     """Show the page, and save when somebody wants it, until interrupted; then end both."""
     try:
         tell(f"Live at {page.address} (press Ctrl-C to stop)")
-        if open:
-            webbrowser.open(page.address)
+        if show is not None:
+            show(page.address)
         while not stop.is_set():
             page.show(stop)
             if page.save_requested.is_set():
