@@ -24,11 +24,11 @@ COMMANDS = """
 plantigrade synthesize walk --periodic --feet multi-segment --out runs/walk
 plantigrade simulate runs/walk --push 120,0.2,90,2 --duration 6 --out runs/pushed
 """
-START, STOP = 1.5, 4.1  # [s] from a step before the push until the walk goes on as before
+START, STOP = 1.5, 3.95  # [s] from a step before the push until the walk goes on as before
 RATE = 10.0  # [1/s] frames of the picture: GIF counts hundredths of a second
 SPEED = 0.7  # of the picture: a push of 0.2 s can be seen
 BODY, FOOT = (390, 380), (260, 380)  # [px]
-COLOURS = 80  # of the palette: fewer are seen as bands on the floor
+COLOURS = 64  # of the palette: fewer are seen as bands on the floor
 CAMERA = {
     BODY: "plantigrade.setView('front'); camera.azimuth += 0.75; camera.elevation = 0.14;"
     "camera.distance = 3.5; plantigrade.show.ref = false;",

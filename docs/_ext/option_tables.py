@@ -49,6 +49,7 @@ SHARED = {
 """Class that defines options → heading of its table, in the order of the tables."""
 OWN = "This command"
 """Heading of the options that a command defines itself."""
+MAX_OPEN_ROWS = 20  # of a table that is not folded away: about one screen
 HEADS = {"name": "Option", "meaning": "Meaning", "default": "Default", "allowed": "Allowed"}
 """Column of a table of options → its heading."""
 WIDTHS = {"name": 26, "meaning": 44, "default": 12, "allowed": 18}
@@ -180,7 +181,8 @@ class OptionTables(Directive):
                 if key in ("name", "meaning") or any(getattr(row, key) for row in each.rows)
             }
             title = "Options" if "own" in self.options else each.title
-            made += folded(title, table(each.rows, heads), is_open=title == OWN)
+            is_open = title == OWN and len(each.rows) <= MAX_OPEN_ROWS
+            made += folded(title, table(each.rows, heads), is_open=is_open)
         return made
 
 
