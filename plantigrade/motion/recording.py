@@ -223,6 +223,19 @@ class Recording:
     static: "Recording | None" = None
     companions: tuple[Path, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return a description in one line."""
+        parts: list[str] = []
+        if self.markers is not None:
+            parts.append(f"{len(self.markers.names)} markers in {self.markers.n_frames} frames")
+        if self.skeleton is not None:
+            parts.append(f"{len(self.skeleton.names)} joints of a skeleton")
+        if self.coordinates is not None:
+            parts.append(f"{len(self.coordinates.names)} coordinates")
+        counts = ((len(self.plates), "force plates"), (len(self.events), "gait events"))
+        parts += [f"{count} {what}" for count, what in counts if count]
+        return f"Recording({self.source.name}: {', '.join(parts) or 'no motion'})"
+
 
 def rate_of(time: Float[Array, " n_frames"]) -> float:
     """Return frames per second [Hz] of an evenly sampled clock; NaN for fewer than two frames."""
