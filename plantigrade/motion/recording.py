@@ -232,8 +232,8 @@ class Recording:
             parts.append(f"{len(self.skeleton.names)} joints of a skeleton")
         if self.coordinates is not None:
             parts.append(f"{len(self.coordinates.names)} coordinates")
-        counts = ((len(self.plates), "force plates"), (len(self.events), "gait events"))
-        parts += [f"{count} {what}" for count, what in counts if count]
+        counts = ((len(self.plates), "force plate"), (len(self.events), "gait event"))
+        parts += [f"{count} {what}{'s' * (count > 1)}" for count, what in counts if count]
         return f"Recording({self.source.name}: {', '.join(parts) or 'no motion'})"
 
 
