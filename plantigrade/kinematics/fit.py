@@ -14,7 +14,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.kinematics.arm_tracking import track_arms
-from plantigrade.kinematics.calibrate import noise_factor
+from plantigrade.kinematics.calibrator import noise_factor
 from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics

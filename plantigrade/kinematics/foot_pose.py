@@ -47,6 +47,7 @@ from plantigrade.kinematics.ground_normal import (
     hinge_angles,
     smallest_turn,
 )
+from plantigrade.kinematics.planes import plane_slopes, sole_plane
 from plantigrade.models import Human
 from plantigrade.models.skeleton import Body
 
@@ -153,7 +154,7 @@ class FootPoser:
             f"contact_{c.segment}_{c.name}_{side}" for b in parts for c in b.contacts
         )
         self.segment = np.repeat(np.arange(4), [len(b.contacts) for b in parts])
-        soles = [_sole(spheres) for spheres in _lying(parts)]
+        soles = [sole_plane(spheres) for spheres in _lying(parts)]
         normals = np.array([normal for normal, _ in soles])
         self._sole_axes = axes_from(normals, np.eye(3)[0])[0].swapaxes(1, 2)
         back = [c for c in parts[HEEL].contacts if c.name.startswith("heel_back")]
@@ -259,7 +260,7 @@ class FootPoser:
         x, at = ((spheres - near[:, None]) @ axes)[..., :2], (joints - near[:, None]) @ axes
         share, outside = self._under
         middle, level = share @ x, (share @ below[..., None])[..., 0]
-        slope = _slopes(share, x, below, middle, level)
+        slope = plane_slopes(share, x, below, middle, level)
         up = np.ones((len(ankle), 4, 3))
         up[..., :2] = -slope
         length = np.sqrt((up * up).sum(axis=-1))
@@ -363,38 +364,6 @@ def _bent(angle: float) -> np.ndarray:
     """Return the rotation of toes extended by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-
-
-def _slopes(share, x, z, middle, level):
-    """Return the slopes of the least-squares planes through heights z at positions x.
-
-    Args:
-        share: Weights of the positions for each plane, (k, m), with unit sum.
-        x: Positions, (n, m, 2).
-        z: Heights, (n, m).
-        middle: Mean positions, (n, k, 2).
-        level: Mean heights, (n, k).
-    """
-    off = np.empty((*level.shape, len(share[0]), 3))
-    off[..., :2] = x[:, None] - middle[:, :, None]
-    off[..., 2] = z[:, None] - level[..., None]
-    M = (share[..., None] * off[..., :2]).swapaxes(-1, -2) @ off
-    a, b, f, c, g = M[..., 0, 0], M[..., 0, 1], M[..., 0, 2], M[..., 1, 1], M[..., 1, 2]
-    slope = np.empty(middle.shape)
-    det = a * c - b * b
-    slope[..., 0], slope[..., 1] = (c * f - b * g) / det, (a * g - b * f) / det
-    return slope
-
-
-def _sole(spheres: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, float]:
-    """Return the normal of a sole, and the height of its joint above the ground it lies on [m]."""
-    centre, radius = spheres
-    bottom = centre - radius[:, None] * np.array([0.0, 0.0, 1.0])
-    flat = bottom - bottom.mean(axis=0)
-    slope = np.linalg.lstsq(flat[:, :2], flat[:, 2], rcond=None)[0]
-    normal = np.array([-slope[0], -slope[1], 1.0])
-    normal /= np.linalg.norm(normal)
-    return normal, float((radius - centre @ normal).max())
 
 
 def _lying(parts: list[Body]):

@@ -15,7 +15,6 @@ For any function of the configuration :math:`x = f(q)`, with MuJoCo's velocity :
 """
 
 from collections.abc import Iterator, Sequence
-from functools import wraps
 from typing import Any
 
 import mujoco
@@ -23,6 +22,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.engine import Engine, moved_by, once, read_only
 from plantigrade.kinematics.rigid_points import CROSS, RigidPoints
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
@@ -58,7 +58,7 @@ class PointSet:
         self.local = np.array(local, dtype=float).reshape(-1, 3)
         if len(self.body) != len(self.local):
             raise ParameterError(f"{len(self.body)} bodies for {len(self.local)} points")
-        self.moved = _moved(self.model)[self.body][:, None, :]
+        self.moved = moved_by(self.model)[self.body][:, None, :]
         self.few = len(self) <= MAX_ENGINE_POINTS
         self._places = list(zip(self.body.tolist(), self.local, strict=True))  # for the engine
 
@@ -88,63 +88,6 @@ class PointSet:
         return np.array([state.position(self) for state in states]).reshape(len(qpos), len(self), 3)
 
 
-def _moved(model: mujoco.MjModel) -> Float[Array, "n_bodies nv"]:
-    """Return which velocities move a body: 1, others 0."""
-    above = np.zeros((model.nbody, model.nv))
-    for body in range(1, model.nbody):
-        above[body] = above[model.body_parentid[body]]
-        start = model.body_dofadr[body]
-        above[body, start : start + model.body_dofnum[body]] = 1.0
-    return above
-
-
-class _Engine:
-    """MuJoCo's memory, shared by all states that come from one another."""
-
-    def __init__(self, model: mujoco.MjModel):
-        self.model, self.data = model, mujoco.MjData(model)
-        self.holds: object = None  # which state the data belongs to
-        self.velocities = False  # whether they have been evaluated too
-        self.mass, self.gravity = float(model.body_mass.sum()), model.opt.gravity.copy()
-
-    def at(self, state: "State", *, velocities: bool) -> mujoco.MjData:
-        """Return the data evaluated at a state."""
-        model, data = self.model, self.data
-        if self.holds is not state._known:
-            data.qpos[:], data.qvel[:] = state.qpos, state.qvel
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
-            self.holds, self.velocities = state._known, False
-        if velocities and not self.velocities:
-            mujoco.mj_comVel(model, data)
-            self.velocities = True
-        return data
-
-
-def _once(compute):
-    """Remember what a method of a state found for a set of points; of few points, all there is."""
-    name = compute.__name__
-
-    @wraps(compute)
-    def remembered(state, points):
-        found = state._known.get(id(points))
-        if found is None:  # the points are kept, so that no others get their id
-            found = state._few(points) if points.few else {}
-            state._known[id(points)] = found
-            found["points"] = points
-        if name not in found:
-            found[name] = _fixed(compute(state, points))
-        return found[name]
-
-    return remembered
-
-
-def _fixed(array: Array) -> Array:
-    """Return a read-only array."""
-    array.flags.writeable = False
-    return array
-
-
 class State:
     """A body at a configuration and velocity; it never changes.
 
@@ -167,14 +110,14 @@ class State:
         *,
         model: mujoco.MjModel | None = None,
     ):
-        self._evaluate(human, _Engine(human.model if model is None else model), qpos, qvel)
+        self._evaluate(human, Engine(human.model if model is None else model), qpos, qvel)
 
-    def _evaluate(self, human, engine: _Engine, qpos, qvel) -> None:
+    def _evaluate(self, human, engine: Engine, qpos, qvel) -> None:
         nv = engine.model.nv
         qvel = np.zeros(nv) if qvel is None else np.array(qvel, dtype=float)
         self._become(human, engine, np.array(qpos, dtype=float), qvel)
 
-    def _become(self, human, engine: _Engine, qpos, qvel) -> None:
+    def _become(self, human, engine: Engine, qpos, qvel) -> None:
         self.human, self.model, self._engine = human, engine.model, engine
         self.qpos, self.qvel = qpos, qvel
         self.qpos.flags.writeable = self.qvel.flags.writeable = False
@@ -237,14 +180,14 @@ class State:
     def _index(self, body: str | int) -> int:
         return body if isinstance(body, int) else self.human.body(body)
 
-    @_once
+    @once
     def position(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return where points are [m]."""
         data = self._position_data
         rotation = data.xmat.reshape(-1, 3, 3)[points.body]
         return data.xpos[points.body] + (rotation @ points.local[:, :, None])[:, :, 0]
 
-    @_once
+    @once
     def jacobian(self, points: PointSet) -> Float[Array, "n_points 3 nv"]:
         """Return the Jacobian of points' positions with respect to MuJoCo's velocity."""
         data, position = self._position_data, self.position(points)
@@ -254,12 +197,12 @@ class State:
         J *= points.moved
         return J
 
-    @_once
+    @once
     def velocity(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the velocity of points [m/s]."""
         return self.jacobian(points) @ self.qvel
 
-    @_once
+    @once
     def bias_acceleration(self, points: PointSet) -> Float[Array, "n_points 3"]:
         """Return the acceleration of points where the generalised acceleration is zero [m/s²]."""
         data, rate = self._data, np.empty((len(points), 3, self.model.nv))
@@ -312,10 +255,10 @@ class State:
             mujoco.mj_jacDot(model, data, J[1, i], None, at, body)
         velocity, bias = (J.reshape(-1, model.nv) @ self.qvel).reshape(2, n, 3)
         return {
-            "position": _fixed(position),
-            "jacobian": _fixed(J[0]),
-            "velocity": _fixed(velocity),
-            "bias_acceleration": _fixed(bias),
+            "position": read_only(position),
+            "jacobian": read_only(J[0]),
+            "velocity": read_only(velocity),
+            "bias_acceleration": read_only(bias),
         }
 
     @property
@@ -375,7 +318,7 @@ class State:
             M, data = np.empty((self.model.nv, self.model.nv)), self._position_data
             mujoco.mj_crb(self.model, data)
             mujoco.mj_fullM(self.model, data, M)
-            self._known["M"] = _fixed(M)
+            self._known["M"] = read_only(M)
         return self._known["M"]
 
     @property
@@ -384,7 +327,7 @@ class State:
         if "h" not in self._known:
             h = np.empty(self.model.nv)
             mujoco.mj_rne(self.model, self._data, 0, h)
-            self._known["h"] = _fixed(h)
+            self._known["h"] = read_only(h)
         return self._known["h"]
 
     def inverse_dynamics(self, qacc: Float[Array, " nv"]) -> Float[Array, " nv"]:
@@ -417,7 +360,7 @@ class State:
             data = self._data
             mujoco.mj_subtreeVel(self.model, data)
             found = data.subtree_linvel[1].copy(), data.subtree_angmom[1].copy()
-            self._known["momentum"] = _fixed(found[0]), _fixed(found[1])
+            self._known["momentum"] = read_only(found[0]), read_only(found[1])
         return self._known["momentum"]
 
 

@@ -7,45 +7,43 @@ either worse. Coordinates are in the order of :meth:`Human.to_coordinates`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.textbook_gait import FREE_SPEED, textbook_gait
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
-    PELVIS,
-    pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
-    rotation_matrix,
     xyzw_to_wxyz,
 )
 from plantigrade.trajopt.guess.foot_motion import (
-    STRIKE_ANGLES,
-    TOE_OFF_ANGLES,
-    FootCurves,
     FootMotion,
     foot_motion,
     toe_coordinates,
 )
 from plantigrade.trajopt.guess.legs import Leg
+from plantigrade.trajopt.guess.mean_gait import SAGITTAL, MeanGait
+from plantigrade.trajopt.guess.pelvis_path import (
+    PelvisPath,
+    ahead,
+    double_supports,
+    midway,
+    phases,
+    walking_share,
+    wrapped,
+)
 from plantigrade.trajopt.guess.postures import foot_stances, level_rotations, standing_hinges
 from plantigrade.trajopt.problem.nlp import PeriodicClosure
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
 MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
-SWAY_AMPLITUDE = 0.022  # [leg lengths] sway towards the stance foot at free speed; more when slow
 _RATE = 100.0  # [Hz] rate of the grid for the pelvis height
-MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing
 NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles
 HARMONICS = 4  # number of waves that make up the noise
-HOLD_SHARE = 0.4  # [1] share of a rest with a motionless body
-_SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
 
 def walking_guess(
@@ -66,9 +64,9 @@ def walking_guess(
     times = np.asarray(times, dtype=float)
     laps = 2 + int(np.ceil(max(-times.min(), times.max() - plan.duration, 0.0) / plan.duration))
     stances = plan.unrolled(before=laps, after=laps)
-    supports = _supports(plan, stances)
-    gait = _MeanGait(human, parameters, _phases(stances, supports), _walking(supports))
-    path = _PelvisPath(human, supports, stances, parameters)
+    supports = double_supports(plan, stances)
+    gait = MeanGait(human, parameters, phases(stances, supports), walking_share(supports))
+    path = PelvisPath(human, supports, stances, parameters)
     curves = gait.foot_curves(parameters)
     begin, end = min(0.0, float(times.min())), max(plan.duration, float(times.max()))
     margin = plan.duration if plan.periodic else 0.0
@@ -100,14 +98,14 @@ def crude_guess(
     times = np.asarray(times, dtype=float)
     stances = plan.unrolled()
     begin, end = _between(stances, 0.0), _between(stances, plan.duration)
-    end[3] = begin[3] + _wrapped(end[3] - begin[3])
+    end[3] = begin[3] + wrapped(end[3] - begin[3])
     place = begin + (times / plan.duration)[:, None] * (end - begin)
     hinges = standing_hinges(human, len(times))
     for side in SIDES:
-        for name, bend in zip(_SAGITTAL, (9.0, 17.0, 9.0), strict=True):
+        for name, bend in zip(SAGITTAL, (9.0, 17.0, 9.0), strict=True):
             hinges[:, human.hinge(f"{name}_{side}")] = np.deg2rad(bend)
     ankle, _, _ = Leg(human, "r").forward(np.zeros((1, 3)), np.eye(3)[None], hinges[:1])
-    position = _ahead(place[:, :2], place[:, 3], -ankle[0, 0])
+    position = ahead(place[:, :2], place[:, 3], -ankle[0, 0])
     height = place[:, 2] + human.dimensions.ankle_height - ankle[0, 2]
     position = np.column_stack([position, height])
     rotation = level_rotations(place[:, 3])
@@ -147,196 +145,6 @@ def with_noise(
     scale = np.full(n_coordinates, float(size))
     scale[3:6] *= NOISE_LEVER
     return c + scale * noise[:n]
-
-
-class _MeanGait:
-    """Published mean joint angles over the time of a plan, blended into standing at rest."""
-
-    def __init__(
-        self,
-        human: Human,
-        parameters: GaitParameters,
-        phase: tuple[Array, Array],
-        walking: tuple[Array, Array],
-    ):
-        slowest, fastest = np.array([0.101, 0.799]) * np.sqrt(GRAVITY * parameters.leg_length)
-        speed = float(np.clip(parameters.speed, slowest, fastest))
-        gait = textbook_gait(speed, parameters.leg_length, rate=400.0, cycles=1)
-        self.human, self.foot_off = human, gait.foot_off
-        self.step_length = gait.stride_length / 2
-        self._share = gait.time / gait.stride_time
-        self._curves = gait.coordinates
-        self._phase, self._walking, self._stride = phase, walking, parameters.stride_time
-
-    def curve(self, name: str, phase: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Return a coordinate of the walk at phases of the right foot [rad]."""
-        return np.interp(phase % 1.0, self._share, self._curves[name], period=1.0)
-
-    def phase(self, times: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Return strides of the right foot at times."""
-        t, p = self._phase
-        before, after = np.minimum(times - t[0], 0.0), np.maximum(times - t[-1], 0.0)
-        return np.interp(times, t, p) + (before + after) / self._stride
-
-    def walking(self, times: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Return the share of walking at times, from 0 (standing) to 1."""
-        share = np.interp(times, *self._walking)
-        return share * share * (3 - 2 * share)
-
-    def pelvis_angles(self, times: Float[Array, " n"]) -> Float[Array, "n 3"]:
-        """Return pelvis tilt, list and rotation [rad]."""
-        phase, share = self.phase(times), self.walking(times)
-        return np.stack([share * self.curve(name, phase) for name in PELVIS[:3]], axis=1)
-
-    def hinges(self, times: Float[Array, " n"]) -> Float[Array, "n n_hinges"]:
-        """Return all hinges of the person [rad]."""
-        phase, share = self.phase(times), self.walking(times)
-        hinges = standing_hinges(self.human, len(times))
-        for i, name in enumerate(self.human.coordinates):
-            if name in self._curves:
-                hinges[:, i] += share * (self.curve(name, phase) - hinges[:, i])
-        return hinges
-
-    def foot_curves(self, parameters: GaitParameters) -> FootCurves:
-        """Return how a foot moves in walking; its pitch grows with step length."""
-        d = self.human.dimensions
-        swing = np.linspace(self.foot_off, 1.0, 61)
-        phase = np.where(swing < 1.0, swing, 0.0)
-        tilt, hip, knee, ankle = (
-            self.curve(name, phase) for name in ("pelvis_tilt", *(f"{n}_r" for n in _SAGITTAL))
-        )
-        thigh, shank = hip + tilt, hip + tilt - knee  # ahead of the vertical
-        heel_up = -(shank + ankle)
-        heel_up *= min(
-            parameters.step_length / self.step_length, MAX_HEEL_UP_ANGLE / float(heel_up.max())
-        )
-        forward = d.thigh * np.sin(thigh) + d.shank * np.sin(shank)
-        forward += 2 * self.step_length * swing
-        return FootCurves(
-            strike=float(np.clip(-heel_up[-1], *STRIKE_ANGLES)),
-            off=float(np.clip(heel_up[0], *TOE_OFF_ANGLES)),
-            pitch=heel_up,
-            forward=(forward - forward[0]) / (forward[-1] - forward[0]),
-            up=-(d.thigh * np.cos(thigh) + d.shank * np.cos(shank)),
-        )
-
-
-@dataclass(frozen=True)
-class _DoubleSupport:
-    """Both feet on the ground [s].
-
-    Attributes:
-        place: Between the feet: x, y, ground [m], heading [rad].
-        rest: ``"before"`` or ``"after"`` the walk, or empty in between.
-    """
-
-    start: float
-    stop: float
-    place: Float[Array, " 4"]
-    rest: str = ""
-
-    @property
-    def held(self) -> float:
-        """From or until when the body is still, in a rest [s]."""
-        hold = HOLD_SHARE * (self.stop - self.start)
-        return self.start + hold if self.rest == "before" else self.stop - hold
-
-
-def _supports(plan: ContactPlan, stances: Sequence[Stance]) -> list[_DoubleSupport]:
-    """Return the double supports of a plan, in order; no two at the same time."""
-    out = []
-    for k, s in enumerate(stances):
-        partners = [
-            p
-            for p in stances[:k]
-            if p.footprint.side != s.footprint.side and p.toe_off >= s.heel_strike >= p.heel_strike
-        ]
-        if not partners:
-            continue
-        p = partners[-1]
-        start, stop, rest = s.heel_strike, min(p.toe_off, s.toe_off), ""
-        if not plan.periodic:
-            if max(s.foot_flat, p.foot_flat) <= 0:
-                start, rest = 0.0, "before"
-            if min(s.heel_off, p.heel_off) >= plan.duration:
-                stop, rest = plan.duration, "after"
-        out.append(_DoubleSupport(start, stop, _midway(s, p), rest))
-    if not out:
-        raise ParameterError("a walk needs a moment with both feet on the ground")
-    return out
-
-
-class _PelvisPath:
-    """Path of the pelvis."""
-
-    def __init__(
-        self,
-        human: Human,
-        supports: Sequence[_DoubleSupport],
-        stances: Sequence[Stance],
-        parameters: GaitParameters,
-    ):
-        from scipy.interpolate import PchipInterpolator
-
-        p = parameters
-        self._ahead, self._height = -human.skeleton.origins["foot_r"][0], human.standing()[2]
-        times, places = [], []
-        for s in supports:
-            rest = {"before": [s.start, s.held], "after": [s.held, s.stop]}.get(s.rest, [s.start])
-            times += rest
-            places += [s.place] * len(rest)
-        places = np.array(places)
-        places[:, 3] = np.unwrap(places[:, 3])
-        step = np.zeros_like(places)
-        step[:, :2] = _ahead(step[:, :2], places[:, 3], p.step_length)
-        if not supports[0].rest:
-            times = [times[0] - p.step_time, *times]
-            places = np.vstack([places[0] - step[0], places])
-        if not supports[-1].rest:
-            times = [*times, times[-1] + p.step_time]
-            places = np.vstack([places, places[-1] + step[-1]])
-        self._span = times[0], times[-1]
-        self._place = PchipInterpolator(times, places)
-        size = float(
-            SWAY_AMPLITUDE * p.leg_length * np.clip(FREE_SPEED / p.relative_speed, 0.6, 2.0)
-        )
-        sways = [(t, 0.0) for t in times]
-        for side, sway in (("r", size), ("l", -size)):
-            own = foot_stances(stances, side)
-            for a, b in zip(own[:-1], own[1:], strict=True):
-                sways.append(((a.toe_off + b.heel_strike) / 2, sway))
-        self._sway = PchipInterpolator(*np.array(sorted(sways)).T)
-
-    def pelvis(
-        self, gait: _MeanGait, times: Float[Array, " n"]
-    ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
-        """Return position, at the height of standing, and rotation of the pelvis."""
-        t = np.clip(times, *self._span)
-        place, sway = self._place(t), self._sway(t)
-        heading = place[:, 3]
-        position = np.empty((len(t), 3))
-        position[:, :2] = _ahead(place[:, :2], heading, self._ahead)
-        position[:, 0] -= np.sin(heading) * sway
-        position[:, 1] += np.cos(heading) * sway
-        position[:, 2] = place[:, 2] + self._height
-        own = rotation_matrix(pelvis_angles_to_quaternion(gait.pelvis_angles(times)))
-        return position, level_rotations(heading) @ own
-
-
-def _phases(
-    stances: Sequence[Stance], supports: Sequence[_DoubleSupport]
-) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return times of heel strikes and the phase of the right foot's stride at each."""
-    begin = supports[0].stop if supports[0].rest == "before" else -np.inf
-    strikes = [s for s in stances if s.heel_strike >= begin] or list(stances[-1:])
-    first = 0.0 if strikes[0].footprint.side == "r" else 0.5
-    return np.array([s.heel_strike for s in strikes]), first + 0.5 * np.arange(len(strikes))
-
-
-def _walking(supports: Sequence[_DoubleSupport]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return times and the share of walking then."""
-    knots = [(s.held, 0.0) if s.rest else ((s.start + s.stop) / 2, 1.0) for s in supports]
-    return np.array([t for t, _ in knots]), np.array([w for _, w in knots])
 
 
 def _height(
@@ -379,26 +187,7 @@ def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:
     def away(s: Stance) -> float:
         return max(s.heel_strike - time, time - s.toe_off, 0.0)
 
-    return _midway(*(min(foot_stances(stances, side), key=away) for side in SIDES))
-
-
-def _midway(a: Stance, b: Stance) -> Float[Array, " 4"]:
-    """Return the place between two footprints: x, y, ground [m], heading [rad]."""
-    middle = (np.array(a.footprint.position) + np.array(b.footprint.position)) / 2
-    turn = _wrapped(b.footprint.heading - a.footprint.heading)
-    return np.array([*middle, a.footprint.heading + turn / 2])
-
-
-def _wrapped(angle: float) -> float:
-    """Return an angle between -180° and 180°."""
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
-
-
-def _ahead(
-    place: Float[Array, "n 2"], heading: Float[Array, " n"], distance: float
-) -> Float[Array, "n 2"]:
-    """Return places some distance ahead [m]."""
-    return place + distance * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    return midway(*(min(foot_stances(stances, side), key=away) for side in SIDES))
 
 
 def _angles(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
