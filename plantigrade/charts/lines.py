@@ -1,6 +1,6 @@
 """Curves over one axis."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -75,31 +75,41 @@ def line_plot(
     parts = [open_svg(width, height, f"{title}, {y_label} over {x_label}"), title_text(title, left)]
     frame = (left, right, top, bottom)
     parts += axes(x0, x1, y0, y1, px, py, frame, x_label, y_label, powers=log > 0)
-    for band in bands:
-        ok = np.isfinite(band.low) & np.isfinite(band.high)
-        x = np.concatenate([band.x[ok], band.x[ok][::-1]])
-        y = np.concatenate([band.high[ok], band.low[ok][::-1]])
-        if len(x):
-            parts.append(
-                f'<path d="{path_data(px(x), py(y))}Z" style="fill:{band.colour}" '
-                f'opacity="{band.opacity}"/>'
-            )
+    parts += [_shade(band, px, py) for band in bands]
     for k, s in enumerate(series):
         parts += hatching(s, px, frame, rising=k % 2 == 0)
-    for k, (where, colour) in enumerate(marks):
-        at = float(px(where))
-        near = any(abs(float(px(other)) - at) < MIN_MARK_DISTANCE for other, _ in marks[:k])
-        shift = ' stroke-dashoffset="4"' if near else ""  # alternating dashes
-        parts.append(
-            f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
-            f'style="stroke:{colour}" stroke-dasharray="4 4"{shift} stroke-width="1"/>'
-        )
+    parts += _mark_lines(marks, px, top, bottom)
     parts += [rule(px(x), px(x), top, top + 6, colour, 1.4) for x, colour in ticks]
     for start, stop, colour in spans:
         parts.append(box(px(start), bottom - 4, px(stop) - px(start), 4, colour, "0.9"))
     parts += [curve(s, px, py) for s in series]
     parts += legend(series, right, 30 if second else 15)
     return "".join(parts) + "</svg>"
+
+
+def _shade(band: Ribbon, px, py) -> str:
+    """Return a shaded range; nothing if it is unknown everywhere."""
+    ok = np.isfinite(band.low) & np.isfinite(band.high)
+    x = np.concatenate([band.x[ok], band.x[ok][::-1]])
+    y = np.concatenate([band.high[ok], band.low[ok][::-1]])
+    if not len(x):
+        return ""
+    return (
+        f'<path d="{path_data(px(x), py(y))}Z" style="fill:{band.colour}" '
+        f'opacity="{band.opacity}"/>'
+    )
+
+
+def _mark_lines(marks: Sequence[tuple[float, str]], px, top: float, bottom: float) -> Iterator[str]:
+    """Yield dashed vertical lines, with alternating dashes where two would hide each other."""
+    for k, (where, colour) in enumerate(marks):
+        at = float(px(where))
+        near = any(abs(float(px(other)) - at) < MIN_MARK_DISTANCE for other, _ in marks[:k])
+        shift = ' stroke-dashoffset="4"' if near else ""
+        yield (
+            f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top}" y2="{bottom}" '
+            f'style="stroke:{colour}" stroke-dasharray="4 4"{shift} stroke-width="1"/>'
+        )
 
 
 def _distinguishable(series: Sequence[Series], height: float) -> list[Series]:

@@ -160,7 +160,18 @@ def _frames(
             f"the last frame, {frames[-1][0]:.0f}, is truncated (line {broken[0]}) and was left out"
         )
         frames.pop()
-    names = [name for name in widths if any(name in frame for _, frame in frames)]
+    return _whole_frames(path, frames, first_line, tuple(widths), warnings)
+
+
+def _whole_frames(
+    path: Path,
+    frames: list[tuple[float, dict[str, array]]],
+    first_line: int,
+    channels: tuple[str, ...],
+    warnings: list[str],
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return frame numbers and values of the frames with all bones that occur."""
+    names = [name for name in channels if any(name in frame for _, frame in frames)]
     gaps = [(number, [x for x in names if x not in frame]) for number, frame in frames]
     whole = [one for one, (_, gone) in zip(frames, gaps, strict=True) if not gone]
     lacking = [(number, gone) for number, gone in gaps if gone]

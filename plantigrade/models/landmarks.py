@@ -107,45 +107,17 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
 
 
 def _right(d: Dimensions) -> dict[str, Landmark]:
+    return _pelvis(d) | _leg(d) | _foot(d) | _trunk(d) | _arm(d) | _head(d)
+
+
+def _pelvis(d: Dimensions) -> dict[str, Landmark]:
     half, depth = 0.5 * d.pelvis_width, d.pelvis_depth
-    knee_half = 0.125 * d.thigh
-    ankle_half = 0.082 * d.shank
 
     def pelvis(x, y, z, spread=BONE_SPREAD):
         off = MARKER_OFFSET if x >= 0 else -MARKER_OFFSET
         place = np.array([x * depth + off, -y * half, z * depth])
         return Landmark("pelvis", place, _PELVIS, spread)
 
-    def limb(reference, parts, length, usual):
-        """Return a factory of limb landmarks: forward, lateral, down, in limb lengths."""
-
-        def place(x, y, z, spread=usual, parts=parts):
-            return Landmark(reference, np.array([x, -y, -z]) * length, parts, spread)
-
-        return place
-
-    thigh, shank = (
-        limb("femur", _THIGH, d.thigh, LOOSE_SPREAD),
-        limb("tibia", _SHANK, d.shank, LOOSE_SPREAD),
-    )
-    upper_arm = limb("humerus", _UPPER_ARM, d.upper_arm, LOOSE_SPREAD)
-    forearm, hand = (
-        limb("ulna", _FOREARM, d.forearm, SKIN_SPREAD),
-        limb("hand", _HAND, d.hand, SKIN_SPREAD),
-    )
-
-    def head(x, y, z, spread=SKIN_SPREAD):
-        return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, spread)
-
-    lift = 0.35 * d.ankle_height
-
-    def foot(name, parts, *, dx=0.0, dy=0.0, up=lift, spread=BONE_SPREAD):
-        """Return a foot-table point at height ``up``, shifted by dx and dy (lateral)."""
-        p = point(name, d) * MIRROR + np.array([dx * d.foot_length, -dy * d.foot_width, 0])
-        p[2] = up - d.ankle_height
-        return Landmark("foot", p, parts, spread)
-
-    s = shoulder(d)
     return {
         "asis": pelvis(0.0, 1.0, 0.0),
         "psis": pelvis(-1.0, 0.38, SPINE_RISE),
@@ -154,6 +126,24 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "waist_back": pelvis(-1.03, 0.42, SPINE_RISE, SKIN_SPREAD),
         "iliac_crest": pelvis(-0.30, 1.24, 0.35, SKIN_SPREAD),
         "hip_joint": Landmark("pelvis", hip(d), _PELVIS, JOINT_CENTRE_SPREAD),
+    }
+
+
+def _limb(reference, parts, length, usual):
+    """Return a factory of limb landmarks: forward, lateral, down, in limb lengths."""
+
+    def place(x, y, z, spread=usual, parts=parts):
+        return Landmark(reference, np.array([x, -y, -z]) * length, parts, spread)
+
+    return place
+
+
+def _leg(d: Dimensions) -> dict[str, Landmark]:
+    thigh = _limb("femur", _THIGH, d.thigh, LOOSE_SPREAD)
+    shank = _limb("tibia", _SHANK, d.shank, LOOSE_SPREAD)
+    knee_half = 0.125 * d.thigh
+    ankle_half = 0.082 * d.shank
+    return {
         "trochanter": Landmark(
             "femur", np.array([-0.02 * d.thigh, -0.20 * d.thigh, 0]), _THIGH, SKIN_SPREAD
         ),
@@ -175,6 +165,19 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "ankle_lateral": shank(-0.035, ankle_half / d.shank, 0.975, BONE_SPREAD),
         "ankle_medial": shank(-0.005, -ankle_half / d.shank, 0.955, BONE_SPREAD),
         "ankle_joint": shank(-0.025, 0.0, 1.0, JOINT_CENTRE_SPREAD),
+    }
+
+
+def _foot(d: Dimensions) -> dict[str, Landmark]:
+    lift = 0.35 * d.ankle_height
+
+    def foot(name, parts, *, dx=0.0, dy=0.0, up=lift, spread=BONE_SPREAD):
+        """Return a foot-table point at height ``up``, shifted by dx and dy (lateral)."""
+        p = point(name, d) * MIRROR + np.array([dx * d.foot_length, -dy * d.foot_width, 0])
+        p[2] = up - d.ankle_height
+        return Landmark("foot", p, parts, spread)
+
+    return {
         "heel": foot("heel_back_lateral", _HEEL, dx=-0.055, dy=-0.16, up=0.55 * d.ankle_height),
         "heel_upper": foot(
             "heel_back_lateral",
@@ -216,6 +219,12 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "toe_medial": foot("metatarsal_1", _MEDIAL_TOES, dx=0.03, dy=-0.06, spread=SKIN_SPREAD),
         "toe_lateral": foot("metatarsal_5", _LATERAL_TOES, dx=0.03, dy=0.06, spread=SKIN_SPREAD),
         "toe_5": foot("toe_5", _LATERAL_TOES, dx=-0.02, spread=SKIN_SPREAD),
+    }
+
+
+def _trunk(d: Dimensions) -> dict[str, Landmark]:
+    s = shoulder(d)
+    return {
         "acromion": Landmark(
             "abdomen", s + np.array([-0.03, 0.03, 0.155]) * d.trunk, _SHOULDER, SKIN_SPREAD
         ),
@@ -226,6 +235,14 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
             "abdomen", np.array([-0.31, -0.24, 0.80]) * d.trunk, _THORAX, LOOSE_SPREAD
         ),
         "shoulder_joint": Landmark("abdomen", s, _SHOULDER, BONE_SPREAD),
+    }
+
+
+def _arm(d: Dimensions) -> dict[str, Landmark]:
+    upper_arm = _limb("humerus", _UPPER_ARM, d.upper_arm, LOOSE_SPREAD)
+    forearm = _limb("ulna", _FOREARM, d.forearm, SKIN_SPREAD)
+    hand = _limb("hand", _HAND, d.hand, SKIN_SPREAD)
+    return {
         "upper_arm": upper_arm(0.05, 0.15, 0.60),
         "elbow_lateral": upper_arm(0.0, 0.12, 0.98, BONE_SPREAD),
         "elbow_medial": upper_arm(0.0, -0.16, 0.98, BONE_SPREAD),
@@ -240,6 +257,14 @@ def _right(d: Dimensions) -> dict[str, Landmark]:
         "hand_radial": hand(-0.06, 0.18, 0.44),
         "hand_ulnar": hand(-0.06, -0.18, 0.42),
         "finger_tip": hand(0.0, 0.0, 1.0, parts=("fingers", *_HAND)),
+    }
+
+
+def _head(d: Dimensions) -> dict[str, Landmark]:
+    def head(x, y, z, spread=SKIN_SPREAD):
+        return Landmark("lower_neck", np.array([x, -y, z]) * d.head, _HEAD, spread)
+
+    return {
         "head_front": head(0.44, 0.24, 0.64),
         "head_back": head(-0.10, 0.22, 0.64),
         "temple": head(0.32, 0.29, 0.62, LOOSE_SPREAD),
