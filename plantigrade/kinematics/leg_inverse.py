@@ -21,7 +21,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import about_axis, rotation_matrix, within_half_turn
 
 HIP = ("hip_flexion", "hip_adduction", "hip_rotation")
 KNEE = ("knee_angle", "knee_adduction", "knee_rotation")
@@ -106,7 +106,7 @@ class _Leg:
         line = to / np.maximum(far, 1e-9)[:, None]
         beyond = np.broadcast_to(np.eye(3), (len(q), 3, 3))  # knees that do more than bend
         for i in self.knee[1:]:
-            beyond = beyond @ _about(axis[i], q[:, i])
+            beyond = beyond @ about_axis(axis[i], q[:, i])
         shank = beyond @ self.shank
         # The knee, by the law of cosines.
         a = axis[self.knee[0]]
@@ -119,22 +119,22 @@ class _Leg:
         side = np.where(recorded < middle, -1.0, 1.0)
         knee = middle + side * np.arccos(cosine)
         reached = np.sqrt(k @ k + (shank * shank).sum(axis=1) + 2 * (fixed + size * cosine))
-        leg = k + np.einsum("nij,nj->ni", _about(a, knee), shank)
+        leg = k + np.einsum("nij,nj->ni", about_axis(a, knee), shank)
         # The hip: along the line, with the axis of the knee carried there from the recording.
         before = self._hip_turn(q[:, self.hip])
-        straight = k + np.einsum("nij,nj->ni", _about(a, recorded), shank)
+        straight = k + np.einsum("nij,nj->ni", about_axis(a, recorded), shank)
         old = np.einsum("nij,nj->ni", before, straight)
         carried = _shortest(old, line) @ (before @ a)[:, :, None]
         hip = _frame(line, carried[:, :, 0]) @ _frame(leg, a).transpose(0, 2, 1)
         # The ankle takes what is left.
-        tibia = hip @ _about(a, knee) @ beyond
+        tibia = hip @ about_axis(a, knee) @ beyond
         left = tibia.transpose(0, 2, 1) @ foot
         ankles, turned = self._ankle_angles(left, q[:, self.ankle])
         found = np.concatenate([self._hip_angles(hip), knee[:, None], ankles], axis=1)
         return found, np.abs(far - reached), turned
 
     def _hip_turn(self, q: Array) -> Array:
-        one, two, three = (_about(self.axis[i], x) for i, x in zip(self.hip, q.T, strict=True))
+        one, two, three = (about_axis(self.axis[i], x) for i, x in zip(self.hip, q.T, strict=True))
         return one @ two @ three
 
     def _hip_angles(self, R: Array) -> Array:
@@ -159,25 +159,19 @@ class _Leg:
             between = flat + (way * out)[:, None] * normal
             second = _angle(two, np.broadcast_to(_UP, between.shape), between)
             found.append(np.stack([_angle(one, between, up), second], axis=1))
-        off = [np.abs(_wrapped(each - recorded[:, :2])).sum(axis=1) for each in found]
+        off = [np.abs(within_half_turn(each - recorded[:, :2])).sum(axis=1) for each in found]
         angles = np.where((off[0] <= off[1])[:, None], found[0], found[1])
-        left = (_about(one, angles[:, 0]) @ _about(two, angles[:, 1])).transpose(0, 2, 1) @ R
+        left = (about_axis(one, angles[:, 0]) @ about_axis(two, angles[:, 1])).transpose(
+            0, 2, 1
+        ) @ R
         if len(self.ankle) > 2:
             last = np.arctan2(left[:, 1, 0], left[:, 0, 0])
-            left = _about(_UP, last).transpose(0, 2, 1) @ left
+            left = about_axis(_UP, last).transpose(0, 2, 1) @ left
             turn = last * self.axis[self.ankle[2]].sum()
             angles = np.concatenate([angles, turn[:, None]], axis=1)
         sine = 0.5 * (left - left.transpose(0, 2, 1))[:, (2, 0, 1), (1, 2, 0)]
         cosine = 0.5 * (np.trace(left, axis1=1, axis2=2) - 1.0)
         return angles, np.arctan2(np.sqrt((sine * sine).sum(axis=1)), cosine)
-
-
-def _about(axis: Array, angle: Array) -> Float[Array, "n 3 3"]:
-    """Return rotations about an axis."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.eye(3) + s * K + (1.0 - c) * (K @ K)
 
 
 def _shortest(one: Array, other: Array) -> Float[Array, "n 3 3"]:
@@ -201,8 +195,3 @@ def _angle(axis: Array, one: Array, other: Array) -> Float[Array, " n"]:
     """Return the angle about an axis from one vector to another."""
     across = np.cross(one, other) @ axis
     return np.arctan2(across, (one * other).sum(axis=1) - (one @ axis) * (other @ axis))
-
-
-def _wrapped(angle: Array) -> Array:
-    """Return angles within half a turn."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi

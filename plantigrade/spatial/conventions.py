@@ -5,6 +5,8 @@
 * Free joint: MuJoCo's velocity is linear in world axes and angular in body axes.
 """
 
+from typing import Any
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -48,6 +50,19 @@ def about_vertical(angle: float) -> Float[Array, "3 3"]:
     """
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def about_axis(axis: Float[Array, " 3"], angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
+    """Return the rotations about an axis of length one by angles [rad] (Rodrigues)."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) + s * K + (1.0 - c) * (K @ K)
+
+
+def within_half_turn(angle: Float[Array, "*n"] | float) -> Any:
+    """Return angles between -180° and 180° [rad]."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def turned(quat: Float[Array, "*n 4"], angle: float) -> Float[Array, "*n 4"]:

@@ -33,6 +33,7 @@ from plantigrade.motion.filters import resample
 from plantigrade.options import as_path
 from plantigrade.ordered_tasks.phases import walking_events
 from plantigrade.record import Record, Run
+from plantigrade.spatial.conventions import within_half_turn
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.solution import Solution
 from plantigrade.trajopt.solve import Progress, synthesize
@@ -117,7 +118,7 @@ class Tracked:
         recorded[:, :3] = np.unwrap(recorded[:, :3], axis=0)
         found = self.human.to_coordinates(ours.qpos)[1]
         apart = found - resample(self.motion.time, recorded, ours.time)
-        apart[:, :3] = (apart[:, :3] + np.pi) % (2 * np.pi) - np.pi
+        apart[:, :3] = within_half_turn(apart[:, :3])
         angles = np.delete(apart, [3, 4, 5], axis=1)
         return float(np.sqrt((angles**2).mean())), float(np.sqrt((apart[:, 3:6] ** 2).mean()))
 

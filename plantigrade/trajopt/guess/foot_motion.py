@@ -16,6 +16,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import Stance
 from plantigrade.models import Human
 from plantigrade.models.feet import point, sphere_radius
+from plantigrade.spatial.conventions import within_half_turn
 from plantigrade.trajopt.guess.postures import smooth_step
 
 # [rad] minimum and maximum toe-up angle at heel strike
@@ -167,7 +168,7 @@ def _swing(
     before, begin = behind.at(np.array([off - _STEP, off]))
     end, after = ahead.at(np.array([strike, strike + _STEP]))
     v0, v1 = (begin - before) / _STEP, (after - end) / _STEP
-    end[3] = begin[3] + (end[3] - begin[3] + np.pi) % (2 * np.pi) - np.pi
+    end[3] = begin[3] + within_half_turn(end[3] - begin[3])
     # the mean curve, and a polynomial that matches both ends
     bent, begin[5] = begin[5], 0.0
     v0[5] = v1[5] = end[5] = 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import about_axis, rotation_matrix
 
 LEG_COORDINATES = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle")
 FOOT_COORDINATES = ("ankle_angle", "subtalar_angle")
@@ -92,7 +92,7 @@ class Leg:
             for joint in joints:
                 if joint.moved >= 0:
                     axes[:, joint.moved], origins[:, joint.moved] = R @ joint.axis, x
-                R = R @ _about(joint.axis, hinges[:, joint.index])
+                R = R @ about_axis(joint.axis, hinges[:, joint.index])
         J = np.concatenate([np.cross(axes, x[:, None] - origins), axes], axis=2)
         return x, R, J.swapaxes(1, 2)
 
@@ -130,14 +130,6 @@ class Leg:
             step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
             q[:, self.columns] = np.clip(q[:, self.columns] + step, *self.limits)
         return q
-
-
-def _about(axis: Float[Array, " 3"], angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
-    """Return rotations about an axis (Rodrigues)."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.eye(3) + s * K + (1 - c) * (K @ K)
 
 
 def _rotvec(R: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:

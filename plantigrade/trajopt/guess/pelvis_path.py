@@ -13,6 +13,7 @@ from plantigrade.models.textbook_gait import FREE_SPEED
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     rotation_matrix,
+    within_half_turn,
 )
 from plantigrade.trajopt.guess.mean_gait import MeanGait
 from plantigrade.trajopt.guess.postures import foot_stances, level_rotations
@@ -145,13 +146,8 @@ class PelvisPath:
 def midway(a: Stance, b: Stance) -> Float[Array, " 4"]:
     """Return the place between two footprints: x, y, ground [m], heading [rad]."""
     middle = (np.array(a.footprint.position) + np.array(b.footprint.position)) / 2
-    turn = wrapped(b.footprint.heading - a.footprint.heading)
+    turn = within_half_turn(b.footprint.heading - a.footprint.heading)
     return np.array([*middle, a.footprint.heading + turn / 2])
-
-
-def wrapped(angle: float) -> float:
-    """Return an angle between -180° and 180°."""
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
 def ahead(

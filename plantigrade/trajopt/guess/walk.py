@@ -18,6 +18,7 @@ from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     quaternion_to_pelvis_angles,
+    within_half_turn,
     xyzw_to_wxyz,
 )
 from plantigrade.trajopt.guess.foot_motion import (
@@ -34,7 +35,6 @@ from plantigrade.trajopt.guess.pelvis_path import (
     midway,
     phases,
     walking_share,
-    wrapped,
 )
 from plantigrade.trajopt.guess.postures import foot_stances, level_rotations, standing_hinges
 from plantigrade.trajopt.problem.nlp import PeriodicClosure
@@ -98,7 +98,7 @@ def crude_guess(
     times = np.asarray(times, dtype=float)
     stances = plan.unrolled()
     begin, end = _between(stances, 0.0), _between(stances, plan.duration)
-    end[3] = begin[3] + wrapped(end[3] - begin[3])
+    end[3] = begin[3] + within_half_turn(end[3] - begin[3])
     place = begin + (times / plan.duration)[:, None] * (end - begin)
     hinges = standing_hinges(human, len(times))
     for side in SIDES:
