@@ -27,10 +27,10 @@ function overlays() {
   if (show.force && !near) frame.reactions.forEach((r, s) => r && arrow(r[0], r[1].map((x) => x * SCALE), 0.013, SIDE[s]));
   if (show.contacts) for (const [k, p, f] of frame.contacts) arrow(p, f.map((x) => x * SCALE * thin), 0.006 * thin, CONTACT[k]);
   if (show.cop) {
-    frame.reactions.forEach((r, s) => r && put("sphere", lifted(r[0]), [0, 0, 0.004], 0.032 * thin, SIDE[s]));
-    if (frame.pressure) put("sphere", lifted(frame.pressure), [0, 0, 0.006], 0.018 * thin, COLOURS.com);
+    frame.reactions.forEach((r, s) => r && put("disc", lifted(r[0]), UP, 0.032 * thin, SIDE[s]));
+    if (frame.pressure) put("disc", lifted(lifted(frame.pressure)), UP, 0.018 * thin, COLOURS.com);
   }
-  if (show.support) frame.support.forEach((p, k) => line(lifted(p), lifted(frame.support[(k + 1) % frame.support.length]), COLOURS.support));
+  if (show.support) frame.support.forEach((p, k) => line(lifted(p), lifted(frame.support[(k + 1) % frame.support.length]), COLOURS.support, THIN * thin));
   if (show.pushes) for (const [p, f] of frame.pushes) {
     const v = f.map((x) => x * SCALE), l = Math.hypot(...v) || 1;
     arrow(p.map((x, k) => x - v[k] * (1 + 0.3 / l)), v, 0.016, COLOURS.pushed);

@@ -98,10 +98,10 @@ function overlays({ at, com: c, floor: ground }) {
     for (let s = 0; s < 3; s++) {
       for (let i = Math.max(0, at[0] - 150); i <= at[0]; i++) {   // what has been, and not what will be
         const p = mix3(cop, 3, s, [i, i, 0]);
-        if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.003], [0, 0, 0.002], 0.011 * near, SIDE[s]);
+        if (!Number.isNaN(p[0])) put("disc", [p[0], p[1], p[2] + 0.004], UP, 0.011 * near, SIDE[s]);
       }
       const p = mix3(cop, 3, s, at);
-      if (!Number.isNaN(p[0])) put("sphere", [p[0], p[1], p[2] + 0.004], [0, 0, 0.004], 0.032 * near, SIDE[s]);
+      if (!Number.isNaN(p[0])) put("disc", [p[0], p[1], p[2] + 0.006], UP, 0.032 * near, SIDE[s]);
     }
   }
   if (show.com && !closeUp()) centreOfMass(c, ground);

@@ -99,7 +99,7 @@ function poseTexture(n = NB) {
   gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2 * n, 1, 0, gl.RGBA, gl.FLOAT, null);
   return t;
 }
-const SHADOW = 2048, INSTANCE = 11, SAMPLES = 4;
+const SHADOW = 2048, INSTANCE = 11, SAMPLES = 4, KINDS = ["sphere", "shaft", "cone", "disc"];
 function shapeBuffer(shapes, simple) {
   const vertices = [], faces = [];
   for (const s of shapes) {
@@ -134,6 +134,7 @@ function setUp() {
   const unit = {
     sphere: revolve(arcs(1, 0, 5), 14),
     shaft: revolve([[0, 0, 0, -1], [1, 0, 0, -1], [1, 0, 1, 0], [1, 1, 1, 0], [1, 1, 0, 1], [0, 1, 0, 1]], 14),
+    disc: revolve([[1, 0, 0, 1], [0, 0, 0, 1]], 12),   // of one face: hundreds of them are on the ground
     cone: revolve([[0, 0, 0, -1], [1, 0, 0, -1], [1, 0, 0.9, 0.4], [0, 1, 0.9, 0.4]], 16),
   };
   for (const [name, g] of Object.entries(unit)) {
@@ -191,7 +192,7 @@ function mul(a, b) {
 /* ---- one frame ---- */
 const colour = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 const COLOURS = Object.fromEntries(Object.entries(D.colours).map(([k, v]) => [k, colour(v)]));
-const AWAY = [0, 0, -1e4], STRAIGHT = [1, 0, 0, 0];
+const AWAY = [0, 0, -1e4], STRAIGHT = [1, 0, 0, 0], UP = [0, 0, 1];
 const CONTACT = D.contact_colours.map(colour), SIDE = D.side_colours.map(colour);
 function upload(texture, poses, skin) {
   const write = (into, n, rows) => { gl.bindTexture(gl.TEXTURE_2D, into); gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 2 * n, 1, gl.RGBA, gl.FLOAT, rows); };
@@ -211,7 +212,7 @@ const SCALE = 0.6 / D.weight;   // one body weight is drawn 0.6 m long
 function centreOfMass(c, ground) {
   sphere(c, 0.035, COLOURS.com);
   put("shaft", [c[0], c[1], ground + 0.002], [0, 0, c[2] - ground], 0.0035, COLOURS.com);
-  put("sphere", [c[0], c[1], ground + 0.004], [0, 0, 0.003], 0.028, COLOURS.com);
+  put("disc", [c[0], c[1], ground + 0.006], UP, 0.028, COLOURS.com);
 }
 let last = null;             // the last view, for picking
 function smoothed(w, h) {    // what is drawn with four samples for a pixel, then brought to the canvas
@@ -242,10 +243,10 @@ function draw(paper = null) {
   if (now.reference) upload(buffers.refPose, now.reference, buffers.refSkinPose);
   const skinned = !!S && !show.solids;
   const [kind, pose, refPose] = skinned ? ["skin", buffers.skinPose, buffers.refSkinPose] : ["body", buffers.pose, buffers.refPose];
-  for (const k of ["sphere", "shaft", "cone"]) buffers[k].rows.length = 0;
+  for (const k of KINDS) buffers[k].rows.length = 0;
   overlays(now);
   if (F && show.body && show.xray) contactPoints(now.poses);
-  for (const k of ["sphere", "shaft", "cone"]) {
+  for (const k of KINDS) {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffers[k].instances);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(buffers[k].rows), gl.DYNAMIC_DRAW);
   }
@@ -291,14 +292,14 @@ function draw(paper = null) {
     plain(solid); drawShapes(shown, solid, view, solidPose, [0, 0, 0]);
   }
   gl.uniform1f(common("inst").uFade, 1);
-  for (const k of ["sphere", "shaft", "cone"]) {
+  for (const k of KINDS) {
     gl.bindVertexArray(buffers[k].vao);
     gl.drawElementsInstanced(gl.TRIANGLES, buffers[k].count, gl.UNSIGNED_SHORT, 0, buffers[k].rows.length / INSTANCE);
   }
   /* once more, faintly, where the body hides them */
   gl.uniform1f(uniforms.inst.uFade, 0.28); gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   gl.depthFunc(gl.GREATER); gl.depthMask(false);
-  for (const k of ["sphere", "shaft", "cone"]) {
+  for (const k of KINDS) {
     gl.bindVertexArray(buffers[k].vao);
     gl.drawElementsInstanced(gl.TRIANGLES, buffers[k].count, gl.UNSIGNED_SHORT, 0, buffers[k].rows.length / INSTANCE);
   }
