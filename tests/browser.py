@@ -2,7 +2,7 @@
 
 Install it with ``apt-get install chromium`` (Debian); any Chromium or Chrome on the path is found,
 or the one that the environment variable ``CHROMIUM`` names. Where there is none,
-:func:`find_browser` returns None and a test that needs it skips, saying so.
+:func:`~plantigrade.pages.pdf.find_browser` returns None and a test that needs it skips, saying so.
 
 The flags that make it draw WebGL without a graphics card, as root in a container:
 
@@ -28,6 +28,8 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.pages.pdf import find_browser
+
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -40,13 +42,6 @@ FLAGS = (
 )
 SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 CARD = ("--use-gl=angle", "--ignore-gpu-blocklist")
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-
-
-def find_browser() -> str | None:
-    """Return the path of a Chromium, or None."""
-    named = os.environ.get("CHROMIUM")
-    return named or next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
 class _Chromium:

@@ -11,7 +11,8 @@ import hypothesis
 import pytest
 from threadpoolctl import threadpool_limits
 
-from tests.browser import Browser, find_browser, stop
+from plantigrade.pages.pdf import find_browser
+from tests.browser import Browser, stop
 
 # One thread per solve: idle BLAS threads slow the small matrices of this package down, up to seven
 # times. The environment is for what loads later and for other processes; NumPy has been loaded by

@@ -1,33 +1,22 @@
 """Comparison of two or more gaits: cycles of every curve, their differences, and figures."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curve_difference import CurveDifference, curve_difference
-from plantigrade.analyze.curves import LOADED_JOINTS, gait_curves
-from plantigrade.analyze.gait_profile import ANGLES
+from plantigrade.analyze.curve_figures import FigureDifference, figure_differences
 from plantigrade.analyze.norms import unit_of
-from plantigrade.arrays import Array
+from plantigrade.analyze.pooled_gait import CURVES, Affected, Gait, gait_of, pooled, sides_of
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.record import Run
 
-TRUNK = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
-CURVES = (
-    *(*ANGLES, "subtalar_angle", "mtp_angle", *TRUNK),
-    *(f"{name}_moment" for name in LOADED_JOINTS),
-    *("ground_force_up", "ground_force_forward"),
-)
-"""Names of the compared curves, without side."""
-SYNTHESISED_KINDS = ("synthesize",)
-"""Kinds of runs whose strides have no variability, because they are synthesised."""
 MEASURES = (
     *(
         "walking_speed_m_s",
@@ -43,32 +32,29 @@ MEASURES = (
 SUFFIX = {"deg": "deg", "N m/kg": "nm_kg", "body weight": "bw"}
 
 
-@dataclass(frozen=True)
-class Gait:
-    """One of the compared gaits."""
-
-    name: str  #: Name of the gait
-    curves: Mapping[str, Array] = field(repr=False)  #: Curve → one row per cycle
-    foot_off: Mapping[str, float]  #: Side → foot off [% of the cycle]
-    exact: bool = False  #: Whether its strides have no variability, because it is synthesised
-
-
 @dataclass(frozen=True, eq=False)
 class RunComparison:
     """Comparison of gaits, each later one with the first.
 
     Attributes:
-        gaits: The gaits, in order.
-        runs: Their runs; a single one if its sides are compared.
+        gaits: The gaits, in order; if the sides of one are compared, the affected one is second.
+        affected: The affected side, if one was named.
+        omitted: Names of trials without a complete gait cycle.
     """
 
     gaits: tuple[Gait, ...]
-    runs: tuple[Run, ...] = field(repr=False)
+    affected: Affected | None = None
+    omitted: tuple[str, ...] = ()
 
     @property
     def sides(self) -> bool:
-        """Whether the sides of one run are compared."""
-        return len(self.runs) == 1
+        """Whether the sides of one gait are compared."""
+        return bool(self.gaits[0].side)
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """All runs, in order."""
+        return tuple(run for gait in self.gaits[: 1 if self.sides else None] for run in gait.runs)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,10 +76,17 @@ class RunComparison:
             for gait in self.gaits[1:]
         }
 
+    @cached_property
+    def figures(self) -> dict[str, tuple[FigureDifference, ...]]:
+        """Name of each later gait → range, peak and time of the peak of every curve."""
+        first = self.gaits[0]
+        return {gait.name: figure_differences(first, gait, self.names) for gait in self.gaits[1:]}
+
     def metrics(self) -> dict[str, Any]:
         """Return figures of each later gait relative to the first, and measures of the runs."""
         found: dict[str, Any] = {"status": "ok", "compared_count": len(self.gaits)}
         found["gaits"] = [gait.name for gait in self.gaits]
+        found["trials_count"] = len(self.runs)
         found["differences"] = {}
         for gait, table in self.differences.items():
             flat: dict[str, float] = {}
@@ -106,8 +99,8 @@ class RunComparison:
             found["differences"][gait] = flat
         if not self.sides:
             found["measures"] = {
-                gait.name: {k: run.figures[k] for k in MEASURES if k in run.figures}
-                for gait, run in zip(self.gaits, self.runs, strict=True)
+                gait.name: {k: x for k in MEASURES if (x := gait.figure(k)) is not None}
+                for gait in self.gaits
             }
         return found
 
@@ -131,66 +124,46 @@ class RunComparison:
             rows += [[name, *map(float, values)] for values in zip(*columns, strict=True)]
         return header, rows
 
+    def figure_rows(self) -> tuple[list[str], list[list[Any]]]:
+        """Return range, peak and time of the peak as column names and rows of values."""
+        first = self.gaits[0].name
+        header = ["gait", "compared_with", "variable", "figure", "unit"]
+        header += ["first", "second", "difference", "p", "test"]
+        return header, [
+            [name, first, d.curve, d.figure, d.unit, d.first, d.second, d.difference, d.p, d.test]
+            for name, each in self.figures.items()
+            for d in each
+        ]
 
-def compare_runs(runs: Sequence[Run], names: Sequence[str]) -> RunComparison:
-    """Return the comparison of runs over their gait cycles, or of the sides of a single one.
+
+def compare_runs(
+    groups: Sequence[Run | Sequence[Run]],
+    names: Sequence[str],
+    *,
+    affected: Affected | None = None,
+) -> RunComparison:
+    """Return the comparison of gaits over the gait cycle, or of the sides of a single one.
 
     Args:
-        runs: One or more runs.
-        names: Names of the runs, all different.
+        groups: Runs, or trials of one person that are pooled.
+        names: Names of the gaits, all different.
+        affected: Affected side of a single gait.
 
     Raises:
-        ParameterError: If there is none, or one has no complete gait cycle.
+        ParameterError: If there is none, one has no complete gait cycle, pooled trials are of
+            different people, or an affected side is named for several gaits.
     """
-    if not runs:
+    if not groups:
         raise ParameterError(
             "nothing to compare: give two runs, or one to compare its right and left side"
         )
-    gaits = [gait_of(run, name) for run, name in zip(runs, names, strict=True)]
+    gaits = []
+    for group, name in zip(groups, names, strict=True):
+        trials = [group] if isinstance(group, Run) else list(group)
+        each = [gait_of(run, name if len(trials) == 1 else run.name or name) for run in trials]
+        gaits.append(replace(each[0], name=name) if len(each) == 1 else pooled(each, name))
     if len(gaits) == 1:
-        gaits = list(sides_of(gaits[0]))
-    return RunComparison(tuple(gaits), tuple(runs))
-
-
-def gait_of(run: Run, name: str) -> Gait:
-    """Return the gait of a run.
-
-    Raises:
-        ParameterError: If it has no complete gait cycle.
-    """
-    curves, loaded = gait_curves(run.record), gait_curves(run.with_forces)
-    if not curves.cycles:
-        raise ParameterError(
-            f"{name} shows no complete gait cycle; runs are compared over the gait cycle, so give "
-            "walks"
-        )
-    every: dict[str, Array] = dict(clinical_angles(run.record, curves))
-    every |= {n: curves.angles[n] for n in TRUNK if n in curves.angles}
-    every |= {n: rows for n, rows in loaded.loads().items() if "_power_" not in n}
-    known = {n: rows for n, rows in every.items() if len(rows) and np.isfinite(rows).any(0).all()}
-    known = {
-        n: v for n, v in known.items() if n[:-2] in ANGLES or np.nanmax(v) - np.nanmin(v) > 1e-6
-    }
-    offs = {side: run.figures.get(f"stance_{side}_pct") for side in SIDES}
-    foot_off = {side: float(value) for side, value in offs.items() if isinstance(value, float)}
-    return Gait(name, known, foot_off, run.kind in SYNTHESISED_KINDS)
-
-
-def sides_of(gait: Gait) -> tuple[Gait, Gait]:
-    """Return right and left of a gait, as two gaits whose curves have no side.
-
-    Raises:
-        ParameterError: If a foot has no complete gait cycle.
-    """
-    found = []
-    for side, name in zip(SIDES, ("right", "left"), strict=True):
-        mine = {n[:-2]: rows for n, rows in gait.curves.items() if n.endswith(f"_{side}")}
-        if not mine:
-            raise ParameterError(
-                f"{gait.name} shows no complete gait cycle of the {name} foot: its sides cannot be "
-                "compared; name a second run"
-            )
-        offs = {side: gait.foot_off[side]} if side in gait.foot_off else {}
-        found.append(Gait(name, mine, offs, gait.exact))
-    right, left = found
-    return right, left
+        return RunComparison(sides_of(gaits[0], affected), affected)
+    if affected is not None:
+        raise ParameterError(f"{affected=} needs one gait, whose sides are compared")
+    return RunComparison(tuple(gaits))

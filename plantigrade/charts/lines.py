@@ -22,6 +22,7 @@ from plantigrade.charts.svg import (
     title_text,
 )
 
+MIN_SHADE = 1.5  # minimum width of a shaded stretch [px]
 MIN_MARK_DISTANCE = 2.0  # upright lines nearer than this are drawn in turns [px]
 
 
@@ -35,6 +36,7 @@ def line_plot(
     marks: Sequence[tuple[float, str]] = (),
     ticks: Sequence[tuple[float, str]] = (),
     spans: Sequence[tuple[float, float, str]] = (),
+    shades: Sequence[tuple[float, float, str]] = (),
     width: int = 330,
     height: int = 210,
     zero: bool = False,
@@ -52,6 +54,7 @@ def line_plot(
         marks: Vertical dashed lines: where, and in which colour (foot off).
         ticks: Short lines at the upper edge, likewise (events of the other foot).
         spans: Thick lines along the lower edge: from, to, and in which colour.
+        shades: Shaded stretches as high as the plot, likewise (pushes).
         width: Of the drawing [px].
         height: Of the drawing [px].
         zero: Whether zero must lie on the vertical axis.
@@ -75,6 +78,12 @@ def line_plot(
     parts = [open_svg(width, height, f"{title}, {y_label} over {x_label}"), title_text(title, left)]
     frame = (left, right, top, bottom)
     parts += axes(x0, x1, y0, y1, px, py, frame, x_label, y_label, powers=log > 0)
+    for start, stop, colour in shades:
+        wide = max(float(px(stop) - px(start)), MIN_SHADE)
+        parts.append(
+            f'<rect class="shade" x="{float(px(start)):.1f}" y="{top}" width="{wide:.1f}" '
+            f'height="{bottom - top}" style="fill:{colour}" opacity="0.22"/>'
+        )
     parts += [_shade(band, px, py) for band in bands]
     for k, s in enumerate(series):
         parts += hatching(s, px, frame, rising=k % 2 == 0)

@@ -148,7 +148,7 @@ def batch_outcome(batch: "Batch", progress: "Progress") -> Outcome:
     lines += batch.lines
     if (folder / FAILED).is_file():
         lines.append(f"  failed           {shown / FAILED}: run the command again to try them")
-    return Outcome("\n".join(lines), batch.metrics)
+    return Outcome("\n".join(lines), batch.metrics, (shown,))
 
 
 def _shown(folder: Path) -> Path:

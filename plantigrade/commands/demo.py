@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from plantigrade.bounds import SEEDS
 from plantigrade.commands import fit, reproduce
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.models.person import Person
 
@@ -33,7 +33,7 @@ COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(Person, RunOptions):
+class Command(Person, PageOptions):
     """Run the whole pipeline on built-in data and say where the results are.
 
     The published mean walk of adults is written as a marker recording with the noise, skin movement
@@ -119,7 +119,8 @@ class Command(Person, RunOptions):
         metrics = fitted.metrics
         if not gait.ok:
             metrics["status"] = f"reproduced gait: {gait.status}"
-        return Outcome(_text(fitted, gait, pushed), metrics)
+        folders = tuple(run.folder for run in (fitted, gait, pushed) if run.folder is not None)
+        return Outcome(_text(fitted, gait, pushed), metrics, folders)
 
     def _push(self) -> "SimulateSettings":
         """Return the settings of the simulation with a push."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from plantigrade.commands.batch_options import BatchOptions
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.workflows.settings import FitSettings
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(FitSettings, RunOptions, BatchOptions):
+class Command(FitSettings, PageOptions, BatchOptions):
     """Fit a scaled human to a recording: motion, ground reactions and joint moments.
 
     Several recordings, folders, patterns or a --list of them make a batch with one table; trials of
@@ -56,7 +56,8 @@ class Command(FitSettings, RunOptions, BatchOptions):
             run = save(replace(run, name=name), self.out, overwrite=self.overwrite)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
             progress.note(sentence)
-        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
 
 def summary(folder: Path, metrics: dict) -> str:

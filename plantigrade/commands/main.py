@@ -151,7 +151,7 @@ def run(words: Sequence[str]) -> int:
     command = parse(words[0], words[1:])
     # Output of libraries while the command runs must not mix with the JSON on standard output.
     with _output_to_errors() if command.json else contextlib.nullcontext():
-        outcome: Outcome = command.run()
+        outcome = _outcome_of(command)
     if command.json:
         from plantigrade.record.metrics import metrics_json
 
@@ -161,6 +161,16 @@ def run(words: Sequence[str]) -> int:
     elif outcome.text:
         print(printable(outcome.text))
     return DONE if outcome.ok else NO_RESULT
+
+
+def _outcome_of(command: Any) -> Outcome:
+    """Run a command, and print its pages as PDF where that is asked for."""
+    if not getattr(command, "pdf", False):
+        return command.run()
+    from plantigrade.pages.pdf import browser
+
+    browser()  # its absence is told before any work
+    return command.with_pdf(command.run())
 
 
 def parse(name: str, words: Sequence[str]) -> Any:

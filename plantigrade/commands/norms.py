@@ -17,7 +17,7 @@ class Command(PrintOptions):
     """Compute norms from your own runs: mean and standard deviation over people.
 
     Each run counts as one person and enters as the mean of its gait cycles and both sides. Runs
-    that are not ok, walk backward or have no complete gait cycle are left out and named.
+    that are not ok, walk backward or have no complete gait cycle are omitted and named.
     """
 
     runs: Annotated[
@@ -55,6 +55,6 @@ class Command(PrintOptions):
             f"{self.out}: {len(curves)} curves of {found.people}\n"
             f"  use it         plantigrade fit FILE --norms {self.out}"
         )
-        text = "\n".join([*(f"left out {name}: {why}" for name, why in left_out.items()), text])
+        text = "\n".join([*(f"omitted {name}: {why}" for name, why in left_out.items()), text])
         metrics = {"file": str(self.out), "people": found.people, "curves": curves}
         return Outcome(text, {**metrics, "left_out": left_out})

@@ -2,13 +2,16 @@
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from plantigrade.bounds import Bounded
+from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
+MAX_SHOWN_PDFS = 5
+"""PDFs of a batch that are named on the screen."""
 Backend = Literal["loky", "ray", "dask"]
 
 
@@ -51,6 +54,35 @@ class RunOptions(PrintOptions, Bounded):
                 refuse_existing(RUNS / name, overwrite=True)
             else:
                 refuse_unwritable(RUNS / name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PdfOption(PrintOptions):
+    """Pages on paper."""
+
+    pdf: Flag = False
+    """Print the pages as PDF too, with the Chromium, Chrome or Edge that is installed."""
+
+    def with_pdf(self, outcome: Outcome) -> Outcome:
+        """Print the pages that a command wrote; return what it found, with the paths of the PDFs.
+
+        Raises:
+            PlantigradeError: If the browser prints nothing.
+        """
+        from plantigrade.commands.progress import Progress
+        from plantigrade.workflows.printing import print_pages
+
+        progress = Progress(quiet=self.quiet)
+        made = [pdf for folder in outcome.folders for pdf in print_pages(folder, progress.say)]
+        shown = [str(pdf) for pdf in made[:MAX_SHOWN_PDFS]]
+        shown += [f"{len(made) - MAX_SHOWN_PDFS} more"] if len(made) > MAX_SHOWN_PDFS else []
+        lines = [f"  pdf            {pdf}" for pdf in shown]
+        return replace(outcome, text="\n".join([outcome.text, *lines]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageOptions(RunOptions, PdfOption):
+    """Where the run folder goes, and whether its pages are printed."""
 
 
 @dataclass(frozen=True, kw_only=True)

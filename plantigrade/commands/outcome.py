@@ -1,6 +1,7 @@
 """Output of a command: figures and text."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 
@@ -12,6 +13,7 @@ class Outcome:
     #: Every figure of the run, as in ``metrics.json``: flat snake_case keys with the unit as
     #: suffix, and ``status``: ``"ok"`` or what went wrong, where and when
     metrics: dict[str, Any] = field(default_factory=dict)
+    folders: tuple[Path, ...] = ()  #: Folders of results that it wrote
 
     @property
     def ok(self) -> bool:

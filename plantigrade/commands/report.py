@@ -7,13 +7,13 @@ from typing import Annotated
 import tyro
 
 from plantigrade.bounds import AGES, Bounded
-from plantigrade.commands.options import PrintOptions
+from plantigrade.commands.options import PdfOption
 from plantigrade.commands.outcome import Outcome
 from plantigrade.options import OptionalPath, Years
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(PrintOptions, Bounded):
+class Command(PdfOption, Bounded):
     """Write the report and viewer pages of a run again."""
 
     ranges = {"age": AGES}
@@ -32,4 +32,5 @@ class Command(PrintOptions, Bounded):
 
         page = report(self.run_folder, norms=self.norms, age=self.age)
         written = (page, page.with_name("viewer.html"))
-        return Outcome("\n".join(str(path) for path in written), read_metrics(self.run_folder))
+        text = "\n".join(str(path) for path in written)
+        return Outcome(text, read_metrics(self.run_folder), (self.run_folder,))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from plantigrade.commands.batch_options import BatchOptions
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.workflows.settings import ReproduceSettings
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(ReproduceSettings, RunOptions, BatchOptions):
+class Command(ReproduceSettings, PageOptions, BatchOptions):
     """Reproduce a recorded gait from three prioritised tasks; several make a study.
 
     The tasks take only foot contacts, heel and centre-of-mass paths, and the posture (by default
@@ -50,7 +50,8 @@ class Command(ReproduceSettings, RunOptions, BatchOptions):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
             progress.note(sentence)
-        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

@@ -11,7 +11,7 @@ import tyro
 
 from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several, varied
 from plantigrade.errors import ParameterError
@@ -31,7 +31,7 @@ PROGRAM, INDENT = "plantigrade simulate", 6 * " "
 
 @dataclass(frozen=True, kw_only=True)
 class Command(
-    SimulateSettings, AnyOptions, SpringOptions, StepOptions, WalkOptions, RunOptions, BatchOptions
+    SimulateSettings, AnyOptions, SpringOptions, StepOptions, WalkOptions, PageOptions, BatchOptions
 ):
     """Simulate a person, standing or moving, under a controller.
 
@@ -95,7 +95,8 @@ class Command(
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:  # how it ended is among them
             progress.note(sentence)
-        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
     def _sources(self) -> tuple[list[Path], bool]:
         """Return the recordings and runs that are simulated, and whether they make a batch."""
@@ -140,7 +141,8 @@ class Command(
             return Outcome()
         with progress.step("writing the report and the viewer"):
             run = keep(run)
-        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
 
 def parse(words: Sequence[str]) -> Command:

@@ -12,7 +12,7 @@ import tyro
 
 from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
-from plantigrade.commands.options import RunOptions, command_line
+from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.commands.solver_watch import Watch
@@ -34,7 +34,7 @@ SAID = 8  # findings that are printed
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(RunOptions, BatchOptions):
+class Command(PageOptions, BatchOptions):
     """Generate a motion from a task description by trajectory optimisation.
 
     The motion satisfies the equations of motion with unilateral contact forces; an independent
@@ -134,7 +134,8 @@ class Command(RunOptions, BatchOptions):
             progress.warn(str(finding))
         if len(findings) > SAID:
             progress.warn(f"{len(findings) - SAID} more findings are in the report")
-        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
     @property
     def task(self) -> str | Path:

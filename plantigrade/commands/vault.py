@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plantigrade.commands.options import JobOptions, RunOptions, command_line
+from plantigrade.commands.options import JobOptions, PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.workflows.settings import VaultSettings
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(VaultSettings, JobOptions, RunOptions):
+class Command(VaultSettings, JobOptions, PageOptions):
     """Optimise a gymnast's vault: the joint activations that give the fastest take-off.
 
     A torque-driven planar model of six segments, from hand contact to take-off. The exit code is 3
@@ -38,7 +38,8 @@ class Command(VaultSettings, JobOptions, RunOptions):
             run = save(run, self.out, overwrite=self.overwrite)
         for sentence in run.record.notes:
             progress.note(sentence)
-        return Outcome(summary(run.folder or Path(), run.metrics), run.metrics)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

@@ -1,6 +1,6 @@
 """``compare.html``: curves of several gaits, and their differences with confidence bands."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,15 +10,17 @@ from plantigrade.analyze.curve_difference import MIN_CYCLES
 from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_profile import MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.norms import PUBLISHED_NAMES, Population, names, norm, unit_of
-from plantigrade.analyze.run_comparison import TRUNK, Gait, RunComparison
+from plantigrade.analyze.pooled_gait import TRUNK, Gait
+from plantigrade.analyze.run_comparison import RunComparison
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.pages.compare_figures import figure_section, verdict_of
 from plantigrade.pages.section import Section, page_html
-from plantigrade.pages.sections.clinical import LEVELS, OWN_SIDE, PLANES
+from plantigrade.pages.sections.clinical import NAMES, OWN_SIDE, grid_of
 from plantigrade.pages.text import rounded_text, signed_text
 
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
@@ -44,6 +46,7 @@ MAX_SPEED_DIFFERENCE = 0.1
 """Difference of walking speeds above which a note is given, because angles depend on speed
 [m/s]."""
 HEIGHT = 182  # [px] of a plot of one angle
+Draw = Callable[[RunComparison, str, int], Figure]
 
 
 def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
@@ -51,8 +54,12 @@ def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
     gaits = found.gaits
     first, others = gaits[0].name, ", ".join(gait.name for gait in gaits[1:])
     if found.sides:
-        sentence = "Left and right side of one gait; differences are left minus right."
-        titles = {"": "Right and left"}
+        (one, other), trials = gaits, f" of {len(found.runs)} trials" if len(found.runs) > 1 else ""
+        sentence = (
+            f"The {other.name} and the {one.name} side{trials} of one person; differences are "
+            f"{other.name} minus {one.name}."
+        )
+        titles = {"": "Affected and unaffected" if found.affected else "Right and left"}
     else:
         sentence = f"{others} compared with {first}; differences are relative to {first}."
         titles = {side: f"{word.capitalize()} side" for side, word in SIDE_NAMES.items()}
@@ -62,14 +69,17 @@ def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
         sections.append(overlay_section(found, titles[side], ending))
     for side, ending in ends.items():
         sections.append(difference_section(found, titles[side], ending))
+    sections.append(figure_section(found))
     sections += [s for side, ending in ends.items() for s in more_sections(found, side, ending)]
     return page_html(
         sections,
         provenance=provenance,
-        title=f"{first} and {others}" if not found.sides else found.runs[0].title or "Two sides",
+        title=_title(found),
         sentence=sentence,
         status="ok",
-        who=[_person_line(found, k) for k in range(len(found.runs))],
+        verdict=verdict_of(found),
+        good=True,
+        who=[_person_line(gait, found) for gait in (gaits[:1] if found.sides else gaits)],
         notes=_notes(found),
         key=[(gait.name, colour_of(found, k)) for k, gait in enumerate(gaits)],
         footer="Angles in degrees; coordinates and signs are OpenSim's. Curves are in compare.csv.",
@@ -78,15 +88,14 @@ def compare_html(found: RunComparison, provenance: Mapping[str, Any]) -> str:
 
 def colour_of(found: RunComparison, k: int) -> str:
     """Return the colour of a gait or side."""
-    return STROKES["rl"[k]] if found.sides else COLOURS[k % len(COLOURS)]
+    return STROKES[found.gaits[k].side] if found.sides else COLOURS[k % len(COLOURS)]
 
 
 def measure_section(found: RunComparison) -> Section:
     """Return the measures of the runs, and their differences from the first."""
     rows = []
     for label, unit, key, digits in TABLE:
-        values = [run.figures.get(key) for run in found.runs]
-        known = [float(v) if isinstance(v, int | float) else None for v in values]
+        known = [gait.figure(key) for gait in found.gaits]
         if all(value is None for value in known):
             continue
         row = [label, *(rounded_text(value, digits) for value in known)]
@@ -112,8 +121,8 @@ def overlay_section(found: RunComparison, title: str, ending: str) -> Section:
     text += "first exceeds its 95 % band."
     if who is not None:
         text += f" Grey band: mean ± 1 SD of {who[0].people}. {who[0].citation}".rstrip() + "."
-    grid = [[_cell(found, name, ending, overlay) for name in level] for level in LEVELS]
-    return Section(f"{title}: angles", text=text, grid=[PLANES, *grid], sheet=found.sides)
+    grid = grid_of(_cells(found, ending, overlay))
+    return Section(f"{title}: angles", text=text, grid=grid, sheet=found.sides)
 
 
 def difference_section(found: RunComparison, title: str, ending: str) -> Section:
@@ -122,15 +131,14 @@ def difference_section(found: RunComparison, title: str, ending: str) -> Section
         "Difference of the mean curves; band: 95 % confidence for the whole curve at once (random "
         "field theory as in statistical parametric mapping, Pataky 2010, J Biomech 43:1976). Where "
         "it excludes zero, these recordings differ. Cycles are assumed to be independent; "
-        "successive "
-        "strides are correlated, so the band is somewhat too narrow. It does not include variation "
-        "between days or marker placements, which is usually 2 to 5° between sessions "
-        "(McGinley et al. 2009, Gait & Posture 29:360)."
+        "successive strides of a trial are correlated, so the band is somewhat too narrow. It does "
+        "not include variation between days or marker placements, which is usually 2 to 5° between "
+        "sessions (McGinley et al. 2009, Gait & Posture 29:360)."
     )
     if any(each.half is None for table in found.differences.values() for each in table.values()):
         text += f" There is no band with fewer than {MIN_CYCLES} measured cycles."
-    grid = [[_cell(found, name, ending, difference) for name in level] for level in LEVELS]
-    return Section(f"{title}: differences", text=text, grid=[PLANES, *grid])
+    grid = grid_of(_cells(found, ending, difference))
+    return Section(f"{title}: differences", text=text, grid=grid)
 
 
 def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]:
@@ -195,11 +203,10 @@ def difference(found: RunComparison, name: str, height: int = 210) -> Figure:
     )  # fmt: skip
 
 
-def _cell(found: RunComparison, name: str, ending: str, draw) -> Figure | str:
-    if "_" not in name:
-        return name
-    full = f"{name}{ending}"
-    return draw(found, full, HEIGHT) if full in found.names else "Not available in all gaits."
+def _cells(found: RunComparison, ending: str, draw: Draw) -> dict[str, Figure]:
+    """Return the plots of all angles that every gait has."""
+    names = [name for name in NAMES if f"{name}{ending}" in found.names]
+    return {name: draw(found, f"{name}{ending}", HEIGHT) for name in names}
 
 
 def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
@@ -225,14 +232,10 @@ def _norm_of(found: RunComparison) -> tuple[Population, str] | None:
 
 def _notes(found: RunComparison) -> list[str]:
     """Return notes on conditions that affect the differences."""
-    notes, first = [], found.runs[0]
-    for gait, run in zip(found.gaits[1:], found.runs[1:], strict=False):
-        slow, fast = (
-            r.figures.get("walking_speed_m_s", r.figures.get("running_speed_m_s"))
-            for r in (first, run)
-        )
-        known = isinstance(slow, float) and isinstance(fast, float)
-        if known and abs(fast - slow) > MAX_SPEED_DIFFERENCE:
+    notes, first = [], found.gaits[0].runs[0]
+    for gait in () if found.sides else found.gaits[1:]:
+        run, slow, fast = gait.runs[0], _speed(found.gaits[0]), _speed(gait)
+        if slow is not None and fast is not None and abs(fast - slow) > MAX_SPEED_DIFFERENCE:
             notes.append(
                 f"{gait.name} has a speed of {fast:.2f} m/s, {found.gaits[0].name} of {slow:.2f} "
                 "m/s; "
@@ -249,6 +252,8 @@ def _notes(found: RunComparison) -> list[str]:
             notes.append(
                 f"{gait.name} was made by {run.kind}, {found.gaits[0].name} by {first.kind}."
             )
+    for name in found.omitted:
+        notes.append(f"{name} is omitted, because it shows no complete gait cycle.")
     for gait in found.gaits:
         if gait.exact:
             notes.append(
@@ -258,10 +263,27 @@ def _notes(found: RunComparison) -> list[str]:
     return notes
 
 
-def _person_line(found: RunComparison, k: int) -> str:
-    run = found.runs[k]
-    human, name = run.record.human, run.name if found.sides else found.gaits[k].name
+def _person_line(gait: Gait, found: RunComparison) -> str:
+    run = gait.runs[0]
+    human, name = run.record.human, run.name if found.sides else gait.name
+    if len(gait.runs) > 1:
+        name = ", ".join(one.name for one in gait.runs)
+        name = f"{len(gait.runs)} trials ({name})" if found.sides else f"{gait.name} ({name})"
     return f"{name}: {run.kind}, {human.height:.2f} m, {human.mass:.1f} kg"
+
+
+def _speed(gait: Gait) -> float | None:
+    walked = gait.figure("walking_speed_m_s")
+    return gait.figure("running_speed_m_s") if walked is None else walked
+
+
+def _title(found: RunComparison) -> str:
+    gaits, first = found.gaits, found.runs[0]
+    if not found.sides:
+        return f"{gaits[0].name} and {', '.join(gait.name for gait in gaits[1:])}"
+    if len(found.runs) == 1 and found.affected is None:
+        return first.title or "Two sides"
+    return f"{gaits[1].name[0].upper()}{gaits[1].name[1:]} and {gaits[0].name} side"
 
 
 def _count(gait: Gait, name: str) -> str:

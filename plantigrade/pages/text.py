@@ -1,6 +1,7 @@
 """Formatting of numbers and names on pages."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -117,3 +118,13 @@ def _flat(value: Any) -> str:
 def anchor(title: str) -> str:
     """Return the anchor of a section."""
     return "".join(c if c.isalnum() else "-" for c in title.lower()).strip("-")
+
+
+def unbroken(text: str) -> str:
+    r"""Return a text in which no line ends between a number and its unit.
+
+    Example:
+        >>> unbroken("a push of 100 N").endswith("100\N{NO-BREAK SPACE}N")
+        True
+    """
+    return re.sub(r"(?<=\d) (?=(?:N|BW|W|J|m|cm|mm|kg|s|ms|Hz|%|m/s|°)\b|[%°])", "\u00a0", text)

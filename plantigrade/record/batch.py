@@ -30,6 +30,7 @@ from plantigrade.record.tables import Kind, columns_of, write_tables
 KIND = "batch"
 """Kind of the folder."""
 ITEMS, CURVES, FAILED = "items.jsonl", "curves.jsonl", "failed.txt"
+PRINTED = ("batch.pdf", "study.pdf")  # pages printed after an earlier end of the batch
 TABLE, CURVE_TABLE = "batch", "curves"
 CURVE_COLUMNS: dict[str, Kind] = {
     **{"name": "word", "variable": "word", "unit": "word"},
@@ -238,7 +239,7 @@ class BatchFolder:
             replace_file(self.path / name, text)
         self.items.close()
         self.curves.close()
-        kept = [name for name in (ITEMS, CURVES) if (self.path / name).is_file()]
+        kept = [name for name in (ITEMS, CURVES, *PRINTED) if (self.path / name).is_file()]
         return self._write(found, [*written, *texts, *kept], {*folders, *self._numbers})
 
     def curve_means(self) -> Iterator[tuple[str, dict[str, Curve]]]:

@@ -127,7 +127,7 @@ def remove_stale_parts(folder: Path) -> None:
             shutil.rmtree(place, ignore_errors=True)
 
 
-def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
+def replace_files(folder: str | Path, files: Mapping[str, str | bytes]) -> list[Path]:
     """Replace single files of a folder, each whole or not at all; return their paths.
 
     Files that are new to the folder join the list in its ``metrics.json``.
@@ -142,20 +142,20 @@ def replace_files(folder: str | Path, files: Mapping[str, str]) -> list[Path]:
         known = sorted({*known, *files})
         files = {**files, METRICS: metrics_json({**metrics, "files": known}) + "\n"}
     written = []
-    for name, text in files.items():
-        path = replace_file(Path(folder) / name, text)
+    for name, content in files.items():
+        path = replace_file(Path(folder) / name, content)
         if name != METRICS:
             written.append(path)
     return written
 
 
-def replace_file(path: Path, text: str) -> Path:
+def replace_file(path: Path, content: str | bytes) -> Path:
     """Write a file, whole or not at all, and return its path.
 
     Raises:
         FileError: If it cannot be written.
     """
-    write_bytes(path, _encoded(text))
+    write_bytes(path, _encoded(content) if isinstance(content, str) else content)
     return path
 
 

@@ -236,7 +236,7 @@ def live(
         result = made.run()
     except Exception:
         raise failed[0] from None
-    ended = f"the session ended by a fault ({type(failed[0]).__name__}: {failed[0]})"
+    ended = f"the session ended with a fault ({type(failed[0]).__name__}: {failed[0]})"
     return replace(result, status=ended)
 
 

@@ -235,21 +235,22 @@ def run_of(
         replace(record, references=references, notes=notes),
         "simulate",
         title=f"{begin.name}, simulated",
-        sentence=_sentence(begin, how, world, record, word, mismatch.summary),
+        sentence=_sentence(begin, how, record, word, mismatch.summary),
         status=status,
         figures=figures,
-        provenance=_with_numbers(begin.provenance, controller),
+        provenance=_with_numbers(begin.provenance, world, controller),
         seconds={"simulate": seconds},
         name=f"simulate-{begin.name}",
     )
 
 
-def _with_numbers(provenance: Provenance, controller: Controller) -> Provenance:
-    """Return where a run comes from, with every number of its controller among the settings."""
-    if not is_dataclass(controller.settings):
-        return provenance
-    numbers = {each.name: each.value for each in numbers_of(controller.settings)}
-    return replace(provenance, settings={**provenance.settings, "controller_settings": numbers})
+def _with_numbers(provenance: Provenance, world: World, controller: Controller) -> Provenance:
+    """Return where a run comes from, with its rates and the numbers of its controller."""
+    settings = {**provenance.settings, "rate": world.rate, "control_rate": world.control_rate}
+    if is_dataclass(controller.settings):
+        numbers = {each.name: each.value for each in numbers_of(controller.settings)}
+        settings["controller_settings"] = numbers
+    return replace(provenance, settings=settings)
 
 
 def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]:
@@ -303,18 +304,16 @@ def _passed(record: Record) -> tuple[str, ...]:
         return ()
     far = 100.0 * spare(record)
     if touched(record):
-        return (f"It hit the barrier, up to {-far:.1f} cm deep in the skin.",)
-    return (Info(f"It passed the barrier {far:.1f} cm away."),)
+        return (f"The person hit the barrier, which pressed {-far:.1f} cm into the skin.",)
+    return (Info(f"The person passed the barrier at a distance of {far:.1f} cm."),)
 
 
-def _sentence(
-    begin: Start, how: SimulateSettings, world: World, record: Record, word: str, mismatch: str
-) -> str:
+def _sentence(begin: Start, how: SimulateSettings, record: Record, word: str, mismatch: str) -> str:
     human = begin.human
     what = "A person" if begin.motion is None else f"The person of {begin.name}"
     given = how.options
     asked = ", ".join(f"{n} {given[n]}" for n in ("speed", "path", "stoop") if n in given)
-    led = f", with {asked}" if asked else ""
+    led = f", {asked}" if asked else ""
     kinds = {"pushed": how.push, "pulled": how.rope, "hit": how.box}
     times = {1: "once", 2: "twice"}
     pushes = "".join(
@@ -326,7 +325,6 @@ def _sentence(
     pushes += (", on a shifting floor" if how.shift else "") + mismatch
     return (
         f"{what} of {human.height:.2f} m and {human.mass:.1f} kg with {human.model.nv} degrees of "
-        f"freedom and {human.feet} feet, moved by {word}{led}{pushes}: "
-        f"{record.motion.duration:.2f} s of physics at {world.rate:g} Hz, "
-        f"commands at {world.control_rate:g} Hz."
+        f"freedom and {human.feet} feet, simulated for {record.motion.duration:.2f} s with the "
+        f"controller {word}{led}{pushes}."
     )

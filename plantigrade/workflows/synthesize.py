@@ -249,12 +249,7 @@ def run_of(
         figures: Further figures.
     """
     record, name = solution.record(strides=strides), solution.task.name
-    stages = {s.solver for s in solution.stages}
-    solver = "IPOPT" if stages == {"ipopt"} else "the banded interior point"
-    made = (
-        f"generated from the task by {solver} "
-        f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
-    )
+    made = "generated from the task alone"
     what = f"{name} ({words})" if words else name
     every = solver_figures(solution) | dict(figures or {})
     origin, seconds, broken = origin or Origin(), {"solve": solution.seconds}, solution.violations

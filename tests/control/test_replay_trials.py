@@ -64,9 +64,9 @@ def test_a_certificate_is_one_sentence():
         "replay_push_back_n": 100.0,
     }
     assert certified(held) == (
-        "In simulation it stays upright, 1.2° off the motion and 4 cm beside its path at the end; "
-        "on the way it withstands a push of 50 N for 0.2 s in every direction tried."
+        "In simulation the person stays upright, 1.2° off the motion and 4 cm beside its path "
+        "at the end; on the way it withstands a push of 50 N for 0.2 s in every direction tried."
     )
     assert "not every push of 50 N (weakest: left)" in certified(held | {"replay_push_left_n": 0.0})
     fell = certified(held | {"replay_survived": False})
-    assert fell == "In simulation it falls after 2.00 s."
+    assert fell == "In simulation the person falls after 2.00 s."

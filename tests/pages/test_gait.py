@@ -9,7 +9,8 @@ from plantigrade.analyze import norms
 from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.charts.theme import DOTTED
-from plantigrade.pages.run_pages import headline_figures, pages, strip_of
+from plantigrade.pages.headline import headline_figures
+from plantigrade.pages.run_pages import pages, strip_of
 from plantigrade.pages.scene import assumed_bodies, build_scene
 from plantigrade.pages.section import Subject, draw_all
 from plantigrade.pages.sections import SECTIONS

@@ -148,7 +148,7 @@ def test_a_motion_without_frames_is_refused(record):
 
 def test_a_failed_status_is_shown(record):
     failed = replace(fitted(record), status="did not converge")
-    assert '<span class="badge">did not converge</span>' in report_html(failed)
+    assert "The body does not fit this recording: did not converge." in report_html(failed)
 
 
 def test_an_engine_may_add_a_section(record):

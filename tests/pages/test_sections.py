@@ -11,7 +11,8 @@ from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.contact.site import PUSH_PART, ContactSite
 from plantigrade.motion.resample import resampled
-from plantigrade.pages.run_pages import headline_figures, run_viewer
+from plantigrade.pages.headline import headline_figures
+from plantigrade.pages.run_pages import run_viewer
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.section import Subject, draw_all
 from plantigrade.pages.sections import SECTIONS
@@ -68,7 +69,7 @@ def test_a_simulation_begins_with_what_became_of_it(record):
     run = replace(fitted(record), kind="simulate", figures={**told, "fell_at_s": 2.5})
     facts = headline_figures(Subject(run))
     assert facts == {
-        "fell at": "2.50 s", "speed": "1.23 m/s", "steps": "7",
+        "fell": "at 2.50 s", "speed": "1.23 m/s", "steps": "7",
         "distance from path, maximum": "0.86 m",
     }  # fmt: skip
     (group,) = (g for g in sections(run)["Other figures"].groups if g.title == "Simulation")

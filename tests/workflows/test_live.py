@@ -97,7 +97,7 @@ def test_what_was_simulated_before_a_fault_is_not_lost(monkeypatch):
         return StablePD(state.human.standing()[7:])
 
     run = live(controller=breaks_late, open=False, port=8473, tell=lambda _: None, **SMALL)
-    assert "ended by a fault (ZeroDivisionError" in run.status and not run.ok
+    assert "ended with a fault (ZeroDivisionError" in run.status and not run.ok
     assert run.record.motion.duration > 0.05
 
     def show(page, stop):

@@ -64,8 +64,8 @@ class Styles:
             other = human if style.record is None else style.record.human
             if other.joint_names != human.joint_names:
                 raise ParameterError(
-                    f"{style.name} has {other.model.nv} degrees of freedom, the one who walks "
-                    f"{human.model.nv}: the joints and feet of both must be the same"
+                    f"{style.name} has {other.model.nv} degrees of freedom, the person who walks "
+                    f"has {human.model.nv}: the joints and feet of both must be the same"
                 )
         first = pendulum.reference.recorded
         self._walks = [Walk(own, first, pendulum.clearance), *(Walk.of(w) for w in walks)]

@@ -73,14 +73,14 @@ def walk_summary(
     }
     if not n:
         return Summary((), figures)
-    off = "" if median is None else f", {100 * median:.1f} cm from the planned footstep (median)"
+    off = "" if median is None else f", landing {100 * median:.1f} cm from the plan (median)"
     sentences = [
-        f"Walked at {speed:.2f} m/s, the recording at {recorded:.2f} m/s; ended "
-        f"{100 * abs(lateral_offset):.0f} cm {side} of its line. "
+        f"The person walked at {speed:.2f} m/s, in the recording at {recorded:.2f} m/s, and ended "
+        f"{100 * abs(lateral_offset):.0f} cm to the {side} of the straight line. "
         f"{n} step{'s' if n > 1 else ''}{off}."
     ]
     if shortened:
-        sentences.append(f"Footsteps shortened to what legs reach: {shortened}.")
+        sentences.append(f"Steps shortened to what the legs reach: {shortened}.")
     return Summary(tuple(sentences), figures)
 
 
@@ -102,15 +102,16 @@ def command_summary(
     sentences = []
     if speed is not None and speed[0] > 0.0:
         sentences.append(
-            f"At the end the commanded speed was {speed[0]:.2f} m/s, the mean speed {speed[1]:.2f}."
+            f"At the end the person walked at {speed[1]:.2f} m/s; {speed[0]:.2f} m/s was commanded."
         )
     if deviation is not None:
-        sentences.append(f"It kept within {100 * deviation:.0f} cm of its path.")
+        sentences.append(f"The person kept within {100 * deviation:.0f} cm of the path.")
     if isinstance(path, Waypoints) and (points := len(path.points) - 1) > path.passed:
         sentences.append(
-            f"It did not reach the end of its path: points passed, {path.passed} of {points}."
+            f"The person did not reach the end of the path: {path.passed} of {points} points "
+            "passed."
         )
-    sentences += [f"It stood from {start:.1f} to {end:.1f} s." for start, end in stops]
+    sentences += [f"The person stood from {start:.1f} to {end:.1f} s." for start, end in stops]
     return tuple(sentences)
 
 

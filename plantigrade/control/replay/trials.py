@@ -170,7 +170,7 @@ def certificate(record: Record) -> dict[str, Any]:
 def certified(figures: dict[str, Any]) -> str:
     """Return the certificate of a motion in one sentence."""
     if not figures["replay_survived"]:
-        return f"In simulation it falls after {figures['replay_seconds']:.2f} s."
+        return f"In simulation the person falls after {figures['replay_seconds']:.2f} s."
     pushes = [v for k, v in figures.items() if k.startswith("replay_push_")]
     weakest = min(pushes)
     way = next(
@@ -183,6 +183,6 @@ def certified(figures: dict[str, Any]) -> str:
     )
     off, beside = figures["replay_error_rms_deg"], 100.0 * figures["replay_off_path_end_m"]
     return Info(
-        f"In simulation it stays upright, {off:.1f}° off the motion and "
+        f"In simulation the person stays upright, {off:.1f}° off the motion and "
         f"{beside:.0f} cm beside its path at the end; on the way it withstands {held}."
     )

@@ -1,5 +1,7 @@
 """Clinical report sheet: angles of five levels in three planes, scores and symmetry."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
@@ -15,17 +17,16 @@ from plantigrade.record.signal_registry import SIGNALS
 
 TITLE = SIGNALS["norms.mean"].section
 PLANES = ("sagittal plane", "frontal plane", "transverse plane")
-HINGE_KNEE = "The knee of this model is a hinge."
 LEVELS = (
     ("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     ("hip_flexion", "hip_adduction", "hip_rotation"),
-    ("knee_angle", HINGE_KNEE, HINGE_KNEE),
-    ("ankle_angle", "subtalar_angle", "The ankle of this model does not rotate."),
+    ("knee_angle", "", ""),
+    ("ankle_angle", "subtalar_angle", ""),
     ("mtp_angle", "", "foot_progression"),
 )
-"""Pelvis, hip, knee, ankle and foot: the coordinate of each plane, or a text if there is none."""
-NAMES = tuple(name for level in LEVELS for name in level if "_" in name)
-NO_MOTION = "This angle of the model does not move."
+"""Pelvis, hip, knee, ankle and foot: the coordinate of each plane; empty if there is none."""
+NAMES = tuple(name for level in LEVELS for name in level if name)
+BLANK = " Blank: the model has no such angle; its knee is a hinge."
 OWN_SIDE = {
     "pelvis_list": "own side up ← [°] → down",
     "pelvis_rotation": "own side back ← [°] → front",
@@ -54,9 +55,6 @@ def clinical_section(subject: Subject) -> list[Section]:
                 y_label=OWN_SIDE.get(name, ""),
                 height=FIGURE_HEIGHT,
             )
-    rows = [
-        [drawn.get(cell, NO_MOTION) if "_" in cell else cell for cell in level] for level in LEVELS
-    ]
     shown = [c for name in drawn for c in chosen(percent, subject.clinical_angles, (name,), "°")]
     caption = (
         "From heel strike (0 %) to the next heel strike of the same foot (100 %). Pelvis: over the "
@@ -64,12 +62,22 @@ def clinical_section(subject: Subject) -> list[Section]:
     )
     if marks and ticks:
         caption += " Short lines at the top: foot off and heel strike of the other foot."
+    caption += BLANK
     cells_of_symmetry = cycle_caption(caption, shown, subject, list(drawn))
     beside = "recorded" in record.references
-    sheet = not beside and "check.quantity" not in record.signals
-    return [
-        Section(TITLE, text=cells_of_symmetry, grid=[PLANES, *rows], sheet=sheet, folded=beside)
-    ]
+    others = {"check.quantity", "world.push"} & record.signals.keys()  # results that come first
+    sheet = not beside and not others
+    return [Section(TITLE, text=cells_of_symmetry, grid=grid_of(drawn), sheet=sheet, folded=beside)]
+
+
+def grid_of(drawn: Mapping[str, Figure]) -> list[Sequence[Figure | str]]:
+    """Return plots by level and plane under a row of headings; levels without a plot are left out.
+
+    Args:
+        drawn: The plots by coordinate.
+    """
+    rows = [[drawn.get(name, "") for name in level] for level in LEVELS]
+    return [PLANES, *(row for row in rows if any(row))]
 
 
 def opposite_events(subject: Subject) -> list[tuple[float, str]]:

@@ -2,6 +2,10 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import LOADED_JOINTS, known_above, nothing_measured
@@ -13,6 +17,7 @@ from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, tit
 from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.sections.pushes import LEGEND, push_shades
 from plantigrade.record.signal_registry import SIGNALS
 
 OTHERS = (
@@ -34,6 +39,7 @@ FORCES = {
     "left": "ground_force_sideways",
 }
 OPEN_PANELS, MAX_PANELS = 9, 24  # panels of joint angles over time: unfolded, and in total
+FLAT = 3.0  # range below which an angle over time is folded away [°]
 
 
 @dataclass(frozen=True)
@@ -68,14 +74,27 @@ def angle_section(subject: Subject) -> list[Section]:
     )
     text = "Joint angles over time, because there is no complete gait cycle."
     text += _marking_legend(any(p.hatched for p in panels), any(p.dotted for p in panels))
-    found = [Section("Joint angles", _over_time(panels[:OPEN_PANELS], motion.time), text=text)]
-    if len(panels) > OPEN_PANELS:
-        text = "Plotted as above."
-        if len(panels) > MAX_PANELS:
-            text += f" All joints are in motion.mot; {MAX_PANELS} are drawn."
-        others = _over_time(panels[OPEN_PANELS:MAX_PANELS], motion.time)
-        found.append(Section("Other joint angles", others, text=text, folded=True))
+    shades = push_shades(subject)
+    text += LEGEND if shades else ""
+    panels = sorted(panels, key=_is_flat)  # stable: those that move keep their order
+    first = [panel for panel in panels if not _is_flat(panel)][:OPEN_PANELS]
+    others, drawn = panels[len(first) :], partial(_over_time, time=motion.time, shades=shades)
+    found = [Section("Joint angles", drawn(first), text=text)] if first else []
+    if others:
+        small = f"None of these joints moves through more than {FLAT:g}°." if not first else ""
+        shown = others[: MAX_PANELS - len(first)]
+        if len(shown) < len(others):
+            small += f" All joints are in motion.mot; {len(first) + len(shown)} are drawn."
+        text = f"{text if not first else 'Plotted as above.'} {small}".strip()
+        title = "Other joint angles" if first else "Joint angles"
+        found.append(Section(title, drawn(shown), text=text, folded=True))
     return found
+
+
+def _is_flat(panel: Panel) -> bool:
+    """Return whether no angle of a panel moves visibly."""
+    known = [values[np.isfinite(values)] for values in panel.curves.values()]
+    return all(np.ptp(values) < FLAT for values in known if values.size)
 
 
 def other_angle_section(subject: Subject) -> list[Section]:
@@ -88,7 +107,7 @@ def other_angle_section(subject: Subject) -> list[Section]:
     return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
-def _over_time(panels: Sequence[Panel], time: Array, **options: bool) -> list[Figure]:
+def _over_time(panels: Sequence[Panel], time: Array, **options: Any) -> list[Figure]:
     return [Figure(panel_plot(panel, time, **options)) for panel in panels]
 
 
@@ -129,7 +148,7 @@ def moment_section(subject: Subject) -> list[Section]:
         missing = "no force was measured separately for a foot, so joint moments are unknown."
         return [Section(title, missing=missing)]
     legs = [p for p in panels if p.name.removesuffix("_moment") in LEG] or panels[:12]
-    figures = _over_time(legs, record.motion.time, zero=True)
+    figures = _over_time(legs, record.motion.time, zero=True, shades=push_shades(subject))
     return [Section(title, figures, text=what.format(" over time") + ".", folded=True)]
 
 
@@ -154,7 +173,8 @@ def power_section(subject: Subject) -> list[Section]:
         if without_side(name) in POWER_JOINTS:
             power = record.torque(name) * record.motion.velocity(name) / record.human.mass
             powers[f"{name}_power [W/kg]"] = known_above(record, name) * power
-    figures = _over_time(panels_of(powers), record.motion.time, zero=True)
+    shades = push_shades(subject)
+    figures = _over_time(panels_of(powers), record.motion.time, zero=True, shades=shades)
     text = "Joint moment times angular velocity, per kilogram of body mass."
     return [Section("Joint powers over time", figures, text=text, folded=True)]
 

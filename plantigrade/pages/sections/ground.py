@@ -13,6 +13,7 @@ from plantigrade.contact.site import PUSH_PART, TOUCH_PART, ContactSite
 from plantigrade.motion.filters import runs
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.sections.pushes import push_shades
 from plantigrade.pages.shapes import Shape, foot_bodies, shapes_of, silhouette
 from plantigrade.record import Record
 
@@ -27,7 +28,8 @@ def ground_section(subject: Subject) -> list[Section]:
     record, (total, cop) = subject.forces, subject.side_forces
     if total is None or not np.any(total):
         return [Section(TITLE, missing="no ground reaction was measured or computed.")]
-    figures = [Figure(_over_time(record, total, axis)) for axis in AXES]
+    shades = push_shades(subject)
+    figures = [Figure(_over_time(record, total, axis, shades)) for axis in AXES]
     text = (
         "Ground reaction on each foot, divided by body weight "
         f"(BW, {record.weight:.0f} N). Forward is negative while the foot brakes and positive "
@@ -63,7 +65,7 @@ def foot_prints(record: Record, total: Float[Array, "n 3 3"]) -> list[Outline]:
     return outlines
 
 
-def _over_time(record: Record, total: Array, axis: int) -> str:
+def _over_time(record: Record, total: Array, axis: int, shades: list) -> str:
     series = []
     others = " and ".join(_said(site) for site in record.sites if not site.side)
     for row, (side, name) in enumerate({**NAMES, "": others or NAMES[""]}.items()):
@@ -77,6 +79,7 @@ def _over_time(record: Record, total: Array, axis: int) -> str:
         y_label="[BW]",
         zero=True,
         least=SPAN["BW"],
+        shades=shades,
     )
 
 

@@ -9,6 +9,7 @@ from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDES
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.sections.pushes import push_shades
 from plantigrade.pages.shapes import foot_bodies
 
 
@@ -28,15 +29,17 @@ def path_section(subject: Subject) -> list[Section]:
     right = path_plot(
         _paths(feet, com, 2), title="From the right", y_label="height [m]", ground=True
     )
+    shades = push_shades(subject)
     height = 1000 * (com[:, 2] - com[:, 2].mean())
     figures = [
         Figure(above, sway if record.motion.events else "", wide=True),
         Figure(right, scale, wide=True),
-        _over_time(time, height, "Centre of mass, height", "above its mean [mm]"),
+        _over_time(time, height, "Centre of mass, height", "above its mean [mm]", shades),
     ]
     if len(time) > 2:
         speed = np.linalg.norm(np.gradient(com[:, :2], time, axis=0), axis=1)
-        figures.append(_over_time(time, speed, "Centre of mass, horizontal speed", "[m/s]"))
+        title = "Centre of mass, horizontal speed"
+        figures.append(_over_time(time, speed, title, "[m/s]", shades))
     return [Section("Paths of the centre of mass and the feet", figures, folded=True)]
 
 
@@ -45,6 +48,6 @@ def _paths(feet: list, com: Array, axis: int) -> list[Series]:
     return [*paths, Series(com[:, 0], com[:, axis], "centre of mass", STROKE_MIDDLE, 2.2)]
 
 
-def _over_time(time: Array, values: Array, title: str, label: str) -> Figure:
+def _over_time(time: Array, values: Array, title: str, label: str, shades: list) -> Figure:
     series = [Series(time, values, "", STROKE_MIDDLE, 2.0)]
-    return Figure(line_plot(series, title=title, y_label=label, width=520))
+    return Figure(line_plot(series, title=title, y_label=label, width=520, shades=shades))
