@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.constants import SIDES
+from plantigrade.models import Human
 from plantigrade.motion.resample import resampled
 from plantigrade.pages.playback import part_of
 from plantigrade.pages.scene import assumed_bodies, check, nearest, scene_model
@@ -134,6 +135,8 @@ def strip_of(
     view: str = "side",
     start: float | None = None,
     stop: float | None = None,
+    solids: bool = False,
+    x_ray: bool = False,
 ) -> str:
     """Return the picture strip of a run, over one right gait cycle if there is one.
 
@@ -144,6 +147,8 @@ def strip_of(
         view: One of :data:`~plantigrade.pages.camera.VIEWS`.
         start: First instant [s]; with neither ``start`` nor ``stop``, as above.
         stop: Last instant [s].
+        solids: Whether the solids that physics sees are drawn in place of the skin.
+        x_ray: Whether the bones of the feet are seen through the skin.
 
     Raises:
         ParameterError: If there is no such part or view.
@@ -172,6 +177,8 @@ def strip_of(
         background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
         view=view,
+        human=None if solids or type(record.human) is not Human else record.human,
+        x_ray=x_ray,
         **forces,
     )
 
