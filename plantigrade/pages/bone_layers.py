@@ -13,13 +13,13 @@ from plantigrade.pages.tones import RIM_TONE, tone, two_tones
 from plantigrade.skin import foot_bones
 from plantigrade.spatial.conventions import rotation_matrix
 
-GRAIN, SKIN_GRAIN = 0.001, 0.002
+GRAIN, SKIN_GRAIN = 0.0012, 0.002
 """Step of the grids on which outlines of bones, and of the skin about them, are found [m]."""
 LIGHT = np.array([-0.0022, -0.0018])
 """Offset of the lit tone of a bone: to the left and up [m]. Chosen."""
 RIM, SKIN_RIM = 0.0014, 0.003
 """Width of the rim of a bone and of the skin [m], half of it outside."""
-POINTS = 16
+POINTS = 14
 """Control points of the outline of a bone."""
 VEIL = 0.26
 """Opacity of the skin before bones. Chosen."""
@@ -81,7 +81,7 @@ def veil(
     for part in PARTS:
         if part.name not in (f"foot_{side}", f"shank_{side}"):
             continue
-        outlines, _ = figure.outlines(part, centre, camera, SKIN_GRAIN, finer=2)
+        outlines, _ = figure.outlines(part, centre, camera, SKIN_GRAIN)
         name = f"{prefix}{part.name}"
         defined.append(clock.path(spline_data(outlines, per_metre=per_metre), f'id="{name}"'))
         rims.append(f'<use href="#{name}"/>')

@@ -10,41 +10,45 @@ from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float, Int
 
-FILL_STEP = 0.7
-"""Distance of the points that fill a triangle, in steps of the grid: no gaps. Chosen."""
+FILL_STEP = 1.0
+"""Distance of the points that fill a triangle, in steps of the grid. Chosen."""
 LEVEL = 0.4
 """Level of the smoothed mask on the border; below one half, which makes up for the spline's
 shrinking at bends. Chosen."""
 MARGIN = 3
 """Empty cells about a mask."""
 
+_NONE, _TOP, _RIGHT, _BOTTOM, _LEFT = -1, 0, 1, 2, 3
 # From which side of a cell to which a border goes, by the corners inside: bits 1, 2, 4, 8 for upper
-# left, upper right, lower right, lower left. Sides 0 to 3 are top, right, bottom, left.
-_TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
-_WAYS = {
-    1: ((_LEFT, _TOP),), 2: ((_TOP, _RIGHT),), 3: ((_LEFT, _RIGHT),), 4: ((_RIGHT, _BOTTOM),),
-    5: ((_LEFT, _TOP), (_RIGHT, _BOTTOM)), 6: ((_TOP, _BOTTOM),), 7: ((_LEFT, _BOTTOM),),
-    8: ((_BOTTOM, _LEFT),), 9: ((_BOTTOM, _TOP),), 10: ((_TOP, _RIGHT), (_BOTTOM, _LEFT)),
-    11: ((_BOTTOM, _RIGHT),), 12: ((_RIGHT, _LEFT),), 13: ((_RIGHT, _TOP),), 14: ((_TOP, _LEFT),),
-}  # fmt: skip
+# left, upper right, lower right, lower left. Two cases have a second border.
+_FROM = np.array([_NONE, _LEFT, _TOP, _LEFT, _RIGHT, _LEFT, _TOP, _LEFT, _BOTTOM, _BOTTOM, _TOP,
+                  _BOTTOM, _RIGHT, _RIGHT, _TOP, _NONE])  # fmt: skip
+_TO = np.array([_NONE, _TOP, _RIGHT, _RIGHT, _BOTTOM, _TOP, _BOTTOM, _BOTTOM, _LEFT, _TOP, _RIGHT,
+                _RIGHT, _LEFT, _TOP, _LEFT, _NONE])  # fmt: skip
+_SECOND = {5: (_RIGHT, _BOTTOM), 10: (_BOTTOM, _LEFT)}
 
 
-def silhouette(
-    points: Float[Array, "n 2"], faces: Int[Array, "n_faces 3"], count: int, grain: float
-) -> Float[Array, "count 2"]:
-    """Return the outline of projected triangles as control points of a closed spline.
+def silhouettes(
+    points: Float[Array, "n n_points 2"], faces: Int[Array, "n_faces 3"], count: int, grain: float
+) -> Float[Array, "n count 2"]:
+    """Return outlines of projected triangles as control points of closed splines, frame by frame.
 
-    The longest border is taken: of several pieces the largest, and holes do not count.
+    Triangles that face away, clockwise seen from the reader, are left out. The longest border is
+    taken: of several pieces the largest, and holes do not count.
 
     Args:
-        points: Projected vertices [m].
+        points: Projected vertices in every frame [m].
         faces: Triangles.
         count: Number of control points.
         grain: Step of the grid [m].
     """
-    mask, low = _filled(points[faces], grain)
-    border = _longest(_borders(gaussian_filter(mask.astype(float), 1.0) - LEVEL))
-    return _controls(_resampled(low + grain * border, count))
+    masks, low = _filled(points[:, faces], grain)
+    values = gaussian_filter(masks.astype(np.float32), (0.0, 1.0, 1.0)) - LEVEL
+    found = []
+    for each, place in zip(values, low, strict=True):
+        border = max(_borders(each), key=lambda curve: len(curve))
+        found.append(_controls(_resampled(place + grain * border, count)))
+    return aligned(np.array(found))
 
 
 def aligned(outlines: Float[Array, "n count 2"]) -> Float[Array, "n count 2"]:
@@ -80,23 +84,25 @@ def _pair(values: Int[Array, " 2"]) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
-def _filled(corners: Float[Array, "n_faces 3 2"], grain: float) -> tuple[Array, Array]:
-    """Return the mask of triangles and the place of its first cell."""
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    needed = np.maximum(1.0, sides / (FILL_STEP * grain))
-    parts = (2 ** np.ceil(np.log2(needed))).astype(
-        int
-    )  # a few sizes: triangles are filled together
-    low = corners.min(axis=(0, 1)) - MARGIN * grain
-    size = np.ceil((corners.max(axis=(0, 1)) - low) / grain).astype(int) + MARGIN + 1
-    mask = np.zeros(size[::-1], dtype=bool)
-    for k in np.unique(parts):
+def _filled(corners: Float[Array, "n n_faces 3 2"], grain: float) -> tuple[Array, Array]:
+    """Return masks of triangles, ``(n, rows, columns)``, and the places of their first cells."""
+    low = corners.min(axis=(1, 2)) - MARGIN * grain
+    cells = (corners - low[:, None, None]) / grain
+    sides = np.abs(cells - np.roll(cells, 1, axis=2)).max(axis=(2, 3)) * np.sqrt(2.0)
+    parts = (2 ** np.ceil(np.log2(np.maximum(1.0, sides / FILL_STEP)))).astype(int)
+    columns, rows = np.ceil(cells.max(axis=(0, 1, 2))).astype(int) + MARGIN + 1
+    masks = np.zeros(len(corners) * rows * columns, dtype=bool)
+    frame = np.broadcast_to(np.arange(len(corners))[:, None], parts.shape)
+    a, b, c = (cells[:, :, corner] for corner in range(3))
+    across = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
+    parts[across > 0.0] = 0  # they face away, and others lie before them
+    for k in np.unique(parts[parts > 0]):  # a few sizes: triangles of one size are filled together
         i, j = np.triu_indices(k + 1)
         shares = np.stack([i, j - i, k - j], axis=1) / k
-        places = shares @ ((corners[parts == k] - low) / grain)
-        column, row = np.round(places).astype(int).reshape(-1, 2).T
-        mask[row, column] = True
-    return mask, low
+        own = parts == k
+        column, row = np.rint(shares @ cells[own]).astype(int).transpose(2, 0, 1)
+        masks[((frame[own] * rows)[:, None] + row) * columns + column] = True
+    return masks.reshape(len(corners), rows, columns), low
 
 
 def _borders(values: Float[Array, "rows columns"]) -> list[Float[Array, "n 2"]]:
@@ -105,13 +111,15 @@ def _borders(values: Float[Array, "rows columns"]) -> list[Float[Array, "n 2"]]:
     upper, lower = inside[:-1].astype(int), inside[1:].astype(int)
     kinds = upper[:, :-1] + 2 * upper[:, 1:] + 4 * lower[:, 1:] + 8 * lower[:, :-1]
     width = 2 * values.shape[1]
-    after: dict[int, int] = {}
-    for row, column in np.argwhere((kinds > 0) & (kinds < 15)).tolist():
-        first = row * width + 2 * column
-        # An edge of the grid has the number of its first node, twice, and one more if vertical.
-        side = (first, first + 3, first + width, first + 1)
-        for start, end in _WAYS[int(kinds[row, column])]:
-            after[side[start]] = side[end]
+    row, column = np.nonzero((kinds > 0) & (kinds < 15))
+    kind, first = kinds[row, column], row * width + 2 * column
+    # An edge of the grid has the number of its first node, twice, and one more if upright.
+    side = np.array([0, 3, width, 1])
+    starts, ends = first + side[_FROM[kind]], first + side[_TO[kind]]
+    for both, (start, end) in _SECOND.items():
+        twice = first[kind == both]
+        starts, ends = np.append(starts, twice + side[start]), np.append(ends, twice + side[end])
+    after = dict(zip(starts.tolist(), ends.tolist(), strict=True))
     curves = []
     while after:
         start, here = after.popitem()
@@ -130,10 +138,6 @@ def _crossings(values: Array, edges: Int[Array, " n"], width: int) -> Float[Arra
     first, second = values[row, column], values[row + upright, column + 1 - upright]
     share = first / (first - second)
     return np.stack([column + share * (1 - upright), row + share * upright], axis=1)
-
-
-def _longest(curves: list[Float[Array, "n 2"]]) -> Float[Array, "n 2"]:
-    return max(curves, key=lambda curve: len(curve))
 
 
 def _resampled(curve: Float[Array, "n 2"], count: int) -> Float[Array, "count 2"]:

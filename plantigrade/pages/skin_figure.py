@@ -10,7 +10,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.models import Human
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import assumed_bodies
-from plantigrade.pages.silhouette import aligned, silhouette
+from plantigrade.pages.silhouette import silhouettes
 from plantigrade.record import Record
 from plantigrade.skin import Skin
 from plantigrade.skin.dressed import DressedMesh, dressed_mesh
@@ -50,6 +50,7 @@ class Part:
         return self.name.startswith("foot")
 
 
+HEAD_BONES = ("head", "upper_neck", "lower_neck", "thorax", "clavicle_r", "clavicle_l")
 FOOT_BONE_NAMES = ("foot", "heel", "lateral_metatarsal", "medial_phalanges", "lateral_phalanges")
 
 
@@ -68,7 +69,7 @@ def _both(name: str, limb: str, bones: tuple[str, ...], material: str, count: in
 
 
 PARTS = (
-    Part("head", "trunk", ("head", "upper_neck", "lower_neck"), ("skin", "eye", "iris"), 32),
+    Part("head", "trunk", HEAD_BONES, ("skin", "eye", "iris"), 34),
     Part("shirt", "trunk", (), ("shirt",), 36, garment=True),
     *_both("shorts", "leg", (), "shorts", 26),
     *_both("thigh", "leg", ("femur0", "femur", "knee"), "skin", 18),
@@ -149,7 +150,7 @@ class SkinFigure:
         return float(share.mean()) > 0.5
 
     def outlines(
-        self, part: Part, centre: Float[Array, "n 3"], camera: Camera, grain: float, finer: int = 1
+        self, part: Part, centre: Float[Array, "n 3"], camera: Camera, grain: float
     ) -> tuple[Float[Array, "n count 2"], float]:
         """Return the outline of a part in every frame, and its mean distance towards the reader.
 
@@ -158,11 +159,10 @@ class SkinFigure:
             centre: Point at which the camera looks in each frame, world [m].
             camera: The camera.
             grain: Step of the grid on which the outline is found [m].
-            finer: Factor of the number of control points.
         """
         used, corners = np.unique(self.faces(part), return_inverse=True)
         vertices = self.vertices[:, used] - centre[:, None]
-        return outlines_of(vertices, corners.reshape(-1, 3), camera, finer * part.count, grain)
+        return outlines_of(vertices, corners.reshape(-1, 3), camera, part.count, grain)
 
 
 def skin_of(
@@ -196,5 +196,5 @@ def outlines_of(
         count: Control points of the outline.
         grain: Step of the grid on which the outline is found [m].
     """
-    found = [silhouette(points, faces, count, grain) for points in camera.project(vertices)]
-    return aligned(np.array(found)), float((vertices @ camera.towards).mean())
+    found = silhouettes(camera.project(vertices), faces, count, grain)
+    return found, float((vertices @ camera.towards).mean())

@@ -25,10 +25,9 @@ LIGHT = np.array([-0.009, -0.007])
 """Offset of the lit tone: to the left and up [m]. Chosen."""
 RIM = 0.007
 """Width of the rim of a limb [m], half of it outside."""
-FAR_TONE = 0.88
-"""Factor of the colour of limbs beyond the trunk. Chosen."""
-BEYOND = 0.04
-"""Distance behind the trunk from which a limb is darker [m]. Chosen."""
+FAR_TONE, BEYOND = 0.88, 0.08
+"""Factor of the colour of a limb that is farther than that of the other side, and by how much [m].
+Chosen."""
 GARMENT_AHEAD = 0.05
 """Distance by which a garment counts as nearer than what it covers [m]. Chosen."""
 SEEN_THROUGH = 0.34
@@ -72,14 +71,14 @@ def skin_layers(
         Layers, and left, top, right and bottom in drawing units.
     """
     drawn = [_drawn(figure, part, centre, camera) for part in PARTS]
-    trunk = next(each.depth for each in drawn if each.part.name == "shirt")
     limbs: dict[str, list[_Drawn]] = {}
     for each in drawn:
         limbs.setdefault(each.part.limb, []).append(each)
+    depths = {limb: float(np.mean([p.depth for p in parts])) for limb, parts in limbs.items()}
     layers = []
     for limb, parts in limbs.items():
-        depth = float(np.mean([each.depth for each in parts]))
-        far = FAR_TONE if depth < trunk - BEYOND and not colour else 1.0
+        depth, other = depths[limb], _other(limb)
+        far = FAR_TONE if depth < depths[other] - BEYOND else 1.0
         bones = ""
         if x_ray and limb.startswith("leg"):
             bones = "".join(
@@ -99,6 +98,12 @@ def skin_layers(
     ends = np.concatenate([each.outlines.reshape(-1, 2) for each in drawn]) * per_metre
     extent = (*ends.min(axis=0), *ends.max(axis=0))
     return [markup for _, markup in sorted(layers, key=lambda layer: layer[0])], extent
+
+
+def _other(limb: str) -> str:
+    """Return the limb of the other side; the trunk has none."""
+    sides = {"_r": "_l", "_l": "_r"}
+    return limb[:-2] + sides[limb[-2:]] if limb[-2:] in sides else limb
 
 
 def _drawn(figure: SkinFigure, part: Part, centre: Array, camera: Camera) -> _Drawn:
