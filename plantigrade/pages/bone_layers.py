@@ -113,7 +113,7 @@ def contact_dots(
         for contact in body.contacts:
             local = contact.position - [0.0, 0.0, contact.radius]
             at = camera.project(figure.positions[:, index] + turn @ local - centre)
-            data = [f"M{x} {y}h0" for x, y in np.round(at * per_metre).astype(int).tolist()]
+            data = [f"M{x} {y}l0 0" for x, y in np.round(at * per_metre).astype(int).tolist()]
             dots.append(clock.path(data))
     return (
         f'<g fill="none" stroke="{theme.FORCE}" stroke-linecap="round" '
