@@ -34,6 +34,10 @@ SKIN = {
     "skin": "#cc9a7b",
     "shirt": "#76839a",
     "shorts": "#262b36",
+    "sleeve_r": "#1e76ac",
+    "sleeve_l": "#bd6727",
+    "shorts_r": "#175377",
+    "shorts_l": "#7d4a23",
     "eye": "#ebebeb",
     "iris": "#1a1a1a",
 }

@@ -47,6 +47,10 @@ class Command(PrintOptions, Bounded):
     """View of the walker: right side, left side, front, back, or three-quarter front."""
     foot: Foot = "right"
     """Foot to show enlarged."""
+    solids: Flag = False
+    """Draw the solids that physics sees in place of the skin."""
+    x_ray: Flag = False
+    """Show the bones of the feet through the skin; those of the enlarged foot always show."""
     start: Seconds = None
     """First instant [s]."""
     stop: Seconds = None
@@ -115,6 +119,8 @@ class Command(PrintOptions, Bounded):
             rate=self.rate,
             speed=self.speed,
             height_px=self.height_px,
+            solids=self.solids,
+            x_ray=self.x_ray,
             title=title_of_run(run) if self.title is None else self.title,
         )
         facts = {"frames": picture.frames, "seconds": picture.seconds, "loop": picture.loop}
@@ -127,6 +133,8 @@ class Command(PrintOptions, Bounded):
         svg = strip_of(
             Subject(run),
             height_px=self.height_px,
+            solids=self.solids,
+            x_ray=self.x_ray,
             background="#f6f7f9",
             view=self.view,
             start=self.start,

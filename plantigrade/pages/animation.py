@@ -1,12 +1,14 @@
 """Animated picture of a motion: one SVG that plays wherever a page shows images.
 
 The file holds no script and asks for nothing, so that it also moves in a README. Every outline is
-one path whose data are animated (SMIL); limbs are drawn as silhouettes, far ones first. Beside the
-body stands its foot enlarged, bone by bone, with the force at each place that touches the ground.
+one path whose data are animated (SMIL), far ones first: parts of the dressed skin, or the solids
+where there is no skin. Beside the body stands its foot enlarged, its bones seen through the skin,
+with the force at each place that touches the ground.
 Who asks their system for less motion sees one instant.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -16,11 +18,14 @@ from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import interpolate, resampled
 from plantigrade.pages.animated_ground import stage
+from plantigrade.pages.bone_layers import bone_layers, contact_dots, veil
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
 from plantigrade.pages.outlines import arrows
 from plantigrade.pages.playback import FRAME_RATE, Playback, playback
 from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
+from plantigrade.pages.skin_figure import SkinFigure, skin_of
+from plantigrade.pages.skin_layers import skin_layers
 from plantigrade.pages.svg_animation import Clock
 from plantigrade.record import Record
 
@@ -67,6 +72,8 @@ def moving_picture(
     speed: float = 1.0,
     height_px: int = 420,
     title: str = "",
+    solids: bool = False,
+    x_ray: bool = False,
 ) -> MovingPicture:
     """Return a motion as an animated SVG.
 
@@ -82,6 +89,8 @@ def moving_picture(
         speed: Playback speed; 1 is real time.
         height_px: Height of the picture [px]; the drawing scales freely.
         title: Text above the body.
+        solids: Whether the solids that physics sees are drawn in place of the skin.
+        x_ray: Whether the bones of the feet are seen through the skin of the body, too.
 
     Raises:
         ParameterError: If a value is not allowed, or the motion cannot be drawn.
@@ -96,10 +105,11 @@ def moving_picture(
         raise ParameterError(f"height_px={height_px} must be from {low} to {high} pixels")
     plays = playback(record, start=start, stop=stop, rate=rate)
     clock = Clock(plays.seconds / speed)
-    drawn = _Instants.of(record, forces or record, plays)
+    drawn = _Instants.of(record, forces or record, plays, solids)
     still = drawn.only(0)
-    box, moving = _scene(record, drawn, view=view, side=FEET[foot], clock=clock, prefix="")
-    _, resting = _scene(record, still, view=view, side=FEET[foot], clock=clock, prefix="s", box=box)
+    how: dict[str, Any] = {"view": view, "side": FEET[foot], "clock": clock, "x_ray": x_ray}
+    box, moving = _scene(record, drawn, prefix="", **how)
+    _, resting = _scene(record, still, prefix="s", box=box, **how)
     left, top, right, bottom = box
     width, height = right - left, bottom - top
     words = title or "Animated body"
@@ -124,6 +134,7 @@ class _Instants:
     """Everything that moves, at the drawn instants."""
 
     figure: Figure
+    skin: SkinFigure | None
     centre: Float[Array, "n 3"]
     com: Float[Array, "m 3"]  # of the whole motion, for the direction of travel
     plays: Playback
@@ -135,7 +146,7 @@ class _Instants:
     weight: float
 
     @classmethod
-    def of(cls, record: Record, source: Record, plays: Playback) -> "_Instants":
+    def of(cls, record: Record, source: Record, plays: Playback, solids: bool) -> "_Instants":
         model = scene_model(record)
         positions, quats, com = poses(model, resampled(record.motion, plays.time).qpos)
         total, cop = side_forces(source)
@@ -145,6 +156,7 @@ class _Instants:
 
         return cls(
             Figure(model, positions, quats),
+            None if solids else skin_of(record, positions, quats),
             plays.centre,
             com,
             plays,
@@ -163,6 +175,7 @@ class _Instants:
         return replace(
             self,
             figure=Figure(figure.model, figure.positions[one], figure.quats[one]),
+            skin=self.skin and self.skin.frames(one),
             centre=self.centre[one],
             **{name: _cut(getattr(self, name), one) for name in ("total", "cop", "force", "point")},
         )
@@ -183,14 +196,17 @@ def _scene(
     side: str,
     clock: Clock,
     prefix: str,
+    x_ray: bool,
     box: Box | None = None,
 ) -> tuple[Box, str]:
     """Return the extent of the picture and its elements: ground, body, forces, enlarged foot."""
     forward = travel(drawn.com)
     camera = Camera.named(view, forward)
-    layers, extent = figure_layers(
-        drawn.figure, drawn.centre, camera, clock, prefix=prefix, per_metre=UNITS
-    )
+    how: dict[str, Any] = {"prefix": prefix, "per_metre": UNITS}
+    if drawn.skin is None:
+        layers, extent = figure_layers(drawn.figure, drawn.centre, camera, clock, **how)
+    else:
+        layers, extent = skin_layers(drawn.skin, drawn.centre, camera, clock, x_ray=x_ray, **how)
     if side and not drawn.figure.has_foot(side):
         side = ""
     if box is None:
@@ -238,9 +254,15 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
     rise = np.maximum(0.6 * rise + 0.02, rise - 0.06)
     follow = np.column_stack([follow[:, :2], low + rise])
     per_metre = UNITS * 2  # finer than the body, because it is magnified
-    layers, bones = foot_layers(
-        drawn.figure, side, follow, camera, clock, prefix=f"{prefix}z", per_metre=per_metre
-    )
+    how: dict[str, Any] = {"prefix": f"{prefix}z", "per_metre": per_metre}
+    seen = (side, follow, camera, clock)
+    layers = [] if drawn.skin is None else bone_layers(drawn.skin, *seen, **how)
+    bones = len(layers)
+    if not layers:
+        layers, bones = foot_layers(drawn.figure, *seen, **how)
+    if drawn.skin is not None:
+        layers = [*layers, veil(drawn.skin, *seen, **how)]
+        layers.append(contact_dots(drawn.skin, *seen, per_metre=per_metre))
     half = np.array([width, height]) / (2 * FOOT_SCALE * UNITS) * per_metre
     inner = (int(-half[0]), int(-half[1]), int(half[0]), int(half[1]))
     ground = stage(

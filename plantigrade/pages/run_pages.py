@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.models import Human
 from plantigrade.motion.resample import resampled
 from plantigrade.pages.headline import headline_figures, person_lines
 from plantigrade.pages.moving_person import moving_person
@@ -113,6 +114,8 @@ def strip_of(
     view: str = "side",
     start: float | None = None,
     stop: float | None = None,
+    solids: bool = False,
+    x_ray: bool = False,
 ) -> str:
     """Return the picture strip of a run, over one right gait cycle if there is one.
 
@@ -123,6 +126,8 @@ def strip_of(
         view: One of :data:`~plantigrade.pages.camera.VIEWS`.
         start: First instant [s]; with neither ``start`` nor ``stop``, as above.
         stop: Last instant [s].
+        solids: Whether the solids that physics sees are drawn in place of the skin.
+        x_ray: Whether the bones of the feet are seen through the skin.
 
     Raises:
         ParameterError: If there is no such part or view.
@@ -151,6 +156,8 @@ def strip_of(
         background=background,
         behind=None if reference is None else resampled(reference, motion.time).qpos,
         view=view,
+        human=None if solids or type(record.human) is not Human else record.human,
+        x_ray=x_ray,
         **forces,
     )
 

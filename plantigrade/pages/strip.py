@@ -1,6 +1,10 @@
-"""A picture strip of a motion as plain SVG, without OpenGL; capsules are thick round strokes."""
+"""A picture strip of a motion as plain SVG, without OpenGL.
+
+A person is drawn with skin and clothes; other bodies as solids, capsules as thick round strokes.
+"""
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
 import mujoco
@@ -11,13 +15,18 @@ from plantigrade.charts import theme
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
+from plantigrade.models import Human
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import poses, travel
-from plantigrade.pages.shapes import PALE, hexadecimal, rgb, shapes_of, silhouette, whiter
+from plantigrade.pages.shapes import PALE, Shape, hexadecimal, rgb, shapes_of, silhouette, whiter
+from plantigrade.pages.skin_figure import SkinFigure
+from plantigrade.pages.skin_layers import skin_layers
+from plantigrade.pages.svg_animation import Clock
 from plantigrade.spatial.conventions import rotation_matrix
 
 GROUND = "#8a94a3"
 PROFILE_HALF_WIDTH = 0.25  # [m] to each side, over which the outline of the ground is taken
+UNITS = 1000  # drawing units of a person per metre
 MAX_SEAT_DISTANCE = 0.6  # [m] between body and a seat in its picture
 VIEW_TEXT = {
     "side": "from its right",
@@ -54,6 +63,8 @@ def strip_svg(
     pale: Collection[str] = (),
     ground: Ground | None = None,
     view: str = "side",
+    human: Human | None = None,
+    x_ray: bool = False,
 ) -> str:
     """Return an SVG of the body and its supports at several instants.
 
@@ -74,6 +85,8 @@ def strip_svg(
         ground: Ground with slope, steps, bumps, relief and seats; level ground at height zero if
             None.
         view: One of :data:`~plantigrade.pages.camera.VIEWS`, at eye level.
+        human: Person whose skin is drawn in place of the solids.
+        x_ray: Whether the bones of the feet are seen through the skin.
 
     Raises:
         ParameterError: If there is no index, one lies outside the motion, or there is no such view.
@@ -87,14 +100,14 @@ def strip_svg(
     along = Camera.named(view, travel(com)).right
     weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
 
-    bodies = [_figure(shapes, p, q, along) for p, q in zip(positions, quats, strict=True)]
+    drawing = _Drawing(shapes, along, human, frozenset(pale), x_ray)
+    bodies = drawing.bodies(positions, quats)
     drawn = [elements for elements, _ in bodies]  # in metres, the far ones first
     left, right, tops = np.array([extent for _, extent in bodies]).T
     if behind is not None:
         others = poses(model, np.asarray(behind)[indices])
-        for i in range(len(indices)):
-            violet = (theme.REFERENCE,) * 2
-            ghost, extent = _figure(shapes, others[0][i], others[1][i], along, violet)
+        ghosts = drawing.bodies(*others[:2], colour=theme.REFERENCE)
+        for i, (ghost, extent) in enumerate(ghosts):
             drawn[i] = ['<g opacity=".4">', *ghost, "</g>", *drawn[i]]
             left[i], right[i] = min(left[i], extent[0]), max(right[i], extent[1])
             tops[i] = max(tops[i], extent[2])
@@ -203,6 +216,39 @@ def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
             )
         )
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawing:
+    """What a body is drawn with, seen along a horizontal line."""
+
+    shapes: Sequence[Shape]
+    along: Float[Array, " 3"]
+    human: Human | None
+    pale: frozenset[str]
+    x_ray: bool
+
+    def bodies(
+        self, positions: Float[Array, "n nbody 3"], quats: Float[Array, "n nbody 4"], colour=""
+    ) -> list[tuple[list[str], tuple[float, float, float]]]:
+        """Return elements and extent (left, right, top) of every picture; one colour if given."""
+        if self.human is None:
+            both = (colour, colour) if colour else None
+            poses = zip(positions, quats, strict=True)
+            return [_figure(self.shapes, p, q, self.along, both) for p, q in poses]
+        across = np.array([self.along[1], -self.along[0], 0.0])
+        camera = Camera(self.along, np.array([0.0, 0.0, 1.0]), across)
+        figure = SkinFigure.of(self.human, positions, quats, self.pale)
+        found = []
+        for i in range(len(positions)):
+            layers, (left, top, right, _) = skin_layers(
+                figure.frames(slice(i, i + 1)), np.zeros((1, 3)), camera, Clock(1.0),
+                prefix=f"b{i}" + "g" * bool(colour), per_metre=UNITS, x_ray=self.x_ray,
+                colour=colour,
+            )  # fmt: skip
+            elements = [f'<g transform="scale({1 / UNITS:g})">', *layers, "</g>"]
+            found.append((elements, (left / UNITS, right / UNITS, -top / UNITS)))
+        return found
 
 
 def _figure(shapes, positions, quats, along, colours=None):

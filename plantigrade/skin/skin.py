@@ -22,6 +22,10 @@ IRIS_DEPTH = 0.82
 VOLUME_TOLERANCE = 1e-4
 """Relative error of the volume."""
 
+KEPT = 8
+"""Skins that are kept: pages, pictures and films of one person fit it once."""
+_KNOWN: dict[tuple, "Skin"] = {}
+
 
 @dataclass(frozen=True, eq=False)
 class Skin:
@@ -47,7 +51,12 @@ class Skin:
             human: The person.
             age: ``"young"`` or ``"old"``.
         """
-        return _fitted(human, age)
+        key = human.xml, human.dimensions, human.height, human.mass, human.sex, age
+        while key not in _KNOWN:
+            if len(_KNOWN) >= KEPT:
+                _KNOWN.pop(next(iter(_KNOWN)))
+            _KNOWN[key] = _fitted(human, age)
+        return _KNOWN[key]
 
     @property
     def faces(self) -> Int[Array, "n_faces 3"]:

@@ -46,7 +46,7 @@ def test_a_strip_of_instants(run, capsys):
     assert cli.main(["picture", str(run), "--still", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["frames"] == 8
     text = (run / "picture.svg").read_text(encoding="utf-8")
-    assert "animate" not in text and text.count("translate(") == 8
+    assert "animate" not in text and text.count('<g transform="translate(') == 8
     for words in (["--view", "front"], ["--start", "0", "--stop", "0.5"]):
         assert cli.main(["picture", str(run), "--still", *words]) == 0
         assert (run / "picture.svg").read_text(encoding="utf-8") != text

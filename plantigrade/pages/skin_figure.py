@@ -1,0 +1,200 @@
+"""A dressed person in motion, cut into parts whose outlines pictures draw."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float, Int
+from plantigrade.models import Human
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.scene import assumed_bodies
+from plantigrade.pages.silhouette import silhouettes
+from plantigrade.record import Record
+from plantigrade.skin import Skin
+from plantigrade.skin.dressed import DressedMesh, dressed_mesh
+
+SHARED = 0.15
+"""Weight of a part's bones from which a triangle belongs to it; neighbours overlap. Chosen."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the body with an outline of its own.
+
+    Attributes:
+        name: Its name.
+        limb: Limb whose rim it shares.
+        bones: How the names of its bones begin.
+        materials: Materials of its triangles.
+        count: Control points of its outline.
+        garment: Whether it covers other parts.
+    """
+
+    name: str
+    limb: str
+    bones: tuple[str, ...]
+    materials: tuple[str, ...]
+    count: int
+    garment: bool = False
+
+    @property
+    def side(self) -> str:
+        """``"r"``, ``"l"``, or empty for the middle."""
+        return self.name[-1] if self.name[-2:] in ("_r", "_l") else ""
+
+    @property
+    def is_foot(self) -> bool:
+        """Whether it is a foot."""
+        return self.name.startswith("foot")
+
+
+HEAD_BONES = ("head", "upper_neck", "lower_neck", "thorax", "clavicle_r", "clavicle_l")
+FOOT_BONE_NAMES = ("foot", "heel", "lateral_metatarsal", "medial_phalanges", "lateral_phalanges")
+
+
+def _both(name: str, limb: str, bones: tuple[str, ...], material: str, count: int) -> list[Part]:
+    return [
+        Part(
+            f"{name}_{side}",
+            f"{limb}_{side}",
+            tuple(f"{bone}_{side}" for bone in bones),
+            (material if material == "skin" else f"{material}_{side}",),
+            count,
+            material != "skin",
+        )
+        for side in "rl"
+    ]
+
+
+PARTS = (
+    Part("head", "trunk", HEAD_BONES, ("skin", "eye", "iris"), 34),
+    Part("shirt", "trunk", (), ("shirt",), 36, garment=True),
+    *_both("shorts", "leg", (), "shorts", 26),
+    *_both("thigh", "leg", ("femur0", "femur", "knee"), "skin", 18),
+    *_both("shank", "leg", ("knee", "tibia"), "skin", 20),
+    *_both("foot", "leg", FOOT_BONE_NAMES, "skin", 22),
+    *_both("sleeve", "arm", (), "sleeve", 24),
+    *_both("upper_arm", "arm", ("humerus", "elbow", "ulna"), "skin", 16),
+    *_both("forearm", "arm", ("ulna", "forearm", "radius"), "skin", 16),
+    *_both("hand", "arm", ("hand", "fingers"), "skin", 26),
+)
+"""Parts of a dressed person."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinFigure:
+    """The skin of a person, cut into parts, in motion.
+
+    Attributes:
+        skin: The skin.
+        human: The person.
+        mesh: Its triangles, dressed.
+        positions: World position of each body in each frame [m].
+        quats: World rotation of each body, ``wxyz``.
+        pale: Bodies that are drawn paler.
+    """
+
+    skin: Skin
+    human: Human
+    mesh: DressedMesh
+    positions: Float[Array, "n nbody 3"]
+    quats: Float[Array, "n nbody 4"]
+    pale: frozenset[str] = frozenset()
+
+    @staticmethod
+    def of(
+        human: Human,
+        positions: Float[Array, "n nbody 3"],
+        quats: Float[Array, "n nbody 4"],
+        pale: Collection[str] = (),
+    ) -> "SkinFigure":
+        """Return the figure of a person whose bodies are where they are given."""
+        skin = Skin.of(human)
+        return SkinFigure(skin, human, dressed_mesh(skin), positions, quats, frozenset(pale))
+
+    def frames(self, part: slice) -> "SkinFigure":
+        """Return some of its frames."""
+        return replace(self, positions=self.positions[part], quats=self.quats[part])
+
+    @cached_property
+    def vertices(self) -> Float[Array, "n n_vertices 3"]:
+        """Vertices in the world in each frame [m]."""
+        motions = self.skin.motions(self.positions, self.quats)
+        return np.array([self.mesh.posed(each) for each in motions])
+
+    @cached_property
+    def _shares(self) -> Float[Array, "n_faces n_bones"]:
+        """Weight of each bone in each triangle."""
+        dense = np.zeros((len(self.mesh.vertices), len(self.skin.surface.bone_names)))
+        np.put_along_axis(dense, self.mesh.bones, self.mesh.weights, axis=1)
+        return dense[self.mesh.faces].mean(axis=1)
+
+    def faces(self, part: Part) -> Int[Array, "n_faces 3"]:
+        """Return the triangles of a part."""
+        own = np.isin(self.mesh.materials, part.materials)
+        if part.bones:
+            names = np.array(self.skin.surface.bone_names)
+            own &= self._shares[:, np.isin(names, part.bones)].sum(axis=1) > SHARED
+        return self.mesh.faces[own]
+
+    def is_pale(self, part: Part) -> bool:
+        """Return whether most of a part rides on bodies that are drawn paler."""
+        if not self.pale:
+            return False
+        bodies = {self.human.body(name) for name in self.pale}
+        riding = np.isin(self.skin.bones.body, list(bodies))
+        used = np.unique(self.faces(part))
+        share = (self.mesh.weights[used] * riding[self.mesh.bones[used]]).sum(axis=1)
+        return float(share.mean()) > 0.5
+
+    def outlines(
+        self, part: Part, centre: Float[Array, "n 3"], camera: Camera, grain: float
+    ) -> tuple[Float[Array, "n count 2"], float]:
+        """Return the outline of a part in every frame, and its mean distance towards the reader.
+
+        Args:
+            part: The part.
+            centre: Point at which the camera looks in each frame, world [m].
+            camera: The camera.
+            grain: Step of the grid on which the outline is found [m].
+        """
+        used, corners = np.unique(self.faces(part), return_inverse=True)
+        vertices = self.vertices[:, used] - centre[:, None]
+        return outlines_of(vertices, corners.reshape(-1, 3), camera, part.count, grain)
+
+
+def skin_of(
+    record: Record, positions: Float[Array, "n nbody 3"], quats: Float[Array, "n nbody 4"]
+) -> SkinFigure | None:
+    """Return the skin of the person of a record; None where the body is no person's.
+
+    Args:
+        record: The record.
+        positions: World position of each body in each frame [m].
+        quats: World rotation of each body, ``wxyz``.
+    """
+    if type(record.human) is not Human:
+        return None
+    return SkinFigure.of(record.human, positions, quats, assumed_bodies(record))
+
+
+def outlines_of(
+    vertices: Float[Array, "n n_vertices 3"],
+    faces: Int[Array, "n_faces 3"],
+    camera: Camera,
+    count: int,
+    grain: float,
+) -> tuple[Float[Array, "n count 2"], float]:
+    """Return the outline of a moving surface in every frame, and how near it is on average [m].
+
+    Args:
+        vertices: Vertices relative to what the camera looks at, in every frame [m].
+        faces: Triangles.
+        camera: The camera.
+        count: Control points of the outline.
+        grain: Step of the grid on which the outline is found [m].
+    """
+    found = silhouettes(camera.project(vertices), faces, count, grain)
+    return found, float((vertices @ camera.towards).mean())
