@@ -12,6 +12,7 @@ from scipy.spatial.distance import cdist
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
@@ -76,6 +77,27 @@ class Stride:
     def motion(self, human: Human) -> Motion:
         """Return it as a motion of a person."""
         return Motion(self.time, self.qpos, self.qvel, human.joint_names)
+
+    def from_single_support(self, human: Human) -> "Stride":
+        """Return the same stride, begun where one foot passes the other.
+
+        One foot carries the body there and no touchdown is near: a walk that begins shortly before
+        a heel strike falls if that foot lands where the body does not need it. A stride in which
+        feet do not pass each other, or that does not go on, is returned as it is.
+        """
+        feet = [human.body(f"foot_{side}") for side in SIDES]
+        right, left = body_paths(human, self.qpos, feet)[0][:, :, 0].T
+        passing = np.flatnonzero(np.diff(np.sign(right - left)))
+        if not self.cyclic or not len(passing) or passing[0] == 0:
+            return self
+        first, n = int(passing[0]), len(self.time) - 1
+        order = np.concatenate([np.arange(first, n), np.arange(first + 1)])
+        qpos = self.qpos[order]
+        qpos[n - first :, 0] += self.length
+        qpos[:, 0] -= qpos[0, 0]
+        if np.sum(qpos[n - first, 3:7] * qpos[n - first - 1, 3:7]) < 0.0:
+            qpos[n - first :, 3:7] *= -1.0
+        return replace(self, qpos=qpos, qvel=self.qvel[order])
 
 
 def stride_of(human: Human, motion: Motion) -> Stride:

@@ -16,6 +16,7 @@ from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.reference import with_feasible_com
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing import SwingPath, detour_length, detours, limit_to_reach
+from plantigrade.control.pendulum.swing_clearance import with_clearance
 from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
@@ -89,7 +90,7 @@ def test_the_mass_of_a_periodic_walk_moves_as_its_feet_can_bear_it(walk):
 
 def test_the_mass_of_a_walk_that_ends_does_so_between_its_ends(walk):
     motion = walk_of(walk).motion
-    part = replace(walk, motion=motion.frames(np.arange(4 * motion.n_frames // 5)))
+    part = replace(walk, motion=motion.frames(np.arange(9 * motion.n_frames // 10)))
     recorded = reference_of(part, lands=True)
     found = with_feasible_com(recorded)
     assert recorded.period is None and not recorded.ends
@@ -104,6 +105,28 @@ def test_the_mass_of_a_walk_that_ends_does_so_between_its_ends(walk):
     for schedule, down in ((found.schedule, True), (reference_of(part).schedule, False)):
         stances = [schedule.standing(side, found.duration - 1e-3) for side in SIDES]
         assert (None not in stances) == down
+
+
+def test_a_swing_foot_is_lifted_where_its_sole_is_too_low_and_nowhere_else(walk):
+    pendulum = Pendulum(walk)
+    own, leg = SETTINGS.swing, pendulum.person.leg_length
+    recorded = reference_of(walk_of(walk))
+    found = with_clearance(recorded, leg, pendulum.person.of_side, own)
+    same = with_clearance(recorded, leg, pendulum.person.of_side, replace(own, clearance=0.0))
+    for i in range(len(SIDES)):
+        mine = pendulum.person.of_side[i]
+        stands = np.any(recorded.rows.contact[:, mine] > 0.5, axis=1)
+        sole = recorded.rows.contact_position[:, mine, 2].min(axis=1)
+        before, after, least = (r.rows.foot_position[:, i, 2] for r in (recorded, found, same))
+        lift = after - before
+        assert np.abs(lift[stands]).max() < 1e-3, "a foot that stands stays where it is"
+        cycle = np.roll(np.arange(len(stands)), -np.flatnonzero(stands)[0])
+        swing = cycle[~stands[cycle]]
+        middle = swing[len(swing) // 3 : 2 * len(swing) // 3]
+        assert (sole + lift)[middle].min() > 0.9 * own.clearance * leg
+        assert (lift >= -1e-12).all() and (lift >= least - before - 1e-12).all()
+        rate = np.gradient(after, STEP)
+        np.testing.assert_allclose(found.rows.foot_velocity[2:-2, i, 2], rate[2:-2], atol=0.02)
 
 
 def test_the_first_step_lands_where_it_was_planned_and_is_drawn(begun):
@@ -133,7 +156,7 @@ def test_an_error_that_feet_cannot_correct_is_left_to_the_whole_body(begun):
         return (ref.cop + body.com - ref.com - off)[1]
 
     farthest = foot[1, 1] + tasks.settings.max_cop_distance * leg
-    assert foot[1, 1] < pressure(0.1) < pressure(0.15) < farthest
+    assert foot[1, 1] < pressure(0.05) < pressure(0.07) < farthest
     assert pressure(0.5) == pytest.approx(farthest)
 
 
@@ -349,7 +372,7 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
 def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_have():
     hip, goes = np.array([0.1, 0.05, 0.9]), np.array([1.0, 0.0, 0.0])
     place, pace, push = np.array([0.7, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
-    limit_to_reach(0.99 * 0.9, hip, goes, place, pace, push)
+    limit_to_reach(0.99 * 0.9, hip, goes, place, pace, push, 30.0)
     assert np.linalg.norm(place - hip) == pytest.approx(0.99 * 0.9)
     assert place[1:] == pytest.approx([0.05, 0.1])
     # It goes along with the hip, and aside and down as before.
@@ -357,5 +380,15 @@ def test_a_foot_beyond_its_leg_comes_nearer_to_the_hip_at_the_height_it_is_to_ha
     assert push == pytest.approx([0.0, 2.0, 2.0])
     near = np.array([0.3, 0.05, 0.1]), np.array([3.0, 0.5, -1.0]), np.full(3, 2.0)
     kept = [each.copy() for each in near]
-    limit_to_reach(0.99 * 0.9, hip, goes, *near)
+    limit_to_reach(0.99 * 0.9, hip, goes, *near, 30.0)
     np.testing.assert_array_equal(near, kept)
+
+
+def test_a_foot_stops_at_the_reach_of_its_leg_without_a_jump_of_its_velocity():
+    hip, still, speeds = np.array([0.0, 0.0, 0.9]), np.zeros(3), []
+    for ahead in np.linspace(0.3, 0.45, 301):
+        place, pace = np.array([ahead, 0.0, 0.1]), np.array([1.5, 0.0, 0.0])
+        limit_to_reach(0.99 * 0.9, hip, still, place, pace, np.zeros(3), 30.0)
+        speeds.append(pace[0])
+    assert speeds[0] == 1.5 and speeds[-1] == 0.0
+    assert np.abs(np.diff(speeds)).max() < 0.2

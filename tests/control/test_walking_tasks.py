@@ -58,9 +58,23 @@ def test_a_point_that_hangs_over_the_ground_bears_nothing():
 def test_a_neck_that_is_off_costs_more_than_other_joints():
     names, scale = HUMAN.coordinates, TASKS.settings.neck_error_scale
     neck = np.array(["neck_" in name for name in names])
-    costs = [TASKS.posture_cost(np.full(len(names), off)) for off in (0.0, 4 * scale)]
+    still = np.zeros(2)
+    costs = [TASKS.posture_cost(np.full(len(names), off), still) for off in (0.0, 4 * scale)]
     ratio = (costs[1] / np.maximum(costs[0], 1e-9))[6:]
     assert ratio[neck] == pytest.approx(17.0) and ratio[~neck] == pytest.approx(1.0)
+
+
+def test_arms_are_free_to_balance_only_while_balance_is_lost():
+    names, none = HUMAN.coordinates, np.zeros(len(HUMAN.coordinates))
+    arms = np.array([name.startswith(("arm_", "elbow")) for name in names])
+    full = TASKS.settings.flywheel_error * 0.9
+    walks, hurt, lost = (
+        TASKS.posture_cost(none, np.array([error, 0.0]))[6:] for error in (0.0, 0.5 * full, full)
+    )
+    assert (lost[arms] < hurt[arms]).all() and (hurt[arms] < walks[arms]).all()
+    legs = np.array([name.startswith(("hip_", "knee_")) for name in names])
+    np.testing.assert_allclose(walks[legs], lost[legs])
+    np.testing.assert_allclose(TASKS.posture_cost(none, np.array([0.0, 9.0]))[6:], lost)
 
 
 def test_a_foot_is_tilted_the_shortest_way_to_the_normal_of_the_ground():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
@@ -93,3 +94,21 @@ def test_a_step_is_repeated_with_its_mirror_image(walker, heading):
         left, right = (found.qpos[:, 7 + names.index(f"{name}_{side}")] for side in "lr")
         later = np.interp((phase + 0.5) % 1.0, share, right)
         np.testing.assert_allclose(np.interp(phase, share, left), later, atol=0.005)
+
+
+def test_a_stride_can_begin_where_one_foot_passes_the_other(walker):
+    human, walk = walker
+    stride = stride_of(human, walk)
+    found = stride.from_single_support(human)
+    assert found.cyclic and found.length == stride.length
+    feet = [human.body(f"foot_{side}") for side in "rl"]
+    place = body_paths(human, found.qpos, feet)[0]
+    steps = np.abs(place[:, 0, 0] - place[:, 1, 0])
+    assert steps[0] < 0.1 * steps.max()
+    np.testing.assert_allclose(found.qpos[-1, 1:], found.qpos[0, 1:], atol=1e-9)
+    assert found.qpos[0, 0] == 0.0 and found.qpos[-1, 0] == pytest.approx(stride.length)
+    assert (
+        np.abs(np.diff(found.qpos, axis=0)).max() < 1.5 * np.abs(np.diff(stride.qpos, axis=0)).max()
+    )
+    still = replace(stride, cyclic=False)
+    assert still.from_single_support(human) is still

@@ -7,12 +7,12 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.clearance import clearance_of
+from plantigrade.control.gait.clearance import Clearance, clearance_of
 from plantigrade.control.gait.disturbance import DisturbanceEstimator
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.reference import STEP, reference_of
+from plantigrade.control.gait.reference import STEP, Reference, reference_of
 from plantigrade.control.pendulum.feet import Feet
 from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Soles
@@ -21,6 +21,7 @@ from plantigrade.control.pendulum.plan import StepPlan, turned_axes
 from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
+from plantigrade.control.pendulum.swing_clearance import with_clearance
 from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
@@ -79,17 +80,23 @@ class Pendulum(Controller):
         if own.tick >= own.slow_tick:
             self.rates = replace(self.rates, control=0.5 * self.rates.control)
         self.clearance = clearance_of(record)
-        recorded = with_feasible_com(reference_of(record, self.clearance, lands=True))
-        self.reference = ScaledReference(recorded, own.speed)
+        human, self.person = self.human, Person.of(record)
+        self.reference = ScaledReference(self.reference_for(record, self.clearance), own.speed)
         repeats = self.reference.period is not None
         self.duration = max(record.motion.duration, own.usual_duration if repeats else 0.0)
-        human, self.person = self.human, Person.of(record)
         self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)
         self._damping = own.gait.joint_damping * self.person.strength
         self._world: SimulatedWorld | None = None
         self.footstep: Footstep | None = None
         self.footfalls: list[Footfall] = []
+
+    def reference_for(self, record: Record, clearance: Clearance) -> Reference:
+        """Return a walk of this person as it is followed: one that mass and feet can follow."""
+        own, person = self.settings, self.person
+        found = reference_of(record, clearance, lands=True, settings=own.reference)
+        found = with_feasible_com(found)
+        return with_clearance(found, person.leg_length, person.of_side, own.swing)
 
     def summary(self) -> Summary:
         """Return speed and footsteps of the last simulation."""
@@ -289,7 +296,7 @@ class Pendulum(Controller):
             contacts,
             rows,
             desired=tasks.posture_acceleration(body, ref, rate, swing, plan.turn_rate),
-            weight=tasks.posture_cost(posture_error),
+            weight=tasks.posture_cost(posture_error, plan.dcm_error),
             force_weight=tasks.force_cost(held, height),
             torque_weight=tasks.torque_cost,
             passive=state.world.actuators.passive(state.angles, state.rates),

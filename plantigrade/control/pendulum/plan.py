@@ -282,8 +282,9 @@ class StepPlan:
             height.append(sqrt(max(leg**2 - x * x - y * y, 0.0)))
         drop = ground(np.array([*com, 0.0])) - ground(np.array([*foot, 0.0]))
         spare = height[1] + self.person.com_height - float(com_ref[2] - foot_ref[2])
-        most = self.settings.plan.max_lowering * self.person.leg_length
-        lowering = min(height[1] - height[0], most) + drop - max(spare, 0.0)
+        own, length = self.settings.plan, self.person.leg_length
+        lowering = min(height[1] - height[0], own.max_lowering * length) + drop
+        lowering -= max(spare, 0.0) + own.min_lowering * length
         self.lowering = max(self.lowering, lowering)
 
     def _path_offset(self) -> Array:

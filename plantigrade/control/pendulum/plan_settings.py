@@ -17,5 +17,8 @@ class PlanSettings:
     leaves the recorded path, and a late one comes down where it is."""
     max_lowering: float = 0.2
     """Greatest lowering of the body for a far footstep [leg lengths]."""
+    min_lowering: float = 0.04
+    """Distance that legs of a walk give by themselves before the body is lowered [leg lengths]: a
+    walk that nobody disturbs steps as much farther than the recording."""
     rise_time: float = 0.5
     """Time constant with which it rises again [s]: faster, it was thrown up between steps."""

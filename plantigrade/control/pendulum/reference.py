@@ -8,7 +8,9 @@ of a linear pendulum is
 
 whose periodic solution is the pressure without its high frequencies,
 :math:`\hat x_k = \hat p_k \, \omega^2 / (\omega^2 + (2 \pi k / T)^2)`: the dynamics filter of a
-walk that repeats itself.
+walk that repeats itself. Without force plates the pressure is guessed from the soles that touch,
+centimetres off on average; its mean is therefore put under that of the mass, which posture tells.
+A mass ahead of its posture would make the trunk lean.
 
 The motion of a linear pendulum stays one when feet and mass are scaled alike: steps of another
 length at the same cadence need no other pressure within the foot. At another cadence
@@ -35,7 +37,7 @@ from plantigrade.record import Record
 
 
 def walk_of(record: Record) -> Record:
-    """Return the most even stride of a walk, closed, along x on level ground.
+    """Return the most even stride of a walk, closed, along x on level ground, from mid-stance on.
 
     A walk that repeats itself already (a synthesised one) or was not recorded on level ground is
     returned as it is. A motion without a stride that nearly closes is returned with a note: it ends
@@ -55,6 +57,7 @@ def walk_of(record: Record) -> Record:
     if not stride.cyclic:
         note = "No stride of the motion nearly closes; it is walked once, unchanged."
         return replace(record, notes=(*record.notes, note))
+    stride = stride.from_single_support(record.human)
     motion, level = stride.motion(record.human), replace(ground, height=0.0)
     return Record(record.human, motion, ground=level, notes=record.notes)
 
@@ -85,6 +88,8 @@ def with_feasible_com(reference: Reference) -> Reference:
     n = len(com) - 1
     speed = reference.advance[:2] / reference.period
     time = STEP * np.arange(n)[:, None]
+    # The mean position of the mass follows from the posture, that of the pressure is a guess.
+    cop += (com - cop)[:-1].mean(axis=0)
     part = np.fft.rfft(cop[:-1] - speed * time, axis=0)
     frequency = 2.0 * np.pi * np.arange(len(part))[:, None] / reference.period
     part *= omega**2 / (omega**2 + frequency**2)

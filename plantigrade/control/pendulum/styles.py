@@ -7,10 +7,10 @@ import numpy as np
 
 from plantigrade.control.gait.clearance import Clearance, clearance_of
 from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.reference import Reference, reference_of
+from plantigrade.control.gait.reference import Reference
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
-from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
+from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.control.pendulum.summary import StyleChange
 from plantigrade.control.pendulum.transition import PhaseMap, Transition
 from plantigrade.control.pendulum.upper_body import Pose, Source, UpperBody, UpperMotion, source_of
@@ -27,11 +27,11 @@ class Walk:
     clearance: Clearance
 
     @classmethod
-    def of(cls, style: Style) -> "Walk":
-        """Return the walk of a style."""
+    def of(cls, style: Style, pendulum: Pendulum) -> "Walk":
+        """Return the walk of a style, for a person."""
         assert style.record is not None
         clearance = clearance_of(style.record)
-        return cls(style.name, with_feasible_com(reference_of(style.record, clearance)), clearance)
+        return cls(style.name, pendulum.reference_for(style.record, clearance), clearance)
 
 
 class Styles:
@@ -68,7 +68,7 @@ class Styles:
                     f"has {human.model.nv}: the joints and feet of both must be the same"
                 )
         first = pendulum.reference.recorded
-        self._walks = [Walk(own, first, pendulum.clearance), *(Walk.of(w) for w in walks)]
+        self._walks = [Walk(own, first, pendulum.clearance), *(Walk.of(w, pendulum) for w in walks)]
         for walk in self._walks[1:]:
             try:
                 PhaseMap(walk.reference.schedule, first.schedule)
@@ -77,7 +77,7 @@ class Styles:
         self._uppers: list[tuple[str, Reference | Pose | None]] = [(RECORDED, None)]
         self._schedule = [(w.time, 0, i + 1) for i, w in enumerate(walks) if w.time is not None]
         for style in uppers:
-            what = style.pose if style.record is None else Walk.of(style).reference
+            what = style.pose if style.record is None else Walk.of(style, pendulum).reference
             number = 0  # back to the walk's own
             if what is not None:
                 number = len(self._uppers)

@@ -20,11 +20,18 @@ Height = Callable[[Array], float]
 class SwingPathSettings:
     """How feet swing; values were chosen where no reason is given."""
 
-    clearance: float = 0.012
-    """Height above the recorded path in the middle of a swing [leg lengths]: recorded toes pass the
-    ground within millimetres, and soles of fitted feet are partly below it."""
+    clearance: float = 0.010
+    """Least height of the recorded sole above the ground in the middle of a swing [leg lengths]:
+    recorded toes pass it within millimetres, and soles of fitted feet are partly below it."""
+    clearance_fading: float = 0.25
+    """Part of a swing at its beginning, and at its end, in which that height fades away."""
+    lift_time: float = 0.05
+    """Time before and after a lack of height in which the recorded foot is lifted, too [s]."""
+    lift_smoothing: float = 0.02
+    """Standard deviation of the filter of that lift [s]."""
     clearance_by_speed: float = 0.02
-    """Further such height by the speed at which the foot departs from the recorded path [s]."""
+    """Further height by the speed at which the foot departs from the recorded path [s], greatest
+    after a third of the swing."""
     max_departure_speed: float = 2.0
     """Greatest such speed that counts [m/s]."""
     sole_reach: tuple[float, float] = (-0.08, 0.24)
@@ -33,8 +40,12 @@ class SwingPathSettings:
     """Distance before and behind the ankle by which the ground tilts the foot [leg lengths]."""
     raised_phase: tuple[float, float] = (0.35, 0.7)
     """Parts of a swing between which the foot is above what is in its way."""
-    max_leg_extension: float = 0.99
-    """Greatest distance of hip and ankle [leg lengths]."""
+    max_leg_extension: float = 0.998
+    """Greatest distance of hip and ankle [leg lengths]: a knee flexed by 7°, as people's at heel
+    strike; 0.99 are 16°."""
+    reach_braking: float = 30.0
+    """Deceleration with which a foot stops at that distance [m/s²]. A velocity that ends there at
+    once threw the trunk forward in every step."""
     stance_foot_size: tuple[float, float] = (0.25, 0.1)
     """Half axes of the ellipse around the stance foot that a swing foot goes around, ahead and
     sideways [leg lengths]: as long and wide as a foot."""
@@ -88,11 +99,12 @@ class SwingPath:
         """
         own = self.settings
         speed = min(hypot(*foot.swing.velocity), own.max_departure_speed)
-        clear = own.clearance * self.leg + own.clearance_by_speed * speed
+        clear = own.clearance_by_speed * speed
         duration = max(foot.touchdown - foot.lift_off, 1e-3)
         u = min(max((phase - foot.lift_off) / duration, 0.0), 1.0)
-        rises = 4.0 * clear * (1.0 - 2.0 * u) * rate / duration
-        height = 4.0 * clear * u * (1.0 - u)
+        # The cubic ends without a slope: a parabola would let the foot strike the ground.
+        rises = 6.75 * clear * (1.0 - u) * (1.0 - 3.0 * u) * rate / duration
+        height = 6.75 * clear * u * (1.0 - u) ** 2
         if normal is not None or footstep is None:
             if normal is not None:
                 rises -= float(normal[:2] @ velocity[:2]) / float(normal[2])
@@ -149,6 +161,7 @@ def limit_to_reach(
     position: Float[Array, " 3"],
     velocity: Float[Array, " 3"],
     acceleration: Float[Array, " 3"],
+    braking: float,
 ) -> None:
     """Limit the desired motion of a swing foot to where its leg reaches, at its desired height.
 
@@ -162,16 +175,21 @@ def limit_to_reach(
         position: Desired one of the foot [m]; changed.
         velocity: Desired one [m/s]; changed.
         acceleration: Desired one [m/s²]; changed.
+        braking: Deceleration with which the foot stops there [m/s²].
     """
     away = position - hip
     down = min(abs(float(away[2])), reach)
     far, most = hypot(*away[:2]), sqrt(reach**2 - down**2)
-    if far <= most:
+    if far <= 0.0:
         return
     out = away[:2] / far
-    position[:2] -= (far - most) * out
-    velocity[:2] -= max(float((velocity - hip_velocity)[:2] @ out), 0.0) * out
-    acceleration[:2] -= max(float(acceleration[:2] @ out), 0.0) * out
+    speed = float((velocity - hip_velocity)[:2] @ out)
+    fastest = sqrt(2.0 * braking * max(most - far, 0.0))
+    if speed > fastest:
+        velocity[:2] -= (speed - fastest) * out
+        acceleration[:2] -= max(float(acceleration[:2] @ out), 0.0) * out
+    if far > most:
+        position[:2] -= (far - most) * out
 
 
 def detours(

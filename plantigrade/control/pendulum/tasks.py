@@ -8,8 +8,9 @@ tasks at once.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import hypot
 
 import numpy as np
 
@@ -71,7 +72,7 @@ class WalkingTaskSettings:
     """
 
     weights: TaskWeights = TaskWeights(
-        com_weight=(12.0, 12.0, 10.0), stance_rotation_weight=2.0, contact_weight=10.0
+        com_weight=(12.0, 12.0, 30.0), stance_rotation_weight=2.0, contact_weight=10.0
     )
     """Weights; legs give way to the height of the mass, which is lowered for far footsteps."""
     joints: JointVelocitySettings = JointVelocitySettings()
@@ -82,7 +83,7 @@ class WalkingTaskSettings:
     """Gain of the position of a swing foot, and of points held on the ground [1/s]."""
     foot_rotation_gain: float = 7.0
     """Gain of the rotation of a foot [1/s]."""
-    com_height_gain: float = 5.0
+    com_height_gain: float = 10.0
     """Gain of the height of the centre of mass [1/s]."""
     max_descent: float = 3.0
     """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
@@ -100,6 +101,12 @@ class WalkingTaskSettings:
     max_cop_distance: float = 0.35
     """Greatest distance of the desired centre of pressure outside of the contacts [leg lengths]:
     the part that feet cannot give, trunk and arms give by angular momentum [Hof2007]_."""
+    flywheel_error: float = 0.1
+    """Error of the divergent component from which trunk, arms and head balance in full [leg
+    lengths], by its square below: people use them when a step alone cannot help."""
+    steady_arm_weight: float = 1.0
+    """Weight of joints of arms and neck without such an error [per rad/s²]: lighter ones were
+    raised to hold the centre of mass up."""
     min_friction_error: float = 0.06
     """Error of the divergent component from which friction pyramids have a corner in the direction
     of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
@@ -154,6 +161,7 @@ class WalkingTasks:
         self.settings = own = settings or WalkingTaskSettings()
         self.leg, names, weights = leg, human.coordinates, own.weights
         self._weight = weights.posture(human)
+        self._steady_weight = replace(weights, arm_weight=own.steady_arm_weight).posture(human)
         self._neck = 6 + np.flatnonzero(["neck_" in name for name in names])
         mass = float(human.model.body_mass.sum())
         self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
@@ -170,9 +178,21 @@ class WalkingTasks:
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         self.torque_cost = own.torque_cost / np.maximum(-low, high) ** 2
 
-    def posture_cost(self, error: Float[Array, " n_hinges"]) -> Float[Array, " nv"]:
-        """Return the cost of accelerations by the errors of hinges [rad]."""
-        cost = self._weight.copy()
+    def flywheel_share(self, dcm_error: Float[Array, " 2"]) -> float:
+        """Return how much trunk, arms and head balance, by the error of the divergent component."""
+        return min(hypot(*dcm_error) / (self.settings.flywheel_error * self.leg), 1.0) ** 2
+
+    def posture_cost(
+        self, error: Float[Array, " n_hinges"], dcm_error: Float[Array, " 2"]
+    ) -> Float[Array, " nv"]:
+        """Return the cost of accelerations.
+
+        Args:
+            error: Errors of the hinges [rad].
+            dcm_error: Error of the divergent component [m].
+        """
+        share = self.flywheel_share(dcm_error)
+        cost = self._steady_weight + share * (self._weight - self._steady_weight)
         cost[self._neck] *= 1.0 + (error[self._neck - 6] / self.settings.neck_error_scale) ** 2
         return cost
 
@@ -238,7 +258,8 @@ class WalkingTasks:
         own = self.settings
         moved = cop_offset + (1.0 + own.dcm_gain / omega) * dcm_error
         if len(contacts):
-            far, cop = own.max_cop_distance * self.leg, ref.cop[:2]
+            far = self.flywheel_share(dcm_error) * own.max_cop_distance * self.leg
+            cop = ref.cop[:2]
             nominal = cop + cop_offset
             low = np.minimum(contacts.min(axis=0) - far, nominal)
             high = np.maximum(contacts.max(axis=0) + far, nominal)
