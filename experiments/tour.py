@@ -15,17 +15,17 @@ from plantigrade.threads import on_one_thread
 from plantigrade.world import Push
 
 WAYPOINTS, SECONDS = 12, 60.0
-"""Number of waypoints of a tour, and the time allowed for it [s]. Chosen."""
+"""Number of waypoints of a tour, and its maximum duration [s]. Chosen."""
 HARDEST, PUNCH = 600.0, 0.08
-"""Greatest force of a punch [N], and how long one lasts [s]."""
+"""Maximum force [N] and duration [s] of a punch."""
 EASY = 0.8
-"""Waypoints are so far apart that this part of the speed of the gait is enough."""
+"""Speed that the distance of waypoints requires, relative to that of the gait [1]."""
 REACHED = 1.0
-"""Who comes as near to a waypoint has reached it [m]."""
+"""Distance from a waypoint at which it is reached [m]."""
 TURN = np.deg2rad(30.0)
-"""A tour turns by this at most from a way to the next, where a controller follows waypoints."""
+"""Maximum turn between legs of a tour, for controllers that follow waypoints [rad]."""
 LATE = (0.1, 0.9)
-"""When a punch comes, of the time of a way."""
+"""Range of the time of a punch, relative to the duration of a leg [1]."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class TourOutcome:
 
     Attributes:
         completed: Whether all waypoints were reached in time, on the feet.
-        reached: How many were.
-        end: How it ended, where it was not completed.
-        seconds: How long it took, or how long the person was on the feet [s].
-        straight: Whether it led straight on: the controller follows no waypoints.
-        punches: Body, force [N], direction [rad] and time [s] of those that came.
+        reached: Number of waypoints reached.
+        end: Reason why it was not completed; empty if it was.
+        seconds: Duration, or time until the fall [s].
+        straight: Whether it was straight, because the controller follows no waypoints.
+        punches: Body, force [N], direction [rad] and time [s] of each punch.
     """
 
     completed: bool
@@ -52,7 +52,7 @@ class TourOutcome:
 def waypoints(
     walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS, *, straight: bool = False
 ) -> Float[Array, "n 2"]:
-    """Return waypoints from the start, which is the origin, on; the first way leads along x [m]."""
+    """Return waypoints [m]; the tour starts at the origin along x."""
     far = EASY * walker.speed * SECONDS / WAYPOINTS
     turns = rng.uniform(-TURN, TURN, n)
     turns[0] = 0.0
@@ -61,7 +61,7 @@ def waypoints(
 
 
 def punches(walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS) -> tuple[Push, ...]:
-    """Return a punch for every way: body, direction, force and time at random."""
+    """Return a punch for every leg, with random body, direction, force and time."""
     every = SECONDS / WAYPOINTS
     names = walker.record.human.body_names
     return tuple(
@@ -85,13 +85,13 @@ def tour(
 ) -> TourOutcome:
     """Simulate a tour.
 
-    The waypoints of a controller that follows points lead around corners; those of any other lead
-    straight on. The walk starts at the origin along x.
+    Controllers that follow waypoints turn at each; all others walk straight. The walk starts at the
+    origin along x.
 
     Args:
-        walker: Who walks.
-        seed: Of turns and punches.
-        n: How many waypoints, five seconds for each.
+        walker: The walker.
+        seed: Seed of turns and punches.
+        n: Number of waypoints, five seconds for each.
     """
     rng = np.random.default_rng(seed)
     controller = walker.controller()

@@ -35,13 +35,12 @@ class WalkOutcome:
     """The outcome of a walk.
 
     Attributes:
-        survived: Whether nothing but the feet had touched the ground until the end, and no leg
-            went through the other.
-        end: How it ended, where it did not survive.
+        survived: Whether only the feet touched the ground until the end, and no leg passed
+            through the other.
+        end: Reason why the person did not survive; empty otherwise.
         time: Times of the control steps [s].
-        com: Centre of mass: along the way, to its left, height over the ground below it [m].
-        error: Of the joints to the gait, by the controller's own account; NaN where it gives none
-            [rad].
+        com: Centre of mass: forward, to the left, height above the ground below it [m].
+        error: Joint angle error reported by the controller [rad]; NaN without a report.
         landings: Touchdowns of the feet.
         pushed: Start and end of the disturbances [s]; None without one.
         speed: Speed of the gait [m/s].
@@ -80,9 +79,9 @@ class WalkOutcome:
 
     @property
     def as_recorded(self) -> tuple[Float[Array, " k"], Any]:
-        """Ends of all windows of one stride [s], and whether the gait was the recorded one in each.
+        """Ends of all windows of one stride [s], and whether each was as recorded.
 
-        That is speed within :data:`SPEED_TOLERANCE` and height of the centre of mass within
+        It requires speed within :data:`SPEED_TOLERANCE` and height of the centre of mass within
         :data:`HEIGHT_TOLERANCE`.
         """
         if len(self.time) < 3:
@@ -99,9 +98,9 @@ class WalkOutcome:
 
     @property
     def back(self) -> float | None:
-        """How long after what disturbed it the gait was the recorded one for good [s].
+        """Time from the end of the disturbance to the permanent return to the recorded gait [s].
 
-        None where it was not by the end, or the person fell. A stride that has begun before counts.
+        None without a return, or after a fall. Strides that began before it count.
         """
         ends, fine = self.as_recorded
         if not self.survived or not len(fine) or not fine[-1]:

@@ -46,7 +46,7 @@ from plantigrade.world.disturbance import (
     body_index,
 )
 
-# Settings that nobody can change are copied with their walker, which Python would refuse.
+# Read-only mappings of settings are copied with their walker, which Python cannot do by itself.
 copyreg.pickle(MappingProxyType, lambda fixed: (MappingProxyType, (dict(fixed),)))
 WATCH = 6.0
 """Duration of a trial after the last disturbance has ended [s]. Chosen."""
@@ -146,7 +146,7 @@ def walk(
 
 
 class WalkTrial:
-    """A walk in progress, and what is recorded of it.
+    """A walk in progress and its record.
 
     Args:
         walker: The walker.
@@ -170,16 +170,16 @@ class WalkTrial:
 
     @property
     def on(self) -> bool:
-        """Whether the person is on the feet."""
+        """Whether the person has not fallen and the simulation has not diverged."""
         return self.world.fall is None and self.world.diverged is None
 
     @property
     def place(self) -> Array:
-        """The centre of mass over the ground, from the start, along the way and to its left [m]."""
+        """Displacement of the centre of mass along the direction of walking and to its left [m]."""
         return self._com[-1][:2] if self._com else np.zeros(2)
 
     def step(self) -> None:
-        """Go on for one control step."""
+        """Simulate one control step."""
         world = self.world
         command = self.controller(self.state)
         signals = command.signals if isinstance(command, Command) else {}
@@ -222,12 +222,12 @@ class WalkTrial:
         )
 
     def copied(self) -> "WalkTrial":
-        """Return the same walk, to go on by itself; models and gaits are shared."""
+        """Return an independent copy; models and gaits are shared."""
         world, controller = self.world, self.controller
         shared = [world.model, world.human, world.ground, self.walker, self.walker.record]
         shared += controller.shared
         memo: dict[int, Any] = {id(x): x for x in shared if x is not None}
-        memo[id(self._legs)] = None  # it looks at the data of its own world
+        memo[id(self._legs)] = None  # it refers to its own world
         other = copy.deepcopy(self, memo)
         other._legs = LegOverlap(other.world)
         other._legs.deepest = self._legs.deepest
@@ -237,9 +237,8 @@ class WalkTrial:
 class PushedWalk:
     """A walk that can be pushed repeatedly at one phase of the gait.
 
-    What comes before the push is walked once, where the controller is one of
-    :mod:`plantigrade.control`; others may keep what a copy of them would share, and start anew for
-    every push.
+    The walk before the push is simulated once for controllers of :mod:`plantigrade.control`; others
+    may share state with a copy, so they start anew for every push.
 
     Args:
         walker: The walker.
@@ -303,7 +302,7 @@ class PushedWalk:
 
 
 def _acted(world: World, disturbances: Sequence[Disturbance]) -> tuple[float, float] | None:
-    """Return when disturbances begin and end, as far as that is known; None where it is not."""
+    """Return start and end of the disturbances [s]; None if they are not known yet."""
     times: list[float] = []
     for each in disturbances:
         if isinstance(each, PhasePush):
@@ -317,7 +316,7 @@ def _acted(world: World, disturbances: Sequence[Disturbance]) -> tuple[float, fl
 
 
 def _level(ground: Ground, place: Float[Array, " 3"]) -> float:
-    """Return the height of the ground under a place, along the vertical [m]."""
+    """Return the height of the ground under a point, along the vertical [m]."""
     n = ground.normal
     return float((ground.under(place) - n[0] * place[0] - n[1] * place[1]) / n[2])
 
@@ -335,7 +334,7 @@ class _Feet:
         self.landings: list[Landing] = []
 
     def look(self, state: State, frame: Array, start: Array) -> None:
-        """Take the loads of the feet into account."""
+        """Record touchdowns from the loads of the feet."""
         force = state.contact_force
         for i, side in enumerate(SIDES):
             load, off = float(force[self._mine[i], 2].sum()) / self._weight, self._off[i]

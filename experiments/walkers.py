@@ -22,9 +22,9 @@ from plantigrade.record import Record
 from plantigrade.world import AnyController, Controller, controller_from
 
 Make = Callable[[Record], AnyController]
-"""What makes a controller for a walk: called anew for every simulation.
+"""Factory of a controller for a walk, called for every simulation.
 
-One that can only walk as a person of its own, as a policy does, has that walk as ``record``.
+A factory whose controller needs its own person, such as a policy, has that walk as ``record``.
 """
 
 
@@ -33,10 +33,10 @@ class Walker:
     """A gait and the factory of the controller that walks it.
 
     Attributes:
-        record: The gait: who walks, and how; one closed stride, or a motion that ends
+        record: The gait with its person: one closed stride, or a motion that ends
             (:func:`~plantigrade.control.pendulum.reference.walk_of`).
-        make: Makes the controller.
-        name: What it is called.
+        make: Factory of the controller.
+        name: Name of the controller.
     """
 
     record: Record
@@ -49,12 +49,12 @@ class Walker:
 
     @property
     def period(self) -> float:
-        """Of a stride, or of a motion that ends [s]."""
+        """Duration of a stride, or of a motion that ends [s]."""
         return self.record.motion.duration
 
     @property
     def way(self) -> Float[Array, " 2"]:
-        """Where the gait leads in a period, over the ground [m]."""
+        """Displacement over the ground in a period [m]."""
         place = self.record.motion.qpos[:, :2]
         return np.asarray(place[-1] - place[0])
 
@@ -68,18 +68,18 @@ def walker(controller: str | Make, record: Record | None = None, name: str = "")
     """Return a walker with the given walk, or with that of a controller which has its own.
 
     Args:
-        controller: Its word (:func:`make_named`), or a function or class that is called with the
+        controller: Its name (:func:`make_named`), or a function or class that is called with the
             walk and returns a controller ``controller(state) -> command``.
-        record: The walk: fitted, reproduced or synthesised; of a walk its most even stride. Not
-            asked for where the controller has its own.
-        name: What it is called; its own name if empty.
+        record: The walk: fitted, reproduced or synthesised; of a walk its most regular stride.
+            Not needed if the controller has its own.
+        name: Name of the walker; that of the controller if empty.
 
     Raises:
         ParameterError: If there is no such controller.
     """
     make = make_named(controller) if isinstance(controller, str) else controller
     if not callable(make):
-        raise ParameterError(f"a controller is a name or what makes one, not {shown(make)}")
+        raise ParameterError(f"a controller is a name or a factory, not {shown(make)}")
     own = controller if isinstance(controller, str) else getattr(make, "__name__", "controller")
     walk = getattr(make, "record", None)
     if walk is None:
@@ -97,7 +97,7 @@ def walks_as(controller: str | Make, record: Record) -> Walker:
     """
     found = walker(controller, record)
     if found.record.human is not record.human:
-        raise ParameterError(f"{found.name} defines its own person, and walks as nobody else")
+        raise ParameterError(f"{found.name} defines its own person, and cannot walk as another")
     return found
 
 
@@ -139,17 +139,17 @@ def make_named(word: str) -> Make:
 
 @dataclass(frozen=True)
 class _Learned:
-    """Makes a trained policy, which walks as its own person."""
+    """Factory of a trained policy, which walks as its own person."""
 
     word: str
 
     def __post_init__(self):
-        """Refuse what is not there."""
+        """Refuse a policy that does not exist."""
         self(None)
 
     @property
     def record(self) -> Record:
-        """The walk that it follows."""
+        """The walk of the policy."""
         return self(None).record
 
     def __call__(self, record: Record | None) -> PolicyController:
@@ -160,7 +160,7 @@ class _Learned:
 
 @dataclass(frozen=True)
 class _Named:
-    """Makes a controller of the package, some of its settings changed."""
+    """Factory of a controller of the package, with changed settings."""
 
     name: str
     values: tuple[tuple[str, str], ...] = ()
@@ -174,7 +174,7 @@ class _Named:
 
 @dataclass(frozen=True)
 class _Outside:
-    """Makes a controller from outside, in any process."""
+    """Factory of an external controller, in any process."""
 
     word: str
     module: str
@@ -213,10 +213,10 @@ def _module(name: str, word: str) -> Any:
         return module
     except PlantigradeError:
         raise
-    except (Exception, SystemExit) as error:  # whatever the code of a stranger does
+    except (Exception, SystemExit) as error:  # external code may raise anything
         raise _refused(word, error) from error
 
 
 def _refused(word: str, error: BaseException) -> ParameterError:
-    """Return what to say of code from outside that failed."""
+    """Return the error for external code that failed."""
     return ParameterError(f"controller {word}: {f'{error!r}'[:200]}")

@@ -8,7 +8,7 @@ centre of mass. The mass is computed
 feet, or
   else over all such frames.
 
-Landings, sitting and contact beside the plates are excluded, because the acceleration is too large
+Landings, sitting and contact off the plates are excluded, because the acceleration is too large
 to be computed from markers, or a part of the weight is unmeasured.
 """
 

@@ -150,7 +150,7 @@ def _unloaded_swing(
     """Return the frames from toe-off to heel strike of a foot without measured force.
 
     The force is zero there by definition of heel strike, even if the low heel could touch the
-    ground beside the plates.
+    ground off the plates.
     """
     time, inside = record.motion.time, np.zeros(record.motion.n_frames, dtype=bool)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0

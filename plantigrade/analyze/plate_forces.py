@@ -152,7 +152,7 @@ def add_mass_note(
             )
         )
     else:
-        why = ", and nobody stands still or walks on the force plates alone" if plates else ""
+        why = ", and there is no quiet standing or gait on the force plates alone" if plates else ""
         _, spread = usual_mass(human.height, age)
         notes.append(
             f"the body mass is unknown{why}; {human.mass:.1f} ± {spread:.1f} kg (standard "

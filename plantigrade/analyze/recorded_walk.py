@@ -45,7 +45,7 @@ class RecordedWalk:
     """A recorded walk to be reproduced."""
 
     name: str  #: Name of the file
-    human: Human  #: Who walks
+    human: Human  #: The person
     motion: Motion  #: The motion, filtered, with its gait events in order
     feet: FootPath  #: Paths of the feet
     figures: dict[str, Any]  #: Figures of fit and gait

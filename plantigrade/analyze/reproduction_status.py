@@ -231,7 +231,7 @@ def force_figures(
     }
     if measured is None or status != "ok":
         return found
-    beside = compare_forces(forced, measured, ground=ground).metrics()
+    compared = compare_forces(forced, measured, ground=ground).metrics()
     return found | {
-        k: v for k, v in beside.items() if np.isfinite(v) and not k.startswith("forced")
+        k: v for k, v in compared.items() if np.isfinite(v) and not k.startswith("forced")
     }

@@ -4,8 +4,8 @@ The folder is named by the environment variable ``PLANTIGRADE_CACHE`` (empty: no
 the operating system's cache folder for the user.
 
 What is read here runs as machine code, or says where machine code reads and writes memory. So
-nothing is read unless folder and file belong to the user and nobody else can write to them, no
-folder above them can be exchanged by anybody but the user and root, and the checksum of the file,
+nothing is read unless folder and file belong to the user and no other user can write to them, no
+folder above them can be exchanged by another user than root, and the checksum of the file,
 which covers its name, is right. In every other case the caller does without the cache; so it does
 on Windows, where none of this can be seen.
 """
@@ -124,7 +124,7 @@ def _require_private(status: os.stat_result) -> None:
 def _require_fixed(folder: Path) -> None:
     """Refuse a folder above which another user could rename, and so put another in its place.
 
-    In a sticky one (/tmp) everybody may write, but nobody rename what belongs to others.
+    In a sticky one (/tmp) every user may write, but none rename files of others.
     """
     for above in Path(os.path.realpath(folder)).parents:
         status = above.lstat()

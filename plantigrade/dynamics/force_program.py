@@ -124,7 +124,8 @@ class ForceProgram:
         wrench: The estimate (n, k, 6) [BW, BW m].
         shift: Shift of the centre of mass [m].
         noise: Noise of force x, y, z and moment x, y, z relative to the assumed noise [1].
-        residual_force: Root mean square of the net force that is missed beside the noise [BW].
+        residual_force: Root mean square of the net force that is missed in addition to the noise
+            [BW].
         residual_moment: The same of the pitch and roll moment [BW m].
     """
 

@@ -132,22 +132,14 @@ def estimate_forces(
         data = replace(frames, **dict(zip(("force", "point", "torque"), turned, strict=True)))
     found = solve_in_windows(human, needs, contacts, supports, data, scales)
     known = np.zeros((motion.n_frames, 2), bool)
-    if measured is not None:
-        known = np.array(measured.valid_side)
     force, point, torque = _at_pressure(motion.time, needs, found.wrench)
     if measured is not None:
+        known = np.array(measured.valid_side)
         force[:, :2][known], point[:, :2][known] = measured.force[known], measured.point[known]
         torque[:, :2][known] = measured.torque[known]
     sure = np.ones(known.shape, bool)
-    feet = FootForces(
-        force[:, :2],
-        point[:, :2],
-        torque[:, :2],
-        sure,
-        sure[:, 0].copy(),
-        () if measured is None else measured.uses,
-        () if measured is None else measured.warnings,
-    )
+    notes = ((), ()) if measured is None else (measured.uses, measured.warnings)
+    feet = FootForces(force[:, :2], point[:, :2], torque[:, :2], sure, sure[:, 0].copy(), *notes)
     return GroundForces(
         feet,
         known,

@@ -13,7 +13,7 @@ from plantigrade.dynamics.plate_owner import MAX_SOLE_DISTANCE, MIN_PEAK_SHARE, 
 MAX_OUTSIDE_IMPULSE = 0.1  # [1] share of a contact's impulse outside the sole at start and end
 MIN_CHECKED_TIME = 0.06  # [s] minimum duration of contact for a check
 LANDING_MARGIN = 0.1  # [s] possible load before and after the foot appears at rest
-MIN_OVERHANG = 0.02  # [m] distance of a sole point outside a plate that counts as beside it
+MIN_OVERHANG = 0.02  # [m] distance of a sole point outside a plate that counts as off it
 MIN_SINGLE_LOAD = 0.85  # [1] minimum load of a foot standing alone on its plate, of the weight
 MIN_SHARED_LOAD = 0.9  # [1] minimum load of two feet on one plate, of the weight
 MIN_SINGLE_TIME = 0.1  # [s] minimum duration of a single support for the load check
@@ -67,7 +67,7 @@ def exclude_light(time, loading, touch, lift, need, excluded) -> None:
             excluded[loading.frames[loading.owner == k], k] = True
             loading.problem = loading.problem or (
                 f"it carries {100 * share:.0f} % of the weight while the other foot is in the air "
-                "(the foot partly beside it, or something else carries the person)"
+                "(the foot partly off it, or something else carries the person)"
             )
 
 
@@ -154,11 +154,11 @@ def exclude_partial(loading, plates, points, resting, excluded) -> None:
         outside = [
             outside_of(p.corners, points[k][frames]) for p in plates if p.corners is not None
         ]
-        beside = np.min(outside, axis=0) > MIN_OVERHANG
-        partly = (beside & resting[k][frames]).any(axis=1)
+        off_plate = np.min(outside, axis=0) > MIN_OVERHANG
+        partly = (off_plate & resting[k][frames]).any(axis=1)
         if partly.mean() > 0.1:
             excluded[frames, k] = True
-            loading.problem = loading.problem or "the foot was partly beside it"
+            loading.problem = loading.problem or "the foot was partly off it"
 
 
 def _heavy(loading, loadings) -> np.ndarray:

@@ -2,7 +2,7 @@ r"""Measured ground reactions on each foot at the frames of a motion.
 
 **Assignment.** A loading of a plate belongs to the foot with its sole at the centre of pressure,
 unless the plate specifies its side. One plate may carry one foot after the other. While both feet
-are on the same plate, or a foot is partly beside its plate, the force on each foot is unknown:
+are on the same plate, or a foot is partly off its plate, the force on each foot is unknown:
 these frames are reported and excluded, as are frames in which a foot rests on the ground off the
 plates, and contacts with the centre of pressure outside the sole
 (:mod:`plantigrade.dynamics.plate_checks`).

@@ -1,4 +1,4 @@
-"""A run as an animated glTF scene: a person on bones, ground, things, forces."""
+"""A run as an animated glTF scene: a person on bones, ground, objects, forces."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -50,8 +50,8 @@ def write_glb(
     """Write a run as glTF 2.0 in one binary file, y up.
 
     The bones are those of :mod:`plantigrade.exchange.bones`; they move the skin of the person, with
-    further bones where its surface turns half-way between two. Ground and things are nodes of their
-    own.
+    further bones where its surface turns half-way between two. Ground and objects are nodes of
+    their own.
 
     Args:
         run: The run.
@@ -212,7 +212,7 @@ def _nearest_bone(shape: Shape, human: Human, bones: Sequence[Bone], first: dict
 
 
 def _add_surroundings(document: Document, scene: Scene, bodies: int) -> list[int]:
-    """Add the ground and the things about the body, and return their nodes."""
+    """Add the ground and the objects around the body, and return their nodes."""
     nodes, still = [], [shape for shape in scene.shapes if shape.body == 0]
     if not scene.plate:
         still_surfaces = [(surface_of(shape), shape.paint) for shape in still]

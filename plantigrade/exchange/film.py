@@ -182,7 +182,7 @@ class _Person:
 
 
 class _Solid:
-    """A thing about the person, or a step of the ground."""
+    """An object around the person, or a step of the ground."""
 
     def __init__(self, scene: Scene, body: int, vertices: Array, faces: Array, colour: Array):
         self.scene, self.body, self.vertices = scene, body, vertices
@@ -197,7 +197,7 @@ class _Solid:
 
 
 def _things(scene: Scene, bodies: int) -> list[_Solid]:
-    """Return what is drawn beside the person."""
+    """Return objects drawn in addition to the person."""
     found = []
     for shape in scene.shapes:
         if 0 < shape.body < bodies:

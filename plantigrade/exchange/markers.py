@@ -93,9 +93,9 @@ def write_coordinates(run: Run, path: Path, rate: float | None = None) -> tuple[
 def _forces_beside(recording: Recording, path: Path) -> tuple[str, ...]:
     if not recording.plates:
         return ()
-    beside = path.with_name(f"{path.stem}_grf.mot")
-    write_mot(recording.plates, beside)
-    return (f"the ground reactions were written to {beside.name}",)
+    forces = path.with_name(f"{path.stem}_grf.mot")
+    write_mot(recording.plates, forces)
+    return (f"the ground reactions were written to {forces.name}",)
 
 
 def recording_of(

@@ -50,7 +50,7 @@ def write_table(
         run: The run.
         path: The file.
         over: One of :data:`OVER`.
-        estimated: Whether forces, moments and powers count where forces were estimated beside or
+        estimated: Whether forces, moments and powers count where forces were estimated off or
             without plates; otherwise they are empty there.
 
     Raises:
@@ -139,7 +139,7 @@ def cycle_table(run: Run, *, mean: bool = False, estimated: bool = False) -> str
 
     Args:
         run: The run.
-        mean: Mean over the cycles of a side, beside each column its standard deviation with
+        mean: Mean over the cycles of a side, after each column its standard deviation with
             ``_sd`` before the unit; ``cycles_count`` takes the place of ``cycle``.
         estimated: Whether estimated forces count.
     """

@@ -205,9 +205,9 @@ def convert(source: str | Path, target: str | Path, **options) -> tuple[str, ...
     if "plates" in left_out:
         from plantigrade.io.mot import write_mot
 
-        beside = target.with_name(f"{target.stem}_grf.mot")
-        write_mot(recording.plates, beside)
-        notes.append(f"the force plates were written to {beside.name}")
+        forces = target.with_name(f"{target.stem}_grf.mot")
+        write_mot(recording.plates, forces)
+        notes.append(f"the force plates were written to {forces.name}")
         left_out.remove("plates")
     if left_out:
         names = ", ".join(_PARTS[part] for part in left_out)

@@ -285,14 +285,14 @@ def find_asf(path: Path) -> Path:
     Raises:
         FileError: If there is none, or several and none matches by name.
     """
-    beside, stem = Siblings.of(path).skeletons, path.stem.lower()
-    for wanted in (stem, stem.split("_")[0], re.split(r"[_\-. ]", stem)[0]):
-        if wanted in beside:
-            return beside[wanted]
-    if len(beside) == 1:
-        return next(iter(beside.values()))
+    neighbours, stem = Siblings.of(path).skeletons, path.stem.lower()
+    for name_stem in (stem, stem.split("_")[0], re.split(r"[_\-. ]", stem)[0]):
+        if name_stem in neighbours:
+            return neighbours[name_stem]
+    if len(neighbours) == 1:
+        return next(iter(neighbours.values()))
     problem = "there is no skeleton file (.asf) in its folder"
-    if beside:
-        names = ", ".join(p.name for p in list(beside.values())[:8])
+    if neighbours:
+        names = ", ".join(p.name for p in list(neighbours.values())[:8])
         problem = f"its folder holds several skeletons, none of its name: {names}"
     raise FileError(path, problem, remedy="give it with the option skeleton=FILE.asf")

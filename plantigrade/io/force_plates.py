@@ -270,13 +270,13 @@ def _at_zero(wrench: _Wrench, up: np.ndarray, time: np.ndarray, name: str, warni
 
     ``up`` maps its force to the vertical force on the body.
     """
-    nobody = unloaded(time, wrench.force @ up)
-    if nobody is None:
+    empty = unloaded(time, wrench.force @ up)
+    if empty is None:
         return wrench
-    warnings.append(baseline_note(name, float(np.median(wrench.force[nobody] @ up))))
+    warnings.append(baseline_note(name, float(np.median(wrench.force[empty] @ up))))
     return _Wrench(
-        wrench.force - np.median(wrench.force[nobody], axis=0),
-        wrench.moment - np.median(wrench.moment[nobody], axis=0),
+        wrench.force - np.median(wrench.force[empty], axis=0),
+        wrench.moment - np.median(wrench.moment[empty], axis=0),
     )
 
 

@@ -140,10 +140,10 @@ def _samples(
     if heavy.any() and np.median(f[heavy, 1]) < 0:
         warnings.append(f"{group.name}: forces point down; they were reversed to act on the body")
         f, t = -f, -t
-    nobody = unloaded(table.time, f[:, 1])
-    if nobody is not None:  # the points of the file stay: of an unloaded plate they mean nothing
-        warnings.append(baseline_note(group.name, float(np.median(f[nobody, 1]))))
-        f = f - np.median(f[nobody], axis=0)
+    empty = unloaded(table.time, f[:, 1])
+    if empty is not None:  # the points of the file stay: of an unloaded plate they mean nothing
+        warnings.append(baseline_note(group.name, float(np.median(f[empty, 1]))))
+        f = f - np.median(f[empty], axis=0)
     loaded &= f[:, 1] >= MIN_FORCE
     far = np.abs(p[loaded & np.isfinite(p).all(axis=1)])
     if far.size and np.median(far.max(axis=1)) > 20.0:

@@ -14,7 +14,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrator import Calibrator
 from plantigrade.kinematics.standing_poses import standing_poses
-from plantigrade.models import Human
+from plantigrade.models import Dimensions, Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.printable import listed
 
@@ -77,26 +77,9 @@ def calibrate(
     if height is None:
         _overall_size(c)
     c.solve_poses()
-    last = np.inf
-    attached: dict[str, str] = {}
-    for k in range(MAX_STEPS):
-        rms = c.refine()
-        if k == 4:
-            attached = c.attach_unknown()
-        if k > 6 and abs(last - rms) < 1e-5:
-            break
-        last = rms
+    attached = _refined(c)
     residual = c.solve_poses()
-    d, stature = c.dimensions, c.dimensions.height
-    lengths = dict(zip(d.names(), d.as_array(), strict=True))
-    if height is not None:
-        upper = {n: lengths[n] for n in ("pelvis_height", "trunk", "head")}
-        factor = 1 + (height - stature) / sum(upper.values())
-        if 0.8 < factor < 1.25:
-            lengths |= {n: length * factor for n, length in upper.items()}
-            lengths.pop("head")
-            stature = height
-    scaled = Human.create(stature, human.mass, human.sex, human.joints, human.feet, lengths=lengths)
+    scaled = _scaled_person(human, c.dimensions, height)
     _, base = c.geometry(scaled.dimensions)
     places = tuple(
         Attachment(p.body, base[i] + c.offsets[i], p.spread)
@@ -112,6 +95,34 @@ def calibrate(
         residual[:, which],
         attached,
     )
+
+
+def _refined(c: Calibrator) -> dict[str, str]:
+    """Take joint steps until the error stays; return bodies of markers of unknown name."""
+    last = np.inf
+    attached: dict[str, str] = {}
+    for k in range(MAX_STEPS):
+        rms = c.refine()
+        if k == 4:
+            attached = c.attach_unknown()
+        if k > 6 and abs(last - rms) < 1e-5:
+            break
+        last = rms
+    return attached
+
+
+def _scaled_person(human: Human, d: Dimensions, height: float | None) -> Human:
+    """Return the person with lengths of its own, those above the legs adapted to a given height."""
+    stature = d.height
+    lengths = dict(zip(d.names(), d.as_array(), strict=True))
+    if height is not None:
+        upper = {n: lengths[n] for n in ("pelvis_height", "trunk", "head")}
+        factor = 1 + (height - stature) / sum(upper.values())
+        if 0.8 < factor < 1.25:
+            lengths |= {n: length * factor for n, length in upper.items()}
+            lengths.pop("head")
+            stature = height
+    return Human.create(stature, human.mass, human.sex, human.joints, human.feet, lengths=lengths)
 
 
 def require_known(names: Sequence[str], placed: dict[str, Attachment | None]) -> None:

@@ -183,9 +183,9 @@ def resample(
             if first == last:
                 continue
             inside = order[first:last]
-            wanted = np.clip(rising[first:last], t[0], t[-1])
+            times = np.clip(rising[first:last], t[0], t[-1])
             result[inside, column] = (
-                CubicSpline(t, y)(wanted) if len(t) >= 4 else np.interp(wanted, t, y)
+                CubicSpline(t, y)(times) if len(t) >= 4 else np.interp(times, t, y)
             )
     return result.reshape((len(new_time), *values.shape[1:]))
 

@@ -38,7 +38,7 @@ def ground_velocity(
 
     It is the velocity that the feet's points share most often (the densest spot of their
     velocities). On a treadmill it is tracked through the recording, so that the belt may change its
-    speed or be inclined. The ground of somebody who gets on in the room stands still.
+    speed or be inclined. The ground of a person who moves through the room is at rest.
 
     Args:
         time: Time of each frame [s].

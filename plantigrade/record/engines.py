@@ -106,7 +106,7 @@ class Processes(Engine):
 
 
 def end_with_parent(parent: int) -> None:
-    """Make this process end soon after its parent has: nobody waits for its results."""
+    """Make this process end soon after its parent has: its results are not needed."""
 
     def watch() -> None:
         while os.getppid() == parent:

@@ -69,7 +69,7 @@ class Record:
     """What happened.
 
     Attributes:
-        human: Who moved.
+        human: The person.
         motion: The motion.
         qfrc_actuator: Generalised force of the joints [N m]; its first six entries hold what the
             dynamics leave unexplained at the root (residual), world force [N], body moment [N m].
@@ -78,7 +78,7 @@ class Record:
         contact_point: Where it acts, world [m]; NaN where the force is zero.
         contact_torque: Free moment at that point, world [N m], where known.
         contact_known: Where the force at a site is known at all; None: everywhere. A foot
-            beside its force plate carries a force that was not measured.
+            off its force plate carries a force that was not measured.
         contact_planned: When each site was planned to be in contact; None without a plan.
         ground: The ground.
         limits: Limits of the motion.
@@ -87,7 +87,7 @@ class Record:
             history of a solver, the state of a controller. Their names, units and shapes are those
             of :data:`~plantigrade.record.signal_registry.SIGNALS`; your own begin with ``user.``.
         references: Other motions of the same Human by name, on clocks of their own: the recorded
-            motion beside a reproduced one.
+            motion of a reproduced one.
         recorded_markers: The recorded markers, on the frames of ``motion``.
         fitted_markers: The same markers on the body, world [m].
         clock: Time zero of ``motion`` on the clock of the recording [s].

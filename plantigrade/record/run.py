@@ -40,7 +40,7 @@ class Run:
         sentence: What was done, in one sentence.
         status: ``"ok"``, or what is wrong, where and when.
         figures: Every figure: flat keys in snake_case, unit as suffix.
-        seconds: Computing times by what was computed [s]; the only thing that differs between
+        seconds: Computing times by what was computed [s]; the only figures that differ between
             equal runs.
         provenance: Where it comes from.
         others: Further records by name (``"forces"``), kept as ``NAME.npz``.
@@ -75,12 +75,12 @@ class Run:
     def with_forces(self) -> Record:
         """The record whose forces are shown.
 
-        It is the motion moved by forces that lies beside the record, or the record itself where it
-        has forces of its own or there is no such motion.
+        It is the motion moved by forces that is stored with the record, or the record itself where
+        it has forces of its own or there is no such motion.
         """
-        beside = self.others.get("forces")
+        forced = self.others.get("forces")
         lost = self.figures.get("dynamics_status", "ok") != "ok"
-        return self.record if beside is None or lost or self.record.has_forces else beside
+        return self.record if forced is None or lost or self.record.has_forces else forced
 
     @property
     def metrics(self) -> dict[str, Any]:
@@ -147,7 +147,7 @@ class Run:
             write_mot(Table(columns, record.motion.time, values), folder / COORDINATES)
             for name, other in self.others.items():
                 write_npz(other, folder / f"{name}.npz")
-                if other.human.xml != record.human.xml:  # somebody whose mass lies elsewhere
+                if other.human.xml != record.human.xml:  # a person with another mass distribution
                     xml = scene_xml(other.human, other.ground, other.sites)
                     (folder / f"{name}.xml").write_text(xml, encoding="utf-8")
 

@@ -10,7 +10,7 @@ from plantigrade.contact.scene_object import SceneObject
 from plantigrade.record.record import Record
 
 PLACES = "things.place"
-"""Middle [m] and rotation, ``wxyz``, of every thing in every frame; NaN while it is not there."""
+"""Middle [m] and rotation, ``wxyz``, of every object in every frame; NaN while it is absent."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -132,22 +132,29 @@ def synthesize(
         if not at.over and rescue:
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
-    for number in range(refinements if at.success else 0):
+    return run.solution(_refined(run, solve, at, refinements if at.success else 0))
+
+
+def _refined(
+    run: "_Stages", solve: Callable[[str, Problem, Start], _Ending], at: _Ending, refinements: int
+) -> _Ending:
+    """Return a solution with more nodes wherever it is wrong between them."""
+    for number in range(refinements):
         made = run.solution(at)
-        neighbours = number == 0 and problem.closure is None  # one round does for a periodic motion
+        # one round does for a periodic motion
+        neighbours = number == 0 and made.problem.closure is None
         times, excess = _wrong(made)
         finer = split(made.nodes, times, excess, neighbours=neighbours)
-        if (
-            len(finer) == len(made.nodes)
-            or excess.max() > MAX_FEASIBLE_WRENCH / MAX_RESIDUAL_WRENCH
-        ):
+        if len(finer) == len(made.nodes):
             break
-        problem = task.problem(body, finer)
+        if excess.max() > MAX_FEASIBLE_WRENCH / MAX_RESIDUAL_WRENCH:
+            break
+        problem = run.task.problem(run.body, finer)
         after = solve("more nodes", problem, at.on(problem))
         if not after.success:
             break
         at = after
-    return run.solution(at)
+    return at
 
 
 def _wrong(solution: Solution) -> tuple[Array, Array]:

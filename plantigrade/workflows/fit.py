@@ -284,9 +284,9 @@ def run_of(
             record, signals={**record.signals, **measured_signals(record, trial.measured)}
         )
         belt = moving_ground(trial.motion.time, trial.feet.heel, trial.feet.toe)
-        beside = compare_forces(record, trial.measured, belt=belt).metrics()
-        del beside["forced_root_residual_bw"]  # estimate_residual_… say more
-        figures |= {k: v for k, v in beside.items() if np.isfinite(v)}
+        compared = compare_forces(record, trial.measured, belt=belt).metrics()
+        del compared["forced_root_residual_bw"]  # estimate_residual_… is more precise
+        figures |= {k: v for k, v in compared.items() if np.isfinite(v)}
     return Run(
         record,
         "fit",

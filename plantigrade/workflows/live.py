@@ -1,4 +1,4 @@
-"""A simulation that somebody looks on at and interferes with, in the browser."""
+"""An interactive simulation in the browser."""
 
 import sys
 import time as clock
@@ -22,10 +22,16 @@ from plantigrade.notes import Info
 from plantigrade.pages.live_world import LiveWorld
 from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.simulate import run_of
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.simulation_start import (
+    Start,
+    controller_of,
+    start_of,
+    surroundings,
+    world_of,
+)
 from plantigrade.world import (
     AnyController,
     Controller,
@@ -50,7 +56,7 @@ class Stage:
     """Makes the worlds of a session from the settings of a simulation.
 
     Args:
-        begin: Who starts.
+        begin: The start.
         mismatch: Differences from the plan, the ground included.
         how: The settings.
         acting: What acts besides.
@@ -165,7 +171,7 @@ def prepare(
     if isinstance(controller, str):
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
-    mismatch, acting = around(how)
+    mismatch, acting = surroundings(how)
     begin = start_of(source, how, step, command)
     own = None if controller is None or isinstance(controller, str) else controller
     stage = Stage(begin, mismatch, how, (*acting, *disturbances), own)
@@ -196,7 +202,7 @@ def live(
         open: Whether to open the page.
         show: Opens the page at an address; in the default browser by default.
         tell: Called with the address, and with how well real time was kept.
-        save: Saves a run; called when somebody presses the button, which is there if this is.
+        save: Saves a run; called by its button, which is shown if this is given.
         stop: Ends the session when set (for tests and notebooks).
         options: Further arguments of ``simulate``.
 
@@ -260,7 +266,7 @@ def _look_on(
     save: Callable[[Run], object] | None,
     show: Callable[[str], object] | None,
 ) -> None:
-    """Show the page, and save when somebody wants it, until interrupted; then end both."""
+    """Show the page, and save on request, until interrupted; then end both."""
     try:
         tell(f"Live at {page.address} (press Ctrl-C to stop)")
         if show is not None:

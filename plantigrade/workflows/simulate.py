@@ -22,10 +22,16 @@ from plantigrade.options import shown
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.signatures import Option, options_of, takes
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.beginning import Start, around, controller_of, start_of, world_of
 from plantigrade.workflows.controller_options import CLASSES
 from plantigrade.workflows.fit import Step, personal_figures, silent
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.simulation_start import (
+    Start,
+    controller_of,
+    start_of,
+    surroundings,
+    world_of,
+)
 from plantigrade.workflows.styles import THEN, timed
 from plantigrade.world import (
     AnyController,
@@ -128,7 +134,7 @@ def run_simulation(
     ]
     if by_hand:
         raise ParameterError(f"then={by_hand[0]!r} needs a time, except with --live: {THEN}")
-    mismatch, acting = around(how)
+    mismatch, acting = surroundings(how)
     begin = start_of(source, how, step, command)
     ground = mismatch.ground_of(begin.ground)
     word = how.controller or usual(begin.motion, begin.record, begin.script)
@@ -258,7 +264,7 @@ def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]
 
     Args:
         record: What happened.
-        until: When the person fell [s]: nobody follows a motion afterwards.
+        until: Time of a fall [s], after which no motion is followed.
     """
     figures: dict[str, float | bool] = {}
     feet = sum(record.foot(side).force[:, 2] for side in SIDES)

@@ -17,12 +17,12 @@ from plantigrade.record.run import MODEL, MOTION
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
-from plantigrade.workflows.beginning import around
 from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.fit_many import contents, contents_of, settings_key
 from plantigrade.workflows.settings import FitSettings, RecordingSettings
 from plantigrade.workflows.simulate import SIMULATION_OPTIONS, run_simulation
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.simulation_start import surroundings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
 from plantigrade.world import Controller, Disturbance
 
@@ -127,7 +127,7 @@ def simulate_batch(
     every = variants(how, vary, seeds, standing=sources == [None])
     made = [Variant(plain(each), *settings_of(how, each)) for each in every]
     for each in made:
-        around(each.settings)  # refuses what is no ground, push or motion, before any work
+        surroundings(each.settings)  # refuses what is no ground, push or motion, before any work
         if each.settings.motion is not None:
             script_named(each.settings.motion)
     _refuse_persons(sources, how)

@@ -168,7 +168,7 @@ class SimulateSettings(RecordingSettings):
         return WalkOptions(**{name: value for name, value in self.own if name in WORDS})
 
     def plain(self) -> dict[str, Any]:
-        """Return the settings as ``metrics.json`` holds them: those of the controller beside."""
+        """Return the settings as ``metrics.json`` holds them: those of the controller apart."""
         plain = super().plain()
         del plain["own"]
         return {**plain, **self.options}

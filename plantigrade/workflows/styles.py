@@ -39,7 +39,7 @@ def styles_of(
         step: Shows progress.
 
     Raises:
-        ParameterError: If a word is none, a walk has no stride, or is of somebody with other
+        ParameterError: If a text is invalid, or a walk has no stride or a person with other
             joints.
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
@@ -124,10 +124,10 @@ def _upper(word: str, human: Human, how: SimulateSettings, step: Step) -> Style:
 
 
 def _found(word: str, human: Human, how: SimulateSettings, step: Step) -> Record:
-    """Return what a recording or run holds.
+    """Return the record of a recording or run.
 
     Raises:
-        ParameterError: If it is of somebody with other joints.
+        ParameterError: If its person has other joints.
     """
     path = as_path(word, "another walk")
     if path.is_dir():
@@ -138,7 +138,7 @@ def _found(word: str, human: Human, how: SimulateSettings, step: Step) -> Record
         record = fit_trial(path, own, step)[1].record()
     if record.human.joint_names != human.joint_names:
         raise ParameterError(
-            f"{word} is of somebody with {record.human.model.nv} degrees of freedom, the one who "
+            f"the person of {word} has {record.human.model.nv} degrees of freedom, the one who "
             f"walks has {human.model.nv}: the joints and feet of both must be the same"
         )
     return record

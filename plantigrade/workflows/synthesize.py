@@ -66,7 +66,7 @@ def synthesize_task(
 
     Args:
         parameters: The task and its parameters.
-        how: Who does it, and how it is solved.
+        how: Person and options of the solver.
         file: A task file; ``parameters`` replaces its parameters.
         progress: Called with every iteration; returning True stops with the best so far.
         origin: For the provenance.

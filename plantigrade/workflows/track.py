@@ -90,7 +90,7 @@ class Tracked:
         return self.solution.record()
 
     def record(self) -> Record:
-        """Return the whole motion, on its own clock, beside the recorded one."""
+        """Return the whole motion, on its own clock, with the recorded one."""
         record, signals = self._solved, {}
         if self.walk.measured is not None:
             signals = measured_signals(self._on_the_recordings_clock(record), self.walk.measured)
@@ -131,7 +131,7 @@ class Tracked:
 
     @cached_property
     def against_recording(self) -> Comparison:
-        """Joint angles of the legs and feet beside the recorded ones, over the strides."""
+        """Joint angles of the legs and feet and the recorded ones, over the strides."""
         return compare(self.with_recording)
 
     @cached_property
@@ -160,7 +160,7 @@ class Tracked:
     def estimate_against_plates(self) -> ForceComparison:
         """Compare the estimated forces with the measured ones, over the same frames.
 
-        The joint moments beside them are those of the recorded motion.
+        The joint moments for comparison are those of the recorded motion.
 
         Raises:
             ReproduceError: If the recording has no force plates.
@@ -207,8 +207,8 @@ class Tracked:
         found |= {limit_of(name): limit for name, limit in LIMITS.items()}
         if self.walk.measured is not None:
             found |= self.against_plates().metrics()
-            beside = self.estimate_against_plates().metrics()
-            found |= {f"estimated_{name}": x for name, x in beside.items() if name in found}
+            compared = self.estimate_against_plates().metrics()
+            found |= {f"estimated_{name}": x for name, x in compared.items() if name in found}
         return found
 
     def _on_the_recordings_clock(self, record: Record) -> Record:

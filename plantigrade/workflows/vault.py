@@ -101,7 +101,7 @@ def run_vault(
 
     every = search(gymnast)
     other = the_vault(replace(how, five_segments=not how.five_segments)) if how.compare else None
-    beside = None if other is None else (other, search(other))
+    other_model = None if other is None else (other, search(other))
     changes: tuple[ApproachChange, ...] = ()
     if how.sensitivity:
         with step("changing the approach"):
@@ -110,7 +110,7 @@ def run_vault(
             )
     seconds = clock.perf_counter() - began
     with step("recording and checking"):
-        return run_of(how, gymnast, every, command, seconds, beside, changes)
+        return run_of(how, gymnast, every, command, seconds, other_model, changes)
 
 
 def the_vault(how: VaultSettings) -> Vault:
@@ -128,26 +128,26 @@ def run_of(
     every: tuple[SearchResult, ...],
     command: str = "",
     seconds: float = 0.0,
-    beside: tuple[Vault, tuple[SearchResult, ...]] | None = None,
+    other_model: tuple[Vault, tuple[SearchResult, ...]] | None = None,
     changes: tuple[ApproachChange, ...] = (),
 ) -> Run:
     """Return the run of the best vault that was found.
 
     Args:
         how: What decided it.
-        gymnast: Who arrived at what, and how.
+        gymnast: Name and approach of the gymnast.
         every: What all searches found, the best first.
         command: The command line.
         seconds: How long the searches took [s].
-        beside: The model with the other number of segments, and what its searches found.
+        other_model: The model with the other number of segments, and results of its searches.
         changes: What changes with the approach.
     """
     vaulted = recorded(gymnast, every[0])
     figures = {**figures_of(vaulted), **search_figures(every)}
     references, signals = {}, {}
-    if beside is not None:
-        theirs = recorded(beside[0], beside[1][0])
-        words = f"{beside[0].segments.count} segments"
+    if other_model is not None:
+        theirs = recorded(other_model[0], other_model[1][0])
+        words = f"{other_model[0].segments.count} segments"
         references[words] = theirs.motion
         figures["other_take_off_speed_m_s"] = theirs.contact.rise
         figures["other_angular_difference_pct"] = angular_difference(vaulted, theirs)

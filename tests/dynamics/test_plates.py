@@ -156,7 +156,7 @@ def test_foot_partly_off_the_plate():
     stands = (t > 1.15) & (t < 1.72)
     assert whole.valid_side[stands, 0].all()
     assert not partly.valid_side[stands, 0].any()
-    assert any("partly beside" in w for w in partly.warnings)
+    assert any("partly off" in w for w in partly.warnings)
     assert not any("partly" in w for w in whole.warnings)
 
 

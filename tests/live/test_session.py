@@ -16,9 +16,9 @@ from plantigrade.live.clock import MAX_LAG, Clock, Pace
 from plantigrade.live.session import Choice, Session
 from plantigrade.models import Human
 from plantigrade.record import Provenance
-from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.simulation_start import Start
 from plantigrade.world import Controller, Drawing, Rates, StablePD, Target
 from plantigrade.world.model_mismatch import ModelMismatch
 

@@ -16,9 +16,9 @@ from plantigrade.pages.live_scene import frame_data, world_data
 from plantigrade.pages.live_world import LiveWorld
 from plantigrade.pages.page_server import SOCKET_PATH
 from plantigrade.record import Provenance
-from plantigrade.workflows.beginning import Start
 from plantigrade.workflows.live import Stage
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.simulation_start import Start
 from plantigrade.world import Controller, Drawing, StablePD, Target
 from plantigrade.world.model_mismatch import ModelMismatch
 from tests.browser import wait_for

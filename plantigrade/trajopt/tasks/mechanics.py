@@ -17,7 +17,8 @@ Each limit lies above the abilities of people: a refused motion is impossible.
   :math:`v^2 / g l` is at most 1 [Alexander1989]_.
 """
 
-from collections.abc import Iterator
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -180,11 +181,7 @@ def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None)
     from scipy.optimize import linprog
     from scipy.sparse import coo_array
 
-    ends = np.unique(np.clip([0.0, *plan.switches, plan.duration], 0.0, plan.duration))
-    parts = [
-        np.linspace(a, b, int(np.ceil((b - a) / MAX_TIME_STEP)) + 1)[:-1] for a, b in _pairs(ends)
-    ]
-    times = np.append(np.concatenate(parts), plan.duration)
+    times = _times(plan)
     middles, steps = (times[1:] + times[:-1]) / 2, np.diff(times)
     places = [_base(human, plan, float(t)) for t in middles]
     if not all(len(p) for p in places):
@@ -194,37 +191,12 @@ def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None)
         rests = (*places[0].mean(axis=0), height), (*places[-1].mean(axis=0), height)
     rate = float(np.sqrt(GRAVITY / min(x[2] for x in rests)))
     n = len(steps)
+    out = sum(map(len, places))
+    most = out + 2 * n
     # unknowns: parts that corners carry, how far out of the feet the ground pushes along x and y,
     # the greatest of these, and position ± velocity / rate along x and y at all times
-    count = [len(p) for p in places]
-    first = np.cumsum([0, *count])
-    out, most = first[-1], first[-1] + 2 * n
     state = most + 1 + 2 * np.arange(2 * (n + 1)).reshape(n + 1, 2)
-    rows: list[tuple[int, int, float]] = []
-    known: list[float] = []
-
-    def equation(terms: list[tuple[int, float]], value: float) -> None:
-        rows.extend((len(known), column, factor) for column, factor in terms)
-        known.append(value)
-
-    for k, (place, step) in enumerate(zip(places, steps, strict=True)):
-        carried = range(int(first[k]), int(first[k + 1]))
-        equation([(j, 1.0) for j in carried], 1.0)
-        for axis in range(2):
-            pressure = [(j, place[i, axis]) for i, j in enumerate(carried)]
-            pressure.append((int(out + 2 * k + axis), 1.0))
-            for way in (1.0, -1.0):
-                # the part that grows is divided by its growth, so that numbers stay small
-                grown = float(np.exp(-rate * step))
-                this, then = (1.0, grown) if way > 0 else (grown, 1.0)
-                own = int(state[k, axis]) + (way < 0)
-                after = int(state[k + 1, axis]) + (way < 0)
-                moved = [(j, (this - then) * x) for j, x in pressure]
-                equation([(after, then), (own, -this), *moved], 0.0)
-    for k, rest in ((0, rests[0]), (n, rests[1])):
-        for axis in range(2):
-            for way in range(2):
-                equation([(int(state[k, axis]) + way, 1.0)], float(rest[axis]))
+    rows, known = _pendulum_rows(places, rate * steps, out, state, rests)
     size = int(state[-1, -1]) + 2
     i, j, factors = (np.array(x) for x in zip(*rows, strict=True))
     equations = coo_array((factors, (i, j)), shape=(len(known), size)).tocsr()
@@ -246,8 +218,55 @@ def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None)
     return float(found.fun) if found.success else 0.0
 
 
-def _pairs(x: Array) -> Iterator[tuple[float, float]]:
-    return zip(x[:-1], x[1:], strict=True)
+def _times(plan: ContactPlan) -> Array:
+    """Return times of a plan at most :data:`MAX_TIME_STEP` apart, changes of contact included."""
+    ends = np.unique(np.clip([0.0, *plan.switches, plan.duration], 0.0, plan.duration))
+    parts = [
+        np.linspace(a, b, int(np.ceil((b - a) / MAX_TIME_STEP)) + 1)[:-1] for a, b in pairwise(ends)
+    ]
+    return np.append(np.concatenate(parts), plan.duration)
+
+
+def _pendulum_rows(
+    places: Sequence[Array], growth: Array, out: int, state: Array, rests: Rests
+) -> tuple[list[tuple[int, int, float]], list[float]]:
+    """Return equations of a pendulum from rest to rest: row, column and factor; right sides.
+
+    Args:
+        places: Corners of the base of support in every step [m].
+        growth: Rate of the pendulum times the duration of every step.
+        out: Column of the first push out of the feet.
+        state: Columns of the states.
+        rests: Centre of mass at the start and at the end [m].
+    """
+    rows: list[tuple[int, int, float]] = []
+    known: list[float] = []
+
+    def equation(terms: list[tuple[int, float]], value: float) -> None:
+        rows.extend((len(known), column, factor) for column, factor in terms)
+        known.append(value)
+
+    first = 0
+    for k, (place, step) in enumerate(zip(places, growth, strict=True)):
+        carried = range(first, first + len(place))
+        first += len(place)
+        equation([(j, 1.0) for j in carried], 1.0)
+        for axis in range(2):
+            pressure = [(j, place[i, axis]) for i, j in enumerate(carried)]
+            pressure.append((int(out + 2 * k + axis), 1.0))
+            for way in (1.0, -1.0):
+                # the part that grows is divided by its growth, so that numbers stay small
+                grown = float(np.exp(-step))
+                this, then = (1.0, grown) if way > 0 else (grown, 1.0)
+                own = int(state[k, axis]) + (way < 0)
+                after = int(state[k + 1, axis]) + (way < 0)
+                moved = [(j, (this - then) * x) for j, x in pressure]
+                equation([(after, then), (own, -this), *moved], 0.0)
+    for k, rest in ((0, rests[0]), (len(places), rests[1])):
+        for axis in range(2):
+            for way in range(2):
+                equation([(int(state[k, axis]) + way, 1.0)], float(rest[axis]))
+    return rows, known
 
 
 def _base(human: Human, plan: ContactPlan, time: float) -> Float[Array, "n_corners 2"]:

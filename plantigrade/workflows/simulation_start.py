@@ -65,22 +65,22 @@ MAX_SETTLED_SHIFT = 0.05
 
 @dataclass(frozen=True)
 class Start:
-    """Who starts, and from what.
+    """Start of a simulation.
 
     Attributes:
         human: The person.
-        ground: What the motion happened on.
-        motion: What they did there; None where they just stand.
-        sites: Further places of the body that seats carry.
-        name: What it is called.
-        provenance: Where it comes from.
-        figures: What is known of the person.
-        notes: What the user should know of it.
-        place: Where somebody stands who has no motion [m], and which way they look [rad].
+        ground: Ground of the motion.
+        motion: Motion; None for standing.
+        sites: Further sites of the body that seats carry.
+        name: Name of the source.
+        provenance: Its provenance.
+        figures: Known figures of the person.
+        notes: Notes for the user.
+        place: Position [m] and heading [rad] of a person who stands.
         record: The motion with its forces.
-        script: What they are to do in balance: a foot motion, or a motion brought over their feet.
-        policy: What has learned to move them.
-        walk: What their walk is commanded.
+        script: Reference of balance: a foot motion, or a motion brought over the feet.
+        policy: Learned controller.
+        walk: Command of the walk.
     """
 
     human: Human
@@ -98,15 +98,15 @@ class Start:
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:
-        """Return how they stand on a ground, where they stand."""
+        """Return the posture of standing on a ground."""
         return standing_on(self.human, ground, placement=self.place)
 
 
-def around(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...]]:
+def surroundings(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...]]:
     """Return the model mismatch, its ground included, and the disturbances.
 
     Raises:
-        ParameterError: If there is no such ground, or a word is no push, rope, box, barrier or
+        ParameterError: If there is no such ground, or a text is no push, rope, box, barrier or
             shift.
     """
     pushes: tuple[Disturbance, ...] = (
@@ -137,12 +137,12 @@ def around(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...
 
 
 def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
-    """Return who starts: of a recording, a run or its folder; somebody who stands without one.
+    """Return the start from a recording, a run or its folder; standing without one.
 
-    A walk that a pendulum is to carry out starts with the stride that it repeats.
+    The walk of a pendulum starts with the stride that it repeats.
 
     Raises:
-        ParameterError: If a run is given, and a person too, or it starts below its ground.
+        ParameterError: If a run and a person are given, or it starts below its ground.
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
@@ -166,7 +166,7 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
 
 
 def controller_of(begin: Start, ground: Ground, how: SimulateSettings, word: str) -> Controller:
-    """Return a controller by its name, for who starts.
+    """Return a controller by its name, for a start.
 
     Raises:
         ParameterError: If there is no such controller, or it does not fit the start.
@@ -223,7 +223,7 @@ def _over_the_feet(begin: Start) -> Start:
 
 
 def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
-    """Return who starts without a script."""
+    """Return a start without a script."""
     path = _recording(source)
     if path is not None:
         recording, trial = fit_trial(path, how, step)
@@ -258,7 +258,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
 
 
 def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
-    """Return somebody who does a foot motion.
+    """Return the start of a foot motion.
 
     Raises:
         ParameterError: If there is no such script, or the feet have no segments.
@@ -284,13 +284,13 @@ def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
 
 
 def _carriers(record: Record) -> tuple[ContactSite, ...]:
-    """Return the places on no foot that a seat carries."""
+    """Return the sites on no foot that a seat carries."""
     seats = {seat.site for seat in record.ground.seats}
     return tuple(site for site in record.sites if site.name in seats and not site.measured)
 
 
 def situation(begin: Start, ground: Ground) -> Situation:
-    """Return what a controller is made for."""
+    """Return the situation of a controller."""
     stands = None if begin.motion is not None else begin.standing(ground)
     return Situation(
         human=begin.human,
@@ -304,10 +304,10 @@ def situation(begin: Start, ground: Ground) -> Situation:
 
 
 def walk_command(begin: Start, how: SimulateSettings, step: Step) -> WalkCommand:
-    """Return what a walk is commanded.
+    """Return the command of a walk.
 
     Raises:
-        PlantigradeError: If a word is no speed or path, no other walk or upper body.
+        PlantigradeError: If a text is no speed or path, no other walk or upper body.
     """
     words = how.words
     walks, uppers = styles_of(begin.human, how, step)
@@ -322,10 +322,10 @@ def walk_command(begin: Start, how: SimulateSettings, step: Step) -> WalkCommand
 
 
 def state_of(begin: Start, mismatch: ModelMismatch, how: SimulateSettings) -> tuple[Array, Array]:
-    """Return where the person starts, and how fast.
+    """Return the initial configuration and velocity.
 
-    Who has no motion stands: laid on the ground, and settled, the soles pressed into it as far as
-    they will be, unless a held posture does not come to rest there.
+    A person without a motion stands on the ground, with soles compressed by a second of standing,
+    unless a held posture does not come to rest there.
     """
     if begin.motion is not None:
         return mismatch.initial_state(begin.human, begin.motion, begin.ground, how.seed)
@@ -359,7 +359,7 @@ def world_of(
     acting: Sequence[Disturbance],
     controller: Controller,
 ) -> World:
-    """Return the world in which somebody starts, at the rates of their controller."""
+    """Return the world of a start, at the rates of its controller."""
     ground = mismatch.ground_of(begin.ground)
     world = world_for(
         controller,
@@ -376,10 +376,10 @@ def world_of(
 
 
 def _policy_of(how: SimulateSettings) -> PolicyController:
-    """Return the policy that settings name.
+    """Return the policy of the settings.
 
     Raises:
-        ParameterError: If they describe a person, who is that of the policy.
+        ParameterError: If they describe a person, because a policy defines its own.
         FileError: If there is no such policy.
     """
     known, word = dict(how.known), str(how.controller)
