@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade.errors import ParameterError, known_names
+from plantigrade.extras import require
 from plantigrade.options import as_path, refuse_unknown
 from plantigrade.record import Run
 from plantigrade.signatures import Option, of_variants, options_of, takes
@@ -59,6 +60,7 @@ def synthesize(
         FileError: If a file or the run to start from cannot be read.
         FitError: If a recording to track cannot be fitted.
         ReproduceError: If a recording to track is not on level ground.
+        MissingExtra: If the extra ``synthesis`` is not installed.
 
     Example:
         >>> import plantigrade as pg
@@ -92,7 +94,9 @@ def run_synthesis(
         FileError: If a file or the run to start from cannot be read.
         FitError: If a recording to track cannot be fitted.
         ReproduceError: If a recording to track is not on level ground.
+        MissingExtra: If the extra ``synthesis`` is not installed.
     """
+    require("casadi", "synthesis")
     word, options = str(as_path(task, "a task")), {**options}
     common: dict[str, Any] = {"command": command}
     if word == TRACK:
