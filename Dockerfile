@@ -8,7 +8,7 @@ RUN pip wheel --no-cache-dir --no-deps --wheel-dir /wheel .
 
 FROM python:3.12-slim
 COPY --from=wheel /wheel /wheel
-RUN pip install --no-cache-dir /wheel/*.whl && rm -r /wheel \
+RUN pip install --no-cache-dir "$(ls /wheel/*.whl)[synthesis]" && rm -r /wheel \
     && useradd --create-home --uid 1000 walker && mkdir /data && chown walker /data
 USER walker
 RUN cd /tmp && plantigrade demo --quiet && rm -r /tmp/runs

@@ -5,7 +5,7 @@ turns any :class:`PlantigradeError` into one sentence and exit code 2.
 """
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from plantigrade.printable import printable
@@ -73,6 +73,17 @@ class UnsupportedFormat(FileError):
     """The package does not read or write this file format."""
 
 
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return a question for the known name that is nearest, or nothing where none is near.
+
+    Example:
+        >>> did_you_mean("wlak", ["walk", "squat"]), did_you_mean("xyzzy", ["walk", "squat"])
+        ('did you mean walk? ', '')
+    """
+    near = difflib.get_close_matches(str(name), list(known), n=1)
+    return f"did you mean {near[0]}? " if near else ""
+
+
 def known_names(name: str, known: Sequence[str]) -> str:
     """Return the known names for a message, those most similar to ``name`` first, shortened.
 
@@ -89,11 +100,15 @@ def known_names(name: str, known: Sequence[str]) -> str:
             break
         shown.append(each)
     more = f" and {len(listed) - len(shown)} more" if len(shown) < len(listed) else ""
-    return f"there are {', '.join(shown)}{more}"
+    return f"{did_you_mean(name, known)}there are {', '.join(shown)}{more}"
 
 
 class CoordinateNotFound(PlantigradeError, KeyError):
     """A coordinate, joint or body name does not exist on this Human."""
+
+
+class FigureNotFound(PlantigradeError, KeyError):
+    """A run has no figure of this name."""
 
 
 class MissingExtra(PlantigradeError, ImportError):

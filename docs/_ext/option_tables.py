@@ -20,6 +20,7 @@ from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import JobOptions, PrintOptions, RunOptions
 from plantigrade.models.person import Person
+from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.table import Table
 from plantigrade.workflows.controller_options import (
@@ -31,6 +32,7 @@ from plantigrade.workflows.controller_options import (
 from plantigrade.workflows.settings import RecordingSettings, Settings, SolveSettings
 
 SHARED = {
+    Impairments: "Impairments",
     SolveSettings: "Solver",
     RecordingSettings: "Recording",
     AnyOptions: "Controller",

@@ -80,6 +80,7 @@ def _unit(condition: Condition, tol: Tolerances) -> tuple[float, str, float]:
         "rad/s": (np.rad2deg(tol.condition_rad_s), "deg/s", degrees),
         "m/s": (tol.condition_m_s, "m/s", 1.0),
         "W": (tol.condition_w, "W", 1.0),
+        "N m": (tol.condition_n_m, "N m", 1.0),
     }[condition.unit]
 
 
@@ -144,13 +145,18 @@ def _com_speed(record: Record, s: Sweep, condition: Condition) -> Float[Array, "
 
 def _power(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
     """Return the power of a joint's muscles: joint power less that of passive tissue [W]."""
+    return _muscle_torque(record, s, condition) * record.motion.velocity(condition.of)
+
+
+def _muscle_torque(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
+    """Return the torque of a joint's muscles: joint torque less that of passive tissue [N m]."""
     motion, human, i = record.motion, record.human, record.human.hinge(condition.of)
     q, v = (
         np.stack([f(name) for name in human.coordinates])
         for f in (motion.__getitem__, motion.velocity)
     )
     passive = passive_moments(human.coordinates, list(q), list(v), scale(human.mass, human.height))
-    return (s.tau[:, 6 + i] - passive[i]) * v[i]
+    return s.tau[:, 6 + i] - passive[i]
 
 
 def _along(
@@ -170,4 +176,5 @@ _SERIES: dict[str, Callable[[Record, Sweep, Condition], np.ndarray]] = {
     "com": _com,
     "com speed": _com_speed,
     "power": _power,
+    "muscle torque": _muscle_torque,
 }

@@ -17,7 +17,6 @@ with zero and sign as in this package; list and rotation of the pelvis are those
 """
 
 import csv
-import difflib
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -27,7 +26,7 @@ import numpy as np
 from plantigrade.analyze.norms import Population
 from plantigrade.arrays import Array
 from plantigrade.charts.labels import COORDINATES, without_side
-from plantigrade.errors import FileError
+from plantigrade.errors import FileError, did_you_mean
 from plantigrade.io.text import read_text
 from plantigrade.io.writing import csv_text
 from plantigrade.motion.cycles import PERCENT
@@ -135,6 +134,5 @@ def _advice(variable: str) -> str:
     plain = without_side(variable)
     if plain in NAMES:
         return f"write {plain}: norms apply to both sides, over the cycle of the right foot"
-    near = difflib.get_close_matches(variable, NAMES, n=1)
-    hint = f"did you mean {near[0]}? " if near else ""
+    hint = did_you_mean(variable, NAMES)
     return f"{hint}names are those of coordinates, as knee_angle, hip_flexion_moment"

@@ -53,6 +53,7 @@ class Tolerances:
     condition_rad_s: float = 0.05  #: On an angular velocity [rad/s]
     condition_m_s: float = 0.02  #: On a velocity [m/s]
     condition_w: float = 1.0  #: On a power [W]
+    condition_n_m: float = 0.5  #: On a torque of muscles [N m]
 
 
 RECORDING_TOLERANCES = Tolerances(

@@ -6,7 +6,6 @@ Nothing heavy is imported here, so that ``plantigrade --help`` answers at once. 
 """
 
 import contextlib
-import difflib
 import importlib
 import io
 import os
@@ -25,7 +24,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 from plantigrade import __version__  # noqa: E402
 from plantigrade.commands.outcome import Outcome  # noqa: E402
-from plantigrade.errors import CheckoutNeeded, PlantigradeError  # noqa: E402
+from plantigrade.errors import CheckoutNeeded, PlantigradeError, did_you_mean  # noqa: E402
 from plantigrade.printable import printable  # noqa: E402
 
 _KEPT = "no incomplete run folder is kept; a batch continues with the same command"
@@ -82,7 +81,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as stop:  # the parser has printed its help (0) or its complaint (2)
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except PlantigradeError as error:
-        return _complain(f"error: {error}", BAD_INPUT)
+        code = _complain(f"error: {error}", BAD_INPUT)
+        for note in getattr(error, "__notes__", ()):
+            print(printable(note), file=sys.stderr)
+        return code
     except BrokenPipeError:  # `plantigrade data | head`: the reader has seen enough
         _discard_output()
         return DONE
@@ -233,8 +235,7 @@ def _unknown(name: str) -> str:
         return f"option {name} must come after the command: `plantigrade COMMAND {name}`"
     if name in OTHER_WORDS:
         return f"no command {name!r}: `plantigrade {OTHER_WORDS[name]}"
-    near = difflib.get_close_matches(name, COMMANDS, n=1)
-    hint = f"did you mean {near[0]}? " if near else ""
+    hint = did_you_mean(name, COMMANDS)
     return f"no command {name!r}; {hint}there are {', '.join(COMMANDS)}"
 
 

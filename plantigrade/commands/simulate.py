@@ -111,7 +111,7 @@ class Command(
         return [*runs, *given.files], given.several
 
     def show(self) -> Outcome:
-        """Simulate in the browser, and write the run folder if one is named."""
+        """Simulate in the browser; write the run where one is named, or where Save is pressed."""
         import sys
 
         from plantigrade.commands.progress import Progress
@@ -124,8 +124,9 @@ class Command(
         progress, written = Progress(quiet=self.quiet), []
 
         def keep(run: Run) -> Run:
-            written.append(run)
-            return save(run, self.out, overwrite=self.overwrite or len(written) > 1)
+            out = written[-1].folder if written else self.out
+            written.append(save(run, out, overwrite=self.overwrite or bool(written)))
+            return written[-1]
 
         run = live(
             self.sources[0] if self.sources else None,
@@ -133,11 +134,14 @@ class Command(
             port=self.port,
             open=not self.no_open,
             tell=lambda line: print(line, file=sys.stderr, flush=True),
-            save=None if self.out is None else keep,
+            save=keep,
             step=progress.step,
             command=command_line(),
         )
+        if self.out is None and written:
+            return Outcome(summary(written[-1].folder or Path(), written[-1].metrics))
         if self.out is None:
+            progress.say("not saved: press Save on the page, or name a folder with --out")
             return Outcome()
         with progress.step("writing the report and the viewer"):
             run = keep(run)

@@ -16,7 +16,7 @@ from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.commands.solver_watch import Watch
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import optional, refuse_unknown
 from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings
 from plantigrade.workflows.settings import (
@@ -281,6 +281,7 @@ def parse(words: Sequence[str]) -> Any:
         ParameterError: If there is no such task, or a value is out of range.
         FileError: If a task file cannot be read.
     """
+    words = [_joint_strength(words, k) for k in range(len(words))]
     first, options = words[0] if words else "--help", {}
     leading = list(takewhile(lambda word: not word.startswith("-"), words))
     if first == "--list" or len(leading) > 1 or (leading and not first.endswith(".toml") and (
@@ -300,10 +301,21 @@ def parse(words: Sequence[str]) -> Any:
 
         file = read_task_file(first)
         kind = SUBCOMMANDS[file.base]
-        options["default"] = kind(**file.parameters, file=Path(first))
+        options["default"] = kind(**file.parameters, **file.impairments, file=Path(first))
     if kind is None:
-        raise ParameterError(f"no task {first!r}; there are {', '.join(SUBCOMMANDS)}")
+        raise ParameterError(f"no task {first!r}; {known_names(first, list(SUBCOMMANDS))}")
     return parsing.parse(kind, f"plantigrade synthesize {first}", words[1:], **options)
+
+
+def _joint_strength(words: Sequence[str], k: int) -> str:
+    """Return a word; ``--joint-strength`` for a ``--strength`` that names a joint."""
+    option, equals, value = words[k].partition("=")
+    named = value or (words[k + 1] if k + 1 < len(words) else "")
+    return (
+        f"--joint-{option[2:]}{equals}{value}"
+        if option == "--strength" and "=" in named
+        else words[k]
+    )
 
 
 def usage() -> str:

@@ -23,7 +23,7 @@ from plantigrade.control.pendulum import PendulumSettings, WalkCommand, Walker
 from plantigrade.control.posture import Posture, PostureSettings, passive
 from plantigrade.control.replay import Replay, ReplaySettings
 from plantigrade.control.tracking import Tracking, TrackingSettings
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.options import refuse_unknown
@@ -222,5 +222,5 @@ def checked(name: str) -> str:
         ParameterError: If there is none of that name.
     """
     if name not in CONTROLLERS:
-        raise ParameterError(f"no controller {name!r}; there are {', '.join(CONTROLLERS)}")
+        raise ParameterError(f"no controller {name!r}; {known_names(name, list(CONTROLLERS))}")
     return name

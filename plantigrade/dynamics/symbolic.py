@@ -26,6 +26,7 @@ from plantigrade.contact.site import Point
 from plantigrade.dynamics.links import inertia
 from plantigrade.dynamics.recursions import LinkTree
 from plantigrade.errors import ParameterError
+from plantigrade.extras import require
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -303,9 +304,12 @@ class SymbolicHuman:
     def _function(
         self, name: str, inputs: tuple[str, ...], build: Callable, *key: Any
     ) -> "casadi.Function":
-        """Return the cached function that ``build`` makes from symbols."""
-        import casadi as ca
+        """Return the cached function that ``build`` makes from symbols.
 
+        Raises:
+            MissingExtra: If CasADi is not installed.
+        """
+        ca = require("casadi", "synthesis")
         points = [each for each in key if isinstance(each, Point)]
         if (name, *key) not in self._functions:
             for point in points:

@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Markers:
             return self.names.index(name)
         except ValueError:
             raise ParameterError(
-                f"no marker {name!r} in the recording; it has {', '.join(self.names)}"
+                f"no marker {name!r} in the recording; {known_names(name, self.names)}"
             ) from None
 
     def select(self, names: Sequence[str]) -> "Markers":
@@ -185,7 +185,7 @@ class Table:
             ParameterError: If there is no such column.
         """
         if name not in self.names:
-            raise ParameterError(f"no column {name!r}; there are {', '.join(self.names)}")
+            raise ParameterError(f"no column {name!r}; {known_names(name, self.names)}")
         return self.values[:, self.names.index(name)]
 
 

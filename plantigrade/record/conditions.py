@@ -14,7 +14,16 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import ParameterError
 
 Quantity = Literal[
-    "coordinate", "speed", "rest", "point", "clearance", "com", "com speed", "displacement", "power"
+    "coordinate",
+    "speed",
+    "rest",
+    "point",
+    "clearance",
+    "com",
+    "com speed",
+    "displacement",
+    "power",
+    "muscle torque",
 ]
 """What is bounded:
 
@@ -26,7 +35,8 @@ Quantity = Literal[
 - ``"clearance"``: how far that lowest point is above the ground below it [m];
 - ``"com"``, ``"com speed"``: centre of mass along ``axis`` [m], and its velocity [m/s];
 - ``"displacement"``: how far the coordinate ``of`` goes from the first of ``time`` to the last;
-- ``"power"``: joint power at the hinge ``of`` without what passive tissue does [W].
+- ``"power"``: joint power at the hinge ``of`` without what passive tissue does [W];
+- ``"muscle torque"``: joint torque at the hinge ``of`` without that of passive tissue [N m].
 """
 
 AXES = ("x", "y", "z")
@@ -82,10 +92,13 @@ class Condition:
     @property
     def unit(self) -> str:
         """SI unit of the bounds."""
+        dynamic = {"power": "W", "muscle torque": "N m"}
+        if self.quantity in dynamic:
+            return dynamic[self.quantity]
         metres = self.quantity in ("point", "clearance", "com", "com speed")
         metres = metres or self.of in ("pelvis_tx", "pelvis_ty", "pelvis_tz")
         rate = "/s" if self.quantity in ("speed", "rest", "com speed") else ""
-        return "W" if self.quantity == "power" else ("m" if metres else "rad") + rate
+        return ("m" if metres else "rad") + rate
 
     def holds_at(self, time: Float[Array, " n"]) -> Bool[Array, " n"]:
         """Return which times are judged; for an instant, judge the motion at that very time."""

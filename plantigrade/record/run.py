@@ -12,6 +12,7 @@ from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
 from plantigrade.notes import Info
 from plantigrade.options import as_path
+from plantigrade.record.figures import Figures
 from plantigrade.record.folder import FORMAT, write_folder
 from plantigrade.record.metrics import METRICS, read_metrics
 from plantigrade.record.npz import read_npz, write_npz
@@ -65,6 +66,10 @@ class Run:
     name: str = ""
     folder: Path | None = None
     files: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        """Keep figures in a mapping that names the nearest key."""
+        object.__setattr__(self, "figures", Figures(self.figures))
 
     @property
     def ok(self) -> bool:

@@ -10,7 +10,6 @@ from plantigrade.arrays import Array, Float
 from plantigrade.batched import BatchedFunction
 from plantigrade.constants import FRICTION
 from plantigrade.contact.ground import Ground
-from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.trajopt.contact_record import contact_record
@@ -166,10 +165,8 @@ class Solution:
         use = np.maximum(use, np.abs(states[1][:, 6:]) / speed)
         powers = [t.watts(body) for t in self.task.terms if isinstance(t, PowerLimit)]
         if powers:
-            q, v, human = states[0], states[1][:, 6:], body.human
-            tissue = passive_moments(
-                human.coordinates, list(q[:, 6:].T), list(v.T), scale(human.mass, human.height)
-            )
+            q, v = states[0][:, 6:], states[1][:, 6:]
+            tissue = body.tissue(list(q.T), list(v.T))
             use = np.maximum(use, np.abs((tau - np.stack(tissue, axis=1)) * v) / min(powers))
         return times, use.max(axis=1, initial=0.0)
 

@@ -187,7 +187,7 @@ def live(
     open: bool = True,  # noqa: A002 - the word of the command line's option
     show: Callable[[str], object] = webbrowser.open,
     tell: Callable[[str], None] = print,
-    save: Callable[[Run], object] | None = None,
+    save: Callable[[Run], Run] | None = None,
     stop: Event | None = None,
     **options: Any,
 ) -> Run:
@@ -263,7 +263,7 @@ def _look_on(
     stop: Event,
     physics: Thread,
     tell: Callable[[str], None],
-    save: Callable[[Run], object] | None,
+    save: Callable[[Run], Run] | None,
     show: Callable[[str], object] | None,
 ) -> None:
     """Show the page, and save on request, until interrupted; then end both."""
@@ -284,7 +284,7 @@ def _look_on(
         page.close()
 
 
-def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None:
+def _save(made: Live, save: Callable[[Run], Run] | None, stop: Event) -> None:
     """Save the run so far; the session pauses meanwhile."""
     session, taken = made.session, Event()
     got: list[Run] = []
@@ -304,8 +304,7 @@ def _save(made: Live, save: Callable[[Run], object] | None, stop: Event) -> None
             return
     if save is not None and got:
         try:
-            save(got[0])
-            session.message = "Saved."
+            session.message = f"Saved: {save(got[0]).folder}"
         except PlantigradeError as error:
             session.message = str(error)
     session.submit(lambda: setattr(session, "paused", paused))

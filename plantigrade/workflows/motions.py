@@ -6,7 +6,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
+from plantigrade.extras import require
 from plantigrade.options import as_path, refuse_unknown
 from plantigrade.record import Run
 from plantigrade.signatures import Option, of_variants, options_of, takes
@@ -59,6 +60,7 @@ def synthesize(
         FileError: If a file or the run to start from cannot be read.
         FitError: If a recording to track cannot be fitted.
         ReproduceError: If a recording to track is not on level ground.
+        MissingExtra: If the extra ``synthesis`` is not installed.
 
     Example:
         >>> import plantigrade as pg
@@ -92,7 +94,9 @@ def run_synthesis(
         FileError: If a file or the run to start from cannot be read.
         FitError: If a recording to track cannot be fitted.
         ReproduceError: If a recording to track is not on level ground.
+        MissingExtra: If the extra ``synthesis`` is not installed.
     """
+    require("casadi", "synthesis")
     word, options = str(as_path(task, "a task")), {**options}
     common: dict[str, Any] = {"command": command}
     if word == TRACK:
@@ -113,12 +117,13 @@ def run_synthesis(
     file = read_task_file(word) if word.lower().endswith(".toml") else None
     base = word if file is None else file.base
     if base not in TASKS:
-        raise ParameterError(f"no task {word!r}; there are {', '.join((*TASKS, TRACK, PAPER))}")
+        raise ParameterError(f"no task {word!r}; {known_names(word, (*TASKS, TRACK, PAPER))}")
     own = _names(TASKS[base])
     refuse_unknown(word, options, [*own, *_names(SolveSettings)])
     parameters = {} if file is None else dict(file.parameters)
     parameters |= {name: value for name, value in options.items() if name in own}
-    how = {name: value for name, value in options.items() if name not in own}
+    how = {} if file is None else dict(file.impairments)
+    how |= {name: value for name, value in options.items() if name not in own}
     name = base if file is None else Path(word).stem
     title = f"{name.replace('-', ' ').capitalize()}, generated from the task"
     files = () if file is None else (Path(word),)

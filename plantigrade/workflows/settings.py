@@ -19,6 +19,7 @@ from plantigrade.options import (
     Years,
     refuse_unknown,
 )
+from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.settings import Basis
 from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.table import Table
@@ -191,7 +192,7 @@ class TrainSettings(RecordingSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolveSettings(Settings):
+class SolveSettings(Impairments, Settings):
     """The person who does a task, and the solver.
 
     Raises:

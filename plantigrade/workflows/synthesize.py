@@ -82,7 +82,7 @@ def synthesize_task(
     warm = None if how.warm is None else WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, parameters, how, file)
-    body = ContactBody.for_plan(human, task.plan)
+    body = task.body_of(human)
     if isinstance(parameters, Walk) and parameters.optimise_timing:
         solution, trials = _optimised(body, parameters, how, progress)
     else:
@@ -91,7 +91,8 @@ def synthesize_task(
     name = next(n for n, kind in TASKS.items() if kind is type(parameters))
     text = "" if file is None else file.toml()
     settings = {"task": name, "parameters": asdict(parameters), "file": text, **how.plain()}
-    words = ", ".join(w for k, v in parameters.changed.items() if (w := in_words(k, v)))
+    changed = [in_words(name, value) for name, value in parameters.changed.items()]
+    words = ", ".join(filter(None, [*changed, *how.words]))
     strides = parameters.strides if isinstance(parameters, Walk) else 1
     run = run_of(
         solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
@@ -121,7 +122,8 @@ def _refuse_beside_timing(how: SolveSettings, file: TaskFile | None) -> None:
 
 def person(how: SolveSettings | PaperSettings) -> Human:
     """Return who does a task."""
-    return replace(how, joints=how.joints or DEFAULT_JOINTS).human()
+    human = replace(how, joints=how.joints or DEFAULT_JOINTS).human()
+    return how.person(human) if isinstance(how, SolveSettings) else human
 
 
 def the_task(
@@ -136,7 +138,7 @@ def the_task(
         task = task_for(human, parameters)
     else:
         task = replace(file, parameters=asdict(parameters)).task(human)
-    return _refined(task, how)
+    return how.task(human, _refined(task, how))
 
 
 def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
@@ -192,7 +194,9 @@ def _optimised(
     start = gait_parameters(body.human, parameters.speed, **chosen)
 
     def task(p: GaitParameters) -> MotionTask:
-        return _refined(periodic_walk(body.human, p, slope=parameters.slope), how)
+        return how.task(
+            body.human, _refined(periodic_walk(body.human, p, slope=parameters.slope), how)
+        )
 
     found = optimise_timing(body, task, start, progress=progress)
     return found.solution, len(found.costs)

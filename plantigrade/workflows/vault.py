@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.analyze.check import check
 from plantigrade.constants import GRAVITY
+from plantigrade.extras import require
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
 from plantigrade.signatures import takes
@@ -84,7 +85,9 @@ def run_vault(
 
     Raises:
         ParameterError: If the hands would never touch the table.
+        MissingExtra: If the extra ``synthesis`` is not installed.
     """
+    require("casadi", "synthesis")
     gymnast = the_vault(how)
     assert gymnast.start is not None  # refuses hands that never touch before any search
     names = OPTIMISERS if how.optimiser == "both" else (how.optimiser,)

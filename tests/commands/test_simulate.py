@@ -242,3 +242,23 @@ def test_what_is_for_a_live_page_needs_one(folder, capsys):
         assert "--port and --no-open need --live" in capsys.readouterr().err
     assert cli.main(["simulate", "--live", "--controller", "hill"]) == 2
     assert "there are passive, posture" in capsys.readouterr().err and not list(folder.iterdir())
+
+
+def test_a_live_simulation_without_out_is_saved_where_the_button_is_pressed(
+    folder, monkeypatch, capsys
+):
+    run = pg.simulate(duration=0.05, rate=300.0, joints="42", feet="rigid")
+
+    def pressed(times):
+        def live(*_, save, **__):
+            for _ in range(times):
+                save(run)
+            return run
+
+        monkeypatch.setattr("plantigrade.workflows.live.live", live)
+        assert cli.main(["simulate", "--live"]) == 0
+        return capsys.readouterr()
+
+    assert "not saved: press Save" in pressed(0).err and not (folder / "runs").exists()
+    assert "simulate-standing" in pressed(2).out
+    assert [path.name for path in (folder / "runs").iterdir()] == ["simulate-standing"]

@@ -38,7 +38,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.balance.postures import PostureSolverSettings
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.kinematics.foot_pose import MARKS, SEGMENTS, marks
 from plantigrade.toml import parse_toml, read_toml
 
@@ -128,7 +128,9 @@ def script_named(word: str, settings: ScriptSettings | None = None) -> Script:
         text = files("plantigrade.control.balance").joinpath("motions", f"{word}.toml")
         return _read(Path(str(text)), word, settings)
     if not word.endswith(".toml"):
-        raise ParameterError(f"no motion {word!r}; there are {', '.join(MOTIONS)}, or a TOML file")
+        raise ParameterError(
+            f"no motion {word!r}; {known_names(word, list(MOTIONS))}, or a TOML file"
+        )
     return _read(Path(word), word, settings)
 
 

@@ -20,7 +20,7 @@ from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.reference import Reference
 from plantigrade.control.pendulum.transition import PhaseMap
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
@@ -89,7 +89,7 @@ class Pose:
         for name, angle in angles.items():
             if name not in free:
                 raise ParameterError(
-                    f"no coordinate {name!r} of the upper body; there are {', '.join(free)}"
+                    f"no coordinate {name!r} of the upper body; {known_names(name, free)}"
                 )
             i = names.index(name)
             low, high = np.rad2deg(human.model.jnt_range[i + 1]).tolist()

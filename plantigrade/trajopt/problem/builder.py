@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.trajopt.problem.contact import headings, site_places
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -134,7 +134,9 @@ class ProblemBuilder:
             ParameterError: If there is no such coordinate.
         """
         if coordinate not in self.names:
-            raise ParameterError(f"no coordinate {coordinate!r}; there are {', '.join(self.names)}")
+            raise ParameterError(
+                f"no coordinate {coordinate!r}; {known_names(coordinate, self.names)}"
+            )
         return self.names.index(coordinate)
 
     def node(self, time: float) -> int:

@@ -1,14 +1,15 @@
 """A person with the sites that can carry force, ready for trajectory optimisation."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import ContactSite, foot_sites
-from plantigrade.dynamics.passive import scale
+from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.dynamics.symbolic import SymbolicHuman
+from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.constraint_family import node_symbols
 
@@ -23,6 +24,25 @@ PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
 """Prefixes of joints whose passive tissue carries a part of the limited torque."""
 
 Made = TypeVar("Made")
+
+
+class Spring(Protocol):
+    """A spring across a joint: coordinate, stiffness [N m/rad] and neutral angle [rad]."""
+
+    @property
+    def coordinate(self) -> str:
+        """Name of the coordinate."""
+        ...
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness [N m/rad]."""
+        ...
+
+    @property
+    def neutral(self) -> float:
+        """Angle without moment [rad]."""
+        ...
 
 
 class Cache:
@@ -49,6 +69,7 @@ class ContactBody:
         human: The person.
         sites: Places that can carry force.
         passive: Whether passive tissue provides part of the torques, and muscles the rest.
+        braces: Springs across joints that the person wears.
         symbolic: Equations of motion.
         cache: Functions and matrices made for this body.
     """
@@ -60,17 +81,52 @@ class ContactBody:
         *,
         passive: bool = True,
         plan: ContactPlan | None = None,
+        braces: Sequence[Spring] = (),
     ):
         self.human, self.sites, self.passive = human, tuple(sites), passive
+        self.braces = tuple(braces)
         gravity = np.array(human.model.opt.gravity)
         self.symbolic = SymbolicHuman(human, gravity if plan is None else plan.to_world.T @ gravity)
         self.cache = Cache()
 
     @classmethod
-    def for_plan(cls, human: Human, plan: ContactPlan) -> "ContactBody":
+    def for_plan(
+        cls, human: Human, plan: ContactPlan, braces: Sequence[Spring] = ()
+    ) -> "ContactBody":
         """Return a person with every site a plan may load: both feet, and its supports."""
         places = {s.site.name: s.site for s in plan.supports}
-        return cls(human, (*foot_sites(human), *places.values()), plan=plan)
+        return cls(human, (*foot_sites(human), *places.values()), plan=plan, braces=braces)
+
+    def tissue(self, q: Any, v: Any) -> list[Any]:
+        """Return the moments of passive tissue and of braces, at angles and rates of the hinges.
+
+        Args:
+            q: Angles, a list of arrays or a CasADi vector [rad].
+            v: Their rates [rad/s].
+
+        Returns:
+            One moment per hinge [N m].
+        """
+        names = self.symbolic.names[6:]
+        moments: list[Any] = [0.0 * v[i] for i in range(len(names))]
+        if self.passive:
+            moments = passive_moments(names, q, v, scale(self.human.mass, self.human.height))
+        for brace in self.braces:
+            i = names.index(brace.coordinate)
+            moments[i] = moments[i] - brace.stiffness * (q[i] - brace.neutral)
+        return moments
+
+    def check_worn(self, brace: Spring) -> None:
+        """Check that the person wears a brace.
+
+        Raises:
+            ParameterError: If not.
+        """
+        if brace not in self.braces:
+            raise ParameterError(
+                f"the task braces {brace.coordinate}, and the body wears no such brace: make it "
+                "with task.body_of(human)"
+            )
 
     def function(
         self, key: Any, expression: Callable[..., Any], n_parameters: int = 0

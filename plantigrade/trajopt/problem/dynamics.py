@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.transcription.derivatives import derivatives_of
@@ -35,7 +34,8 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
     - ``"root force"`` [body weights] and ``"root moment"`` [body weight · m], what nothing explains
       at the pelvis: zero;
-    - ``"muscle torque"``, :math:`\tau` less what passive tissue bears [:attr:`ContactBody.torque`];
+    - ``"muscle torque"``, :math:`\tau` less what passive tissue and braces bear
+      [:attr:`ContactBody.torque`];
     - ``"work rate"`` of the muscles, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2} - \epsilon`;
     - ``"joint torque"``, muscles and tissue together, where tissue bears much
       (:attr:`ContactBody.stiff`);
@@ -81,10 +81,7 @@ def asked_by(
     rows = derivatives_of(whole).values(q, v, a, force, np.zeros((len(q), 0)))
     hinges = body.symbolic.names[6:]
     torques = rows[:, 6 : 6 + len(hinges)] * body.torque
-    if body.passive:
-        factor = scale(body.human.mass, body.human.height)
-        tissue = passive_moments(hinges, list(q[:, 6:].T), list(v[:, 6:].T), factor)
-        torques += np.stack(tissue, axis=1)
+    torques += np.stack(body.tissue(list(q[:, 6:].T), list(v[:, 6:].T)), axis=1)
     return rows[:, :6], torques
 
 
@@ -98,9 +95,8 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
     forces = ca.reshape(u, 3, k) * body.weight
     tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
     muscle = tau[6:]
-    if body.passive:
-        factor = scale(body.human.mass, body.human.height)
-        muscle = muscle - ca.vertcat(*passive_moments(sym.names[6:], q[6:], v[6:], factor))
+    if body.passive or body.braces:
+        muscle = muscle - ca.vertcat(*body.tissue(q[6:], v[6:]))
     muscle = muscle / body.torque
     power = muscle * v[6:]
     work = ca.sqrt(power * power + WORK_RATE_ROUNDING**2) - WORK_RATE_ROUNDING

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal
 
 from plantigrade.bounds import Bounded, number, word
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import (
     Cadence,
     Degrees,
@@ -277,6 +277,6 @@ def settings_for(name: str, **parameters: Any) -> TaskSettings:
         ParameterError: If there is no such task or parameter, or a value is out of range.
     """
     if name not in TASKS:
-        raise ParameterError(f"no task {name!r}; there are {', '.join(TASKS)}")
+        raise ParameterError(f"no task {name!r}; {known_names(name, list(TASKS))}")
     refuse_unknown(name, parameters, (f.name for f in fields(TASKS[name])))
     return TASKS[name](**parameters)

@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
 from plantigrade.errors import ParameterError
+from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
@@ -17,6 +18,7 @@ from plantigrade.trajopt.splines.basis import Basis
 from plantigrade.trajopt.splines.knots import clamped_knots, periodic_knots
 from plantigrade.trajopt.splines.polynomial import PolynomialBasis
 from plantigrade.trajopt.splines.trigonometric import TrigonometricBasis
+from plantigrade.trajopt.terms.impairment import Brace
 from plantigrade.trajopt.terms.term import Term, one_sided, repeated
 from plantigrade.trajopt.transcription.mesh import nodes_of, split
 
@@ -62,6 +64,15 @@ class MotionTask:
     def with_terms(self, *terms: Term) -> "MotionTask":
         """Return the task with more terms."""
         return replace(self, terms=(*self.terms, *terms))
+
+    def body_of(self, human: Human) -> ContactBody:
+        """Return the body of a person who does it: sites of the plan, braces of the terms."""
+        return ContactBody.for_plan(human, self.plan, self.braces)
+
+    @property
+    def braces(self) -> tuple[Brace, ...]:
+        """Braces among the terms."""
+        return tuple(term for term in self.terms if isinstance(term, Brace))
 
     def conditions(self, body: ContactBody, periods: int = 1) -> tuple[Condition, ...]:
         """Return what must hold of the motion over some periods, as the checker judges it."""

@@ -10,6 +10,9 @@ A file names a task to start from, sets its parameters, and adds or takes away t
     [parameters]
     depth = 0.4
 
+    [impairments]
+    limit = ["knee_r=0:20"]
+
     [[term]]
     type = "acceleration"
     weight = 0.01
@@ -32,20 +35,31 @@ from typing import Any, get_type_hints
 from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import Footprint, Stance
-from plantigrade.errors import FileError, ParameterError
+from plantigrade.errors import FileError, ParameterError, did_you_mean, known_names
 from plantigrade.models import Human
 from plantigrade.toml import parse_toml, read_toml
 from plantigrade.trajopt.guess.postures import standing_feet
+from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.registry import make_task
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task import BASES, MotionTask
 from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_number, table
-from plantigrade.trajopt.terms import contact, effort, limits, momentum, posture, solid, targets
+from plantigrade.trajopt.terms import (
+    contact,
+    effort,
+    impairment,
+    limits,
+    momentum,
+    posture,
+    solid,
+    targets,
+)
 from plantigrade.trajopt.terms.term import Term
 
 _KINDS: tuple[type[Term], ...] = (
     *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
     *(limits.Limits, limits.Within, limits.PowerLimit),
+    *(impairment.Weakness, impairment.Brace),
     *(effort.Torque, effort.Work, effort.Acceleration, effort.Jerk),
     *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
     *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),
@@ -60,7 +74,7 @@ STANDING = "standing"
 _TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
 _STANCE = ("side", "x", "y", "height", "heading", *_TIMES)
-_TOP = ("task", "parameters", "term", "stance")
+_TOP = ("task", "parameters", "impairments", "term", "stance")
 
 
 @dataclass(frozen=True)
@@ -71,6 +85,7 @@ class TaskFile:
         name: Name of the task.
         base: A task of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
         parameters: Parameters of the base.
+        impairments: Options of the person's impairments, as words.
         without: Names of terms of the base that are left out.
         added: Names and arguments of terms that are added.
         stances: Stances as written; the base's if empty.
@@ -81,6 +96,7 @@ class TaskFile:
     name: str
     base: str = STANDING
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    impairments: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     without: tuple[str, ...] = ()
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     stances: tuple[Mapping[str, Any], ...] = ()
@@ -115,6 +131,9 @@ class TaskFile:
         parts = [table("[task]", head | self._mesh())]
         if self.parameters:
             parts.append(table("[parameters]", self.parameters))
+        if self.impairments:
+            words = {k: list(v) for k, v in self.impairments.items()}
+            parts.append(table("[impairments]", words))
         parts += [table("[[stance]]", s) for s in self.stances]
         parts += [table("[[term]]", {"type": n, **a}) for n, a in self.added]
         return "\n".join(parts)
@@ -142,7 +161,7 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     if not head:
         remedy = 'write [task] with base = "squat" or another task'
         raise reader.wrong("[task]", "is missing", remedy)
-    for key in ("task", "parameters"):
+    for key in ("task", "parameters", "impairments"):
         if not isinstance(document.get(key, {}), dict):
             raise reader.wrong(key, "must be a table", f"write it as [{key}]")
     for key in ("term", "stance"):
@@ -152,10 +171,12 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     header = reader.head(head)
     parameters = in_radians(document.get("parameters", {}))
     reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[header["base"]])])
+    impairments = reader.impairments(document.get("impairments", {}))
     terms, stances = (enumerate(document.get(key, []), start=1) for key in ("term", "stance"))
     return TaskFile(
         **header,
         parameters={k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()},
+        impairments=impairments,
         added=tuple(reader.term(i, entry) for i, entry in terms),
         stances=tuple(reader.stance(i, entry) for i, entry in stances),
     )
@@ -170,6 +191,20 @@ class _Reader:
     def wrong(self, where: str, problem: str, remedy: str = "") -> FileError:
         return FileError(self.path, problem, where=where, remedy=remedy)
 
+    def no_term(self, where: str, problem: str, given: Sequence[Any]) -> FileError:
+        """Return the error of names of no term: the nearest, and a note that explains every one."""
+        words = [name for name in given if isinstance(name, str)]
+        renamed = [f"{name} is now {RENAMED[name]}" for name in words if name in RENAMED]
+        near = [did_you_mean(name, TERMS) for name in words if name not in TERMS]
+        remedy = "; ".join(renamed) or f"{''.join(near)}the terms are listed below"
+        error = self.wrong(where, problem, remedy)
+        if not renamed:
+            width = max(map(len, TERMS))
+            lines = ((kind.__doc__ or "").split("\n")[0] for kind in TERMS.values())
+            listed = (f"  {name:{width}}  {line}" for name, line in zip(TERMS, lines, strict=True))
+            error.add_note("\n".join(listed))
+        return error
+
     def known(self, where: str, given: Mapping[str, Any], allowed: Sequence[str]) -> None:
         for key in given:
             if key not in allowed:
@@ -180,7 +215,9 @@ class _Reader:
         self.known("[task]", given, _TASK)
         base, basis = given.get("base", STANDING), given.get("basis")
         if not isinstance(base, str) or base not in TASKS:
-            raise self.wrong("[task] base", f"no task {base!r}", f"there are {', '.join(TASKS)}")
+            raise self.wrong(
+                "[task] base", f"no task {base!r}", known_names(str(base), list(TASKS))
+            )
         name = given.get("name", base)
         if not isinstance(name, str) or not name:
             raise self.wrong("[task] name", f"is {shown(name)}", "write a name in quotes")
@@ -196,15 +233,29 @@ class _Reader:
             isinstance(n, str) and n in TERMS for n in without
         ):
             names = without if isinstance(without, list) else [without]
-            raise self.wrong("[task] without", f"is {shown(without)}", _known_terms(names))
+            raise self.no_term("[task] without", f"is {shown(without)}", names)
         mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
         return {"name": name, "base": base, "without": tuple(without), **mesh}
+
+    def impairments(self, given: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+        """Return the options that ``[impairments]`` gives."""
+        self.known("[impairments]", given, [f.name for f in fields(Impairments)])
+        for key, words in given.items():
+            if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+                remedy = f'write {key} = ["knee_r=0:20"], with the words of --{key}'
+                raise self.wrong(f"[impairments] {key}", f"is {shown(words)}", remedy)
+        found = {key: tuple(words) for key, words in given.items()}
+        try:
+            Impairments(**found)
+        except ParameterError as error:
+            raise self.wrong("[impairments]", str(error)) from error
+        return found
 
     def term(self, i: int, entry: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         """Return kind and arguments of a term."""
         where, kind = f"[[term]] {i}", entry.get("type")
         if not isinstance(kind, str) or kind not in TERMS:
-            raise self.wrong(where, f"type is {shown(kind)}", _known_terms([kind]))
+            raise self.no_term(where, f"type is {shown(kind)}", [kind])
         where = f"{where} ({kind})"
         given = in_radians({k: v for k, v in entry.items() if k != "type"})
         own = fields(TERMS[kind])  # type: ignore[arg-type]
@@ -230,12 +281,6 @@ class _Reader:
             if key != "side" and not is_number(value):
                 raise self.wrong(f"{where} {key}", f"is {shown(value)}", "a number is needed")
         return given
-
-
-def _known_terms(given: Sequence[Any]) -> str:
-    """Return what the names of terms may be; the new name where a former one is given."""
-    renamed = [f"{n} is now {RENAMED[n]}" for n in given if isinstance(n, str) and n in RENAMED]
-    return "; ".join(renamed) or f"there are {', '.join(TERMS)}"
 
 
 def _stance(human: Human, given: Mapping[str, Any]) -> Stance:

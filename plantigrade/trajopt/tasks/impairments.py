@@ -1,0 +1,184 @@
+"""Impairments in words: ranges, strengths, braces and soles of a person who does a task.
+
+The words are those of the command line and of the table ``[impairments]`` of a task file. Nothing
+here loads NumPy before a person is impaired.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import radians
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from plantigrade.bounds import Bounded, number, shown
+from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
+from plantigrade.options import optional
+
+if TYPE_CHECKING:
+    from plantigrade.models.human import Human
+    from plantigrade.trajopt.tasks.task import MotionTask
+    from plantigrade.trajopt.terms.term import Term
+
+MAX_ANGLE = 360.0
+"""Largest angle of a range or a brace [deg]."""
+MAX_STRENGTH = 3.0
+"""Largest strength, as part of the person's own; chosen."""
+MAX_STIFFNESS = 50.0
+"""Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
+MAX_SOLE = 0.05
+"""Largest change of a sole [m], half of what a contact sphere may be moved by."""
+
+Words = tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Impairments(Bounded):
+    """What limits a person, each as NAME=VALUE, in degrees.
+
+    A name is that of a coordinate (``knee_angle_r``), or its beginning (``knee_r``, ``hip`` for all
+    of both hips).
+
+    Raises:
+        ParameterError: If a word is not NAME=VALUE, or a value is out of range.
+    """
+
+    limit: Annotated[Words, tyro.conf.UseAppendAction, optional("NAME=LOW:HIGH")] = ()
+    """Range of a joint [deg], such as knee_r=0:20; repeatable."""
+    joint_strength: Annotated[Words, tyro.conf.UseAppendAction, optional("NAME=PART[:PART]")] = ()
+    """Part of the strength of a joint, such as ankle_r=0.5; of its negative and positive direction
+    with a colon; repeatable; --strength NAME=PART is the same."""
+    brace: Annotated[Words, tyro.conf.UseAppendAction, optional("NAME=NM/DEG[@DEG]")] = ()
+    """Spring across a joint: stiffness [N m/deg] and neutral angle, such as ankle_r=3@0;
+    repeatable."""
+    sole: Annotated[Words, tyro.conf.UseAppendAction, optional("SIDE=METRES")] = ()
+    """Thicker sole of a foot (r or l), or with a minus sign a thinner one, which shortens the leg
+    [m]; repeatable."""
+
+    def __post_init__(self):
+        """Refuse words that say nothing."""
+        super().__post_init__()
+        for word in self.limit:
+            self._range(word)
+        for word in self.joint_strength:
+            self._parts(word)
+        for word in self.brace:
+            self._spring(word)
+        for word in self.sole:
+            self._sole(word)
+
+    @property
+    def words(self) -> list[str]:
+        """Every impairment in words."""
+        return [
+            *(f"{n} from {lo:g} to {hi:g}°" for n, (lo, hi) in map(self._range, self.limit)),
+            *(f"strength {word.replace('=', ' ')}" for word in self.joint_strength),
+            *(f"brace {n} {k:g} N m/° at {at:g}°" for n, k, at in map(self._spring, self.brace)),
+            *(f"sole {s} {1e3 * up:+g} mm" for s, up in map(self._sole, self.sole)),
+        ]
+
+    def person(self, human: "Human") -> "Human":
+        """Return the person with these soles."""
+        thicker = dict(map(self._sole, self.sole))
+        offsets = {n: -thicker[s] for n, s, _ in human.contact_points if thicker.get(s)}
+        return human.with_soles(offsets) if offsets else human
+
+    def task(self, human: "Human", task: "MotionTask") -> "MotionTask":
+        """Return the task with the terms of these impairments.
+
+        Raises:
+            CoordinateNotFound: If the person has no such coordinate.
+            ParameterError: If a name means several coordinates where one is needed.
+        """
+        return task.with_terms(*self._terms(human))
+
+    def _terms(self, human: "Human") -> "list[Term]":
+        from plantigrade.trajopt.terms.impairment import Brace, Uneven, Weakness
+        from plantigrade.trajopt.terms.limits import Within
+
+        found: list[Term] = []
+        for name, (low, high) in map(self._range, self.limit):
+            for each in _coordinates(human, name, one=True):
+                found.append(Within(each, radians(low), radians(high)))
+        for name, (negative, positive) in map(self._parts, self.joint_strength):
+            found += [Weakness(each, negative, positive) for each in _coordinates(human, name)]
+        for name, stiffness, neutral in map(self._spring, self.brace):
+            per_radian = stiffness / radians(1.0)
+            for each in _coordinates(human, name, one=True):
+                found.append(Brace(each, per_radian, radians(neutral)))
+        sides = dict(map(self._sole, self.sole))
+        if sides.get("r", 0.0) != sides.get("l", 0.0):
+            found += [Uneven(side) for side in sides]
+        return found
+
+    def _range(self, word: str) -> tuple[str, tuple[float, float]]:
+        name, value = _split("limit", word, "NAME=LOW:HIGH, such as knee_r=0:20")
+        low, high = _numbers("limit", word, value.split(":"), 2, -MAX_ANGLE, MAX_ANGLE, "degrees")
+        if not low < high:
+            raise ParameterError(f"limit={shown(word)}: the first angle must be the smaller one")
+        return name, (low, high)
+
+    def _parts(self, word: str) -> tuple[str, tuple[float, float]]:
+        name, value = _split("joint_strength", word, "NAME=PART, such as ankle_r=0.5")
+        parts = value.split(":")
+        parts = parts * 2 if len(parts) == 1 else parts
+        low, high = _numbers("joint_strength", word, parts, 2, 0.0, MAX_STRENGTH, "")
+        return name, (low, high)
+
+    def _spring(self, word: str) -> tuple[str, float, float]:
+        name, value = _split("brace", word, "NAME=NM/DEG or NAME=NM/DEG@DEG, such as ankle_r=3@0")
+        stiff, _, neutral = value.partition("@")
+        (stiffness,) = _numbers("brace", word, [stiff], 1, 0.0, MAX_STIFFNESS, "N m/deg")
+        (angle,) = _numbers("brace", word, [neutral or "0"], 1, -MAX_ANGLE, MAX_ANGLE, "degrees")
+        return name, stiffness, angle
+
+    def _sole(self, word: str) -> tuple[str, float]:
+        side, value = _split("sole", word, "r=METRES or l=METRES, such as l=-0.02")
+        if side not in ("r", "l"):
+            raise ParameterError(f"sole={shown(word)}: the side is r or l")
+        (thicker,) = _numbers("sole", word, [value], 1, -MAX_SOLE, MAX_SOLE, "m")
+        return side, thicker
+
+
+def _split(option: str, word: str, form: str) -> tuple[str, str]:
+    name, equals, value = word.partition("=")
+    if not (equals and name.strip() and value.strip()):
+        raise ParameterError(f"{option}={shown(word)}: write {form}")
+    return name.strip(), value.strip()
+
+
+def _numbers(
+    option: str, word: str, words: Sequence[str], n: int, low: float, high: float, unit: str
+) -> list[float]:
+    try:
+        values = [float(each) for each in words]
+    except ValueError:
+        values = []
+    if len(values) != n:
+        wanted = "a number is" if n == 1 else f"{n} numbers with a colon are"
+        raise ParameterError(f"{option}={shown(word)}: {wanted} needed")
+    for value in values:
+        number(f"{option} {word.partition('=')[0]}", value, low, high, unit, "an impairment")
+    return values
+
+
+def _coordinates(human: "Human", name: str, *, one: bool = False) -> list[str]:
+    """Return the coordinates of a name: its own, with both sides, or all that begin with it.
+
+    Args:
+        human: The person.
+        name: The name.
+        one: Whether it may mean only one coordinate of a side.
+    """
+    stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_r", "_l") else (name, "")
+    of_side = [c for c in human.coordinates if not side or c.endswith(side)]
+    exact = [c for c in of_side if c == name or c[:-2] == stem]
+    found = exact or [c for c in of_side if c.startswith(f"{stem}_")]
+    if not found:
+        raise CoordinateNotFound(
+            f"no coordinate {shown(name)} in joint set {human.joints}; "
+            f"{known_names(name, human.coordinates)}"
+        )
+    if one and len({c[:-2] for c in found}) > 1:
+        raise ParameterError(f"{name} is several coordinates, name one: {', '.join(found)}")
+    return found
