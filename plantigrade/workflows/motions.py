@@ -15,6 +15,7 @@ from plantigrade.threads import on_one_thread
 from plantigrade.trajopt.solve import Progress
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task_file import read_task_file
+from plantigrade.workflows.cell_progress import cell_progress
 from plantigrade.workflows.fit import silent
 from plantigrade.workflows.settings import (
     PAPER,
@@ -66,7 +67,7 @@ def synthesize(
         >>> import plantigrade as pg
         >>> run = pg.synthesize("walk", speed=1.3, periodic=True)  # doctest: +SKIP
     """
-    return run_synthesis(task, settings, options, progress=progress)
+    return run_synthesis(task, settings, options, progress=progress or cell_progress())
 
 
 @on_one_thread

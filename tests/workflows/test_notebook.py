@@ -8,6 +8,8 @@ import pytest
 import plantigrade as pg
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
+from plantigrade.trajopt.solvers.result import Iterate
+from plantigrade.workflows.cell_progress import cell_progress, iteration_text
 from tests.browser import wait_for
 from tests.conftest import open_browser
 from tests.pages.walker import walk, walker
@@ -23,6 +25,11 @@ CELLS = (
     "run.record.motion.plot('knee_angle')",
     f"session = pg.live_session(port=8480, controller='passive', **{SMALL})\nsession",
     "done = session.stop()\nprint(done.kind, done.status)",
+    "from plantigrade.trajopt.solvers.result import Iterate\n"
+    "from plantigrade.workflows.cell_progress import cell_progress\n"
+    "follow = cell_progress()\n"
+    "for stage in ('coarse', 'fine'):\n"
+    "    for k in range(50): follow(stage, Iterate(k, 1.0, 2e-3))",
 )
 
 
@@ -68,13 +75,21 @@ def test_a_session_that_cannot_start_says_so_at_once():
         pg.live_session(controller="stable-pd", **SMALL)
 
 
+def test_outside_of_a_notebook_no_line_follows_a_solver():
+    assert cell_progress() is None
+    text = iteration_text("fine", Iterate(12, 1.0, 2e-3, seconds=3.4))
+    assert text == "fine: iteration 12, largest violation 2.0e-03, 3 s"
+
+
 @pytest.mark.slow
 def test_in_a_real_kernel():
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in CELLS])
     nbclient.NotebookClient(book, timeout=300, kernel_name="python3").execute()
-    _, viewer, plot, live, ended = (cell.outputs for cell in book.cells)
+    _, viewer, plot, live, ended, solver = (cell.outputs for cell in book.cells)
     assert "srcdoc" in viewer[0].data["text/html"]
     assert plot[0].data["image/svg+xml"].lstrip().startswith("<svg")
     assert 'src="http://localhost:84' in live[0].data["text/html"]
     assert ended[0].text.strip() == "simulate ok"
+    (line,) = solver  # changed in place
+    assert line.data["text/plain"].startswith("fine: iteration")

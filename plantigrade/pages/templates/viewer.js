@@ -69,7 +69,7 @@ function setUpPrint() {
 }
 
 /* ---- the loop ---- */
-const READING = 300, TEXTS = 6;   // while it plays, numbers beside the curves change so often [ms], and with every sixth picture at most: text costs more than the body
+const READING = 400, TEXTS = 10;   // while it plays, numbers beside the curves change so often [ms], and with every tenth picture at most: text costs more than the body
 let before = null, said = -READING;
 function tick(now) {
   const late = now - before;
