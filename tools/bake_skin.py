@@ -21,6 +21,7 @@ from pathlib import Path
 import fast_simplification
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 WHEEL = "bad70bdc2be0dfa9880d60129c3a1339678f08f493184f637dc2825c3e27b8d2"
 """SHA-256 of the wheel."""
@@ -65,6 +66,9 @@ BETWEEN = (
     ("shoulder", ("clavicle_{}", "thorax", "lower_thorax"), "humerus0"),
 )
 """Bones that turn half-way, and the neighbours whose common weight they take."""
+CURL = ((6, 14, 8), (9, 17, 9), (12, 20, 10), (15, 22, 10))
+"""Flexion of the three joints of fingers 2 to 5, knuckle first [deg]: a hand at rest, more towards
+the little finger, on top of the little that the assets have. Chosen."""
 HEM = 0.45
 """Length of sleeves and of the legs of the shorts, of upper arm and thigh."""
 
@@ -104,6 +108,36 @@ def read_bodies(assets: zipfile.ZipFile, base: np.ndarray) -> list[np.ndarray]:
             body = base + faces + read_target(assets, f"universal-{sex}-{age}-{build}", n)
             found.append(DECIMETRE * body @ AXES.T)
     return found
+
+
+def with_fingers_at_rest(
+    body: np.ndarray, table: dict, centre: dict[str, np.ndarray]
+) -> np.ndarray:
+    """Return a body whose left fingers are flexed as at rest [m].
+
+    Args:
+        body: Vertices [m].
+        table: Pairs of vertex and weight by bone of MakeHuman.
+        centre: Joint centres [m]: four for each finger, ``l-finger-F-J``.
+    """
+    across = centre["l-finger-5-1"] - centre["l-finger-2-1"]
+    along = centre["l-finger-3-1"] - centre["l-hand"]
+    palmar = centre["l-finger-1-4"] - centre["l-finger-2-1"]  # the tip of the thumb is palmar
+    axis = across / np.linalg.norm(across)
+    if np.cross(axis, along) @ palmar < 0:
+        axis = -axis
+    moved = body.copy()
+    for finger, angles in zip(range(2, 6), CURL, strict=True):
+        turn, shift = np.eye(3), np.zeros(3)  # of the phalanx before, x -> turn x + shift
+        for joint, angle in enumerate(angles, start=1):
+            at = centre[f"l-finger-{finger}-{joint}"]
+            own = Rotation.from_rotvec(np.radians(angle) * axis).as_matrix()
+            shift = turn @ (at - own @ at) + shift
+            turn = turn @ own
+            for row, weight in table[f"finger{finger}-{joint}.L"]:
+                x = body[int(row)]
+                moved[int(row)] += weight * (turn @ x + shift - x)
+    return moved
 
 
 def triangles(polygons: list[list[int]]) -> np.ndarray:
@@ -282,10 +316,16 @@ def baked(assets: zipfile.ZipFile) -> dict[str, np.ndarray]:
     base, groups = read_mesh(assets)
     bodies = read_bodies(assets, base)
     centres = {n: sorted({i for face in groups[f"joint-{n}"] for i in face}) for n in JOINTS}
+    fingers = [f"l-finger-{f}-{j}" for f in range(1, 6) for j in range(1, 5)]
+    at = {n: sorted({i for c in groups[f"joint-{n}"] for i in c}) for n in ("l-hand", *fingers)}
     joints = np.array([[body[centres[n]].mean(axis=0) for n in JOINTS] for body in bodies])
+    table = json.loads(assets.read(f"{FOLDER}rigs/standard/weights.default.json"))["weights"]
+    bodies = [
+        with_fingers_at_rest(body, table, {n: body[rows].mean(axis=0) for n, rows in at.items()})
+        for body in bodies
+    ]
     mean = (bodies[1] + bodies[1 + len(AGES) * len(BUILDS)]) / 2  # young, of average build
     joint = {n: mean[centres[n]].mean(axis=0) for n in JOINTS}
-    table = json.loads(assets.read(f"{FOLDER}rigs/standard/weights.default.json"))["weights"]
     weights = skin_weights(table, mean, joint)
     parts = [
         decimated(mean, triangles(groups["body"]), N_FACES - N_EYE_FACES),

@@ -30,8 +30,25 @@ SHOULDER_BLEND = (-0.05, 0.06)
 """Levels about the neck between which girth gives way to stature for breadth [m]. Chosen."""
 ANKLE_MARGIN = 0.02
 """How far below the ankle the surface is all foot [m]. Chosen."""
+BESIDE_ARMS, BELOW_SHOULDER = 0.025, (0.10, 0.22)
+"""Distance before hanging arms from which trunk and thighs get narrower, and below the shoulders
+over which this begins [m]. Chosen: mass goes forward and back instead of through the arms."""
+ARM_ABDUCTION = 0.14
+"""Abduction of a hanging arm, as in :meth:`plantigrade.models.Human.standing` [rad]."""
 TRUNK_BONES = ("pelvis", "abdomen", "lower_thorax", "thorax", "lower_neck", "upper_neck", "head")
 LIMB_PARTS = ("femur", "tibia", "foot", "clavicle", "humerus", "ulna", "hand", "fingers")
+
+ARM_BONES = (
+    "shoulder",
+    "humerus0",
+    "humerus",
+    "elbow",
+    "ulna",
+    "forearm",
+    "radius",
+    "hand",
+    "fingers",
+)
 
 Map = Callable[[Array], Array]
 
@@ -132,7 +149,27 @@ def resting_skin(
     mapped = np.stack([every[id(mapping)] for _, _, mapping in poses])
     rows = np.arange(len(vertices))[:, None]
     fitted = np.einsum("nk,nkd->nd", surface.weights, mapped[surface.bones, rows])
+    fitted = _beside_arms(fitted, surface, placed)
     return RestingSkin(fitted, np.array([place for place, _, _ in poses]), rotation)
+
+
+def _beside_arms(vertices: Array, surface: Surface, placed: Mapping[str, tuple]) -> Array:
+    """Return the surface with trunk and thighs between arms that hang."""
+    arms = [name[:-2] in ARM_BONES for name in surface.bone_names]
+    on_arm = (surface.weights * np.array(arms)[surface.bones]).sum(axis=1)
+    shoulder, elbow = placed["humerus_l"][0], placed["ulna_l"][0]
+    axis = (elbow - shoulder) / _length(elbow - shoulder)
+    upper = surface.weights[:, 0] * (surface.bones[:, 0] == surface.bone_names.index("humerus_l"))
+    away = vertices[upper > 0.5] - shoulder
+    radius = float(np.linalg.norm(away - np.outer(away @ axis, axis), axis=1).mean())
+    below = shoulder[2] - vertices[:, 2]
+    limit = shoulder[1] + np.tan(ARM_ABDUCTION) * below - radius
+    free = limit - BESIDE_ARMS
+    over = np.maximum(np.abs(vertices[:, 1]) - free, 0.0)
+    narrowed = over - BESIDE_ARMS * np.tanh(over / BESIDE_ARMS)
+    share = np.clip((below - BELOW_SHOULDER[0]) / np.ptp(BELOW_SHOULDER), 0.0, 1.0) * (1 - on_arm)
+    y = vertices[:, 1] - np.sign(vertices[:, 1]) * share * narrowed
+    return np.stack([vertices[:, 0], y, vertices[:, 2]], axis=1)
 
 
 def _trunk(shape: _Shape) -> dict[str, tuple[Array, Array, Map]]:

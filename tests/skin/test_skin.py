@@ -64,7 +64,7 @@ def test_the_skin_encloses_the_volume_of_the_person(height, mass, sex):
     skin = Skin.of(human)
     assert abs(volume(skin.resting.vertices, skin.faces) * DENSITY / mass - 1.0) < 1e-3
     standing = skin.posed(*body_poses(human, human.standing()))
-    assert abs(volume(standing, skin.faces) * DENSITY / mass - 1.0) < 0.01
+    assert abs(volume(standing, skin.faces) * DENSITY / mass - 1.0) < 0.015
 
 
 @pytest.mark.parametrize("preset", PRESETS[::4], ids="-".join)
