@@ -12,6 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -28,6 +29,7 @@ START, STOP = 1.5, 3.95  # [s] from a step before the push until the walk goes o
 RATE = 10.0  # [1/s] frames of the picture: GIF counts hundredths of a second
 SPEED = 0.7  # of the picture: a push of 0.2 s can be seen
 BODY, FOOT = (390, 380), (260, 380)  # [px]
+VIVID = 55  # [of 255] saturation above which a colour belongs to the person or an arrow
 COLOURS = 64  # of the palette: fewer are seen as bands on the floor
 CAMERA = {
     BODY: "plantigrade.setView('front'); camera.azimuth += 0.75; camera.elevation = 0.14;"
@@ -67,13 +69,22 @@ def beside(body: Image.Image, foot: Image.Image) -> Image.Image:
     return both
 
 
-def tall(frames: list[Image.Image]) -> Image.Image:
-    """Return frames below each other: their colours are those of the whole picture."""
-    width, height = frames[0].size
-    column = Image.new("RGB", (width, height * len(frames)))
-    for k, frame in enumerate(frames):
-        column.paste(frame, (0, k * height))
-    return column
+def palette_of(frames: list[Image.Image]) -> Image.Image:
+    """Return a palette in which few vivid pixels count as much as the many grey ones of the floor.
+
+    Pixels are sorted by saturation (greatest less least channel); the push is the most vivid.
+    """
+    pixels = np.concatenate([np.asarray(frame).reshape(-1, 3) for frame in frames]).astype(int)
+    saturation = pixels.max(axis=1) - pixels.min(axis=1)
+    red, green, blue = pixels.T
+    groups = (saturation <= VIVID, saturation > VIVID, (red > green + 80) & (blue > green + 40))
+    rng = np.random.default_rng(0)
+    drawn = [
+        pixels[rng.choice(np.flatnonzero(group), count)]
+        for group, count in zip(groups, (48_000, 48_000, 4_000), strict=True)
+    ]
+    square = np.concatenate(drawn).astype(np.uint8).reshape(250, 400, 3)
+    return Image.fromarray(square).quantize(COLOURS)
 
 
 def main() -> None:
@@ -85,7 +96,7 @@ def main() -> None:
             for line in COMMANDS.strip().splitlines():
                 plantigrade([*shlex.split(line)[1:], "--quiet"])
             frames = draw(Path("runs/pushed/viewer.html"))
-    palette = tall(frames[:: len(frames) // 9]).quantize(COLOURS)
+    palette = palette_of(frames[::4])
     few = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in frames]
     few[0].save(
         IMAGE, save_all=True, append_images=few[1:], duration=round(1000 / RATE), loop=0,
