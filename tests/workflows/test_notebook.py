@@ -10,7 +10,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.trajopt.solvers.result import Iterate
 from plantigrade.workflows.cell_progress import cell_progress, iteration_text
-from tests.browser import wait_for
+from tests.browser import colours, wait_for
 from tests.conftest import open_browser
 from tests.pages.walker import walk, walker
 
@@ -47,9 +47,13 @@ def test_the_viewer_stands_in_a_cell(run, tmp_path):
     page = html.unescape(SOURCE.findall(shown)[0])
     assert "<title>A &lt;walk&gt;</title>" in page and "height: 500px" in shown
     (tmp_path / "cell.html").write_text(f"<!doctype html><body>{shown}</body>", encoding="utf-8")
-    with open_browser(width=900, height=600) as browser:
+    with open_browser(width=500, height=400) as browser:
+        still = [
+            {"name": "prefers-reduced-motion", "value": "reduce"}
+        ]  # by software it plays slowly
+        browser.call("Emulation.setEmulatedMedia", features=still)
         browser.open(tmp_path / "cell.html")
-        wait_for(lambda: len(set(browser.screenshot()[250].tobytes())) > 20)  # it is drawn
+        wait_for(lambda: colours(browser.screenshot()) > 500)  # it is drawn
         assert browser.errors == []
 
 
