@@ -12,8 +12,8 @@ from plantigrade.pages.section import Subject
 
 HEIGHT_PX = 330
 MAX_RATE = 15.0  # key frames per second [Hz]; a browser interpolates between them
-MAX_KEY_FRAMES = 60  # keep the picture below about 100 kB
-MAX_SHOWN = 5.0  # [s] of a motion that does not repeat
+MAX_KEY_FRAMES = 40  # about 150 kB and two seconds of computing for a dressed person
+MAX_SHOWN = 3.0  # [s] of a motion that does not repeat
 BEFORE_PUSH, BEFORE_FALL, AFTER_FALL = 0.5, 2.0, 0.8  # [s] that are shown around an event
 MIN_MOTION = 0.1  # [s] below which nothing moves
 SAFE = " !$'()*+,-./:;=?@[]^_`{|}~"  # characters that the data of an address may hold

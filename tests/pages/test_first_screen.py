@@ -73,7 +73,7 @@ def test_generated_and_reproduced_motions_have_a_verdict(record):
 
 
 def test_the_picture_shows_the_push_and_the_fall(record):
-    assert shown_part(Subject(simulated(record))) == (0.5, 4.0)
+    assert shown_part(Subject(simulated(record))) == (0.5, 3.5)
     assert shown_part(Subject(simulated(record, fell_at_s=3.0))) == (1.0, 3.8)
     assert shown_part(Subject(fitted(record))) == (None, None)
 
