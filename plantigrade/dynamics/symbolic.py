@@ -64,8 +64,8 @@ class SymbolicHuman:
     Example:
         >>> body = SymbolicHuman(Human.create(1.74, 70.0))
         >>> q = np.zeros(body.nv)
-        >>> wrench = body.root_wrench()(q, 0 * q, 0 * q)
-        >>> round(float(wrench[2]), 6)  # the ground must carry the weight [N]
+        >>> tau = body.inverse_dynamics()(q, 0 * q, 0 * q)
+        >>> round(float(tau[2]), 6)  # the ground must carry the weight [N]
         686.7
     """
 
@@ -243,55 +243,10 @@ class SymbolicHuman:
             }[root]
             return {"tau": ca.vertcat(*first, *tau[6:])}
 
-        _check_root(root, ROOTS)
+        if root not in ROOTS:
+            raise ParameterError(f"{root=} must be one of {', '.join(ROOTS)}")
         inputs = ("q", "qd", "qdd", "forces") if points else ("q", "qd", "qdd")
         return self._function("inverse_dynamics", inputs, build, root, *points)
-
-    def root_wrench(
-        self, points: Sequence[Point] = (), *, root: str = "pelvis"
-    ) -> "casadi.Function":
-        """Return (q, qd, qdd, forces) ↦ ``wrench`` (6,), the residual at the root.
-
-        World force [N] and moment [N m] are the first six rows of :meth:`inverse_dynamics`. Without
-        points there are no ``forces``, and the wrench is that required from the ground.
-
-        Args:
-            points: Points of application of forces.
-            root: Reference point of the moment, ``"pelvis"`` or ``"com"``.
-        """
-        _check_root(root, ROOTS[:2])
-
-        def build(ca: Any, q: Any, qd: Any, qdd: Any, forces: Any = None):
-            _, force, moment, arm = self._tree.newton_euler(ca, points, q, qd, qdd, forces)
-            if root == "com":
-                moment = moment - ca.cross(arm, force)
-            return {"wrench": ca.vertcat(force, moment)}
-
-        inputs = ("q", "qd", "qdd", "forces") if points else ("q", "qd", "qdd")
-        return self._function("root_wrench", inputs, build, root, *points)
-
-    def zero_moment_point(self, ground: float = 0.0) -> "casadi.Function":
-        r"""Return (q, qd, qdd) ↦ ``zmp`` (2,): x and y on the ground, world [m].
-
-        .. math:: p_x = c_x - \frac{(c_z - z) F_x + M_y}{F_z}, \qquad
-            p_y = c_y - \frac{(c_z - z) F_y - M_x}{F_z}
-
-        with the required force :math:`F` and moment :math:`M` about the pelvis' origin :math:`c`.
-        In free fall, with :math:`F_z = 0`, the result is not finite.
-
-        Args:
-            ground: Height :math:`z` of the level ground [m].
-        """
-
-        def build(ca: Any, q: Any, qd: Any, qdd: Any):
-            _, force, moment, arm = self._tree.newton_euler(ca, (), q, qd, qdd, None)
-            pelvis = self._tree.translation(ca, q)
-            drop = pelvis[2] - ground
-            x = pelvis[0] - (drop * force[0] + moment[1]) / force[2]
-            y = pelvis[1] - (drop * force[1] - moment[0]) / force[2]
-            return {"zmp": ca.vertcat(x, y)}
-
-        return self._function("zero_moment_point", ("q", "qd", "qdd"), build, float(ground))
 
     def _of_points(self, name: str, points: Sequence[Point], *inputs: str) -> "casadi.Function":
         """Return positions, velocities or accelerations, depending on the number of inputs."""
@@ -323,8 +278,3 @@ class SymbolicHuman:
                 name, symbols, list(outputs.values()), list(inputs), list(outputs)
             )
         return self._functions[(name, *key)]
-
-
-def _check_root(root: str, allowed: tuple[str, ...]) -> None:
-    if root not in allowed:
-        raise ParameterError(f"{root=} must be one of {', '.join(allowed)}")
