@@ -370,21 +370,6 @@ def test_one_sample_at_each_node_leaves_two_coefficients_open_until_smoothed(kin
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("derivative", [0, 1, 2])
-def test_gram_is_the_integral(kind, derivative):
-    basis = kind(3, KNOTS["uneven"](3))
-    c = np.random.default_rng(2).normal(size=basis.n_coefficients)
-    gram = basis.gram(derivative)
-    total = 0.0
-    for start, stop in zip(basis.breaks[:-1], basis.breaks[1:], strict=True):
-        times = np.linspace(start, stop, 2002)
-        middle = (times[1:] + times[:-1]) / 2
-        total += np.sum((basis.matrix(middle, derivative) @ c) ** 2) * (times[1] - times[0])
-    assert c @ (gram @ c) == pytest.approx(total, rel=1e-4)
-    np.testing.assert_allclose(gram.toarray(), gram.toarray().T)
-
-
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("periodic", [False, True])
 def test_coefficients_set_at_the_centres_follow_a_slow_curve(kind, periodic):
     breaks = np.linspace(0, 2, 41)

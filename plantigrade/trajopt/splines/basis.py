@@ -187,16 +187,6 @@ class Basis(ABC):
         """
         return self.band(times, derivative, side=side).matrix
 
-    def gram(self, derivative: int = 0) -> sparse.csr_array:
-        r"""Return :math:`G_{ij} = \int N_i^{(d)} N_j^{(d)} \, dt` over the span.
-
-        Then :math:`\int (q^{(d)})^2 dt = c^\top G c` [s^(1 - 2 d)]. The integral is by Gauss
-        quadrature on every piece, exact for polynomials.
-        """
-        times, weights = self._quadrature()
-        rows = self.matrix(times, derivative)
-        return sparse.csr_array(rows.T @ (sparse.diags_array(weights) @ rows))
-
     def fit(
         self,
         times: Float[Array, " n_times"],
