@@ -6,6 +6,7 @@ Nothing heavy is imported here, so that ``plantigrade --help`` answers at once. 
 """
 
 import contextlib
+import glob
 import importlib
 import io
 import os
@@ -13,6 +14,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 # One thread per solve: with a busy core, the worker threads of OpenMP and OpenBLAS slow the small
@@ -23,8 +25,13 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[_name] = "1"
 
 from plantigrade import __version__  # noqa: E402
-from plantigrade.commands.outcome import Outcome  # noqa: E402
-from plantigrade.errors import CheckoutNeeded, PlantigradeError, did_you_mean  # noqa: E402
+from plantigrade.commands.outcome import Outcome, coloured  # noqa: E402
+from plantigrade.errors import (  # noqa: E402
+    CheckoutNeeded,
+    FileError,
+    PlantigradeError,
+    did_you_mean,
+)
 from plantigrade.printable import printable  # noqa: E402
 
 _KEPT = "no incomplete run folder is kept; a batch continues with the same command"
@@ -50,6 +57,19 @@ COMMANDS = {
     "data": "List the recordings in a folder and their contents, or download public ones.",
 }
 """Every command in the order of the help page; each is a module of this package."""
+INPUTS = (
+    (
+        ("files", "recording", "sources", "static", "skeleton", "forces", "marker_set"),
+        "there is no such file",
+        "check the name and the folder",
+    ),
+    (
+        ("run_folder", "runs", "warm"),
+        "there is no such folder",
+        "name a run folder, as --out made it",
+    ),
+)
+"""Options that name what is read, and the problem and remedy where it is not there."""
 OTHER_WORDS = {
     "retarget": "fit` puts the motion of any skeleton (.bvh, .amc) on a human, of folders too",
     "scale": "fit` scales the human and solves its motion in one step",
@@ -151,6 +171,7 @@ def run(words: Sequence[str]) -> int:
     if words[0] not in COMMANDS:
         raise PlantigradeError(_unknown(words[0]))
     command = parse(words[0], words[1:])
+    _refuse_absent(command)
     # Output of libraries while the command runs must not mix with the JSON on standard output.
     with _output_to_errors() if command.json else contextlib.nullcontext():
         outcome = _outcome_of(command)
@@ -161,7 +182,7 @@ def run(words: Sequence[str]) -> int:
             print(printable(outcome.text), file=sys.stderr)
         print(metrics_json(outcome.metrics))
     elif outcome.text:
-        print(printable(outcome.text))
+        print(coloured(printable(outcome.text), sys.stdout))
     return DONE if outcome.ok else NO_RESULT
 
 
@@ -189,6 +210,25 @@ def parse(name: str, words: Sequence[str]) -> Any:
         if hasattr(module, "parse"):  # a command with subcommands
             return module.parse(words)
         return parsing.parse(module.Command, f"plantigrade {name}", words)
+
+
+def _refuse_absent(command: Any) -> None:
+    """Refuse an input that is not there, before the libraries are loaded that would read it.
+
+    Raises:
+        FileError: If there is one.
+    """
+    for names, problem, remedy in INPUTS:
+        for name in names:
+            value = getattr(command, name, None)
+            for path in value if isinstance(value, tuple) else (value,):
+                if not isinstance(path, Path) or glob.has_magic(str(path)):
+                    continue
+                there = True
+                with contextlib.suppress(OSError, ValueError):  # its reader says what is wrong
+                    there = path.exists()
+                if not there:
+                    raise FileError(path, problem, remedy=remedy)
 
 
 @contextlib.contextmanager

@@ -1,8 +1,13 @@
 """Output of a command: figures and text."""
 
+import os
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
+
+VERDICTS = {r"\bcheck passed\b": "1;32", r"\bCHECK FAILED\b": "1;31"}
+"""Words of a verdict → their colour on a terminal (bold green, bold red)."""
 
 
 @dataclass(frozen=True)
@@ -19,3 +24,15 @@ class Outcome:
     def ok(self) -> bool:
         """Whether the method reached a valid result."""
         return self.metrics.get("status", "ok") == "ok"
+
+
+def coloured(text: str, stream: TextIO) -> str:
+    """Return a text with its verdict in colour, where it goes to a terminal that is to have any.
+
+    The variable ``NO_COLOR`` turns colours off.
+    """
+    if os.environ.get("NO_COLOR") or not stream.isatty():
+        return text
+    for words, colour in VERDICTS.items():
+        text = re.sub(words, rf"\033[{colour}m\g<0>\033[0m", text)
+    return text

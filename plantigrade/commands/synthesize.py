@@ -338,7 +338,7 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
     """Return the summary that is printed."""
     m, ok = metrics, metrics["status"] == "ok"
     rows = {
-        "verdict": "check passed" if ok else "CHECK FAILED",
+        "verdict": "check passed" if ok else f"CHECK FAILED: {m['status'].split('; ')[0]}",
         "residual force": f"{m['check_root_force_rms_bw_percent']:.2f} % of body weight RMS, "
         f"{m['check_root_force_max_bw_percent']:.2f} % peak; "
         f"slip {m['check_slip_max_mm']:.2f} mm, "

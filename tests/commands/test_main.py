@@ -2,6 +2,7 @@
 
 import ctypes
 import importlib
+import io
 import json
 import os
 import re
@@ -9,6 +10,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Event
 from types import SimpleNamespace
 
@@ -17,7 +19,7 @@ import pytest
 import plantigrade
 from plantigrade.commands import main as cli
 from plantigrade.commands.options import PrintOptions
-from plantigrade.commands.outcome import Outcome
+from plantigrade.commands.outcome import Outcome, coloured
 from plantigrade.errors import FileError
 
 HEAVY = (
@@ -267,3 +269,29 @@ def test_a_pipe_is_refused_at_once(words, ending, tmp_path, monkeypatch, capsys)
     (line,) = capsys.readouterr().err.splitlines()
     assert len(line) <= len("error: ") + 400
     assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("words", [["fit", "no.c3d"], ["report", "no"], ["simulate", "no.c3d"]])
+def test_a_file_that_is_not_there_is_refused_before_libraries_are_loaded(words, tmp_path):
+    code = (
+        "import sys; from plantigrade.commands.main import main\n"
+        f"assert main({words}) == 2\n"
+        "assert not {'mujoco', 'scipy.signal', 'scipy.optimize'} & set(sys.modules)"
+    )
+    root = str(Path(plantigrade.__file__).parents[1])
+    done = python("-c", code, cwd=tmp_path, env={**os.environ, "PYTHONPATH": root})
+    assert done.returncode == 0 and "there is no such" in done.stderr, done.stderr
+
+
+def test_a_verdict_is_coloured_on_a_terminal_alone(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    text = "verdict  CHECK FAILED: too deep"
+    assert coloured(text, io.StringIO()) == text
+    assert coloured(text, Terminal()) == "verdict  \033[1;31mCHECK FAILED\033[0m: too deep"
+    assert "\033[1;32mcheck passed" in coloured("the check passed", Terminal())
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert coloured(text, Terminal()) == text
