@@ -42,7 +42,7 @@ def _listed(names: Iterable[str], word: str = "or") -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Command(PrintOptions, Bounded):
-    """Recompute a published table or figure, our numbers beside the published ones."""
+    """Recompute a published table or figure, our numbers and the published ones."""
 
     ranges = {"jobs": (-1, 1024, "")}
 
