@@ -21,8 +21,6 @@ class LoadSettings:
     deviation 8 %)."""
     max_speed: float = 0.4
     """Speed up to which it may [m/s]. Chosen (±20 %: deviation 12 %)."""
-    max_landing_speed: float = 0.4
-    """The same of a sphere that becomes slower [m/s]: a heel slides as it strikes. Chosen."""
     max_height_difference: float = 0.005
     """Height above the lowest sphere of a loaded foot up to which one shares its load [m]. Chosen
     (±20 %: 0.5 s)."""
@@ -90,10 +88,7 @@ def site_loads(
     if load.any():
         return load
     height, weight = kinematics.contact_height, record.weight
-    speed = kinematics.contact_speed
-    slow = speed < settings.max_speed
-    slow |= (speed < settings.max_landing_speed) & (np.gradient(speed, axis=0) < 0.0)
-    near = (height < settings.max_height) & slow
+    near = (height < settings.max_height) & (kinematics.contact_speed < settings.max_speed)
     own = [np.array([s.side == side for s in sites]) for side in SIDES]
     feet = np.stack([foot_load(record, side, len(load), step) for side in SIDES], axis=1)
     touches = np.stack([near[:, mine].any(axis=1) for mine in own], axis=1)

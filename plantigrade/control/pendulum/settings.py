@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from plantigrade.control.balance import BalanceSettings
 from plantigrade.control.gait.disturbance import DisturbanceSettings
-from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import ReferenceSettings
@@ -44,11 +43,8 @@ class PendulumSettings:
     reported_shortening: float = 0.01
     """Shortening from which a footstep counts as shortened in the summary [m]. Chosen (±20 %: not
     met)."""
-    reference: ReferenceSettings = ReferenceSettings(
-        load=LoadSettings(max_height=0.006, max_landing_speed=1.0)
-    )
-    """How the recorded walk is made a reference; heels that stand until they are 2 cm high would
-    hold the hip down in late stance."""
+    reference: ReferenceSettings = ReferenceSettings()
+    """How the recorded walk is made a reference."""
     gait: GaitSettings = GaitSettings(
         late_descent_speed=1.0, swing=SwingOffsetSettings(max_acceleration=70.0)
     )

@@ -104,9 +104,9 @@ class WalkingTaskSettings:
     flywheel_error: float = 0.1
     """Error of the divergent component from which trunk, arms and head balance in full [leg
     lengths], by its square below: people use them when a step alone cannot help."""
-    steady_arm_weight: float = 1.0
+    steady_arm_weight: float = 0.6
     """Weight of joints of arms and neck without such an error [per rad/s²]: lighter ones were
-    raised to hold the centre of mass up."""
+    raised to hold the centre of mass up; with 1, a walk down a slope of 15° ended in a fall."""
     min_friction_error: float = 0.06
     """Error of the divergent component from which friction pyramids have a corner in the direction
     of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
