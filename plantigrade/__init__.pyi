@@ -20,7 +20,7 @@ from plantigrade.trajopt.solve import Progress
 from plantigrade.workflows.batch import Batch
 from plantigrade.workflows.compare import compare
 from plantigrade.workflows.fit_many import Subjects
-from plantigrade.workflows.notebook import live_session, view
+from plantigrade.workflows.notebook import LiveSession, view
 from plantigrade.workflows.save import report
 from plantigrade.workflows.settings import FitSettings, ReproduceSettings, Settings, VaultSettings
 from plantigrade.workflows.simulate_many import Simulations
@@ -127,6 +127,57 @@ def fit_many(
     companions: bool = True,
     ground: str | None = None,
 ) -> Batch: ...
+def live_session(
+    source: str | Path | Run | None = None,
+    *,
+    frame_height: int = 640,
+    port: int = 8080,
+    controller: str | AnyController | None = None,
+    disturbances: Sequence[Disturbance] = (),
+    height: float | None = None,
+    mass: float | None = None,
+    sex: Literal["female", "male"] | None = None,
+    joints: Literal["42", "43", "58", "66", 42, 43, 58, 66] | None = None,
+    feet: Literal["rigid", "two-segment", "multi-segment"] | None = None,
+    age: float | None = None,
+    static: str | Path | None = None,
+    skeleton: str | Path | None = None,
+    forces: str | Path | None = None,
+    marker_set: str | Path | None = None,
+    swap_sides: bool = False,
+    mirror_axis: bool = False,
+    cutoff: float | None = None,
+    without_plates: bool = False,
+    companions: bool = True,
+    motion: str | None = None,
+    ground: str | None = None,
+    push: Sequence[str] = (),
+    rope: Sequence[str] = (),
+    box: Sequence[str] = (),
+    barrier: str | None = None,
+    shift: str | None = None,
+    duration: float | None = None,
+    rate: float | None = None,
+    control_rate: float | None = None,
+    torque_rise: float = 0.0,
+    load: float = 0.0,
+    mass_error_pct: float = 0.0,
+    friction: float | None = None,
+    delay: float = 0.0,
+    sensor_noise_deg: float = 0.0,
+    start_noise: float = 0.0,
+    seed: int = 0,
+    stiffness: float | None = None,
+    stepping: bool = False,
+    speed: str | None = None,
+    path: str | None = None,
+    stoop: str | None = None,
+    then: Sequence[str] = (),
+    upper_body: Sequence[str] = (),
+    law: str | None = None,
+    tick: float | None = None,
+    controller_settings: Any = None,
+) -> LiveSession: ...
 def read(
     path: str | Path,
     *,

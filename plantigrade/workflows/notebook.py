@@ -1,5 +1,6 @@
 """The viewer of a run and live sessions in the cells of a notebook."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -9,7 +10,10 @@ from typing import Any
 from plantigrade.errors import ParameterError
 from plantigrade.pages.run_pages import run_viewer
 from plantigrade.record import Run
+from plantigrade.signatures import takes
 from plantigrade.workflows.live import live
+from plantigrade.workflows.simulate import SIMULATION_OPTIONS
+from plantigrade.world import AnyController, Disturbance
 
 HEIGHT = 640  # [px] of a frame in a cell
 MIN_HEIGHT, MAX_HEIGHT = 200, 4000  # [px]
@@ -114,8 +118,15 @@ class LiveSession:
         return f"<live session at {self.address}; stop() ends it and returns the run>"
 
 
+@takes(more=SIMULATION_OPTIONS)
 def live_session(
-    source: str | Path | Run | None = None, *, height: int = HEIGHT, **options: Any
+    source: str | Path | Run | None = None,
+    *,
+    frame_height: int = HEIGHT,
+    port: int = 8080,
+    controller: str | AnyController | None = None,
+    disturbances: Sequence[Disturbance] = (),
+    **options: Any,
 ) -> LiveSession:
     """Start a live simulation whose page is shown in a cell of a notebook.
 
@@ -124,8 +135,11 @@ def live_session(
 
     Args:
         source: As of :func:`plantigrade.simulate`.
-        height: Height of the frame [px].
-        options: Further arguments of :func:`plantigrade.simulate`, and ``port``.
+        frame_height: Height of the frame [px].
+        port: Port to listen on; the next free one is taken where it is in use.
+        controller: As of :func:`plantigrade.simulate`.
+        disturbances: As of :func:`plantigrade.simulate`.
+        options: As of :func:`plantigrade.simulate`.
 
     Raises:
         PlantigradeError: As :func:`plantigrade.simulate` does.
@@ -134,7 +148,8 @@ def live_session(
         >>> session = pg.live_session(controller="balance")  # doctest: +SKIP
         >>> run = session.stop()  # doctest: +SKIP
     """
-    return LiveSession(source, height, options)
+    own = {"port": port, "controller": controller, "disturbances": disturbances}
+    return LiveSession(source, frame_height, {**own, **options})
 
 
 def _quiet(_: str) -> None:

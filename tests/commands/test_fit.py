@@ -192,6 +192,8 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 
     monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
     monkeypatch.chdir(tmp_path)
+    for name in ("walk.c3d", "other.c3d"):
+        (tmp_path / name).touch()
     (tmp_path / "runs" / "fit-walk").mkdir(parents=True)
     (tmp_path / "runs" / "fit-walk" / "metrics.json").write_text("{}")
     assert cli.main(["fit", "walk.c3d", "--out", "runs/fit-walk"]) == 2
@@ -225,7 +227,10 @@ def test_files_of_one_name_go_to_folders_of_their_own():
     [
         (["fit", "{data}/opensim/gait2392_subject01/subject01_walk1_grf.mot"], "no motion to fit"),
         (["fit", "nowhere.c3d"], "nowhere.c3d"),
-        (["fit", "a.c3d", "--norms", "nowhere.csv"], "nowhere.csv: there is no such file"),
+        (
+            ["fit", "{data}/c3d/HC038A11.c3d", "--norms", "nowhere.csv"],
+            "nowhere.csv: there is no such file",
+        ),
         (["fit", "a.c3d", "--age", "200"], "age must be 0.5–120 years"),
         (
             ["fit", "{data}/c3d/HC038A11.c3d", "--static", "{data}/cmu_asfamc/07_01.amc"],

@@ -186,6 +186,8 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 
     monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
     monkeypatch.chdir(tmp_path)
+    for name in ("walk.c3d", "other.c3d"):
+        (tmp_path / name).touch()
     for name in ("reproduce-walk", "reproduce-study-a-and-1-more",
                  "reproduce-study-other-and-1-more"):  # fmt: skip
         (tmp_path / "runs" / name).mkdir(parents=True)
@@ -211,6 +213,7 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 )
 def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, sentence):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "walk.c3d").touch()
     assert cli.main(["reproduce", *words]) == 2
     err = capsys.readouterr().err
     assert sentence in err and "Traceback" not in err

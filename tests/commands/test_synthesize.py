@@ -76,7 +76,7 @@ def test_an_interrupted_run_is_checked_and_written(tmp_path, capsys, monkeypatch
         (["track", "--recording", "none.c3d", "--seed", "1"], "--seed"),
         (["zhakatayev2023", "--seed", "1"], "--seed"),
         (["walk", "--periodic", "--optimise-timing", "--restarts", "2"], "restarts has no effect"),
-        (["walk", "--periodic", "--optimise-timing", "--warm", "x"], "warm has no effect"),
+        (["walk", "--periodic", "--optimise-timing", "--warm", "."], "warm has no effect"),
         (["walk", "--optimise-timing"], "optimise_timing needs periodic"),
         (["walk", "--nodes-per-second", "1"], "nodes_per_second must be"),
         (["walk", "--warm", "nowhere"], "nowhere"),
@@ -103,7 +103,7 @@ def test_help_of_a_task_has_its_own_options_and_no_others(task, capsys):
     owner = {
         "--speed": {"walk"}, "--jump-height": {"jump"}, "--recording": {"track"},
         "--seat-off": {"sit-to-stand", "stand-to-sit"}, "--motion": {"zhakatayev2023"},
-        "--strength": {"take-off"}, "--target": {"reach"}, "--clearance": {"side-step"},
+        "--target": {"reach"}, "--clearance": {"side-step"},
     }  # fmt: skip
     for option, tasks in owner.items():
         assert (f"{option} " in shown) == (task in tasks), option

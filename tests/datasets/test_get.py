@@ -191,7 +191,7 @@ def test_an_untrusted_certificate_is_refused(server, tmp_path, capsys):
 
 def test_a_name_that_does_not_exist(server, capsys):
     assert main(["data", "get", "wlaks"]) == 2
-    assert "no data set 'wlaks'; there are walks" in capsys.readouterr().err
+    assert "no data set 'wlaks'; did you mean walks?" in capsys.readouterr().err
     assert main(["data", "get", "walks", "wlaks"]) == 2
     assert server.asked == [] and not Path("data").exists()
 

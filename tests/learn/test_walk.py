@@ -316,5 +316,5 @@ def test_where_gymnasium_is_missing_the_extra_is_named(monkeypatch):
     for name in [n for n in sys.modules if n.startswith(("gymnasium", "plantigrade.learn"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "gymnasium", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'plantigrade\[learn\]'"):
+    with pytest.raises(MissingExtra, match=r"pip install '.*\[learn\]'"):
         import plantigrade.learn.environment  # noqa: F401

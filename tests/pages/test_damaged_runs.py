@@ -79,7 +79,7 @@ def test_an_empty_signal_of_the_wrong_kind_makes_no_record(name):
 def test_an_unknown_signal_makes_no_record():
     record = runs.whole_run().record
     with pytest.raises(
-        ParameterError, match=r"'tasks.residuals'; there are tasks.residual, .*user"
+        ParameterError, match=r"'tasks.residuals'; did you mean tasks.residual. there are .*user"
     ):
         replace(record, signals={**record.signals, "tasks.residuals": np.zeros(2)})
 

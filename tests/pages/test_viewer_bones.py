@@ -75,8 +75,7 @@ def test_contact_points_lie_on_the_sole(page, walking):
     page.settle()
     rows = np.array(
         page.evaluate(
-            "(buffers.sphere.rows.length = 0, contactPoints("
-            "upload(buffers.pose, body, [0, 0, 0])), buffers.sphere.rows)"
+            "(buffers.sphere.rows.length = 0, contactPoints(instant().poses), buffers.sphere.rows)"
         )
     )
     points = rows.reshape(-1, 11)[:, :3]

@@ -227,7 +227,6 @@ def test_a_walk_may_begin_in_the_middle(stop):
         ({"steps": 3, "heights": (0.1,)}, "1 heights for 3 steps"),
         ({"steps": 3, "heights": (0.1, float("inf"), 0.1)}, "finite"),
         ({"steps": 3, "heights": (0.1, 0.9, 0.9)}, "in one step"),
-        ({"steps": 3, "rest": 0.0}, "between 0.05 and 10"),
     ],
 )
 def test_plans_that_make_no_walk_are_refused(options, words):

@@ -72,6 +72,7 @@ def test_the_button_saves_the_run_so_far(monkeypatch):
         saved.append(run)
         if len(saved) == 2:
             raise FileError("there", "is full")
+        return run
 
     stop, saved, said, moved = Event(), [], [], []
     live(open=False, port=8471, stop=stop, tell=lambda _: None, save=save, **SMALL)

@@ -63,7 +63,7 @@ def test_a_frame_of_no_height(run):
 
 
 def test_a_live_session_runs_beside_the_notebook():
-    session = pg.live_session(port=8481, controller="passive", height=300, **SMALL)
+    session = pg.live_session(port=8481, controller="passive", frame_height=300, **SMALL)
     try:
         assert f'<iframe src="{session.address}"' in session._repr_html_()
         assert session.address.startswith("http://localhost:84") and session.address in repr(
@@ -89,7 +89,7 @@ def test_outside_of_a_notebook_no_line_follows_a_solver():
 def test_in_a_real_kernel():
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in CELLS])
-    nbclient.NotebookClient(book, timeout=300, kernel_name="python3").execute()
+    nbclient.NotebookClient(book, kernel_name="python3").execute()
     _, viewer, plot, live, ended, solver = (cell.outputs for cell in book.cells)
     assert "srcdoc" in viewer[0].data["text/html"]
     assert plot[0].data["image/svg+xml"].lstrip().startswith("<svg")

@@ -75,7 +75,7 @@ def test_a_run_of_somebody_with_other_joints_is_refused(walk, tmp_path: Path):
     folder = save(Run(stands, "fit", name="stands"), tmp_path / "stands").folder
     given = {"controller": "pendulum", "then": (f"{folder}@1",)}
     how = SimulateSettings.given("simulate", None, given)
-    with pytest.raises(ParameterError, match="42 degrees of freedom, the person who walks has 40"):
+    with pytest.raises(ParameterError, match="42 degrees of freedom, the one who walks has 40"):
         styles_of(walk.human, how, lambda word: pytest.fail(word))
 
 

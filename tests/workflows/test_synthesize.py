@@ -190,7 +190,7 @@ def test_advice_tells_what_was_fixed_from_what_was_limited(synthesized):
     problem = replace(made.problem, rows=(*others, asked))
     (broken,) = violations(problem, made.coefficients, made.forces)
     assert broken.name == "knee_angle_r" and broken.unit == "deg"
-    assert "posture asked for" in broken.sentence()
+    assert "requested posture" in broken.sentence()
 
 
 def test_amounts_are_those_of_the_motion(synthesized):
