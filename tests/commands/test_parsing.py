@@ -73,9 +73,7 @@ def test_a_refusal_is_a_sentence(words, sentence, capsys, tmp_path, monkeypatch)
     ],
 )
 def test_options_that_mean_nothing_to_a_file(data, file, option, sentence, capsys, tmp_path):
-    given = tmp_path / "x.toml"
-    given.write_text("")
-    words = ["fit", str(data / file), option, str(given), "--quiet", "--out", str(tmp_path / "x")]
+    words = ["fit", str(data / file), option, __file__, "--quiet", "--out", str(tmp_path / "x")]
     assert cli.main(words) == 2
     assert sentence in said(capsys) and list(tmp_path.iterdir()) == []
 

@@ -186,7 +186,7 @@ def test_an_existing_folder_is_refused_before_any_work(tmp_path, monkeypatch, ca
 
     monkeypatch.setattr(fitting, "load", lambda *_: pytest.fail("work was done"))
     monkeypatch.chdir(tmp_path)
-    for name in ("walk.c3d", "other.c3d"):
+    for name in ("walk.c3d", "other.c3d", "a.c3d", "b.c3d"):
         (tmp_path / name).touch()
     for name in ("reproduce-walk", "reproduce-study-a-and-1-more",
                  "reproduce-study-other-and-1-more"):  # fmt: skip
