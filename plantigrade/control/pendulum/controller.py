@@ -291,12 +291,15 @@ class Pendulum(Controller):
             rows.append(tasks.contact_rows(points, held, height, soles.normal[active]))
         posture_error = state.angles - ref.q[7:]
         swing = [not foot.in_stance for foot in gait.feet]
+        desired = tasks.posture_acceleration(body, ref, rate, swing, plan.turn_rate)
+        weight = tasks.posture_cost(posture_error, plan.dcm_error)
+        tasks.resist_hyperextension(body, ref, desired, weight)
         answer = self.program.solve(
             body,
             contacts,
             rows,
-            desired=tasks.posture_acceleration(body, ref, rate, swing, plan.turn_rate),
-            weight=tasks.posture_cost(posture_error, plan.dcm_error),
+            desired=desired,
+            weight=weight,
             force_weight=tasks.force_cost(held, height),
             torque_weight=tasks.torque_cost,
             passive=state.world.actuators.passive(state.angles, state.rates),

@@ -107,6 +107,13 @@ class WalkingTaskSettings:
     steady_arm_weight: float = 0.6
     """Weight of joints of arms and neck without such an error [per rad/s²]: lighter ones were
     raised to hold the centre of mass up; with 1, a walk down a slope of 15° ended in a fall."""
+    knee_stop_time: float = 0.025
+    """Time ahead in which a knee would be bent backwards, from which it resists [s]: near full
+    extension a leg gains no length, and the height of the mass drove knees to -16°."""
+    knee_stop_angle: float = 0.03
+    """Angle beyond full extension at which the weight of a knee is that of the mass [rad]."""
+    knee_stop_weight: float = 30.0
+    """Weight of a knee at that angle [per rad/s²]."""
     min_friction_error: float = 0.06
     """Error of the divergent component from which friction pyramids have a corner in the direction
     of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
@@ -163,6 +170,7 @@ class WalkingTasks:
         self._weight = weights.posture(human)
         self._steady_weight = replace(weights, arm_weight=own.steady_arm_weight).posture(human)
         self._neck = 6 + np.flatnonzero(["neck_" in name for name in names])
+        self._knees = 6 + np.flatnonzero(["knee_angle" in name for name in names])
         mass = float(human.model.body_mass.sum())
         self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
         gain, time = own.foot_rotation_gain, own.foot_rotation_time
@@ -280,6 +288,23 @@ class WalkingTasks:
         least, most = min(recorded, lowest), max(recorded, own.max_ascent)
         desired[2] = min(max(recorded + back, least), most)
         return desired
+
+    def resist_hyperextension(self, body: State, ref: Instant, desired: Array, cost: Array) -> None:
+        """Let knees that would soon be bent backwards, farther than the reference, resist.
+
+        Args:
+            body: The person now.
+            ref: The reference at the phase of the gait.
+            desired: Desired accelerations, to be changed.
+            cost: Their cost, to be changed.
+        """
+        own, at, time = self.settings, self._knees, self.settings.knee_stop_time
+        angle, speed = body.qpos[at + 1], body.qvel[at]
+        excess = np.minimum(ref.q[at + 1], 0.0) - angle - time * speed
+        excess = np.maximum(excess, 0.0)
+        least = 2.0 * excess / time**2
+        desired[at] = np.where(excess > 0.0, np.maximum(desired[at], least), desired[at])
+        cost[at] += (own.knee_stop_weight * np.minimum(excess / own.knee_stop_angle, 1.0)) ** 2
 
     def rotation_rows(
         self, body: State, points: RigidPoints, i: int, target: Target, normal: Array | None = None
