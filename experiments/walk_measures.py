@@ -23,6 +23,11 @@ JOINTS = {"ankle": "ankle_angle", "knee": "knee_angle", "hip": "hip_flexion"}
 """Joint → its coordinate."""
 PEAKS = ("first_peak", "trough", "second_peak")
 """Extremes of the vertical force of a foot in stance."""
+SUBTRACTED = (
+    *("knee_at_strike", "least_knee", "com_height", "trunk", "head"),
+    *("double_support", "step_width"),
+)
+"""Measures of which the difference counts."""
 DOUBLE_SUPPORT_SD = 3.0  # [% of the cycle] of children at a free speed
 FIRST_HALF = 50  # [% of the cycle] the first peak of the force is before it
 
@@ -40,7 +45,7 @@ def measures(record: Record, *, since: float = 0.0, force_cutoff: float | None =
 
     Returns:
         ``first_peak``, ``trough``, ``second_peak``, ``raw_peak`` [BW]; ``ankle``, ``knee``, ``hip``
-        moments over the cycle [N m/kg]; ``knee_at_strike`` [deg]; ``com_height``,
+        moments over the cycle [N m/kg]; ``knee_at_strike``, ``least_knee`` [deg]; ``com_height``,
         ``com_excursion``, ``step_width`` [m]; ``trunk``, ``head`` leaning forward [deg];
         ``double_support`` [% of the cycle]. Unknown ones are NaN.
     """
@@ -55,6 +60,9 @@ def measures(record: Record, *, since: float = 0.0, force_cutoff: float | None =
     curves = gait_curves(smoothed, estimated=True)
     for joint, coordinate in JOINTS.items():
         found[joint] = _mean_curve(curves.moments, coordinate).tolist()
+    found["least_knee"] = float(
+        min(np.rad2deg(motion[f"{JOINTS['knee']}_{side}"][inside]).min() for side in SIDES)
+    )
     found["knee_at_strike"] = float(_mean_curve(curves.angles, JOINTS["knee"])[0])
     height = centroid(human, motion.qpos, motion.qvel).com[:, 2] - record.ground.height
     cycles = [(motion.time >= c.start) & (motion.time < c.stop) for c in curves.cycles]
@@ -105,7 +113,7 @@ def differences(own: Mapping, recorded: Mapping) -> dict[str, float]:
     found: dict[str, float] = {}
     for name in (*PEAKS, "com_excursion"):
         found[f"{name}_ratio"] = own[name] / recorded[name]
-    for name in ("knee_at_strike", "com_height", "trunk", "head", "double_support", "step_width"):
+    for name in SUBTRACTED:
         found[name] = own[name] - recorded[name]
     found["raw_peak"] = own["raw_peak"]
     force, knee = norm("vertical_grf"), norm(JOINTS["knee"], population=ADULTS)

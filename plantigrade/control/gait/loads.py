@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.schedule import settled
+from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 
 
@@ -95,8 +96,9 @@ def site_loads(
     unknown = np.isnan(feet)
     rest = weight - np.nansum(feet, axis=1)
     share = np.maximum(rest, settings.min_unknown_load * weight)
-    share = share / np.maximum((unknown & touches).sum(axis=1), 1)
-    feet = np.where(unknown, touches * share[:, None], np.nan_to_num(feet))
+    carried = transferred(touches) * (unknown & touches)
+    carried /= np.maximum(carried.sum(axis=1, keepdims=True), 1e-9)
+    feet = np.where(unknown, carried * share[:, None], np.nan_to_num(feet))
     feet[feet < settings.min_foot_load * weight] = 0.0
     for i, side in enumerate(SIDES):
         if record.has_forces and not record.foot(side).measured.any():
@@ -110,6 +112,27 @@ def site_loads(
         part = carries / carries.sum(axis=1, keepdims=True)
         load[:, mine] = part * feet[:, i : i + 1]
     return load
+
+
+def transferred(touches: Bool[Array, "n 2"]) -> Float[Array, "n 2"]:
+    """Return the share of the load of each foot that touches.
+
+    In a double support between single supports of both feet it goes evenly from one to the other;
+    in any other they share it equally.
+
+    Args:
+        touches: Which feet do, right and left.
+    """
+    share = touches / np.maximum(touches.sum(axis=1, keepdims=True), 1)
+    for both in runs(touches.all(axis=1)):
+        if both.start == 0 or both.stop == len(touches):
+            continue
+        before, after = touches[both.start - 1], touches[both.stop]
+        if before.sum() == after.sum() == 1 and (before != after).all():
+            n = both.stop - both.start
+            part = (np.arange(n) + 0.5)[:, None] / n
+            share[both] = (1.0 - part) * before + part * after
+    return share
 
 
 def foot_load(record: Record, side: str, n: int, step: float) -> Float[Array, " n"]:

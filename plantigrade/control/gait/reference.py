@@ -49,6 +49,9 @@ class ReferenceSettings:
     min_cop_load: float = 0.1
     """Load from which the centre of pressure is that of the spheres [body weights]. Chosen (±20 %:
     not met)."""
+    cop_smoothing: float = 0.03
+    """Standard deviation of the filter of the centre of pressure of a walk that repeats itself [s]:
+    estimated from the spheres that touch it leaps, where that of people rolls from heel to toes."""
     contact_lead_time: float = 0.08
     """Time before its contact from which a sphere that touches stays down [s]. Chosen (±20 %:
     deviation 12 %)."""

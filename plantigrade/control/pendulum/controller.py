@@ -95,7 +95,7 @@ class Pendulum(Controller):
         """Return a walk of this person as it is followed: one that mass and feet can follow."""
         own, person = self.settings, self.person
         found = reference_of(record, clearance, lands=True, settings=own.reference)
-        found = with_feasible_com(found)
+        found = with_feasible_com(found, own.reference.cop_smoothing)
         return with_clearance(found, person.leg_length, person.of_side, own.swing)
 
     def summary(self) -> Summary:
@@ -283,6 +283,7 @@ class Pendulum(Controller):
             contacts = replace(contacts, along=float(np.arctan2(com[1], com[0])))
         rows: list[Rows | PointRows] = [
             tasks.com.rows(body, acceleration=com),
+            tasks.momentum_rows(body, ref, rate, plan.dcm_error),
             *self._feet.rows(
                 body, ref, rate, self.position, footstep, self.clearance.legs, soles, active
             ),

@@ -62,11 +62,13 @@ def walk_of(record: Record) -> Record:
     return Record(record.human, motion, ground=level, notes=record.notes)
 
 
-def with_feasible_com(reference: Reference) -> Reference:
+def with_feasible_com(reference: Reference, cop_smoothing: float = 0.0) -> Reference:
     """Return a walk whose centre of mass moves over the ground as its feet can bear it.
 
     Args:
         reference: The walk; one that does not repeat itself begins and ends where it does.
+        cop_smoothing: Standard deviation of a Gaussian filter of the centre of pressure of a walk
+            that repeats itself [s].
     """
     found, omega = replace(reference, table=reference.table.copy()), reference.omega
     rows = found.rows
@@ -92,6 +94,9 @@ def with_feasible_com(reference: Reference) -> Reference:
     cop += (com - cop)[:-1].mean(axis=0)
     part = np.fft.rfft(cop[:-1] - speed * time, axis=0)
     frequency = 2.0 * np.pi * np.arange(len(part))[:, None] / reference.period
+    part *= np.exp(-0.5 * (cop_smoothing * frequency) ** 2)
+    cop[:-1] = np.fft.irfft(part, n, axis=0) + speed * time
+    cop[-1] = cop[0] + reference.advance[:2]
     part *= omega**2 / (omega**2 + frequency**2)
     com[:-1] = np.fft.irfft(part, n, axis=0) + speed * time
     velocity[:-1] = np.fft.irfft(1j * frequency * part, n, axis=0) + speed

@@ -23,7 +23,7 @@ from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
-from plantigrade.wbc.tasks import LinearMomentumTask
+from plantigrade.wbc.tasks import AngularMomentumTask, LinearMomentumTask
 from plantigrade.wbc.tasks.task import Target
 
 
@@ -109,11 +109,18 @@ class WalkingTaskSettings:
     raised to hold the centre of mass up; with 1, a walk down a slope of 15° ended in a fall."""
     knee_stop_time: float = 0.025
     """Time ahead in which a knee would be bent backwards, from which it resists [s]: near full
-    extension a leg gains no length, and the height of the mass drove knees to -16°."""
+    extension a leg gains no length, and the height of the mass drove knees to -16°. Five ticks."""
     knee_stop_angle: float = 0.03
     """Angle beyond full extension at which the weight of a knee is that of the mass [rad]."""
     knee_stop_weight: float = 30.0
     """Weight of a knee at that angle [per rad/s²]."""
+    momentum_weight: float = 12.0
+    """Angular momentum about horizontal axes [per m/s² at a lever of 1 m], as that of the mass:
+    people keep it small [Herr2008]_. Without it the pelvis was turned back after every touchdown,
+    and the centre of pressure went to the toes and back to the heel (ankle moment r .91, now .94).
+    """
+    momentum_gain: float = 10.0
+    """Rate by error of the angular momentum [1/s]; as of the height of the mass."""
     min_friction_error: float = 0.06
     """Error of the divergent component from which friction pyramids have a corner in the direction
     of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
@@ -173,6 +180,7 @@ class WalkingTasks:
         self._knees = 6 + np.flatnonzero(["knee_angle" in name for name in names])
         mass = float(human.model.body_mass.sum())
         self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
+        self.momentum = AngularMomentumTask()
         gain, time = own.foot_rotation_gain, own.foot_rotation_time
         self._swing_rotation, self._stance_rotation = (
             FootTask(slice(3), gain, time, weight)
@@ -288,6 +296,23 @@ class WalkingTasks:
         least, most = min(recorded, lowest), max(recorded, own.max_ascent)
         desired[2] = min(max(recorded + back, least), most)
         return desired
+
+    def momentum_rows(
+        self, body: State, ref: Instant, rate: float, dcm_error: Float[Array, " 2"]
+    ) -> Rows:
+        """Return rows of the angular momentum: as in the reference, unless the body balances by it.
+
+        Args:
+            body: The person now.
+            ref: The reference at the phase of the gait.
+            rate: Rate of the phase.
+            dcm_error: Error of the divergent component [m].
+        """
+        own, share = self.settings, self.flywheel_share(dcm_error)
+        matrix = self.momentum.jacobian(body, 0.0)[:2]
+        desired = rate**2 * ref.a + own.momentum_gain * (rate * ref.v - body.qvel)
+        weight = ((1.0 - share) * own.momentum_weight) ** 2
+        return Rows(matrix, matrix @ desired, weight, "angular momentum")
 
     def resist_hyperextension(self, body: State, ref: Instant, desired: Array, cost: Array) -> None:
         """Let knees that would soon be bent backwards, farther than the reference, resist.
