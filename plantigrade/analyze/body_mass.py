@@ -33,11 +33,9 @@ MAX_QUIET_ACCELERATION = 0.05
 MIN_PELVIS_HEIGHT = 0.9
 """Minimum height of the pelvis in standing, as a fraction of that in the neutral pose."""
 
-MIN_REST = 0.5
-"""Minimum duration of quiet standing [s]."""
+MIN_REST = 0.5  # [s] minimum duration of quiet standing
 
-MIN_GAIT = 0.3
-"""Minimum duration of gait with all forces known [s], about a single support."""
+MIN_GAIT = 0.3  # Minimum duration of gait with all forces known [s], about a single support
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,8 @@ from plantigrade.motion.recording import even_clock
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
-STANCE_LOAD = 0.05
-"""Minimum measured vertical force of a foot in stance [body weights]."""
-MIN_FRAMES = 10
-"""Minimum number of stance frames for a comparison."""
+STANCE_LOAD = 0.05  # [body weights] minimum measured vertical force of a foot in stance
+MIN_FRAMES = 10  # Minimum number of stance frames for a comparison
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
 SIGNAL_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 AXES = ("forward", "sideways", "vertical")

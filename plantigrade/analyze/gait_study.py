@@ -23,8 +23,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 
 ALPHA = 0.05  # significance level of both tests, as in the paper
-MIN_GAITS = 3
-"""Minimum number of gaits for a test."""
+MIN_GAITS = 3  #: Minimum number of gaits for a test
 
 
 @dataclass(frozen=True)

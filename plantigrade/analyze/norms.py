@@ -51,8 +51,7 @@ MIRRORED = ("pelvis_list", "pelvis_rotation")
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
 
-CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)
-"""Dimensionless speeds between the classes."""
+CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)  #: Dimensionless speeds between the classes
 
 
 @dataclass(frozen=True)
@@ -72,8 +71,7 @@ class Population:
         return bool(self.curves)
 
 
-COMFORTABLE = (1.24, 0.16)
-"""Comfortable speed of these adults, mean and SD [m/s]."""
+COMFORTABLE = (1.24, 0.16)  #: Comfortable speed of these adults, mean and SD [m/s]
 
 ADULTS = Population(
     "adults",

@@ -9,8 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
 from plantigrade.models.skeleton import split_side
 
-SOLID_GROUP = 1
-"""Geom group of the solids of the body."""
+SOLID_GROUP = 1  # Geom group of the solids of the body
 
 TRUNK_BODIES = (
     "pelvis",

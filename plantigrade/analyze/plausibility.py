@@ -56,20 +56,15 @@ there."""
 
 @dataclass(frozen=True)
 class Plausibility:
-    """Plausibility of a fitted motion.
+    """Plausibility of a fitted motion."""
 
-    Attributes:
-        residual: RMS residual force at the root over the frames with measured forces on both feet
-            [BW]; None if there are none.
-        fast: Joints above their maximum speed → ratio to it, largest first.
-        noise_factor: Cut-off of motion and forces over the usual one; the noise is proportional.
-        mirrored: Whether left and right seem to be exchanged.
-    """
-
+    #: RMS residual force at the root over the frames with measured forces on both feet [BW]; None
+    #: if there are none
     residual: float | None
-    fast: dict[str, float]
+    fast: dict[str, float]  #: Joints above their maximum speed → ratio to it, largest first
+    #: Cut-off of motion and forces over the usual one; the noise is proportional
     noise_factor: float = 1.0
-    mirrored: bool = False
+    mirrored: bool = False  #: Whether left and right seem to be exchanged
 
     @classmethod
     def of(cls, trial: Trial) -> "Plausibility":

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from plantigrade.errors import FileError
 
-MAX_THIRD_WIDTH = 400
-"""Maximum width of a drawing that fits a third of a page [px]."""
+MAX_THIRD_WIDTH = 400  # [px] maximum width of a drawing that fits a third of a page
 
 _SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from plantigrade.commands.progress import Progress
     from plantigrade.workflows.batch import Batch, BatchSettings
 
-PRINTED_FAILURES = 20
-"""Failures of a batch that are printed; all are in its folder."""
+PRINTED_FAILURES = 20  # Failures of a batch that are printed; all are in its folder
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,11 +17,9 @@ the toes."""
 
 PUSH_PART = "push"
 """Part name of a site with a force that is not the ground's."""
-TOUCH_PART = "touch"
-"""Part name of a ground contact of a body other than a foot."""
+TOUCH_PART = "touch"  #: Part name of a ground contact of a body other than a foot
 
-GEOM_PREFIX = "contact_"
-"""Prefix of the names of geoms that contact the ground."""
+GEOM_PREFIX = "contact_"  #: Prefix of the names of geoms that contact the ground
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.motion import Motion
 from plantigrade.motion.resample import resampled
 
-RATES = (1.0, 1000.0)
-"""Allowed frames per second of an exported motion [Hz]."""
+RATES = (1.0, 1000.0)  # [Hz] allowed frames per second of an exported motion
 
 
 UNEVEN = 0.01

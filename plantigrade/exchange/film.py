@@ -33,22 +33,17 @@ VIEW_HEIGHT = 2.3
 MIDDLE, FREE = 0.42, 0.02
 """Middle of the picture above the ground, and how far from it the centre of mass may be before the
 camera rises or sinks with it, of :data:`VIEW_HEIGHT`. Chosen."""
-SHAPE = 16 / 9
-"""Width over height of the picture."""
-FINER = 2
-"""Factor at which frames are drawn before they are reduced, against jagged edges."""
+SHAPE = 16 / 9  #: Width over height of the picture
+FINER = 2  #: Factor at which frames are drawn before they are reduced, against jagged edges
 LIGHT = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
 """Direction of the light: right, up, towards the reader."""
-SHADE = 0.45
-"""Brightness of a surface that the light does not meet."""
-CAMERA_CALM = 0.3
-"""Time over which the camera's path is smoothed, standard deviation [s]."""
+SHADE = 0.45  #: Brightness of a surface that the light does not meet
+CAMERA_CALM = 0.3  #: Time over which the camera's path is smoothed, standard deviation [s]
 SQUARE, SQUARES = 0.5, 9
 """Side of the squares of the ground [m], and their number to each side of the body."""
 ARROW, ARROW_WIDTH = 0.6, 0.02
 """Length of the arrow of one body weight, as in ``viewer.html``, and its width [m]."""
-HEIGHTS = (120, 2160)
-"""Allowed height of the picture [pixels]."""
+HEIGHTS = (120, 2160)  #: Allowed height of the picture [pixels]
 
 
 def write_film(

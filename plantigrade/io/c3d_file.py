@@ -22,8 +22,7 @@ from plantigrade.io.length import check_length
 from plantigrade.io.text import reading
 
 BLOCK = 512  # [bytes]
-LIMIT_BYTES = 2e9
-"""Largest C3D file read [bytes]."""
+LIMIT_BYTES = 2e9  # [bytes] largest C3D file read
 
 BYTES_OF_A_POINT = 100
 """Measured memory per point of a frame while reading [bytes]; an analog sample takes that of four

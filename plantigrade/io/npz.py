@@ -15,8 +15,7 @@ from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 MAX_BYTES = 400 * 2**20  # [bytes] all arrays of a file together
 MAX_RATIO = 1000  # unpacked size over packed size; real motions stay far below
 
-MAX_NUMBER = 1e12
-"""Maximum magnitude of a number of a motion [SI], to prevent overflow."""
+MAX_NUMBER = 1e12  # Maximum magnitude of a number of a motion [SI], to prevent overflow
 
 _REMEDY = "name a motion.npz that plantigrade wrote"
 _FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted

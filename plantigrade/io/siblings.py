@@ -37,23 +37,20 @@ Trial = frozenset[str]
 
 @dataclass
 class Siblings:
-    """Files of a folder, indexed by the words of their names.
+    """Files of a folder, indexed by the words of their names."""
 
-    Attributes:
-        static: Size [B] and path of files named as standing trials, small ones first, by ending and
-            each other word of the name (``""`` where there is none).
-        numbered: Size and path of all files, by ending and name before the trial number.
-        forces: Files that may hold ground reactions, by their trial.
-        trials: Trials of these files, by each of their words.
-        rarest: The same trials, each by that of its words which the fewest trials have.
-        skeletons: ASF files by name without ending, in small letters.
-    """
-
+    #: Size [B] and path of files named as standing trials, small ones first, by ending and each
+    #: other word of the name (``""`` where there is none)
     static: dict[tuple[str, str], list[tuple[int, Path]]] = field(default_factory=dict)
+    #: Size and path of all files, by ending and name before the trial number
     numbered: dict[tuple[str, str], list[tuple[int, Path]]] = field(default_factory=dict)
+    #: Files that may hold ground reactions, by their trial
     forces: dict[Trial, list[Path]] = field(default_factory=dict)
+    #: Trials of these files, by each of their words
     trials: dict[str, list[Trial]] = field(default_factory=dict)
+    #: The same trials, each by that of its words which the fewest trials have
     rarest: dict[str, list[Trial]] = field(default_factory=dict)
+    #: ASF files by name without ending, in small letters
     skeletons: dict[str, Path] = field(default_factory=dict)
 
     @classmethod

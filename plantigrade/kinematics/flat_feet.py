@@ -56,19 +56,12 @@ MIN_NOTED_THICKNESS = 0.010  # [m] sole thickness that is reported
 
 @dataclass(frozen=True)
 class FlatFeet:
-    """A person with feet that stand flat.
+    """A person with feet that stand flat."""
 
-    Attributes:
-        human: The person, with the height of the ankles and the soles found.
-        places: Attachment of each marker.
-        grounded: Whether a foot stood flat on the ground in some frames.
-        notes: Notes for the user, one sentence each.
-    """
-
-    human: Human
-    places: tuple[Attachment, ...]
-    grounded: bool = False
-    notes: tuple[str, ...] = ()
+    human: Human  #: The person, with the height of the ankles and the soles found
+    places: tuple[Attachment, ...]  #: Attachment of each marker
+    grounded: bool = False  #: Whether a foot stood flat on the ground in some frames
+    notes: tuple[str, ...] = ()  #: Notes for the user, one sentence each
 
 
 def set_flat(

@@ -23,8 +23,7 @@ from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
-MIN_STANDING = 2
-"""Fewest standing feet that determine the position of a given ground."""
+MIN_STANDING = 2  # Fewest standing feet that determine the position of a given ground
 MAX_RAMP_SLOPE = np.deg2rad(18)
 """Steepest slope [rad]; feet in a steeper line stand on steps. Laboratories build ramps up to 15°,
 stairs are steeper than 25°."""
@@ -34,37 +33,26 @@ MIN_BELT_SLOPE = np.deg2rad(2.0)
 """Smallest inclination of a belt [rad]; soft tissue and shoes show 0.8° on level belts."""
 SPHERE_TO_EDGE = 0.03
 """Distance from the outermost contact sphere of a foot to the edge of its step [m]: flesh, shoe."""
-MIN_STEP_HEIGHT = 0.06
-"""Smallest difference of height between two levels [m]."""
+MIN_STEP_HEIGHT = 0.06  # [m] smallest difference of height between two levels
 
 
 @dataclass(frozen=True)
 class GivenGround:
-    """Given ground of a recording.
+    """Given ground of a recording."""
 
-    Attributes:
-        shape: A slope, or steps of the height of the first one; its position is not used.
-        heading: Where it rises, to the left from the axis of the laboratory that is nearest to
-            where the person faces [rad].
-    """
-
-    shape: Ground
+    shape: Ground  #: A slope, or steps of the height of the first one; its position is not used
+    #: Where it rises, to the left from the axis of the laboratory that is nearest to where the
+    #: person faces [rad]
     heading: float = 0.0
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where feet stand, in axes of a ground whose height is zero, by place along x.
+    """Where feet stand, in axes of a ground whose height is zero, by place along x."""
 
-    Attributes:
-        x: From the rear to the front end of each foot [m].
-        height: Mean height of heel and ball above the plane [m].
-        slope: How far what they stand on rises while it moves, as a belt does [rad].
-    """
-
-    x: Float[Array, "n_stands 2"]
-    height: Float[Array, " n_stands"]
-    slope: float
+    x: Float[Array, "n_stands 2"]  #: From the rear to the front end of each foot [m]
+    height: Float[Array, " n_stands"]  #: Mean height of heel and ball above the plane [m]
+    slope: float  #: How far what they stand on rises while it moves, as a belt does [rad]
 
 
 def standing_feet(

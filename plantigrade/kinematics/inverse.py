@@ -113,17 +113,12 @@ class Terms(PointSet):
 
 @dataclass(frozen=True)
 class InverseSolution:
-    """Result of inverse kinematics for one frame.
+    """Result of inverse kinematics for one frame."""
 
-    Attributes:
-        qpos: The configuration.
-        residual: Distance of each point to its measurement [m]; NaN where not measured.
-        iterations: Gauss-Newton steps taken.
-    """
-
-    qpos: Float[Array, " nq"]
+    qpos: Float[Array, " nq"]  #: The configuration
+    #: Distance of each point to its measurement [m]; NaN where not measured
     residual: Float[Array, " n_points"]
-    iterations: int
+    iterations: int  #: Gauss-Newton steps taken
 
 
 class InverseKinematics:

@@ -31,8 +31,7 @@ from plantigrade.models import Human
 OBSERVATION_CLIP = 8.0  # [standard deviations] of normalised observations
 QUATERNION_TOLERANCE = 0.01  # of the norm of a quaternion
 REMEDY = "name a policy.npz that plantigrade train wrote"
-KIND = "plantigrade policy 1"
-"""Kind and version of the file format."""
+KIND = "plantigrade policy 1"  # Kind and version of the file format
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

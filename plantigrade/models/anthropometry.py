@@ -155,17 +155,12 @@ def check_range(name: str, value: float, low: float, high: float, unit: str) -> 
 
 @dataclass(frozen=True)
 class SegmentParameters:
-    """One row of de Leva's table 4.
+    """One row of de Leva's table 4."""
 
-    Attributes:
-        mass: Fraction of body mass.
-        com: Centre of mass from the first endpoint, fraction of the length between endpoints.
-        gyration: Radii of gyration about the sagittal (forward), transverse (sideways) and
-            longitudinal axis, fractions of that length.
-    """
-
-    mass: float
-    com: float
+    mass: float  #: Fraction of body mass
+    com: float  #: Centre of mass from the first endpoint, fraction of the length between endpoints
+    #: Radii of gyration about the sagittal (forward), transverse (sideways) and longitudinal axis,
+    #: fractions of that length
     gyration: tuple[float, float, float]
 
 

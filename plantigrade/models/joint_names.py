@@ -63,16 +63,12 @@ _VOCABULARY = frozenset(w for words in SPELLINGS.values() for w in words)
 
 @dataclass(frozen=True)
 class JointMap:
-    """Assignment of the joints of a skeleton.
+    """Assignment of the joints of a skeleton."""
 
-    Attributes:
-        joints: Our name (``"knee_l"``, ``"pelvis"``, ``"head"``) → index of the joint.
-        by: Method of identification, ``"names"`` or ``"shape"``.
-        swapped: Whether left and right were exchanged because the feet pointed backwards.
-    """
-
+    #: Our name (``"knee_l"``, ``"pelvis"``, ``"head"``) → index of the joint
     joints: dict[str, int] = field(default_factory=dict)
-    by: str = "names"
+    by: str = "names"  #: Method of identification, ``"names"`` or ``"shape"``
+    #: Whether left and right were exchanged because the feet pointed backwards
     swapped: bool = False
 
     def __getitem__(self, name: str) -> int:

@@ -23,12 +23,9 @@ PAGE = "batch.html"
 MAX_TABLE_ROWS = 1_000
 """Maximum number of rows of the table, because browsers become slow; the table file has all
 items."""
-MAX_LISTED = 100
-"""Maximum number of listed outliers and of listed failures."""
-MAX_STATUS_LETTERS = 60
-"""Maximum length of a status in the table; failures are listed in full."""
-MIN_DISTRIBUTION = 5
-"""Minimum number of values for a distribution."""
+MAX_LISTED = 100  # Maximum number of listed outliers and of listed failures
+MAX_STATUS_LETTERS = 60  # Maximum length of a status in the table; failures are listed in full
+MIN_DISTRIBUTION = 5  # Minimum number of values for a distribution
 OUTLIER_ROBUST_SD = 3.5
 """Distance from the median in robust standard deviations above which a value is an outlier
 ([Iglewicz1993]_)."""
@@ -66,21 +63,13 @@ class Ended(Protocol):
 
 @dataclass(frozen=True)
 class BatchKind:
-    """Texts and columns of a kind of batch.
+    """Texts and columns of a kind of batch."""
 
-    Attributes:
-        title: Heading of the page.
-        noun: Noun for an item.
-        done: Participle for its processing.
-        columns: Figures of the table, the distributions and the outliers.
-        note: Explanation of the figures.
-    """
-
-    title: str
-    noun: str
-    done: str
-    columns: tuple[Column, ...]
-    note: str = ""
+    title: str  #: Heading of the page
+    noun: str  #: Noun for an item
+    done: str  #: Participle for its processing
+    columns: tuple[Column, ...]  #: Figures of the table, the distributions and the outliers
+    note: str = ""  #: Explanation of the figures
 
     def fails(self, one: Ended) -> bool:
         """Return whether an item counts as failed."""

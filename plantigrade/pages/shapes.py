@@ -18,10 +18,8 @@ _KINDS = {
 PALE = 0.55  # share of white in paler shapes
 GROUND = ("floor", "bump", "relief")
 """Prefixes of the ground's geoms in :mod:`plantigrade.contact.scene`."""
-PLATE = "floor_plate"
-"""Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`."""
-THING = "thing"
-"""Prefix of scene objects."""
+PLATE = "floor_plate"  # Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`
+THING = "thing"  # Prefix of scene objects
 
 
 @dataclass(frozen=True)

@@ -19,19 +19,15 @@ from plantigrade.pages.skin_figure import PARTS, Part, SkinFigure
 from plantigrade.pages.svg_animation import Clock
 from plantigrade.pages.tones import RIM_TONE, tone, two_tones
 
-GRAIN = 0.005
-"""Step of the grid on which outlines are found [m]: about a pixel."""
-LIGHT = np.array([-0.009, -0.007])
-"""Offset of the lit tone: to the left and up [m]. Chosen."""
-RIM = 0.007
-"""Width of the rim of a limb [m], half of it outside."""
+GRAIN = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
+LIGHT = np.array([-0.009, -0.007])  # Offset of the lit tone: to the left and up [m]. Chosen.
+RIM = 0.007  # Width of the rim of a limb [m], half of it outside
 FAR_TONE, BEYOND = 0.88, 0.08
 """Factor of the colour of a limb that is farther than that of the other side, and by how much [m].
 Chosen."""
 GARMENT_AHEAD = 0.05
 """Distance by which a garment counts as nearer than what it covers [m]. Chosen."""
-SEEN_THROUGH = 0.34
-"""Opacity of the skin of a foot before its bones."""
+SEEN_THROUGH = 0.34  # Opacity of the skin of a foot before its bones
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Clock:
-    """The repeating clock of a picture.
+    """The repeating clock of a picture."""
 
-    Attributes:
-        seconds: Duration of one cycle [s].
-    """
-
-    seconds: float
+    seconds: float  #: Duration of one cycle [s]
 
     def path(self, data: Sequence[str], attributes: str = "") -> str:
         """Return a path that takes successive shapes at equal intervals.

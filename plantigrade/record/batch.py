@@ -27,8 +27,7 @@ from plantigrade.record.journal import NAME, Journal
 from plantigrade.record.metrics import METRICS, metrics_json, read_metrics
 from plantigrade.record.tables import Kind, columns_of, write_tables
 
-KIND = "batch"
-"""Kind of the folder."""
+KIND = "batch"  # Kind of the folder
 ITEMS, CURVES, FAILED = "items.jsonl", "curves.jsonl", "failed.txt"
 PRINTED = ("batch.pdf", "study.pdf")  # pages printed after an earlier end of the batch
 TABLE, CURVE_TABLE = "batch", "curves"
@@ -37,30 +36,20 @@ CURVE_COLUMNS: dict[str, Kind] = {
     **{"percent": "float", "mean": "float", "sd": "float", "cycles": "int"},
 }
 """Columns of the table of curves, one row per percent of the gait cycle."""
-UNFINISHED = "not finished; run the same command to continue"
-"""Status of a batch that has begun."""
-FIRST = ("name", "file", "status")
-"""Columns of the table that come first."""
-HEADER = ""
-"""Name of the first line of the journal, which holds what makes two batches the same."""
+UNFINISHED = "not finished; run the same command to continue"  # Status of a batch that has begun
+FIRST = ("name", "file", "status")  # Columns of the table that come first
+HEADER = ""  # Name of the first line of the journal, which holds what makes two batches the same
 _PACKED = np.dtype("<f4")
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The mean of a curve over the gait cycles of one item.
+    """The mean of a curve over the gait cycles of one item."""
 
-    Attributes:
-        unit: Its unit.
-        cycles: Number of cycles.
-        mean: Mean at every percent.
-        sd: Standard deviation over cycles; NaN for a single cycle.
-    """
-
-    unit: str
-    cycles: int
-    mean: Float[Array, " n_percent"]
-    sd: Float[Array, " n_percent"]
+    unit: str  #: Its unit
+    cycles: int  #: Number of cycles
+    mean: Float[Array, " n_percent"]  #: Mean at every percent
+    sd: Float[Array, " n_percent"]  #: Standard deviation over cycles; NaN for a single cycle
 
     def packed(self) -> list[Any]:
         """Return it as a line of the journal holds it: single precision, as text."""

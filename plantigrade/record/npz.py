@@ -36,8 +36,7 @@ from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 from plantigrade.record.signal_registry import USER, signal_of
 
-SIGNAL = "signal/"
-"""Beginning of the key of a signal."""
+SIGNAL = "signal/"  #: Beginning of the key of a signal
 
 _T = TypeVar("_T")
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")

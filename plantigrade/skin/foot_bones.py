@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 RINGS, AROUND = 20, 16
 """Rings of a bone between its two poles, and corners of a ring."""
 
-End = Mapping[str, float] | str
-"""A point of the foot's table, or a mean of them by share."""
+End = Mapping[str, float] | str  # A point of the foot's table, or a mean of them by share
 Station = tuple[float, float, float, float, float]
 """Share of the axis; offset to lateral and upward; half width and half height. The last four are
 in radii of the contact spheres."""

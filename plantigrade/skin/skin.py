@@ -13,17 +13,13 @@ from plantigrade.skin.surface import Surface, baked_surface
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
-BODY_DENSITY = 1010.0
-"""Density of the whole body, lungs half full [kg/m³]."""
+BODY_DENSITY = 1010.0  # [kg/m³] density of the whole body, lungs half full
 BUILD_RANGE = (-0.2, 3.4)
 """Builds that are extrapolated without folds; beyond, girth is scaled. Found by looking."""
-IRIS_DEPTH = 0.82
-"""Share of an eye's depth, from behind, at which its iris begins. Chosen."""
-VOLUME_TOLERANCE = 1e-4
-"""Relative error of the volume."""
+IRIS_DEPTH = 0.82  # Share of an eye's depth, from behind, at which its iris begins. Chosen.
+VOLUME_TOLERANCE = 1e-4  # Relative error of the volume
 
-KEPT = 8
-"""Skins that are kept: pages, pictures and films of one person fit it once."""
+KEPT = 8  # Skins that are kept: pages, pictures and films of one person fit it once
 _KNOWN: dict[tuple, "Skin"] = {}
 
 

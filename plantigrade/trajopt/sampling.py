@@ -14,24 +14,15 @@ from plantigrade.trajopt.transcription.forces_between import explaining
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """A motion at many times.
+    """A motion at many times."""
 
-    Attributes:
-        time: Times [s].
-        qpos: MuJoCo's configuration (n_times, nq).
-        qvel: MuJoCo's velocity (n_times, nv).
-        qacc: MuJoCo's acceleration (n_times, nv).
-        q: Coordinates in OpenSim's order (n_times, nv).
-        force: Contact forces, world (n_times, n_sites, 3) [N].
-        standing: Which sites the plan has on the ground (n_times, n_sites).
-    """
-
-    time: Float[Array, " n_times"]
-    qpos: Float[Array, "n_times nq"]
-    qvel: Float[Array, "n_times nv"]
-    qacc: Float[Array, "n_times nv"]
-    q: Float[Array, "n_times nv"]
-    force: Float[Array, "n_times n_sites 3"]
+    time: Float[Array, " n_times"]  #: Times [s]
+    qpos: Float[Array, "n_times nq"]  #: MuJoCo's configuration (n_times, nq)
+    qvel: Float[Array, "n_times nv"]  #: MuJoCo's velocity (n_times, nv)
+    qacc: Float[Array, "n_times nv"]  #: MuJoCo's acceleration (n_times, nv)
+    q: Float[Array, "n_times nv"]  #: Coordinates in OpenSim's order (n_times, nv)
+    force: Float[Array, "n_times n_sites 3"]  #: Contact forces, world (n_times, n_sites, 3) [N]
+    #: Which sites the plan has on the ground (n_times, n_sites)
     standing: Bool[Array, "n_times n_sites"]
 
 

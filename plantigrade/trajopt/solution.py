@@ -26,11 +26,9 @@ from plantigrade.trajopt.terms.solid import ARMS, LEGS, ROW_SCALE, SolidLimbs
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 from plantigrade.trajopt.transcription.forces_between import remainder
 
-SAMPLES_PER_INTERVAL = 10
-"""Frames of a Record between two nodes [1]."""
+SAMPLES_PER_INTERVAL = 10  #: Frames of a Record between two nodes [1]
 
-MAX_NOTED_VIOLATIONS = 5
-"""Maximum number of violations in the notes [1]."""
+MAX_NOTED_VIOLATIONS = 5  #: Maximum number of violations in the notes [1]
 
 
 @dataclass(frozen=True)

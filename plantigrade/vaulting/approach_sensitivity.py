@@ -20,20 +20,14 @@ REFINEMENT_EVALUATIONS = 1500
 
 @dataclass(frozen=True)
 class ApproachChange:
-    """Effect of a change of one field of the approach.
+    """Effect of a change of one field of the approach."""
 
-    Attributes:
-        name: The changed field.
-        share: Relative change of its value [1].
-        same: Upward velocity at take-off with unchanged activations [m/s]; NaN without take-off or
-            for an impossible approach.
-        anew: Upward velocity at take-off with activations optimised again [m/s].
-    """
-
-    name: str
-    share: float
+    name: str  #: The changed field
+    share: float  #: Relative change of its value [1]
+    #: Upward velocity at take-off with unchanged activations [m/s]; NaN without take-off or for an
+    #: impossible approach
     same: float
-    anew: float
+    anew: float  #: Upward velocity at take-off with activations optimised again [m/s]
 
 
 @dataclass(frozen=True)

@@ -30,12 +30,9 @@ from plantigrade.arrays import Array, Bool, Float
 
 (gesv,) = get_lapack_funcs(("gesv",), dtype=np.float64)
 
-STEPS = 40
-"""Newton steps, at most."""
-FEW = 64
-"""Number of shares up to which DAQP is faster."""
-WARM = 3
-"""DAQP's code of a bound that is active at the lower end."""
+STEPS = 40  # Newton steps, at most
+FEW = 64  # Number of shares up to which DAQP is faster
+WARM = 3  # DAQP's code of a bound that is active at the lower end
 NONE = 1e-7
 """Share below which it is zero: internal forces hardly cost anything, and are known no better."""
 

@@ -6,12 +6,9 @@ from collections.abc import Callable
 from plantigrade.pages.batch import BatchKind
 from plantigrade.workflows.batch_items import Result
 
-MAX_LINES = 200
-"""Items up to which each is a line of progress."""
-SECONDS_BETWEEN = 5.0
-"""Time between two lines of progress of a larger batch [s]."""
-MIN_PACE_SECONDS = 10.0
-"""Time after which the rest can be estimated [s]."""
+MAX_LINES = 200  # Items up to which each is a line of progress
+SECONDS_BETWEEN = 5.0  # [s] time between two lines of progress of a larger batch
+MIN_PACE_SECONDS = 10.0  # [s] time after which the rest can be estimated
 
 
 class Pace:

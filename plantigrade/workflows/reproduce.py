@@ -37,8 +37,7 @@ from plantigrade.workflows.fit import (
 )
 from plantigrade.workflows.settings import ReproduceSettings
 
-TREADMILL = 0.5
-"""Ground that moves further than this during a recording is a treadmill's [m]."""
+TREADMILL = 0.5  #: Ground that moves further than this during a recording is a treadmill's [m]
 
 
 @takes(ReproduceSettings)

@@ -29,8 +29,7 @@ TRACK, PAPER = "track", "zhakatayev2023"
 OF_RECORDINGS = ("static", "skeleton", "forces", "marker_set", "swap_sides", "mirror_axis",
                  "cutoff", "without_plates")  # fmt: skip
 """Options that say how a recording is read and fitted."""
-DEFAULT_JOINTS = "43"
-"""Joint set of a person who does a task."""
+DEFAULT_JOINTS = "43"  # Joint set of a person who does a task
 SLOWEST, FASTEST = 0.5, 500.0
 """Allowed cut-off frequencies [Hz]; a stride takes about a second."""
 

@@ -43,14 +43,10 @@ from plantigrade.world import (
 )
 from plantigrade.world.model_mismatch import ModelMismatch
 
-STANDS = 5.0
-"""How long a person stands where no duration is named [s]."""
-AFTER_FALL = 1.0
-"""How long a simulation goes on after a fall, for the body to come to lie [s]."""
-SHORTEST = 0.01
-"""Shortest simulation of a motion [s]."""
-FOLLOWED = "motion"
-"""Name of the reference that is followed."""
+STANDS = 5.0  # [s] how long a person stands where no duration is named
+AFTER_FALL = 1.0  # [s] how long a simulation goes on after a fall, for the body to come to lie
+SHORTEST = 0.01  # [s] shortest simulation of a motion
+FOLLOWED = "motion"  # Name of the reference that is followed
 CONTROLLER_SETTINGS = Option(
     "controller_settings",
     Any,

@@ -53,14 +53,11 @@ from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING_TIME = 1.0
 """Time for which a person stands before the first frame, until soles and springs rest [s]."""
-LEARNED_WALK = 10.0
-"""Default duration of the walk of a policy [s]."""
-MAX_START_DEPTH = 0.3
-"""Largest depth of the feet below the ground at the start [m]. Chosen."""
+LEARNED_WALK = 10.0  # [s] default duration of the walk of a policy
+MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 MAX_SETTLED_SPEED = 0.05
 """Largest speed of the centre of mass of a person who has settled [m/s]. Chosen."""
-MAX_SETTLED_SHIFT = 0.05
-"""Largest displacement of the centre of mass while settling [m]. Chosen."""
+MAX_SETTLED_SHIFT = 0.05  # Largest displacement of the centre of mass while settling [m]. Chosen.
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,7 @@ from plantigrade.world.motor_limits import MotorLimits
 
 STIFFNESS_PER_TORQUE = 4.0
 """Default stiffness per maximum joint torque [1/rad], sufficient for quiet standing."""
-DAMPING_TIME = 0.1
-"""Default ratio of damping to stiffness [s], as in [Park2020]_."""
+DAMPING_TIME = 0.1  # Default ratio of damping to stiffness [s], as in [Park2020]_
 PRESCRIBING_ARMATURE = 1000.0
 """Armature for prescribed accelerations [kg m²], far above the inertia of a limb."""
 PASSIVE_RANGE_MARGIN = np.deg2rad(15.0)

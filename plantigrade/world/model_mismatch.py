@@ -19,8 +19,7 @@ from plantigrade.world.command import AnyCommand
 
 MAX_FOOT_GAP = 0.05
 """Distance of the feet from the ground above which a motion starts in flight [m]. Chosen."""
-MAX_STANDING_SPEED = 0.1
-"""Largest velocity of a person who stands [m/s, rad/s]. Chosen."""
+MAX_STANDING_SPEED = 0.1  # Largest velocity of a person who stands [m/s, rad/s]. Chosen.
 MAX_STANDING_GAP = 0.02
 """Largest distance of both feet from the ground of a person who stands [m]. Chosen."""
 RATE_NOISE = 10.0

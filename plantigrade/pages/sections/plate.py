@@ -11,10 +11,8 @@ from plantigrade.pages.section import Group, Section, Subject
 from plantigrade.record import Record
 
 TITLE = "Virtual contact plate"
-DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)
-"""Phases of a contact at which the foot is drawn."""
-PATH_POINTS = 80
-"""Points of the path of the centre of pressure."""
+DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)  # Phases of a contact at which the foot is drawn
+PATH_POINTS = 80  # Points of the path of the centre of pressure
 
 
 def plate_section(subject: Subject) -> list[Section]:

@@ -32,19 +32,12 @@ _STEP = 1e-4  # [s] time step of finite differences
 
 @dataclass(frozen=True)
 class FootMotion:
-    """A foot over time.
+    """A foot over time."""
 
-    Attributes:
-        ankle: Ankle joint centre, world [m].
-        heading: Where the foot points, from x towards y [rad].
-        pitch: Heel up positive, toes up negative [rad].
-        toes: Dorsiflexion of the toes [rad].
-    """
-
-    ankle: Float[Array, "n_times 3"]
-    heading: Float[Array, " n_times"]
-    pitch: Float[Array, " n_times"]
-    toes: Float[Array, " n_times"]
+    ankle: Float[Array, "n_times 3"]  #: Ankle joint centre, world [m]
+    heading: Float[Array, " n_times"]  #: Where the foot points, from x towards y [rad]
+    pitch: Float[Array, " n_times"]  #: Heel up positive, toes up negative [rad]
+    toes: Float[Array, " n_times"]  #: Dorsiflexion of the toes [rad]
 
     def rotations(self) -> Float[Array, "n_times 3 3"]:
         """Return the matrices that turn foot axes to world axes."""
@@ -57,21 +50,13 @@ class FootMotion:
 
 @dataclass(frozen=True)
 class FootCurves:
-    """How a foot moves in walking, evenly sampled over the swing from toe off to heel strike.
+    """How a foot moves in walking, evenly sampled over the swing from toe off to heel strike."""
 
-    Attributes:
-        strike: Toe-up angle at heel strike [rad].
-        off: Heel-up angle at toe off [rad].
-        pitch: Heel-up angle in swing [rad].
-        forward: Forward travel of the ankle, 0 to 1.
-        up: Height of the ankle above any level [m].
-    """
-
-    strike: float
-    off: float
-    pitch: Float[Array, " n_swing"]
-    forward: Float[Array, " n_swing"]
-    up: Float[Array, " n_swing"]
+    strike: float  #: Toe-up angle at heel strike [rad]
+    off: float  #: Heel-up angle at toe off [rad]
+    pitch: Float[Array, " n_swing"]  #: Heel-up angle in swing [rad]
+    forward: Float[Array, " n_swing"]  #: Forward travel of the ankle, 0 to 1
+    up: Float[Array, " n_swing"]  #: Height of the ankle above any level [m]
 
 
 def foot_motion(

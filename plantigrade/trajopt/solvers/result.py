@@ -51,13 +51,10 @@ class Iterate:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """Lagrange multipliers of all constraints: a warm start for a similar problem.
+    """Lagrange multipliers of all constraints: a warm start for a similar problem."""
 
-    Attributes:
-        rows: Name of a family → multipliers of its rows, of their lower and of their upper limits
-            (3, n_nodes, n_rows).
-    """
-
+    #: Name of a family → multipliers of its rows, of their lower and of their upper limits (3,
+    #: n_nodes, n_rows)
     rows: Mapping[str, Float[Array, "3 n_nodes n_rows"]]
 
     def moved(

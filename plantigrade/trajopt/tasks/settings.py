@@ -25,12 +25,9 @@ Basis = Annotated[
     Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
 ]
 
-MIN_WALKING_SPEED = 0.3
-"""Minimum walking speed [m/s]."""
-MAX_WALKING_SPEED = 2.2
-"""Maximum walking speed [m/s]."""
-MAX_DURATION = 20.0
-"""Maximum duration of a movement in place [s]."""
+MIN_WALKING_SPEED = 0.3  #: Minimum walking speed [m/s]
+MAX_WALKING_SPEED = 2.2  #: Maximum walking speed [m/s]
+MAX_DURATION = 20.0  #: Maximum duration of a movement in place [s]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,8 +68,7 @@ _KINDS: tuple[type[Term], ...] = (
 TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
 """Name of a term in a file → its class, whose fields are the keys."""
 
-RENAMED = {"head-stability": "upright"}
-"""Former name of a term → today's."""
+RENAMED = {"head-stability": "upright"}  #: Former name of a term → today's
 STANDING = "standing"
 _TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")

@@ -25,8 +25,7 @@ from plantigrade.trajopt.problem.contact import (
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.term import Term
 
-STEP_MARGIN = 0.06
-"""Lateral margin for the clearance of a swing foot over a step [m]."""
+STEP_MARGIN = 0.06  #: Lateral margin for the clearance of a swing foot over a step [m]
 
 TILT_MARGIN = 0.005
 """Additional height of this clearance [m], because some spheres of a tilted foot are not contact
@@ -75,15 +74,10 @@ class Contact(Term):
 
 @dataclass(frozen=True)
 class Above(Term):
-    """A site stays above a level whenever it does not rest there: a seat.
+    """A site stays above a level whenever it does not rest there: a seat."""
 
-    Attributes:
-        site: Name of the contact site.
-        height: Height of the level [m].
-    """
-
-    site: str
-    height: float
+    site: str  #: Name of the contact site
+    height: float  #: Height of the level [m]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the height of the lowest point."""
@@ -120,12 +114,9 @@ class Clearance(Term):
 
     Steps in the ground are cleared where a smoothly moving foot meets them, by the spheres of its
     soles that carry no force, too.
-
-    Attributes:
-        height: In the middle of the swing [m].
     """
 
-    height: float = 0.02
+    height: float = 0.02  #: In the middle of the swing [m]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit heights of the sites of a swinging foot."""
@@ -193,15 +184,11 @@ def _swings(plan: ContactPlan) -> Iterator[tuple[str, Stance, Stance]]:
 
 @dataclass(frozen=True)
 class Forces(Term):
-    r"""Cost of contact forces [body weights]: :math:`\int w |f|^2 + w_s |\dot f|^2 dt`.
+    r"""Cost of contact forces [body weights]: :math:`\int w |f|^2 + w_s |\dot f|^2 dt`."""
 
-    Attributes:
-        size: Weight of the forces themselves, which shares a load between neighbours [1/s].
-        rate: Weight of their rates [s].
-    """
-
+    #: Weight of the forces themselves, which shares a load between neighbours [1/s]
     size: float = 1e-3
-    rate: float = 5e-3
+    rate: float = 5e-3  #: Weight of their rates [s]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh forces."""

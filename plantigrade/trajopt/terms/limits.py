@@ -71,21 +71,13 @@ class Limits(Term):
 
 @dataclass(frozen=True)
 class Within(Term):
-    """A coordinate stays between limits for a while.
+    """A coordinate stays between limits for a while."""
 
-    Attributes:
-        coordinate: Its name.
-        low: Lower limit [rad, m].
-        high: Upper limit [rad, m].
-        start: From when [s].
-        stop: Until when [s]; to the end if infinite.
-    """
-
-    coordinate: str
-    low: float = -np.inf
-    high: float = np.inf
-    start: float = 0.0
-    stop: float = np.inf
+    coordinate: str  #: Its name
+    low: float = -np.inf  #: Lower limit [rad, m]
+    high: float = np.inf  #: Upper limit [rad, m]
+    start: float = 0.0  #: From when [s]
+    stop: float = np.inf  #: Until when [s]; to the end if infinite
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Narrow the limits."""

@@ -34,8 +34,7 @@ from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.term import Spaced, Term
 
-SHARPNESS = 250.0
-""":math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
+SHARPNESS = 250.0  # :math:`\beta` [1/m]: of two equal distances the row is 2.8 mm short
 ROUNDING_LENGTH = 1e-3  # [m] rounding of the distance to an axis
 ROW_SCALE = 10.0  # [1/m] scale of rows, tenths of a metre
 # [1] radius of a rod relative to half the height of a box whose edge it covers
@@ -74,15 +73,13 @@ class SolidLimbs(Term):
 
     Nor does the trunk enter the thighs.
 
-    Attributes:
-        margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
-        arms: Distance that arms keep from trunk, thighs and each other, of a person of
-            :data:`REFERENCE_HEIGHT` [m]; in proportion for others, whose arms hang as near.
-
     Neither is looked at where it is not finite.
     """
 
+    #: Distance that legs keep at nodes [m]; between nodes they may come nearer
     margin: float = 0.003
+    #: Distance that arms keep from trunk, thighs and each other, of a person of
+    #: :data:`REFERENCE_HEIGHT` [m]; in proportion for others, whose arms hang as near
     arms: float = 0.0025
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
