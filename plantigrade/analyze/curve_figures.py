@@ -19,7 +19,7 @@ from plantigrade.charts.labels import without_side
 from plantigrade.motion.cycles import PERCENT
 
 MIN_TRIALS = 3
-"""Minimum number of trials, or of cycles, of each gait for a test."""
+"""Minimum number of trials, or of cycles, of each gait for a test; two have no reliable spread."""
 SCATTER = 1e-6  # below it, in the unit of the figure, values are equal and are not tested
 PERIOD = 100.0  # [% of the cycle]
 

@@ -78,7 +78,7 @@ def _operands(function: "casadi.Function", operations: Array) -> Int[Array, " n"
 def _lines(function: "casadi.Function") -> Int[Array, "n 4"]:
     """Return four numbers for each operation: operation, register written, two that are read.
 
-    Of an input the latter are its number and element, of a constant the halves of its value; an
+    The latter are the number and element of an input, or the halves of a constant's value; an
     output has its number, the register that is read, and its nonzero.
     """
     n = function.n_instructions()

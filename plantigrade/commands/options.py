@@ -10,7 +10,7 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
-MAX_SHOWN_PDFS = 5  # PDFs of a batch that are named on the screen
+MAX_SHOWN_PDFS = 5  # PDFs of a batch that are named on the screen; chosen
 Backend = Literal["loky", "ray", "dask"]
 
 

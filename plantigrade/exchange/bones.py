@@ -1,7 +1,7 @@
 """Bones of a body as other programs name them: one tree for every joint set and every foot.
 
 Each part of the anatomy (:mod:`plantigrade.models.anatomy`) is a bone, also where a joint set welds
-it to its parent: then it never turns against it. So a spine always has three bones, a neck two, and
+it to its parent: then it never turns against it. A spine always has three bones, a neck two, and
 a foot as many as it has parts. Names other than the package's own leave out what a rig lacks, and
 what is left out is part of its parent.
 """

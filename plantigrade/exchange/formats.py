@@ -76,7 +76,7 @@ def export(run: Run | str | Path, path: str | Path, **options: Any) -> tuple[str
         options: Those of all writers; each format has some of them.
 
     Returns:
-        What the file does not hold, or holds with a reservation, one sentence each.
+        One sentence for each thing that the file lacks, or holds with a reservation.
 
     Raises:
         UnsupportedFormat: If no format has this extension.

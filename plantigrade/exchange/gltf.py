@@ -110,7 +110,7 @@ class Document:
     def animate(self, node: int, path: str, values: Float[Array, "n_frames width"]) -> None:
         """Move a node: its ``translation``, ``rotation`` or ``scale`` over the clock.
 
-        What never changes is written into the node itself.
+        Constant values are written into the node itself.
         """
         rest = [float(v) for v in np.asarray(values[0], dtype="<f4")]
         if np.ptp(values, axis=0).max() < 1e-7:

@@ -12,8 +12,8 @@ Column names end in their unit, as the keys of ``metrics.json`` do:
 ``centre_of_pressure_up_r_m``       where it acts, world axes
 ==================================  ========================================================
 
-Over the cycle the side is a column, so its letter is missing: ``knee_angle_deg``. What is unknown
-is an empty field.
+Over the cycle the side is a column, so its letter is missing: ``knee_angle_deg``. An unknown
+value is an empty field.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

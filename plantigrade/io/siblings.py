@@ -27,9 +27,9 @@ FORCE_WORDS = {"grf", "grfs", "force", "forces", "fp", "kinetics", "ground", "re
 FORCE_SUFFIXES = {".forces", ".mot", ".sto"}
 STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibration", "tpose",
                 "npose", "neutral", "anatomical"}  # fmt: skip
-MAX_CANDIDATES = 12  # maximum number of files of one kind that are worth opening
+MAX_CANDIDATES = 12  # maximum number of files of one kind that are opened; chosen
 SETTLED = 2.0  # [s] coarsest time stamp of a file system (FAT): a later change might not show
-FOLDERS_KEPT = 16  # number of indexed folders that stay in memory
+FOLDERS_KEPT = 16  # number of indexed folders in memory; chosen
 
 Trial = frozenset[str]
 """Words of a file name that identify a trial."""

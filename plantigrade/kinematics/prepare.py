@@ -156,7 +156,7 @@ def prepare(
 def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
     """Return the markers worth fitting and the reason for each that is not.
 
-    Of two centres of one joint, that of a regression is left out: a functional one is nearer the
+    If a joint has two centres, that of a regression is left out: a functional one is nearer the
     joint where the range of motion is sufficient ([Kainz2015]_).
     """
     names, ignored = [], {}

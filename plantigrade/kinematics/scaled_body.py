@@ -181,7 +181,7 @@ def _on_one_ground(
 ) -> Float[Array, "n_all n_markers 3"]:
     """Return the markers of all trials at the first one's rate, above the first one's ground.
 
-    Of trials on a given slope or steps, which lie elsewhere in each, those of the first alone.
+    Slopes and steps differ between trials: with a given one, only the first trial counts.
     """
     one = trials[0]
     if one.ground is not None:

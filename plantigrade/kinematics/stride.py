@@ -167,8 +167,8 @@ def _whole(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
 def _mirrored(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
     """Return a step and its mirror image, the next one.
 
-    What the image of its beginning is off its end is spread over the step. The way leads where the
-    pelvis looks in the mean of both ends, between which it turns to the other side.
+    The distance between its end and the image of its beginning is spread over the step. The way
+    leads where the pelvis looks in the mean of both ends, between which it turns to the other side.
     """
     half = _coordinates(human, motion, start, stop, middle=True)
     names = human.coordinates

@@ -134,7 +134,7 @@ def leg_swing(
 ) -> LegSwing:
     """Return phase and speed of the legs' swing; still legs where there are too few frames.
 
-    Of a leg that was not seen, the swing is taken to be opposite to the other's.
+    The swing of a leg that was not seen is assumed opposite to the other's.
     """
     n = len(time)
     still = LegSwing(np.zeros(n), np.zeros(n), STRIDE_FREQUENCIES[0], False)

@@ -202,7 +202,7 @@ def _numbers(arrays: Arrays, key: str, *shape: int | None) -> np.ndarray:
 
 
 _FLAGS = ("cyclic", "gains", "passive", "mirrored", "ankle_too")
-_GAIN = (0.0, 1e5, "N m by rad and s")  # range of gains in a policy file
+_GAIN = (0.0, 1e5, "N m by rad and s")  # range of gains in a policy file; chosen
 _BOUNDS: Mapping[str, tuple[float, float, str]] = {
     "period": (0.05, 1000.0, "s"),
     "stride": (-100.0, 100.0, "m"),

@@ -205,11 +205,10 @@ def page_html(
 
     Sections without content get one line each.
     """
-    from jinja2 import Environment
     from markupsafe import Markup
 
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(template_text("report.html")).render(
+    return rendered(
+        "report.html",
         css=Markup(template_text("report.css")),
         script=Markup(template_text("report.js")),
         sections=[section for section in sections if not section.missing],
@@ -219,6 +218,15 @@ def page_html(
         anchor=anchor,
         **variables,
     )
+
+
+def rendered(template: str, **variables: Any) -> str:
+    """Return a packaged template with its variables filled in."""
+    from jinja2 import Environment, FunctionLoader
+
+    loader = FunctionLoader(template_text)
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, loader=loader)
+    return environment.get_template(template).render(**variables)
 
 
 def template_text(name: str) -> str:

@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from plantigrade.arrays import Array, Float
+from plantigrade.pages.camera import Camera
+
 
 @dataclass(frozen=True)
 class Clock:
@@ -32,3 +35,22 @@ class Clock:
 
     def _when(self, values: Sequence[str]) -> str:
         return f'dur="{self.seconds:.3f}s" repeatCount="indefinite" values="{";".join(values)}"'
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A view of something that moves: point of view, clock, and scale of the drawing.
+
+    Attributes:
+        centre: Point at which the camera looks in each frame, world [m].
+        camera: The camera.
+        clock: Clock of the picture.
+        prefix: Beginning of the names of the elements.
+        per_metre: Drawing units per metre.
+    """
+
+    centre: Float[Array, "n 3"]
+    camera: Camera
+    clock: Clock
+    prefix: str
+    per_metre: float

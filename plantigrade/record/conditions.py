@@ -25,7 +25,7 @@ Quantity = Literal[
     "power",
     "muscle torque",
 ]
-"""What is bounded:
+"""Kind of the bounded quantity.
 
 - ``"coordinate"``: the coordinate ``of``, pelvis or hinge [rad, m];
 - ``"speed"``: its rate [rad/s, m/s];

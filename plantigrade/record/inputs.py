@@ -1,4 +1,4 @@
-"""What a user names: files, folders, patterns and lists of them, as the files they stand for."""
+"""Files, folders, patterns and lists that a user names, as the files they stand for."""
 
 import glob
 from collections.abc import Callable, Iterable, Sequence

@@ -1,4 +1,4 @@
-"""What happened: a Human's motion with its forces, and all that should be known about it.
+"""A record: a Human's motion with its forces, and all that should be known about it.
 
 Every engine returns a Record, and everything above the engines (the checker, the report, the
 viewer, export, comparison) reads nothing else.
@@ -66,7 +66,7 @@ class FootForce:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """What happened.
+    """A motion and its forces.
 
     Attributes:
         human: The person.

@@ -203,7 +203,7 @@ class Run:
             options: Those of the format.
 
         Returns:
-            What the file does not hold, one sentence each.
+            One sentence for each thing that the file does not hold.
 
         Raises:
             FileError: If the file cannot be written, or the run has not what the format stores.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
 RINGS, AROUND = 20, 16
-"""Rings of a bone between its two poles, and corners of a ring."""
+"""Rings of a bone between its two poles, and corners of a ring. Chosen."""
 
 End = Mapping[str, float] | str  # A point of the foot's table, or a mean of them by share
 Station = tuple[float, float, float, float, float]

@@ -19,7 +19,7 @@ BUILD_RANGE = (-0.2, 3.4)
 IRIS_DEPTH = 0.82  # Share of an eye's depth, from behind, at which its iris begins. Chosen.
 VOLUME_TOLERANCE = 1e-4  # Relative error of the volume
 
-KEPT = 8  # Skins that are kept: pages, pictures and films of one person fit it once
+KEPT = 8  # Skins that are kept. Chosen: pages, pictures and films of one person fit it once.
 _KNOWN: dict[tuple, "Skin"] = {}
 
 

@@ -45,7 +45,7 @@ Conclude = Callable[[BatchFolder, Mapping[str, Any]], Concluded]
 
 @dataclass(frozen=True)
 class Plan:
-    """What a batch consists of.
+    """The parts of a batch.
 
     Attributes:
         kind: Words and columns of its page.
@@ -139,7 +139,7 @@ class Batch(Iterable[Result]):
             self._store.announce([*plan.names, *plan.folders])
             self._kept = self._kept._replace(folder=self.folder)
         self.lines: tuple[str, ...] = ()
-        """What is to be printed of all items together, once they have ended."""
+        """Return the text printed about all items together after they have ended."""
         self._held: dict[str, Result] = {}
         self._metrics: dict[str, Any] = {}
         self._arriving: Iterator[Result] | None = None
@@ -191,7 +191,7 @@ class Batch(Iterable[Result]):
 
     @property
     def sentence(self) -> str:
-        """What was done, in one sentence."""
+        """Return one sentence that says what was done."""
         return self._plan.kind.sentence(self.metrics)
 
     def finish(self) -> None:

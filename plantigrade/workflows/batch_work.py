@@ -23,7 +23,7 @@ from plantigrade.workflows.batch_items import Item
 from plantigrade.workflows.save import save
 
 Keep = Literal["pages", "runs", "figures"]
-"""What is kept of each item in the folder of a batch: its run with report and viewer, its run, or
+"""Files kept of each item in the folder of a batch: its run with report and viewer, its run, or
 its line of the table alone."""
 MAX_RETURNED_BYTES = 64 * 2**20
 """Largest result that a worker sends back; Ray and Dask copy it in memory several times."""
@@ -40,7 +40,7 @@ class Kept(NamedTuple):
 
 
 class Made(NamedTuple):
-    """What a worker returns of one item."""
+    """The result of one item, as a worker returns it."""
 
     figures: dict[str, Any]
     status: str

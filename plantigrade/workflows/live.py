@@ -49,7 +49,7 @@ BY_HAND = Info(
 
 
 TURN = 1e-3
-"""So long a thread of Python may go on when another one waits [s]."""
+"""Switch interval of Python threads while another one waits [s]."""
 
 
 class Stage:
@@ -59,7 +59,7 @@ class Stage:
         begin: The start.
         mismatch: Differences from the plan, the ground included.
         how: The settings.
-        acting: What acts besides.
+        acting: Other disturbances.
         own: Controller of one's own; one of the table if absent.
     """
 
@@ -81,7 +81,7 @@ class Stage:
 
     @property
     def choice(self) -> Choice:
-        """What is chosen by the settings."""
+        """Return the choices that the settings make."""
         word = self.how.controller or usual(self.first.motion, self.first.record, self.first.script)
         if self.own is not None:
             word = self.own.name
@@ -129,7 +129,7 @@ class Live:
 
     Attributes:
         session: The session.
-        stage: What makes its worlds.
+        stage: Maker of its worlds.
         began: When it began, by the clock of this process [s].
     """
 

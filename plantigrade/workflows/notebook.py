@@ -15,8 +15,8 @@ from plantigrade.workflows.live import live
 from plantigrade.workflows.simulate import SIMULATION_OPTIONS
 from plantigrade.world import AnyController, Disturbance
 
-HEIGHT = 640  # [px] of a frame in a cell
-MIN_HEIGHT, MAX_HEIGHT = 200, 4000  # [px]
+HEIGHT = 640  # [px] of a frame in a cell; chosen
+MIN_HEIGHT, MAX_HEIGHT = 200, 4000  # [px] allowed heights; chosen
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ Source = Path | Run | None
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """What a simulation has of its own.
+    """Settings of one simulation of a batch.
 
     Attributes:
         shown: Option → value, as a table shows it.

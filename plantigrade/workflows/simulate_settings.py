@@ -164,7 +164,7 @@ class SimulateSettings(RecordingSettings):
 
     @property
     def words(self) -> WalkOptions:
-        """What a walk is commanded, in words."""
+        """Return the words that command a walk."""
         return WalkOptions(**{name: value for name, value in self.own if name in WORDS})
 
     def plain(self) -> dict[str, Any]:

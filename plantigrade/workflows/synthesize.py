@@ -41,7 +41,7 @@ NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MAX_STATUS_SENTENCES = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ranges.items()}
-"""Of the parameters of tasks, by name."""
+"""Name of each task parameter → its unit."""
 
 
 @dataclass(frozen=True)
@@ -315,7 +315,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
     The checker decides whether the motion is physical and does what the task demands. One that
     passes may still violate constraints of the problem: those further off than :data:`NOT_DONE`.
-    Of one that does not, the worst of them says what stands in the way.
+    If it fails, the largest violation names the obstacle.
     """
     words = [v.sentence() for v in violations if v.relative > NOT_DONE][:MAX_STATUS_SENTENCES]
     if not verdict.ok:

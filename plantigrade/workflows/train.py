@@ -36,7 +36,7 @@ SPREAD = "curves.csv"
 
 @dataclass(frozen=True)
 class Taught:
-    """What came of one seed.
+    """The result of one seed.
 
     Attributes:
         seed: The seed.

@@ -1,4 +1,4 @@
-"""What varies from simulation to simulation of a batch: all combinations, their names."""
+"""The settings that vary from simulation to simulation of a batch: combinations and names."""
 
 import itertools
 import re

@@ -24,7 +24,7 @@ from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
 
 HEIGHT, MASS = 1.66, 63.0
-"""Of the gymnast where nothing is said [m, kg]: about the mean of elite men, an estimate."""
+"""Default height and mass of the gymnast [m, kg]: about the mean of elite men, an estimate."""
 FINE = 1e-4
 """Step of the vault that is recorded: 10 times finer than those of the search [s]."""
 

@@ -252,8 +252,8 @@ def tasks(_: Path | None) -> Iterator[tuple[str, Make]]:
     """List the file of every task, with the parameters that it has and some terms more."""
     for name, kind in TASKS.items():
         known = {each.name: each.default for each in fields(kind)}
-        told = {key: value for key, value in known.items() if value not in (None, MISSING)}
-        yield name, text("a.toml", TaskFile(name, name, told).toml() + TERMS)
+        options = {key: value for key, value in known.items() if value not in (None, MISSING)}
+        yield name, text("a.toml", TaskFile(name, name, options).toml() + TERMS)
 
 
 def long_text(name: str, content: str) -> Wholes:

@@ -1,4 +1,4 @@
-"""What is damaged, and what then reads it: every format, run folders, task files, option files.
+"""Targets, the damaged data and their readers: every format, run folders, task files, option files.
 
 A reader returns, or raises one of our own errors, or :class:`BadValue` where it let through what
 nobody can have measured. New formats join by adding a line to :data:`TARGETS`.

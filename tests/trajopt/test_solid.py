@@ -45,7 +45,7 @@ def bodies(human, stems, side=""):
     "feet", ["rigid", "two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]
 )
 def test_limbs_that_the_rows_keep_apart_are_apart(feet):
-    """Of legs that swing past each other, and arms beside the trunk, at random."""
+    """Legs swing past each other and arms beside the trunk, at random."""
     human = Human.create(1.74, 71.0, joints="43", feet=feet)
     given = ContactBody(human, ())
     rng = np.random.default_rng(3)
@@ -77,7 +77,7 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
 
 
 def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
-    """Of arms that swing inwards in front of the body, at random."""
+    """Arms swing inwards in front of the body, at random."""
     human = Human.create(joints="43")
     given = ContactBody(human, ())
     rng, names = np.random.default_rng(5), given.symbolic.names
@@ -103,7 +103,7 @@ def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
 
 
 def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
-    """Of people who bend deep, at random."""
+    """People bend deep, at random."""
     human = Human.create(1.74, 71.0, joints="43")
     given = ContactBody(human, ())
     rng, names = np.random.default_rng(7), given.symbolic.names

@@ -114,7 +114,7 @@ def test_every_iteration_is_reported(synthesized):
 
 
 def test_a_run_can_be_started_from(synthesized):
-    """What is read from its folder is the solution, without person or task made anew."""
+    """Its folder holds the solution; person and task are not made anew."""
     solution = synthesized.solution
     warm = WarmStart.of_record(Run.load(synthesized.run.folder).record)
     np.testing.assert_array_equal(warm.coefficients, solution.coefficients)

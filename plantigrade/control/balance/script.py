@@ -13,8 +13,8 @@ A script is a TOML file that anyone can edit (those of :data:`MOTIONS` are in ``
 A frame has the feet at a time: ``right``, ``left`` or ``both``, with ``ankle``, the offset of the
 ankle from standing, forward, to the left and up, in metres of a person of 1.74 m; and ``presses``,
 the segments on the ground (names of :data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a
-foot in the air. What a frame does not mention stays as it was; before the first one the person
-stands. ``body`` offsets the centre of mass likewise. ``toward`` is
+foot in the air. Values that a frame does not mention stay as they were; before the first one the
+person stands. ``body`` offsets the centre of mass likewise. ``toward`` is
 the desired pressure within what presses of a foot, forward and to the left, from -1 to 1:
 ``[0, 1]`` for its left border; a foot without it presses as evenly as it can. From one frame to the
 next those segments press that do at both ends. Between frames where no foot does the body flies for

@@ -115,7 +115,8 @@ def largest_push(
 ) -> float:
     """Return the largest push at the upper trunk that is survived from every start [N].
 
-    By bisection: who survives a force is taken to survive smaller ones. 0: not even the first. A
+    Found by bisection: a person who survives a force is assumed to survive smaller ones. 0: not
+    even the first. A
     push is not survived where one leg goes through the other (:data:`MAX_LEG_OVERLAP`).
 
     Args:
@@ -123,7 +124,7 @@ def largest_push(
         time: When it begins [s].
         direction: Where to: 0 forward, a quarter turn to the left [rad].
         forces: To be tried, in rising order [N].
-        after: So long the person must stay on the feet after it began [s].
+        after: Time that the person must stay on the feet after it began [s].
         starts: Seeds of the starts.
     """
 

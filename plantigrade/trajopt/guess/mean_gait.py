@@ -17,7 +17,7 @@ from plantigrade.trajopt.guess.foot_motion import (
 from plantigrade.trajopt.guess.postures import standing_hinges
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
-MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing
+MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing; chosen
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
 

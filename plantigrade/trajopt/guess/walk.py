@@ -42,8 +42,8 @@ from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
 MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
 _RATE = 100.0  # [Hz] rate of the grid for the pelvis height
-NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles
-HARMONICS = 4  # number of waves that make up the noise
+NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles; chosen
+HARMONICS = 4  # number of waves that make up the noise; chosen
 
 
 def walking_guess(

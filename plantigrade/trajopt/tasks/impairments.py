@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from plantigrade.trajopt.terms.term import Term
 
 MAX_ANGLE = 360.0
-"""Largest angle of a range or a brace [deg]."""
+"""Largest angle of a range or a brace [deg]: a full turn."""
 MAX_STRENGTH = 3.0
-"""Largest strength, as part of the person's own; chosen."""
+"""Largest strength, as part of the person's own [1]; chosen."""
 MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
 MAX_SOLE = 0.05
@@ -34,7 +34,7 @@ Words = tuple[str, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class Impairments(Bounded):
-    """What limits a person, each as NAME=VALUE, in degrees.
+    """Limits of a person, each as NAME=VALUE, in degrees.
 
     A name is that of a coordinate (``knee_angle_r``), or its beginning (``knee_r``, ``hip`` for all
     of both hips).
@@ -155,8 +155,8 @@ def _numbers(
     except ValueError:
         values = []
     if len(values) != n:
-        wanted = "a number is" if n == 1 else f"{n} numbers with a colon are"
-        raise ParameterError(f"{option}={shown(word)}: {wanted} needed")
+        needed = "a number is" if n == 1 else f"{n} numbers with a colon are"
+        raise ParameterError(f"{option}={shown(word)}: {needed} needed")
     for value in values:
         number(f"{option} {word.partition('=')[0]}", value, low, high, unit, "an impairment")
     return values

@@ -110,8 +110,8 @@ class TrackFeet(Term):
     Six rows a foot: the force :math:`F = \sum_k f_k` less the expected one, and the moment
     :math:`\sum_k (p_k - c) \times f_k` about the expected centre of pressure :math:`c`, less the
     free moment. A moment about :math:`c` is the load times how far off the centre of pressure is,
-    so its error is that of the centre times the expected load. What is known well binds, what is
-    not does not.
+    so its error is that of the centre times the expected load. A load binds as far as it
+    is known.
 
     Attributes:
         feet: Expected wrenches.
