@@ -30,7 +30,7 @@ import numpy as np
 from plantigrade.analyze.conditions import check_conditions
 from plantigrade.analyze.curves import side_of
 from plantigrade.analyze.findings import FindingCollector, Series, runs
-from plantigrade.analyze.overlap import overlap
+from plantigrade.analyze.overlap import ground_overlap, overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
 from plantigrade.analyze.sweep import Sweep, cross, sweep
@@ -40,6 +40,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
+from plantigrade.record.moving_ground import GroundPath
 
 _SAME_POINT = 1e-4  # [m] distance below which a sphere and a site are the same point
 _ROOT = ("root x", "root y", "root z", "root turn x", "root turn y", "root turn z")
@@ -201,12 +202,15 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
 
 
 def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
-    """Return the overlap of body parts, judged if the record has a limit."""
-    found, most = overlap(record.human, s.position, s.rotation), record.limits.overlap
+    """Return the overlap of body parts and, if the record has a limit, with the ground."""
+    parts, most = [overlap(record.human, s.position, s.rotation)], record.limits.overlap
+    if most is not None and GroundPath.of(record) is None:
+        parts.append(ground_overlap(record.human, s.position, s.rotation, record.ground))
     limit = np.inf if most is None else 1000.0 * most + tol.overlap
     shown = limit if most is None else 1000.0 * most
-    names = tuple(name.replace("_", " ") for name in found.names)
-    return Series("overlap", 1000.0 * found.depth, limit, names, shown=shown, worst_only=True)
+    names = tuple(name.replace("_", " ") for part in parts for name in part.names)
+    depth = 1000.0 * np.hstack([part.depth for part in parts])
+    return Series("overlap", depth, limit, names, shown=shown, worst_only=True)
 
 
 def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -68,13 +69,14 @@ def walking_guess(
     gait = MeanGait(human, parameters, phases(stances, supports), walking_share(supports))
     path = PelvisPath(human, supports, stances, parameters)
     curves = gait.foot_curves(parameters)
+    ground = Ground.of_plan(plan)
     begin, end = min(0.0, float(times.min())), max(plan.duration, float(times.max()))
     margin = plan.duration if plan.periodic else 0.0
     n = int(np.ceil((end - begin + 2 * margin) * _RATE)) + 1
     grid = np.linspace(begin - margin, end + margin, n)
 
     def feet(at: np.ndarray) -> dict[str, FootMotion]:
-        return {s: foot_motion(human, foot_stances(stances, s), at, curves) for s in SIDES}
+        return {s: foot_motion(human, foot_stances(stances, s), at, curves, ground) for s in SIDES}
 
     legs = {side: Leg(human, side) for side in SIDES}
     heights = _height(legs, *path.pelvis(gait, grid), feet(grid))

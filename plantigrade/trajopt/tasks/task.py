@@ -44,6 +44,8 @@ class MotionTask:
         terms: Conditions and costs.
         guess: Coordinates to start from.
         force_guess: Contact forces to start from; body weight shared by what stands if absent.
+        solid: Whether the check refuses parts of the body inside each other or inside the ground;
+            false where a recording is tracked, whose limbs are not as thick as the person's.
         nodes_per_second: Nodes a second.
         basis: ``"trigonometric"`` or ``"polynomial"``.
     """
@@ -55,6 +57,7 @@ class MotionTask:
     nodes_per_second: float = 20.0
     basis: str = "trigonometric"
     force_guess: ForceGuess | None = None
+    solid: bool = True
 
     def __post_init__(self):
         """Take a whole stride where terms are one-sided."""

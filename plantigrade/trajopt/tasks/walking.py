@@ -118,7 +118,7 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
         Clearance(CLEARANCE),
         Limits(),
-        SolidLimbs(MIN_LEG_DISTANCE),
+        SolidLimbs(MIN_LEG_DISTANCE, ground=np.inf),  # the hands of a walker are far above it
         Torque(
             1.0,
             {
