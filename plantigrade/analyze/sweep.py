@@ -14,8 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
 
-STANCE_SHARE = 1e-3
-"""Share of body weight above which a site is in stance, if there is no plan."""
+STANCE_SHARE = 1e-3  # Share of body weight above which a site is in stance, if there is no plan
 
 
 @dataclass(frozen=True, eq=False)

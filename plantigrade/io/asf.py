@@ -24,22 +24,14 @@ _BONE_CHANNELS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")
 
 @dataclass(frozen=True)
 class Bone:
-    """One bone of an ASF skeleton, in file axes and units, angles in radians.
+    """One bone of an ASF skeleton, in file axes and units, angles in radians."""
 
-    Attributes:
-        name: Its name.
-        parent: Index of its parent bone in the skeleton; -1 where that is the root.
-        direction: Unit vector along the bone in the rest pose.
-        length: Length in file units.
-        axis: World rotation of its axis frame in the rest pose.
-        dof: Its free channels in the order of the AMC values: ``rx ry rz tx ty tz l``.
-    """
-
-    name: str
-    parent: int
-    direction: Float[Array, "3"]
-    length: float
-    axis: Float[Array, "3 3"]
+    name: str  #: Its name
+    parent: int  #: Index of its parent bone in the skeleton; -1 where that is the root
+    direction: Float[Array, "3"]  #: Unit vector along the bone in the rest pose
+    length: float  #: Length in file units
+    axis: Float[Array, "3 3"]  #: World rotation of its axis frame in the rest pose
+    #: Its free channels in the order of the AMC values: ``rx ry rz tx ty tz l``
     dof: tuple[str, ...]
 
 

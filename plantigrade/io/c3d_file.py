@@ -36,13 +36,10 @@ _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of a C3D file.
+    """Parameters of a C3D file."""
 
-    Attributes:
-        groups: Values by group and name, both upper case: a list of strings or an array (first
-            dimension of the file first).
-    """
-
+    #: Values by group and name, both upper case: a list of strings or an array (first dimension of
+    #: the file first)
     groups: dict[str, dict[str, np.ndarray | list[str]]]
 
     def strings(self, group: str, name: str) -> list[str]:

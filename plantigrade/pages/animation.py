@@ -45,19 +45,12 @@ INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
 
 @dataclass(frozen=True)
 class MovingPicture:
-    """An animated picture and what it shows.
+    """An animated picture and what it shows."""
 
-    Attributes:
-        svg: The file.
-        frames: Number of instants.
-        seconds: Duration of one cycle [s].
-        loop: Whether it is a loop, of one stride of a steady gait.
-    """
-
-    svg: str
-    frames: int
-    seconds: float
-    loop: bool
+    svg: str  #: The file
+    frames: int  #: Number of instants
+    seconds: float  #: Duration of one cycle [s]
+    loop: bool  #: Whether it is a loop, of one stride of a steady gait
 
 
 def moving_picture(

@@ -24,8 +24,7 @@ DURATION = (0.05, 1.0)  # [s] of a push, from a blow to a shove
 SLOPE = (-15.0, 15.0)  # [°] of the ground; steeper than a ramp for wheelchairs (5°)
 FRICTION = (0.05, 1.5)  # [1] from wet ice to a rubber sole on a dry floor
 MAX_LOAD = 40.0  # [kg] on the back, a heavy trekking pack
-FIRST_JOINT = "ankle_angle_r"
-"""Joint whose curves are shown at first, with that of the other side."""
+FIRST_JOINT = "ankle_angle_r"  # Joint whose curves are shown at first, with that of the other side
 
 Check = Callable[[Any], bool]
 

@@ -136,31 +136,19 @@ class Group:
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report.
+    """One part of a report."""
 
-    Attributes:
-        title: Heading.
-        figures: Plots.
-        text: Text before the plots.
-        headers: Headers of the table.
-        rows: Rows of the table.
-        groups: Small tables side by side.
-        grid: Rows of plots, or of texts in their place, with a row of column headings.
-        sheet: Whether it belongs to the first page in print.
-        folded: Whether it is folded at first; in print every section is open.
-        missing: Reason why there is nothing to show; the report then has one line.
-    """
-
-    title: str
-    figures: Sequence[Figure] = ()
-    text: str = ""
-    headers: Sequence[str] = ()
-    rows: Sequence[Sequence[str]] = field(default_factory=tuple)
-    groups: Sequence[Group] = ()
+    title: str  #: Heading
+    figures: Sequence[Figure] = ()  #: Plots
+    text: str = ""  #: Text before the plots
+    headers: Sequence[str] = ()  #: Headers of the table
+    rows: Sequence[Sequence[str]] = field(default_factory=tuple)  #: Rows of the table
+    groups: Sequence[Group] = ()  #: Small tables side by side
+    #: Rows of plots, or of texts in their place, with a row of column headings
     grid: Sequence[Sequence[Figure | str]] = ()
-    sheet: bool = False
-    folded: bool = False
-    missing: str = ""
+    sheet: bool = False  #: Whether it belongs to the first page in print
+    folded: bool = False  #: Whether it is folded at first; in print every section is open
+    missing: str = ""  #: Reason why there is nothing to show; the report then has one line
 
 
 def needs(

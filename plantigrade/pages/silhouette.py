@@ -10,13 +10,11 @@ from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float, Int
 
-FILL_STEP = 1.0
-"""Distance of the points that fill a triangle, in steps of the grid. Chosen."""
+FILL_STEP = 1.0  # Distance of the points that fill a triangle, in steps of the grid. Chosen.
 LEVEL = 0.4
 """Level of the smoothed mask on the border; below one half, which makes up for the spline's
 shrinking at bends. Chosen."""
-MARGIN = 3
-"""Empty cells about a mask, for its smoothing. Chosen."""
+MARGIN = 3  # Empty cells about a mask, for its smoothing. Chosen.
 
 _NONE, _TOP, _RIGHT, _BOTTOM, _LEFT = -1, 0, 1, 2, 3
 # From which side of a cell to which a border goes, by the corners inside: bits 1, 2, 4, 8 for upper

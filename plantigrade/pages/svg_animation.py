@@ -39,18 +39,10 @@ class Clock:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A view of something that moves: point of view, clock, and scale of the drawing.
+    """A view of something that moves: point of view, clock, and scale of the drawing."""
 
-    Attributes:
-        centre: Point at which the camera looks in each frame, world [m].
-        camera: The camera.
-        clock: Clock of the picture.
-        prefix: Beginning of the names of the elements.
-        per_metre: Drawing units per metre.
-    """
-
-    centre: Float[Array, "n 3"]
-    camera: Camera
-    clock: Clock
-    prefix: str
-    per_metre: float
+    centre: Float[Array, "n 3"]  #: Point at which the camera looks in each frame, world [m]
+    camera: Camera  #: The camera
+    clock: Clock  #: Clock of the picture
+    prefix: str  #: Beginning of the names of the elements
+    per_metre: float  #: Drawing units per metre

@@ -67,32 +67,19 @@ class Curve:
 
 @dataclass(frozen=True)
 class Row:
-    """Result of one item.
+    """Result of one item."""
 
-    Attributes:
-        name: Its name, and that of its folder in that of the batch.
-        number: Its place in the table.
-        file: Where it came from; empty where it came from no file.
-        key: Content hash of what decides the result.
-        status: ``"ok"``, what is wrong with the result, or why there is none.
-        failed: Whether there is no result.
-        left_out: Whether it was found in a folder and holds nothing to work on.
-        seconds: How long it took [s].
-        sha256: Of the file.
-        varied: What it has of its own, by option.
-        figures: Every figure: numbers, words and booleans by name.
-    """
-
-    name: str
-    number: int = 0
-    file: str = ""
-    key: str = ""
-    status: str = ""
-    failed: bool = False
-    left_out: bool = False
-    seconds: float = 0.0
-    sha256: str = ""
-    varied: Mapping[str, Any] = field(default_factory=dict)
+    name: str  #: Its name, and that of its folder in that of the batch
+    number: int = 0  #: Its place in the table
+    file: str = ""  #: Where it came from; empty where it came from no file
+    key: str = ""  #: Content hash of what decides the result
+    status: str = ""  #: ``"ok"``, what is wrong with the result, or why there is none
+    failed: bool = False  #: Whether there is no result
+    left_out: bool = False  #: Whether it was found in a folder and holds nothing to work on
+    seconds: float = 0.0  #: How long it took [s]
+    sha256: str = ""  #: Of the file
+    varied: Mapping[str, Any] = field(default_factory=dict)  #: What it has of its own, by option
+    #: Every figure: numbers, words and booleans by name
     figures: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod

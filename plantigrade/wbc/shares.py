@@ -46,23 +46,14 @@ def _one(n: int) -> Float[Array, "n n"]:
 
 @dataclass(frozen=True, eq=False)
 class ShareProgram:
-    r"""The cost of shares.
+    r"""The cost of shares."""
 
-    Attributes:
-        K: Map from shares to what they carry.
-        S: Hessian of the cost of that, times ``E``.
-        E: Its divisor: of something very stiff the inverse is known better.
-        u: Load of least cost.
-        diagonal: Hessian of their own cost.
-        q: Slope of that where all are zero.
-    """
-
-    K: Float[Array, "c m"]
-    S: Float[Array, "c c"]
-    E: Float[Array, "c c"]
-    u: Float[Array, " c"]
-    diagonal: Float[Array, " m"]
-    q: Float[Array, " m"]
+    K: Float[Array, "c m"]  #: Map from shares to what they carry
+    S: Float[Array, "c c"]  #: Hessian of the cost of that, times ``E``
+    E: Float[Array, "c c"]  #: Its divisor: of something very stiff the inverse is known better
+    u: Float[Array, " c"]  #: Load of least cost
+    diagonal: Float[Array, " m"]  #: Hessian of their own cost
+    q: Float[Array, " m"]  #: Slope of that where all are zero
 
     @classmethod
     def of(

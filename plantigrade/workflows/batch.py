@@ -28,8 +28,7 @@ from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpac
 ITEMS_AHEAD = 32
 """Items per worker in one round. At its end each worker waits for about half an item, until the
 starting points of the next round (the body of a subject, a fit) are computed: below 2 % of 32."""
-Begin = Callable[[Any], Any]
-"""Computes the starting point of a group."""
+Begin = Callable[[Any], Any]  #: Computes the starting point of a group
 
 
 class Concluded(NamedTuple):
@@ -45,31 +44,20 @@ Conclude = Callable[[BatchFolder, Mapping[str, Any]], Concluded]
 
 @dataclass(frozen=True)
 class Plan:
-    """The parts of a batch.
+    """The parts of a batch."""
 
-    Attributes:
-        kind: Words and columns of its page.
-        work: Computes the run of an item.
-        begin: Computes the starting point of a group.
-        groups: Returns the groups; it may use the workers to find them.
-        names: Names of the items.
-        spec: Settings, method and variation; equal for equal batches.
-        default: What is kept of each item unless an option chooses otherwise.
-        folders: Names of further folders in that of the batch.
-        passes_over: Error classes with which a file that was found, not named, is left out instead
-            of failing.
-        conclude: Computes pages and figures over all items, once they have ended.
-    """
-
-    kind: BatchKind
-    work: Work
+    kind: BatchKind  #: Words and columns of its page
+    work: Work  #: Computes the run of an item
+    #: Returns the groups; it may use the workers to find them
     groups: Callable[[Workers], Iterable[Group]]
-    names: Sequence[str]
-    spec: Mapping[str, Any]
-    begin: Begin | None = None
-    default: Keep = "pages"
-    folders: Sequence[str] = ()
+    names: Sequence[str]  #: Names of the items
+    spec: Mapping[str, Any]  #: Settings, method and variation; equal for equal batches
+    begin: Begin | None = None  #: Computes the starting point of a group
+    default: Keep = "pages"  #: What is kept of each item unless an option chooses otherwise
+    folders: Sequence[str] = ()  #: Names of further folders in that of the batch
+    #: Error classes with which a file that was found, not named, is left out instead of failing
     passes_over: tuple[str, ...] = (NothingToFit.__name__,)
+    #: Computes pages and figures over all items, once they have ended
     conclude: Conclude | None = None
 
 

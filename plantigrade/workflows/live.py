@@ -48,8 +48,7 @@ BY_HAND = Info(
 )
 
 
-TURN = 1e-3
-"""Switch interval of Python threads while another one waits [s]."""
+TURN = 1e-3  # [s] switch interval of Python threads while another one waits
 
 
 class Stage:
@@ -125,17 +124,11 @@ def another(human: Human, feet: str, joints: str) -> Human:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Live:
-    """A session and what it was made of.
+    """A session and what it was made of."""
 
-    Attributes:
-        session: The session.
-        stage: Maker of its worlds.
-        began: When it began, by the clock of this process [s].
-    """
-
-    session: Session
-    stage: Stage
-    began: float
+    session: Session  #: The session
+    stage: Stage  #: Maker of its worlds
+    began: float  #: When it began, by the clock of this process [s]
 
     def run(self) -> Run:
         """Return the run so far.

@@ -16,17 +16,14 @@ from plantigrade.workflows.settings import RecordingSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
 
-MOST = 100_000
-"""Most simulations of a batch."""
-NOTHING = "none"
-"""Word for no push, no rope, nothing said."""
+MOST = 100_000  # Most simulations of a batch
+NOTHING = "none"  # Word for no push, no rope, nothing said
 _FITTED = {f.name for f in fields(RecordingSettings)}
 OWN = tuple(f.name for f in fields(SimulateSettings) if f.name not in _FITTED)
 """Options of a simulation alone; ``own`` are those of its controller."""
 _PERSON = tuple(f.name for f in fields(Person))
 
-Variant = dict[str, Any]
-"""Option → its value in one simulation."""
+Variant = dict[str, Any]  # Option → its value in one simulation
 
 
 def variants(

@@ -25,8 +25,7 @@ from plantigrade.workflows.settings import VaultSettings
 
 HEIGHT, MASS = 1.66, 63.0
 """Default height and mass of the gymnast [m, kg]: about the mean of elite men, an estimate."""
-FINE = 1e-4
-"""Step of the vault that is recorded: 10 times finer than those of the search [s]."""
+FINE = 1e-4  # [s] step of the vault that is recorded: 10 times finer than those of the search
 
 
 @takes(VaultSettings, without=("joints", "feet", "age"))

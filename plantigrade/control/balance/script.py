@@ -78,21 +78,15 @@ class ScriptSettings:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Desired feet at a time.
+    """Desired feet at a time."""
 
-    Attributes:
-        time: The time [s].
-        ankle: Offset of each ankle from standing, right first [m].
-        presses: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot.
-        body: Offset of the centre of mass from its default [m].
-        toward: Desired pressure within what presses of each foot, forward and to the left, from -1
-            to 1; NaN where that is left open.
-    """
-
-    time: float
-    ankle: Float[Array, "2 3"]
+    time: float  #: The time [s]
+    ankle: Float[Array, "2 3"]  #: Offset of each ankle from standing, right first [m]
+    #: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot
     presses: Bool[Array, "2 n_marks"]
-    body: Float[Array, " 3"]
+    body: Float[Array, " 3"]  #: Offset of the centre of mass from its default [m]
+    #: Desired pressure within what presses of each foot, forward and to the left, from -1 to 1; NaN
+    #: where that is left open
     toward: Float[Array, "2 2"]
 
 

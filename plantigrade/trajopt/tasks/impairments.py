@@ -22,12 +22,10 @@ if TYPE_CHECKING:
 
 MAX_ANGLE = 360.0
 """Largest angle of a range or a brace [deg]: a full turn."""
-MAX_STRENGTH = 3.0
-"""Largest strength, as part of the person's own [1]; chosen."""
+MAX_STRENGTH = 3.0  # Largest strength, as part of the person's own [1]; chosen
 MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
-MAX_SOLE = 0.05
-"""Largest change of a sole [m], half of what a contact sphere may be moved by."""
+MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
 
 Words = tuple[str, ...]
 
