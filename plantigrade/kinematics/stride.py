@@ -51,7 +51,7 @@ MIN_TRAVEL = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Stride:
-    """Frames of a stride, or of a motion that has none, along x from the origin, on level ground."""
+    """Frames of a stride, or of a motion without one, along x from the origin, on level ground."""
 
     time: Float[Array, " n_rows"]  #: Times of the frames, from zero [s]
     #: Configurations; the last is the first again, a stride further on
