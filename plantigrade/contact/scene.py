@@ -8,7 +8,8 @@ Feet and seats contact the ground with spheres (``contype`` 1). Limbs and trunk 
 with *cores* (``contype`` 2, group 4), which are thinner than the drawn shapes because soft tissue
 yields. A core has no contact with the two nearest ancestors of its body or with its own foot.
 
-Armature and damping stabilise a simulation; inverse dynamics of a recorded motion excludes them.
+Armature and damping stabilise a simulation; the person has none. Inverse dynamics of a motion
+leaves them out, and :func:`motor_forces` adds what the motors of the scene need for them.
 """
 
 from collections.abc import Sequence
@@ -84,6 +85,26 @@ def scene_xml(
     key.set("qpos", numbers(qpos))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
+
+
+def motor_forces(
+    human: Human,
+    torque: Float[Array, "n nv"],
+    qvel: Float[Array, "n nv"],
+    qacc: Float[Array, "n nv"],
+) -> Float[Array, "n nv"]:
+    """Return the generalised forces that the motors of a scene must apply for a motion [N m].
+
+    Args:
+        human: The person.
+        torque: Generalised forces of the person, without armature and damping [N m].
+        qvel: Velocities.
+        qacc: Accelerations.
+    """
+    most = np.abs(human.model.jnt_actfrcrange[1:]).max(axis=1)
+    out = torque.copy()
+    out[:, 6:] += most * (ARMATURE_PER_TORQUE * qacc[:, 6:] + DAMPING_PER_TORQUE * qvel[:, 6:])
+    return out
 
 
 def _surface(ground: Ground) -> dict[str, str]:
