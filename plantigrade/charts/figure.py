@@ -14,17 +14,11 @@ _SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing and its caption; a notebook shows it.
+    """A drawing and its caption; a notebook shows it."""
 
-    Attributes:
-        svg: The drawing.
-        caption: One or two sentences; empty for none.
-        wide: Whether it takes the full width of a page.
-    """
-
-    svg: str = field(repr=False)
-    caption: str = ""
-    wide: bool = False
+    svg: str = field(repr=False)  #: The drawing
+    caption: str = ""  #: One or two sentences; empty for none
+    wide: bool = False  #: Whether it takes the full width of a page
 
     @property
     def half(self) -> bool:

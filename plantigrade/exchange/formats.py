@@ -15,17 +15,12 @@ from plantigrade.signatures import keywords_of, takes
 
 @dataclass(frozen=True)
 class Format:
-    """One format of exported runs.
+    """One format of exported runs."""
 
-    Attributes:
-        name: Its name in messages.
-        suffixes: File extensions, lower case, with the dot.
-        writer: ``module:function`` under :mod:`plantigrade.exchange`, called with the run, the path
-            and the options; it returns notes, one sentence each.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
+    name: str  #: Its name in messages
+    suffixes: tuple[str, ...]  #: File extensions, lower case, with the dot
+    #: ``module:function`` under :mod:`plantigrade.exchange`, called with the run, the path and the
+    #: options; it returns notes, one sentence each
     writer: str
 
     @property

@@ -47,15 +47,11 @@ class SitePoints(PointSet):
 
 @dataclass(frozen=True)
 class SolePaths:
-    """The soles of a person over a motion.
+    """The soles of a person over a motion."""
 
-    Attributes:
-        sites: The contact spheres.
-        position: Lowest point of each sphere, straight below its centre, in axes of the ground,
-            z the height above it [m].
-    """
-
-    sites: tuple[ContactSite, ...]
+    sites: tuple[ContactSite, ...]  #: The contact spheres
+    #: Lowest point of each sphere, straight below its centre, in axes of the ground, z the height
+    #: above it [m]
     position: Float[Array, "n_frames n_sites 3"]
 
     @cached_property

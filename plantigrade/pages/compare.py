@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
 from plantigrade.analyze.clinical import norms_for
 from plantigrade.analyze.curve_difference import MIN_CYCLES
 from plantigrade.analyze.curves import LOADED_JOINTS
@@ -18,6 +16,7 @@ from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.motion.filters import runs
 from plantigrade.pages.compare_figures import figure_section, verdict_of
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.clinical import NAMES, OWN_SIDE, grid_of
@@ -211,10 +210,10 @@ def _cells(found: RunComparison, ending: str, draw: Draw) -> dict[str, Figure]:
 
 def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
     """Return the intervals of the cycle in which a difference exceeds its band."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], beyond.astype(int), [0]])))
+    last = len(PERCENT) - 1
     return [
-        (float(PERCENT[a]), float(PERCENT[min(b, len(PERCENT) - 1)]), colour)
-        for a, b in zip(edges[::2], edges[1::2], strict=True)
+        (float(PERCENT[run.start]), float(PERCENT[min(run.stop, last)]), colour)
+        for run in runs(beyond)
     ]
 
 

@@ -25,18 +25,12 @@ _KNOWN: dict[tuple, "Skin"] = {}
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The surface of a person; every bone is rigid, as glTF and graphics cards want it.
+    """The surface of a person; every bone is rigid, as glTF and graphics cards want it."""
 
-    Attributes:
-        surface: Faces, weights and garments.
-        bones: What its bones ride on.
-        resting: Vertices and bones in the pose of the surface.
-        build: 0 for thin, 1 average, 2 full, 3 fat: at which it encloses the mass of the person.
-    """
-
-    surface: Surface
-    bones: Bones
-    resting: RestingSkin
+    surface: Surface  #: Faces, weights and garments
+    bones: Bones  #: What its bones ride on
+    resting: RestingSkin  #: Vertices and bones in the pose of the surface
+    #: 0 for thin, 1 average, 2 full, 3 fat: at which it encloses the mass of the person
     build: float
 
     @staticmethod

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.plan import ContactPlan
+from plantigrade.motion.resample import interpolate
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.forces_between import explaining
@@ -50,7 +51,7 @@ def sample(
         knots = np.append(knots, span)
         values = np.vstack([values, values[:1][:, closure.u_source] * closure.u_sign])
     q, v, a = problem.states(coefficients, inside)
-    u = np.stack([np.interp(inside, knots, x) for x in values.T], axis=1)
+    u = interpolate(inside, knots, values)
     standing = (
         np.stack([plan.standing(s, inside) for s in body.sites], axis=1)
         if n_sites

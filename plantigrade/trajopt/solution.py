@@ -49,29 +49,17 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A motion from a task.
+    """A motion from a task."""
 
-    Attributes:
-        body: The person.
-        task: The task.
-        problem: The problem that was solved last.
-        coefficients: Coefficients of the spline.
-        forces: Contact forces at nodes [body weights].
-        status: How the last solver ended.
-        success: Whether every constraint is met at the nodes; the checker judges between them.
-        stages: Every run of a solver.
-        multipliers: For a warm start.
-    """
-
-    body: ContactBody
-    task: MotionTask
-    problem: Problem
-    coefficients: Float[Array, "n_coefficients nv"]
-    forces: Float[Array, "n_nodes n_unknowns"]
-    status: str
-    success: bool
-    stages: tuple[Stage, ...]
-    multipliers: Multipliers | None = None
+    body: ContactBody  #: The person
+    task: MotionTask  #: The task
+    problem: Problem  #: The problem that was solved last
+    coefficients: Float[Array, "n_coefficients nv"]  #: Coefficients of the spline
+    forces: Float[Array, "n_nodes n_unknowns"]  #: Contact forces at nodes [body weights]
+    status: str  #: How the last solver ended
+    success: bool  #: Whether every constraint is met at the nodes; the checker judges between them
+    stages: tuple[Stage, ...]  #: Every run of a solver
+    multipliers: Multipliers | None = None  #: For a warm start
 
     @cached_property
     def objective(self) -> float:

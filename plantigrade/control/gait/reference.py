@@ -21,7 +21,7 @@ from plantigrade.control.gait.instant import (
     width_of,
 )
 from plantigrade.control.gait.kinematics import Kinematics
-from plantigrade.control.gait.loads import LoadSettings, interpolated, site_forces, site_loads
+from plantigrade.control.gait.loads import LoadSettings, site_forces, site_loads
 from plantigrade.control.gait.person import world_sites
 from plantigrade.control.gait.schedule import (
     StanceSchedule,
@@ -31,6 +31,7 @@ from plantigrade.control.gait.schedule import (
     schedule_of,
 )
 from plantigrade.errors import ParameterError
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 STEP = 0.002  # [s] time step of the grid
@@ -158,7 +159,7 @@ def reference_of(
     rows.a = even.qacc if even.qacc is not None else np.gradient(qvel, STEP, axis=0)
     rows.tau = 0.0
     if record.qfrc_actuator is not None:
-        rows.tau = np.nan_to_num(interpolated(motion.time, record.qfrc_actuator, time))[:, 6:]
+        rows.tau = np.nan_to_num(interpolate(time, motion.time, record.qfrc_actuator))[:, 6:]
     rows.com, rows.com_velocity = swept.com, swept.com_velocity
     if force.any():
         acceleration = force.sum(axis=1) / human.mass - [0.0, 0.0, GRAVITY]

@@ -6,6 +6,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid
 from plantigrade.charts.labels import SIDE_NAMES, without_side
 from plantigrade.constants import SIDES
+from plantigrade.motion.filters import runs
 from plantigrade.pages.contact_plate import MIN_LOAD, Sole, centre, foot_svg
 from plantigrade.pages.section import Group, Section, Subject
 from plantigrade.record import Record
@@ -48,8 +49,7 @@ def longest(loaded: Array) -> tuple[int, int] | None:
         >>> longest(np.array([True, True, True, False, True, True, False]))
         (4, 5)
     """
-    edges = np.flatnonzero(np.diff(np.r_[False, loaded, False].astype(int)))
-    found = [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
+    found = [(run.start, run.stop - 1) for run in runs(loaded)]
     whole = [(a, b) for a, b in found if a > 0 and b < len(loaded) - 1]
     return max(whole or found, key=lambda span: span[1] - span[0], default=None)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.motion.resample import interpolate
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.terms.term import Term, per_coordinate
@@ -25,7 +26,7 @@ class Track(Term):
         """Weigh the distance."""
         family = b.family("coordinates")
         w = 2.0 * self.weight * per_coordinate(b.names, self.joints)
-        b.penalise(family, w, _at(b.nodes, self.times, self.q))
+        b.penalise(family, w, interpolate(b.nodes, self.times, self.q))
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class FootWrenches:
         """Return the wrenches at other times [s]; what is not known next to a time is not there."""
 
         def of(x: Array) -> Array:
-            return _at(nodes, self.times, x.reshape(len(x), -1)).reshape(len(nodes), *x.shape[1:])
+            return interpolate(nodes, self.times, x)
 
         def error(x: Array) -> Array:
             with np.errstate(divide="ignore"):
@@ -135,8 +136,8 @@ class TrackMoments(Term):
         """Weigh the distance."""
         given, unit = self.joints, b.body.torque
         columns = [given.names.index(name) for name in b.body.stiff]
-        target = _at(b.nodes, given.times, given.moment[:, columns]) / unit
-        sure = _at(b.nodes, given.times, unit / given.error[:, columns])
+        target = interpolate(b.nodes, given.times, given.moment[:, columns]) / unit
+        sure = interpolate(b.nodes, given.times, unit / given.error[:, columns])
         b.penalise(b.family("joint torque"), 2.0 * self.weight * sure**2, target)
 
 
@@ -170,8 +171,3 @@ def _foot_wrenches(b: ProblemBuilder, points: Float[Array, "n_nodes 2 2"]) -> Co
     return ConstraintFamily.free(
         "foot wrenches", function, names, len(points), parameters, "body weights"
     )
-
-
-def _at(nodes: Array, times: Array, values: Array) -> Array:
-    """Return columns interpolated at nodes."""
-    return np.stack([np.interp(nodes, times, x) for x in values.T], axis=1)
