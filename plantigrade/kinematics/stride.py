@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
@@ -19,6 +18,7 @@ from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import MAX_CYCLE, MIN_CYCLE, cut_cycles
+from plantigrade.motion.filters import runs
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     pelvis_rates_to_free_joint,
@@ -210,12 +210,10 @@ def stood_apart(human: Human, motion: Motion) -> float:
     for side in SIDES:
         sole = paths.position[:, paths.of(side)]
         fast = np.linalg.norm(np.gradient(sole, step, axis=0), axis=2).max(axis=1)
-        edges = np.diff(np.concatenate([[0], (fast < MAX_STANCE_SPEED).astype(int), [0]]))
-        starts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
         low = sole[:, :, 2].min(axis=1)
-        for i, k in zip(starts, ends, strict=True):
-            if (k - i) * step > MIN_STANCE_TIME:
-                heights.append(float(np.median(low[i:k])))
+        for run in runs(fast < MAX_STANCE_SPEED):
+            if (run.stop - run.start) * step > MIN_STANCE_TIME:
+                heights.append(float(np.median(low[run])))
     return max(heights) - min(heights) if heights else 0.0
 
 
@@ -223,16 +221,11 @@ def _off_the_belt(human: Human, motion: Motion) -> Motion:
     """Return a motion that gets on, if it was on a belt."""
     if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > MIN_TRAVEL * motion.duration:
         return motion
-    data, model = mujoco.MjData(human.model), human.model
-    toes = [max(i for i, b in enumerate(human.body_names) if b[-2:] == f"_{s}") for s in SIDES]
     feet = [human.body(f"foot_{s}") for s in SIDES]
-    places = np.zeros((motion.n_frames, 2, 2, 3))
-    for k, qpos in enumerate(motion.qpos):
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(model, data)
-        places[k, 0], places[k, 1] = data.xpos[feet], data.xpos[np.array(toes) + 1]
+    toes = [max(i for i, b in enumerate(human.body_names, 1) if b[-2:] == f"_{s}") for s in SIDES]
+    places, _ = body_paths(human, motion.qpos, [*feet, *toes])
     qpos = motion.qpos.copy()
-    qpos[:, :3] -= moving_ground(motion.time, places[:, 0], places[:, 1])
+    qpos[:, :3] -= moving_ground(motion.time, places[:, :2], places[:, 2:])
     return replace(motion, qpos=qpos)
 
 

@@ -51,7 +51,7 @@ def scripted(
     segment = np.clip(np.searchsorted(at, time, side="right") - 1, 0, len(frames) - 2)
     presses = np.array([f.presses for f in frames])
     between = presses[:-1] & presses[1:]  # from each frame to the next
-    flights = [(run.start, run.stop) for run in runs(~between.any(axis=(1, 2)))]
+    flights = [(run.start, run.stop) for run in runs(np.atleast_1d(~between.any(axis=(1, 2))))]
     if flights and flights[-1][1] == len(frames) - 1:
         raise ParameterError(f"{script.title} ends in the air: say which segments press in the end")
     if flights and flights[0][0] == 0:
@@ -78,7 +78,7 @@ def scripted(
     motion = Motion(time, qpos, velocities_of(human, qpos, s.rate), human.joint_names)
     spheres = solver.spheres_of(marked)
     reference = MotionReference(
-        human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights]
+        human, motion, spheres, flights=[(float(at[a]), float(at[b])) for a, b in flights]
     )
     toward = np.array([f.toward for f in frames])
     for k, side in enumerate(SIDES):
