@@ -81,6 +81,7 @@ class Row:
     varied: Mapping[str, Any] = field(default_factory=dict)  #: What it has of its own, by option
     #: Every figure: numbers, words and booleans by name
     figures: Mapping[str, Any] = field(default_factory=dict)
+    warnings: Sequence[str] = ()  #: Every warning, a sentence
 
     @classmethod
     def of(cls, line: Mapping[str, Any]) -> "Row":
@@ -97,6 +98,11 @@ class Row:
             for name, value in values.items():
                 if not isinstance(value, kind):
                     raise TypeError(f"{name} is {shown(value)}")
+        warnings = line.get("warnings", ())
+        if not isinstance(warnings, list | tuple) or any(
+            type(each) is not str for each in warnings
+        ):
+            raise TypeError(f"warnings are {shown(warnings)}")
         for name, value in (*tables["varied"].items(), *tables["figures"].items()):
             if isinstance(value, dict | list):
                 raise TypeError(f"{name} is {shown(value)}")
@@ -105,6 +111,7 @@ class Row:
         return cls(
             **words,
             **tables,
+            warnings=tuple(warnings),
             number=int(line.get("number", 0)),
             failed=bool(line.get("failed")),
             left_out=bool(line.get("left_out")),

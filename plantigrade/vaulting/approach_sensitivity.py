@@ -1,6 +1,6 @@
 """Sensitivity of the take-off velocity to the approach."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -59,6 +59,7 @@ def sensitivity(
     *,
     max_activation: float = 1.0,
     parallel: Mapping[str, Any] | None = None,
+    reached: Callable[[float], None] = lambda share: None,
 ) -> tuple[ApproachChange, ...]:
     """Return the effects of changing each field of the approach by ±:data:`RELATIVE_CHANGE`.
 
@@ -70,6 +71,7 @@ def sensitivity(
         found: The best activations.
         max_activation: Maximum activation.
         parallel: As in :func:`~plantigrade.vaulting.search.search_activations`.
+        reached: Called after each change with the share of them that are done.
 
     Returns:
         Two changes for each of :data:`~plantigrade.vaulting.approach.APPROACH_FIELDS`, down and up.
@@ -83,6 +85,7 @@ def sensitivity(
         if done.result is None:
             raise SolverError(f"a changed approach could not be searched: {done.problem}")
         changes.append(done.result)
+        reached(len(changes) / len(tasks))
     return tuple(changes)
 
 

@@ -10,7 +10,7 @@ evaluations for 30 unknowns, two searches each, it reached 2.571 and 2.573 m/s i
 2.562 m/s.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import process_time
 from typing import Any
@@ -151,6 +151,7 @@ def search_activations(
     *,
     seed: int = 0,
     parallel: Mapping[str, Any] | None = None,
+    reached: Callable[[float], None] = lambda share: None,
 ) -> tuple[SearchResult, ...]:
     """Return the results of all searches, best first.
 
@@ -161,6 +162,7 @@ def search_activations(
         seed: Random seed of the first start; later starts use consecutive seeds.
         parallel: ``jobs``, ``backend`` and ``address`` of
             :func:`~plantigrade.record.jobs.run_jobs`; sequential if absent.
+        reached: Called after each search with the share of them that have ended.
 
     Raises:
         SolverError: If a search fails.
@@ -171,4 +173,5 @@ def search_activations(
         if done.result is None:
             raise SolverError(f"a search failed: {done.problem}")
         found.append(done.result)
+        reached(len(found) / len(tasks))
     return tuple(sorted(found, key=lambda each: -each.rise))

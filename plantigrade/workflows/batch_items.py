@@ -49,6 +49,7 @@ class Result:
     #: The run; None where it lies in a folder, or there is none
     run: Run | None = field(default=None, repr=False)
     left_out: bool = False  #: Whether it was found in a folder and holds nothing to work on
+    warnings: tuple[str, ...] = ()  #: Its warnings, sentences
 
     @property
     def ok(self) -> bool:

@@ -35,6 +35,11 @@ class Pace:
             line += f" ({rate:.2g}/s, {_duration(left / rate)} left)"
         self.say(line)
 
+    @property
+    def share(self) -> float:
+        """Share of the items that have ended [1]."""
+        return (self.done + self.found) / max(self.count, 1)
+
     def close(self) -> None:
         """Print how many items were done before, once."""
         if self.found > self._printed_found:

@@ -45,6 +45,7 @@ class Made(NamedTuple):
     figures: dict[str, Any]
     status: str
     curves: dict[str, Curve]
+    warnings: tuple[str, ...]
     run: Run | None = None
     archive: bytes = b""
 
@@ -53,7 +54,8 @@ def made(work: Work, kept: Kept, task: tuple[Item, Any]) -> Made:
     """Compute the run of an item and keep the chosen part of it."""
     item, start = task
     run = replace(work(item.what, start), name=item.name)
-    found = Made(figures_of(run.metrics), run.status, curves_of(run))
+    metrics = run.metrics
+    found = Made(figures_of(metrics), run.status, curves_of(run), tuple(metrics["warnings"]))
     if kept.folder is None:
         return found._replace(run=run)
     if kept.what == "figures":

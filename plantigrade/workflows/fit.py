@@ -49,13 +49,14 @@ from plantigrade.world.grounds import ground_named
 MAX_HEADING = 45.0
 """Largest angle between the rise of a given slope and the walking direction [deg]."""
 
-Step = Callable[[str], contextlib.AbstractContextManager]
-"""Opened around each step of a job, with what is done in it: shows progress."""
+Step = Callable[[str], contextlib.AbstractContextManager[Callable[[float], None]]]
+"""Opened around each step of a job, with its name; yields a function that is called with the share
+of the step that is done."""
 
 
-def silent(_: str) -> contextlib.AbstractContextManager:
+def silent(_: str) -> contextlib.AbstractContextManager[Callable[[float], None]]:
     """Show nothing of a step."""
-    return contextlib.nullcontext()
+    return contextlib.nullcontext(lambda share: None)
 
 
 def load(path: str | Path, settings: RecordingSettings) -> Recording:

@@ -132,6 +132,12 @@ def name_of(index: int, count: int, shown: Mapping[str, Any]) -> str:
         >>> name_of(7, 20, {"ground": "slope:5", "seed": 3})
         '07-slope-5-seed-3'
     """
-    words = [f"{value}" if isinstance(value, str) else f"{k}-{value}" for k, value in shown.items()]
-    slug = re.sub(r"[^A-Za-z0-9.,-]+", "-", "-".join(words))[:60].strip("-.")
+    words = []
+    for option, value in shown.items():
+        if value == NOTHING:
+            words.append(f"no-{option}")
+        else:  # a word speaks for itself; a number does not
+            alone = isinstance(value, str) and value[:1].isalpha()
+            words.append(value if alone else f"{option}-{value}")
+    slug = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(words))[:60].strip("-.")
     return f"{index:0{len(str(count - 1))}d}" + (f"-{slug}" if slug else "")

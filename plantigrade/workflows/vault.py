@@ -97,18 +97,24 @@ def run_vault(
         words = (
             f"searching with {who.segments.count} segments from {how.starts * len(names)} starts"
         )
-        with step(words):
+        with step(words) as reached:
             how_to = Search(who, how.evaluations, how.activation)
-            return search_activations(how_to, names, how.starts, seed=how.seed, parallel=parallel)
+            return search_activations(
+                how_to, names, how.starts, seed=how.seed, parallel=parallel, reached=reached
+            )
 
     every = search(gymnast)
     other = the_vault(replace(how, five_segments=not how.five_segments)) if how.compare else None
     other_model = None if other is None else (other, search(other))
     changes: tuple[ApproachChange, ...] = ()
     if how.sensitivity:
-        with step("changing the approach"):
+        with step("changing the approach") as reached:
             changes = sensitivity(
-                gymnast, every[0], max_activation=how.activation, parallel=parallel
+                gymnast,
+                every[0],
+                max_activation=how.activation,
+                parallel=parallel,
+                reached=reached,
             )
     seconds = clock.perf_counter() - began
     with step("recording and checking"):
