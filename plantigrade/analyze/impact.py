@@ -12,7 +12,8 @@ IMPACT = 5.0  # [BW] vertical force above which a warning is due: twice that of 
 
 def force_on_feet(record: Record) -> Float[Array, " n"]:
     """Return the vertical force on both feet in body weights."""
-    return sum(record.foot(side).force[:, 2] for side in SIDES) / record.weight
+    force = np.sum([record.foot(side).force[:, 2] for side in SIDES], axis=0)
+    return force / record.weight
 
 
 def impact_notes(record: Record) -> tuple[str, ...]:
