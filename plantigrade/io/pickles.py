@@ -11,60 +11,38 @@ all of it). torch stores a zip archive of a pickle and one file per tensor stora
 """
 
 import io
-import math
 import pickle
-import re
 import zipfile
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plantigrade.errors import FileError
+from plantigrade.io.pickle_arrays import (
+    MAKERS,
+    STORAGES,
+    EmptyArray,
+    JoblibArray,
+    Maker,
+    Refused,
+    Storage,
+    Type,
+    count,
+    filled,
+    list_of,
+    plain,
+    set_items,
+)
 from plantigrade.io.text import read_bytes
 
 MAX_BYTES = 400 * 2**20  # [bytes] of a file, and of what it decompresses to
 MAX_RATIO = 100  # [1] decompressed size over compressed size; arrays of motions stay below 5
 _FREE_RATIO = 2**20  # [bytes] below this any ratio is accepted
 _COMPRESSED = (b"\x78", b"\x1f\x8b")  # zlib, gzip
-_DTYPE = re.compile(r"[<>|=]?(?:[biuf][1248]|[bSUV?]\d{0,4}|f16|c8|c16)")
-_STORAGES = {"FloatStorage": "<f4", "DoubleStorage": "<f8", "HalfStorage": "<f2",
-             "LongStorage": "<i8", "IntStorage": "<i4", "ShortStorage": "<i2",
-             "CharStorage": "i1", "ByteStorage": "u1", "BoolStorage": "?"}  # fmt: skip
 _Usual: Any = pickle._Unpickler  # in Python: joblib's arrays lie between the instructions
-_KEYS = (str, int, float, bytes, np.generic)  # a nested tuple takes exponential time to hash
-
-
-class Refused(Exception):
-    """The pickle needs something that is not allowed; the message says what."""
-
-
-@dataclass(frozen=True)
-class _Maker:
-    """Replacement of a function that a pickle may name."""
-
-    make: Callable[..., Any]
-
-
-@dataclass
-class _Type:
-    """NumPy data type under construction."""
-
-    dtype: np.dtype
-
-
-@dataclass
-class _JoblibArray:
-    """Header of an array whose bytes follow in the stream of joblib."""
-
-    state: dict[str, Any] = field(default_factory=dict)
-
-
-class _EmptyArray:
-    """Array under construction by NumPy's pickles."""
 
 
 def read_pickle(path: str | Path, remedy: str) -> Any:
@@ -131,7 +109,7 @@ def _read_torch(raw: bytes) -> Any:
 
 
 class _Reader(_Usual):
-    """Machine with few instructions; everything that is called is in ``_MAKERS``."""
+    """Machine with few instructions; everything that is called is in ``MAKERS``."""
 
     def __init__(self, stream: io.BytesIO, storage: Callable[[str], bytes] | None = None):
         super().__init__(stream, encoding="latin1")
@@ -139,52 +117,52 @@ class _Reader(_Usual):
 
     def find_class(self, module: str, name: str) -> Any:
         """Return the replacement of a function or type."""
-        if module == "torch" and name in _STORAGES:
-            return _Type(np.dtype(_STORAGES[name]))
-        if (module, name) not in _MAKERS:
+        if module == "torch" and name in STORAGES:
+            return Type(np.dtype(STORAGES[name]))
+        if (module, name) not in MAKERS:
             raise Refused(f"names {module}.{name}, and only arrays, numbers and words are read")
-        return _MAKERS[module, name]
+        return MAKERS[module, name]
 
-    def persistent_load(self, pid: Any) -> np.ndarray:
+    def persistent_load(self, pid: Any) -> Storage:
         """Return the storage of a tensor."""
         if self.storage is None or not (isinstance(pid, tuple) and len(pid) == 5):
             raise Refused("refers to something outside the file")
-        _, kind, key, _, count = pid
-        if not isinstance(kind, _Type):
+        _, kind, key, _, n = pid
+        if not isinstance(kind, Type):
             raise Refused("holds a tensor of an unknown type")
-        return np.frombuffer(self.storage(str(key)), kind.dtype, count=int(count))
+        return Storage(np.frombuffer(self.storage(str(key)), kind.dtype, count=int(n)))
 
     def load_reduce(self) -> None:
         """Call a replacement."""
         arguments, maker = self.stack.pop(), self.stack[-1]
-        if not (isinstance(maker, _Maker) and isinstance(arguments, tuple)):
+        if not (isinstance(maker, Maker) and isinstance(arguments, tuple)):
             raise Refused("calls what is no function")
         self.stack[-1] = maker.make(*arguments)
 
     def load_build(self) -> None:
         """Give an array, a type or a header of joblib its contents."""
         state, made = self.stack.pop(), self.stack[-1]
-        if isinstance(made, _EmptyArray):
-            self.stack[-1] = _filled(*state)
-        elif isinstance(made, _Type):
+        if isinstance(made, EmptyArray):
+            self.stack[-1] = filled(*state)
+        elif isinstance(made, Type):
             if state[1] in ("<", ">"):
                 made.dtype = made.dtype.newbyteorder(state[1])
-        elif isinstance(made, _JoblibArray) and isinstance(state, dict):
+        elif isinstance(made, JoblibArray) and isinstance(state, dict):
             made.state = state
             self.stack[-1] = self._following(made)
         else:
             raise Refused("gives contents to something that is no array")
 
-    def _following(self, header: _JoblibArray) -> np.ndarray:
+    def _following(self, header: JoblibArray) -> np.ndarray:
         """Return the array whose bytes follow in the stream."""
         if header.state.get("numpy_array_alignment_bytes") is not None:
             self.stream.read(self.stream.read(1)[0])
         shape, dtype = header.state["shape"], header.state["dtype"]
-        size = _count(shape) * _plain(dtype).itemsize
+        size = count(shape) * plain(dtype).itemsize
         raw = self.stream.read(size)
         if len(raw) != size:
             raise Refused("ends within an array")
-        return _filled(1, shape, dtype, header.state["order"] == "F", raw)
+        return filled(1, shape, dtype, header.state["order"] == "F", raw)
 
     def load_bytearray8(self) -> None:
         """Push bytes; the usual reader reserves the memory before it reads them."""
@@ -194,28 +172,28 @@ class _Reader(_Usual):
     def load_setitem(self) -> None:
         """Set one entry of a dictionary."""
         value, key = self.stack.pop(), self.stack.pop()
-        _set_items(self.stack[-1], [key, value])
+        set_items(self.stack[-1], [key, value])
 
     def load_setitems(self) -> None:
         """Set entries of a dictionary."""
         items = self.pop_mark()
-        _set_items(self.stack[-1], items)
+        set_items(self.stack[-1], items)
 
     def load_dict(self) -> None:
         """Make a dictionary."""
         made: dict = {}
-        _set_items(made, self.pop_mark())
+        set_items(made, self.pop_mark())
         self.append(made)
 
     def load_appends(self) -> None:
         """Append to a list."""
         items = self.pop_mark()
-        _list_of(self.stack[-1]).extend(items)
+        list_of(self.stack[-1]).extend(items)
 
     def load_append(self) -> None:
         """Append one item to a list."""
         item = self.stack.pop()
-        _list_of(self.stack[-1]).append(item)
+        list_of(self.stack[-1]).append(item)
 
     def load_refused(self) -> None:
         """Refuse an instruction."""
@@ -251,116 +229,3 @@ def _dispatch() -> dict[int, Callable]:
 
 
 _Reader.dispatch = _dispatch()
-
-
-def _set_items(target: Any, items: list) -> None:
-    if not isinstance(target, dict):
-        raise Refused("gives entries to something that is no dictionary")
-    keys = items[::2]
-    if not all(isinstance(key, _KEYS) for key in keys):
-        raise Refused("holds a dictionary whose keys are neither words nor numbers")
-    target.update(zip(keys, items[1::2], strict=True))
-
-
-def _list_of(target: Any) -> list:
-    if not isinstance(target, list):
-        raise Refused("appends to something that is no list")
-    return target
-
-
-def _dictionary(*given: Any) -> dict:
-    """Return a dictionary of pairs; a default factory before them is ignored."""
-    made: dict = {}
-    pairs = given[-1] if given and isinstance(given[-1], list) else []
-    _set_items(made, [each for key, value in pairs for each in (key, value)])
-    return made
-
-
-def _data_type(name: Any, *_: Any) -> _Type:
-    name = name.decode("latin1") if isinstance(name, bytes) else name
-    if not (isinstance(name, str) and _DTYPE.fullmatch(name)):
-        raise Refused("holds an array of objects")
-    return _Type(np.dtype(name))
-
-
-def _plain(made: Any) -> np.dtype:
-    if not isinstance(made, _Type):
-        raise Refused("holds an array of an unknown type")
-    return made.dtype
-
-
-def _count(shape: Any) -> int:
-    """Return the number of entries of a shape."""
-    if not (isinstance(shape, tuple) and all(type(n) is int and n >= 0 for n in shape)):
-        raise Refused("holds an array of an impossible shape")
-    return math.prod(shape)
-
-
-def _filled(_: Any, shape: Any, made: Any, fortran: Any, raw: Any) -> np.ndarray:
-    """Return the array that NumPy's pickles and joblib's describe."""
-    raw = raw.encode("latin1") if isinstance(raw, str) else raw
-    if not isinstance(raw, bytes):
-        raise Refused("holds an array of objects")
-    if len(raw) != _count(shape) * _plain(made).itemsize:
-        raise Refused("holds an array with another number of bytes than its shape needs")
-    return np.frombuffer(raw, _plain(made)).reshape(shape, order="F" if fortran else "C")
-
-
-def _from_buffer(raw: Any, made: Any, shape: Any, order: Any) -> np.ndarray:
-    return _filled(1, shape, made, order == "F", raw)
-
-
-def _scalar(made: Any, raw: Any = b"") -> Any:
-    raw = raw.encode("latin1") if isinstance(raw, str) else raw
-    return np.frombuffer(raw, _plain(made))[0]
-
-
-def _tensor(storage: Any, offset: Any, shape: Any, stride: Any, *_: Any) -> np.ndarray:
-    """Return a tensor, a view of a storage."""
-    n = _count(shape)
-    _count(stride)
-    last = offset + sum((size - 1) * step for size, step in zip(shape, stride, strict=True))
-    if offset < 0 or n > storage.size or (n and last >= storage.size):
-        raise Refused("holds a tensor that reaches beyond its storage")
-    strides = [step * storage.itemsize for step in stride]
-    view = np.lib.stride_tricks.as_strided(storage[offset:], shape, strides, writeable=False)
-    return view.copy()
-
-
-def _encoded(text: Any, encoding: Any) -> bytes:
-    if not isinstance(text, str) or encoding != "latin1":
-        raise Refused("holds words in an unknown encoding")
-    return text.encode("latin1")
-
-
-_MAKERS: dict[tuple[str, str], _Maker] = {
-    **{
-        (module, name): _Maker(_dictionary)
-        for module, name in (
-            ("collections", "OrderedDict"),
-            ("collections", "defaultdict"),
-            ("builtins", "dict"),
-            ("builtins", "list"),  # a default factory, which is not called
-            ("__builtin__", "dict"),
-            ("__builtin__", "list"),
-        )
-    },
-    ("__builtin__", "bytes"): _Maker(lambda: b""),  # an empty one: Python 3 writes it as a call
-    ("_codecs", "encode"): _Maker(_encoded),
-    ("numpy", "ndarray"): _Maker(_EmptyArray),
-    ("numpy", "dtype"): _Maker(_data_type),
-    **{
-        (f"numpy.{core}.{module}", name): _Maker(make)
-        for core in ("core", "_core")
-        for module, name, make in (
-            ("multiarray", "_reconstruct", lambda *_: _EmptyArray()),
-            ("multiarray", "scalar", _scalar),
-            ("numeric", "_frombuffer", _from_buffer),
-        )
-    },
-    ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Maker(_JoblibArray),
-    ("torch._utils", "_rebuild_tensor_v2"): _Maker(_tensor),
-    ("torch._utils", "_rebuild_parameter"): _Maker(lambda data, *_: data),
-    ("torch", "Size"): _Maker(tuple),
-    ("torch", "device"): _Maker(lambda *_: None),
-}

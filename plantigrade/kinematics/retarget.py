@@ -223,5 +223,10 @@ def _add_ground_notes(
 
 
 def _scaled(skeleton: SkeletonMotion, factor: float) -> SkeletonMotion:
+    """Return a skeleton with other lengths; its path scales too unless the lengths were assumed."""
     lengths = ("positions", "rest_positions", "ends")
-    return replace(skeleton, **{name: getattr(skeleton, name) * factor for name in lengths})
+    scaled = {name: getattr(skeleton, name) * factor for name in lengths}
+    if skeleton.lengths_assumed:
+        kept = (1 - factor) * skeleton.positions[:, :1]
+        scaled |= {"positions": scaled["positions"] + kept, "ends": scaled["ends"] + kept}
+    return replace(skeleton, **scaled)

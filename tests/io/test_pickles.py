@@ -121,6 +121,13 @@ def test_a_tensor_stays_within_its_storage(file, offset, shape, stride, count):
         read_pickle(file(torch_file(tensor(offset, shape, stride, count), np.arange(6))), "")
 
 
+def test_a_tensor_needs_a_storage_of_torch(file):
+    array = pickle.dumps(np.arange(6.0).reshape(2, 3), 2)[2:-1]
+    call = b"ctorch._utils\n_rebuild_tensor_v2\n(" + array + b"K\x01K\x05\x85K\x01\x85tR."
+    with pytest.raises(FileError, match="a tensor of an unknown kind"):
+        read_pickle(file(b"\x80\x02" + call), "")
+
+
 class Runs:
     """Pickled as a call."""
 

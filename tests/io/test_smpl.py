@@ -15,7 +15,7 @@ from plantigrade.io.smpl_legs import leg_factors
 from plantigrade.io.smpl_tree import NAMES, PARENTS, forward_kinematics, mean_offsets
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.retarget import fit_skeleton
-from plantigrade.models import Human
+from plantigrade.models import Human, Person
 from plantigrade.motion import Table
 from tests.io.smpl_files import smpl_arrays
 
@@ -303,3 +303,17 @@ def test_a_recorded_walk_comes_back(walk, tmp_path, up):
         ours, theirs = (h.model.joint(name).qposadr[0] for h in (fit.human, human))
         error = np.rad2deg(fit.qpos[:, ours] - qpos[:, theirs])
         assert np.sqrt((error**2).mean()) < TOLERANCE_DEG, name
+
+
+def test_a_given_height_changes_the_bones_of_amass_and_not_its_path(walk, tmp_path):
+    human, time, qpos = walk
+    np.savez(tmp_path / "walk.npz", **smpl_arrays(human, time[:40], qpos[:40]))
+    recording = read(tmp_path / "walk.npz")
+    assert any("stances of the feet give" in note for note in recording.warnings)
+    whole = replace(recording.skeleton, lengths_assumed=False)
+    tall = Person(height=2.05, mass=90.0)
+    fits = [fit_skeleton(each, tall) for each in (recording, replace(recording, skeleton=whole))]
+    own, scaled = (np.linalg.norm(np.ptp(fit.qpos[:, :2], axis=0)) for fit in fits)
+    true = np.linalg.norm(np.ptp(qpos[:40, :2], axis=0))
+    assert own == pytest.approx(true, rel=0.02)
+    assert scaled > 1.1 * true
