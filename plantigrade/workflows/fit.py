@@ -240,17 +240,8 @@ def run_fit(
 ) -> Run:
     """Fit a recording with given settings: what :func:`fit` and the command do.
 
-    Args:
-        path: The recording.
-        how: What decides the result.
-        step: Shows progress.
-        command: The command line, for the provenance.
-        shared: Body and mass of the subject, from several trials
-            (:func:`plantigrade.workflows.one_subject.share`).
-
-    Raises:
-        FileError: If a file cannot be read.
-        FitError: If the recording cannot be fitted; the message says why.
+    ``step`` shows progress, ``command`` is for the provenance, and ``shared`` are body and mass of
+    the subject from several trials (:func:`plantigrade.workflows.one_subject.share`).
     """
     began = time.perf_counter()
     run = run_of(*fit_trial(path, how, step, shared), how, command=command)

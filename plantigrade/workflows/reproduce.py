@@ -68,16 +68,7 @@ def run_reproduction(
 ) -> Run:
     """Reproduce a recording with given settings: what :func:`reproduce` and the command do.
 
-    Args:
-        path: The recording.
-        how: What decides the result.
-        step: Shows progress.
-        command: The command line, for the provenance.
-
-    Raises:
-        FileError: If the file cannot be read.
-        FitError: If it cannot be fitted; the message says why.
-        ReproduceError: If it shows no walking, or uneven ground.
+    ``step`` shows progress, and ``command`` is for the provenance.
     """
     recording, trial = fit_trial(path, how, step)
     with step("reproducing"):

@@ -112,18 +112,7 @@ def run_simulation(
 ) -> Run:
     """Simulate with given settings: what :func:`simulate` and the command do.
 
-    Args:
-        source: A recording, a run or its folder, or None for a person who stands.
-        how: What decides the result.
-        controller: A controller in place of the one that the settings name.
-        disturbances: Disturbances besides those of the settings.
-        step: Shows progress.
-        command: The command line, for the provenance.
-
-    Raises:
-        ParameterError: If a value is not allowed.
-        FileError: If a file or run cannot be read.
-        FitError: If a recording cannot be fitted.
+    ``step`` shows progress, and ``command`` is for the provenance.
     """
     by_hand = [
         word for word in how.words.then if timed(word, "walk to go over to", THEN)[1] is None

@@ -74,17 +74,7 @@ def run_vault(
 ) -> Run:
     """Search with given settings: what :func:`vault` and the command do.
 
-    Args:
-        how: What decides the result.
-        jobs: Number of searches side by side; -1 for one per core.
-        backend: Where they are computed.
-        address: Address of a running cluster.
-        step: Shows progress.
-        command: The command line, for the provenance.
-
-    Raises:
-        ParameterError: If the hands would never touch the table.
-        MissingExtra: If the extra ``synthesis`` is not installed.
+    ``step`` shows progress, and ``command`` is for the provenance.
     """
     require("casadi", "synthesis")
     gymnast = the_vault(how)
