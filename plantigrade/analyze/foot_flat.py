@@ -17,9 +17,7 @@ START_TOLERANCE = 0.02
 
 
 def foot_flat_time(
-    time: Float[Array, " n"],
-    forefoot: Float[Array, " n"],
-    strikes: Iterable[float],
+    time: Float[Array, " n"], forefoot: Float[Array, " n"], strikes: Iterable[float]
 ) -> float:
     """Return the mean time from heel strike to contact of ball and toes [s].
 

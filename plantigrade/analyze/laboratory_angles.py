@@ -186,9 +186,7 @@ def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
     toe = attachments(human)[f"{TOE}_{side}"]
     origin = np.zeros(3)
     points = PointSet(
-        human,
-        [f"tibia_{side}", f"foot_{side}", toe.body],
-        np.array([origin, origin, toe.position]),
+        human, [f"tibia_{side}", f"foot_{side}", toe.body], np.array([origin, origin, toe.position])
     )
     knee, joint, tip = np.swapaxes(points.path(qpos), 0, 1)
     bodies = [human.body(f"{name}_{side}") for name in ("femur", "tibia", "foot")]

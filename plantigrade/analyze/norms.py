@@ -167,11 +167,7 @@ def names(population: Population = CHILDREN) -> tuple[str, ...]:
 
 
 def norm(
-    name: str,
-    speed_class: str = "free",
-    *,
-    side: str = "r",
-    population: Population = CHILDREN,
+    name: str, speed_class: str = "free", *, side: str = "r", population: Population = CHILDREN
 ) -> NormCurve:
     """Return the published band of a curve, or a user's own.
 

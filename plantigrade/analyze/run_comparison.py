@@ -132,10 +132,7 @@ class RunComparison:
 
 
 def compare_runs(
-    groups: Sequence[Run | Sequence[Run]],
-    names: Sequence[str],
-    *,
-    affected: Affected | None = None,
+    groups: Sequence[Run | Sequence[Run]], names: Sequence[str], *, affected: Affected | None = None
 ) -> RunComparison:
     """Return the comparison of gaits over the gait cycle, or of the sides of a single one.
 

@@ -131,8 +131,7 @@ CONTROLLERS: Mapping[str, ControllerKind] = {
         lambda at: Replay(at.recorded("replay"), settings=at.settings), ReplaySettings
     ),
     "pendulum": ControllerKind(
-        lambda at: Walker(at.recorded("pendulum"), at.walk, settings=at.settings),
-        PendulumSettings,
+        lambda at: Walker(at.recorded("pendulum"), at.walk, settings=at.settings), PendulumSettings
     ),
 }
 """Name of a controller → its factory and the class of its settings."""

@@ -47,11 +47,7 @@ HEIGHTS = (120, 2160)  #: Allowed height of the picture [pixels]
 
 
 def write_film(
-    run: Run,
-    path: Path,
-    rate: float = 25.0,
-    view: str = "side",
-    height_px: int = 480,
+    run: Run, path: Path, rate: float = 25.0, view: str = "side", height_px: int = 480
 ) -> tuple[str, ...]:
     """Write a run as MP4 (H.264) or animated GIF, at true speed, with ground reactions as arrows.
 

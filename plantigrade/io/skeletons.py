@@ -116,9 +116,7 @@ def turn_to_ours(
 
 
 def left_axis(
-    names: Sequence[str],
-    rest: Float[Array, "n_joints 3"],
-    up: Float[Array, "3"] | None,
+    names: Sequence[str], rest: Float[Array, "n_joints 3"], up: Float[Array, "3"] | None
 ) -> Float[Array, "3"] | None:
     """Return the file axis that points to the person's left in the rest pose, None if unclear."""
     pairs = side_pairs(names)

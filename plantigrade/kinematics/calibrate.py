@@ -80,12 +80,7 @@ def calibrate(
     )
     which = c.known()
     return Calibration(
-        scaled,
-        places,
-        tuple(c.names[i] for i in which),
-        c.qpos,
-        residual[:, which],
-        attached,
+        scaled, places, tuple(c.names[i] for i in which), c.qpos, residual[:, which], attached
     )
 
 

@@ -39,10 +39,7 @@ SYNONYMS = {"lumbar": "lumbar_extension", "torso_extension": "lumbar_extension"}
 LEG_COORDINATES = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
 
 
-def fit_coordinates(
-    recording: Recording,
-    person: Person | None = None,
-) -> Fit:
+def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
     """Fit a person to joint coordinates.
 
     Args:

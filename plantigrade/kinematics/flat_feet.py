@@ -308,10 +308,7 @@ def _with_ankles(human: Human, ankle: float, thick: dict[str, float]) -> Human:
 
 
 def _levelled(
-    human: Human,
-    side: str,
-    tibia: Float[Array, "n_frames 3 3"],
-    poses: Float[Array, "n_frames nq"],
+    human: Human, side: str, tibia: Float[Array, "n_frames 3 3"], poses: Float[Array, "n_frames nq"]
 ) -> Float[Array, "n_frames 3 3"]:
     """Return the rotations of a foot levelled by ankle and subtalar joint.
 

@@ -98,10 +98,7 @@ def standing_feet(
 
 
 def below_feet(
-    shape: Ground,
-    human: Human,
-    time: Float[Array, " n_frames"],
-    qpos: Float[Array, "n_frames nq"],
+    shape: Ground, human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
 ) -> Ground:
     """Return a ground of this shape where the feet of a motion stand on it.
 

@@ -86,10 +86,7 @@ class Terms(PointSet):
     """
 
     def __init__(
-        self,
-        human: Human,
-        points: list[tuple[str, np.ndarray]],
-        pairs: list[tuple[int, int]],
+        self, human: Human, points: list[tuple[str, np.ndarray]], pairs: list[tuple[int, int]]
     ):
         super().__init__(human, [b for b, _ in points], np.array([p for _, p in points]))
         self._to = np.array([a for a, _ in pairs], dtype=int)

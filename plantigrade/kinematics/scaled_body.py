@@ -64,11 +64,7 @@ class ScaledBody:
         return self.floors.get(str(recording.source), level)
 
 
-def scale(
-    trials: Sequence[Prepared],
-    *,
-    marker_set: MarkerSet | None = None,
-) -> ScaledBody:
+def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) -> ScaledBody:
     """Scale one body to all trials of a person.
 
     Args:

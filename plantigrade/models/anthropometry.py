@@ -220,10 +220,7 @@ TRUNK_LANDMARKS = {
 # vertex, and shank: [DumasWojtusch2018]_, tables 1 and 9. Their thigh is not used: its offsets (4 %
 # behind the line in men, 8 % in women) follow mostly from hip joint centres 20 to 29 mm in front of
 # those of [Harrington2007]_.
-COM_FORWARD = {
-    "male": {"head": 0.020, "shank": -0.048},
-    "female": {"head": 0.008, "shank": -0.049},
-}
+COM_FORWARD = {"male": {"head": 0.020, "shank": -0.048}, "female": {"head": 0.008, "shank": -0.049}}
 # The centre of mass of the pelvis behind the anterior superior iliac spines along the plane of the
 # spines, as a fraction of the distance between the anterior ones [Dumas2007]_.
 PELVIS_COM_BEHIND = {"male": 0.336, "female": 0.371}

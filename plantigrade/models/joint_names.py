@@ -250,8 +250,7 @@ def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
     ]
     if candidates and upper > 0:
         found[f"wrist_{side}"] = min(
-            candidates,
-            key=lambda i: abs(np.log(tree.distance(i, elbow) / upper / FOREARM_RATIO)),
+            candidates, key=lambda i: abs(np.log(tree.distance(i, elbow) / upper / FOREARM_RATIO))
         )
 
 

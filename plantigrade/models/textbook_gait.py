@@ -89,12 +89,7 @@ class TextbookGait:
 
 
 def textbook_gait(
-    speed: float,
-    leg_length: float,
-    *,
-    rate: float = 100.0,
-    cycles: int = 3,
-    adult: bool = False,
+    speed: float, leg_length: float, *, rate: float = 100.0, cycles: int = 3, adult: bool = False
 ) -> TextbookGait:
     """Return a whole-body walk.
 

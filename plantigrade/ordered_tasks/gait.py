@@ -42,14 +42,7 @@ from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc.order import UPPER_BODY, TaskOrder
-from plantigrade.wbc.tasks import (
-    ComTask,
-    ContactTask,
-    FloorTask,
-    PassingPosture,
-    PointTask,
-    Task,
-)
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PassingPosture, PointTask, Task
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -214,13 +214,7 @@ def _scene(
         if side:
             box = (box[0], box[1], box[2] + INSET_SIZE[0] + MARGIN, box[3])
     ground = stage(
-        record.ground,
-        drawn.figure.model,
-        drawn.com,
-        forward,
-        shot,
-        loop=drawn.plays.loop,
-        box=box,
+        record.ground, drawn.figure.model, drawn.com, forward, shot, loop=drawn.plays.loop, box=box
     )
     parts = [ground, *layers]
     if drawn.total is not None and drawn.cop is not None:

@@ -91,8 +91,7 @@ class Commands:
             "restart": Command(lambda: session.submit(session.restart), {}),
             "release": Command(lambda: session.submit(lambda: session.hand.hold(None)), {}),
             "push": Command(
-                self._push,
-                {k: number(*ranges[k]) for k in ("force", "direction", "duration")},
+                self._push, {k: number(*ranges[k]) for k in ("force", "direction", "duration")}
             ),
             "hold": Command(self._hold, {"body": whole, "at": point, "end": point}),
             "pull": Command(self._pull, {"end": point}),

@@ -71,11 +71,7 @@ def playback(
 
 
 def part_of(
-    time: Float[Array, " n"],
-    start: float | None,
-    stop: float | None,
-    *,
-    longest: float = np.inf,
+    time: Float[Array, " n"], start: float | None, stop: float | None, *, longest: float = np.inf
 ) -> tuple[float, float]:
     """Return the first and last instant of a part of a motion [s].
 

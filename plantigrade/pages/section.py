@@ -184,10 +184,7 @@ def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
 
 
 def page_html(
-    sections: Sequence[Section],
-    *,
-    provenance: Mapping[str, Any],
-    **variables: Any,
+    sections: Sequence[Section], *, provenance: Mapping[str, Any], **variables: Any
 ) -> str:
     """Return a page as one text; ``variables`` are the other variables of ``report.html``.
 

@@ -40,11 +40,7 @@ class _Drawn:
 
 
 def skin_layers(
-    figure: SkinFigure,
-    shot: Shot,
-    *,
-    x_ray: bool = False,
-    colour: str = "",
+    figure: SkinFigure, shot: Shot, *, x_ray: bool = False, colour: str = ""
 ) -> tuple[list[str], tuple[float, float, float, float]]:
     """Return the layers of a person, the far ones first, and their extent.
 

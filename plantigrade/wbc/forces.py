@@ -116,10 +116,7 @@ class ReducedDynamics:
 
 
 def reduced_dynamics(
-    state: State,
-    points: SitePoints,
-    touching: np.ndarray,
-    edges: Float[Array, "3 n_edges"],
+    state: State, points: SitePoints, touching: np.ndarray, edges: Float[Array, "3 n_edges"]
 ) -> ReducedDynamics:
     """Return the equations of motion at a state.
 

@@ -11,11 +11,7 @@ from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
 from plantigrade.analyze.recorded_walk import RecordedWalk, walk_to_reproduce
 from plantigrade.analyze.reproduction import Comparison, compare
-from plantigrade.analyze.reproduction_status import (
-    force_figures,
-    gait_figures,
-    run_status,
-)
+from plantigrade.analyze.reproduction_status import force_figures, gait_figures, run_status
 from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.motion import Recording

@@ -199,11 +199,7 @@ class SolveSettings(Impairments, Settings):
     """
 
     activity = "a mesh"
-    ranges = {
-        "nodes_per_second": (2, 500, "1/s"),
-        "restarts": (1, 1000, ""),
-        "seed": SEEDS,
-    }
+    ranges = {"nodes_per_second": (2, 500, "1/s"), "restarts": (1, 1000, ""), "seed": SEEDS}
 
     solver: Literal["interior-point", "ipopt"] = "interior-point"
     """Built-in banded interior-point solver, or IPOPT as a reference."""

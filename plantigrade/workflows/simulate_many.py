@@ -256,9 +256,5 @@ def _simulated(
     disturbances: Sequence[Disturbance], command: str, what: Variant, start: Source
 ) -> Run:
     return run_simulation(
-        start,
-        what.settings,
-        controller=what.controller,
-        disturbances=disturbances,
-        command=command,
+        start, what.settings, controller=what.controller, disturbances=disturbances, command=command
     )

@@ -18,13 +18,7 @@ from plantigrade.options import (
     optional,
     refuse_unknown,
 )
-from plantigrade.workflows.controller_options import (
-    CLASSES,
-    OPTIONS,
-    WORDS,
-    WalkOptions,
-    given,
-)
+from plantigrade.workflows.controller_options import CLASSES, OPTIONS, WORDS, WalkOptions, given
 from plantigrade.workflows.controller_options import users as options_of
 from plantigrade.workflows.settings import RecordingSettings
 

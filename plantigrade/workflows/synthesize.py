@@ -31,11 +31,7 @@ from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import paper_motion
-from plantigrade.workflows.settings import (
-    DEFAULT_JOINTS,
-    PaperSettings,
-    SolveSettings,
-)
+from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MAX_STATUS_SENTENCES = 3  # violations of the status; the report has all of them

@@ -128,11 +128,7 @@ def carrying(
 
 
 def contact_intervals(
-    sites,
-    on: Bool[Array, "n k"],
-    step: float,
-    period: float | None,
-    min_duration: float,
+    sites, on: Bool[Array, "n k"], step: float, period: float | None, min_duration: float
 ) -> tuple[ContactInterval, ...]:
     """Return the stances of feet and seat, by start.
 

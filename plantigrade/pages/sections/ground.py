@@ -74,12 +74,7 @@ def _over_time(record: Record, total: Array, axis: int, shades: list) -> str:
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight
             series.append(Series(record.motion.time, values, name, STROKES[side]))
     return line_plot(
-        series,
-        title=AXES[axis],
-        y_label="[BW]",
-        zero=True,
-        least=SPAN["BW"],
-        shades=shades,
+        series, title=AXES[axis], y_label="[BW]", zero=True, least=SPAN["BW"], shades=shades
     )
 
 

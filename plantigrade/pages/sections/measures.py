@@ -100,7 +100,4 @@ def _published(subject: Subject) -> dict[str, str]:
     foot_off, both = (
         table[subject.speed_class] for table in (norms.FOOT_OFF, norms.DOUBLE_SUPPORT)
     )
-    return {
-        "stance": f"{foot_off[0]} ± {foot_off[1]}",
-        "double support": f"{both[0]} ± {both[1]}",
-    }
+    return {"stance": f"{foot_off[0]} ± {foot_off[1]}", "double support": f"{both[0]} ± {both[1]}"}

@@ -22,11 +22,7 @@ from plantigrade.spatial.conventions import (
     within_half_turn,
     xyzw_to_wxyz,
 )
-from plantigrade.trajopt.guess.foot_motion import (
-    FootMotion,
-    foot_motion,
-    toe_coordinates,
-)
+from plantigrade.trajopt.guess.foot_motion import FootMotion, foot_motion, toe_coordinates
 from plantigrade.trajopt.guess.legs import Leg
 from plantigrade.trajopt.guess.mean_gait import SAGITTAL, MeanGait
 from plantigrade.trajopt.guess.pelvis_path import (
@@ -48,10 +44,7 @@ HARMONICS = 4  # number of waves that make up the noise; chosen
 
 
 def walking_guess(
-    human: Human,
-    plan: ContactPlan,
-    parameters: GaitParameters,
-    times: Float[Array, " n_times"],
+    human: Human, plan: ContactPlan, parameters: GaitParameters, times: Float[Array, " n_times"]
 ) -> Float[Array, "n_times n_coordinates"]:
     """Return the coordinates of a walk whose feet follow a plan, at times [s].
 

@@ -9,14 +9,7 @@ from typing import Annotated, Any, Literal
 
 from plantigrade.bounds import Bounded, number, word
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.options import (
-    Cadence,
-    Degrees,
-    Flag,
-    Metres,
-    optional,
-    refuse_unknown,
-)
+from plantigrade.options import Cadence, Degrees, Flag, Metres, optional, refuse_unknown
 
 Side = Literal["r", "l"]
 Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]

@@ -33,11 +33,7 @@ import numpy as np
 
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
-from plantigrade.trajopt.tasks.gait_parameters import (
-    GaitParameters,
-    gait_parameters,
-    leg_length,
-)
+from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters, leg_length
 from plantigrade.trajopt.tasks.mechanics import check_froude, check_support
 from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.trajopt.tasks.task import Guess, MotionTask
