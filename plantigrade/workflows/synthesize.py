@@ -11,6 +11,7 @@ import numpy as np
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.check import check
 from plantigrade.analyze.movement import movement_figures
+from plantigrade.analyze.plausibility import motion_notes
 from plantigrade.analyze.verdict import Verdict
 from plantigrade.control.replay.trials import certificate, certified
 from plantigrade.errors import ParameterError
@@ -277,7 +278,7 @@ def checked(
     record = replace(
         record,
         signals={**record.signals, **verdict.signals()},
-        notes=(*record.notes, *limit_notes(record)),
+        notes=(*record.notes, *motion_notes(record), *limit_notes(record)),
     )
     state = status(verdict, violations)
     passed = "the check passed" if state == "ok" else "the check failed"
