@@ -50,8 +50,7 @@ class Impairments(Bounded):
     """Spring across a joint: stiffness [N m/deg] and neutral angle, such as ankle_r=3@0;
     repeatable."""
     sole: Annotated[Words, tyro.conf.UseAppendAction, optional("SIDE=METRES")] = ()
-    """Thicker sole of a foot (r or l), or with a minus sign a thinner one, which shortens the leg
-    [m]; repeatable."""
+    """Thicker sole of a foot (r or l), which lengthens its leg [m], such as r=0.02; repeatable."""
 
     def __post_init__(self):
         """Refuse words that say nothing."""
@@ -131,10 +130,17 @@ class Impairments(Bounded):
         return name, stiffness, angle
 
     def _sole(self, word: str) -> tuple[str, float]:
-        side, value = _split("sole", word, "r=METRES or l=METRES, such as l=-0.02")
+        side, value = _split("sole", word, "r=METRES or l=METRES, such as r=0.02")
         if side not in ("r", "l"):
             raise ParameterError(f"sole={shown(word)}: the side is r or l")
         (thicker,) = _numbers("sole", word, [value], 1, -MAX_SOLE, MAX_SOLE, "m")
+        if thicker < 0.0:  # the ball would be above the axis of the toes and press into the ground
+            name, other = ("right", "l") if side == "r" else ("left", "r")
+            raise ParameterError(
+                f"sole={shown(word)}: a bare foot has no sole to take away; for a "
+                f"{name} leg that is {-1e3 * thicker:g} mm shorter, thicken the "
+                f"other sole: {other}={-thicker:g}"
+            )
         return side, thicker
 
 
