@@ -97,7 +97,7 @@ def read_smpl(
     hz = rate or rate_of_file(path, data)
     if hz is None:
         hz = VIDEO_RATE
-        warnings.append(f"the file has no frame rate: {hz:g} frames per second were assumed")
+        warnings.append(f"the file has no frame rate: {hz:g} Hz was assumed (set it with --rate)")
     sex = sex_of(data)
     kind = "smplx" if is_smplx(data, layout) else "smpl"
     if skeleton is None:

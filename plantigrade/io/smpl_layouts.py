@@ -13,7 +13,7 @@ from plantigrade.io.npz import Arrays
 from plantigrade.io.pickles import read_pickle
 from plantigrade.io.smpl_tree import NAMES
 
-RATES = (1.0, 2000.0)  # [Hz] allowed
+RATES = (1.0, 1000.0)  # [Hz] allowed
 MAX_ANGLE = 1e3  # [rad] of a rotation vector
 _JOINTS = len(NAMES)
 _WIDTHS = (66, 72, 156, 165)  # [columns] of whole poses: SMPL without and with hands, -H, -X

@@ -70,7 +70,10 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
     skeleton = settings.skeleton
     if skeleton is None and path.suffix.lower() == ".amc" and path.exists():
         skeleton = find_asf(path)
-    recording = read(path, **({"skeleton": skeleton} if skeleton else {}))
+    options = {"skeleton": skeleton, "rate": getattr(settings, "rate", None)}
+    if not isinstance(settings, FitSettings):  # the rate of a simulation is another
+        del options["rate"]
+    recording = read(path, **options)
     if recording.markers is None or not recording.markers.names:
         for name in ("static", "marker_set", "swap_sides", "mirror_axis"):
             if getattr(settings, name):

@@ -92,7 +92,7 @@ class RecordingSettings(Settings):
     static: OptionalPath = None
     """Standing trial of the same person."""
     skeleton: OptionalPath = None
-    """Skeleton (.asf) of an AMC file."""
+    """Skeleton (.asf) of an AMC file, or body model (.npz) for the betas of an SMPL file."""
     forces: OptionalPath = None
     """Ground reaction file of the same trial (.mot, .sto, .forces)."""
     marker_set: OptionalPath = None
@@ -124,9 +124,13 @@ class RecordingSettings(Settings):
 class FitSettings(RecordingSettings):
     """Everything that decides the result of a fit, as written into ``metrics.json``."""
 
+    ranges = {"rate": (1, 1000, "Hz")}
+
     ground: OptionalWord = None
     """Ground under the feet: slope:DEG (up along the way, negative down), slope:DEG,HEADING (up to
     the left of it), steps:CM (height of each step)."""
+    rate: Number = None
+    """Frame rate of an SMPL or AMC file that does not store it [Hz]; by default 30 and 120."""
 
 
 @dataclass(frozen=True, kw_only=True)
