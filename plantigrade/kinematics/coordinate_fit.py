@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.io.opensim_coordinates import NO_ANGLE
 from plantigrade.kinematics.foot_bones import with_bones
@@ -78,7 +77,8 @@ def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
         flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > MIN_FLIGHT_RISE
         qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
         notes.append("the file gives no pelvis path; it was computed from the standing feet.")
-    way = _way(human, table.time, qpos)
+    ends = sole_paths(human, qpos).ends
+    way = moving_ground(table.time, *(each[:, ::-1] for each in ends))
     if np.abs(way).max() > 0:
         notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
     qpos, rise = level(human, qpos, rate, way=way)
@@ -113,18 +113,6 @@ def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
         },
         warnings=tuple(recording.warnings) + tuple(notes),
     )
-
-
-def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
-    """Return the path of the ground under the feet [m]; zero overground."""
-    contact = sole_paths(human, qpos)
-    ends = [
-        np.stack(
-            [contact.position[:, contact.of(s, r)].mean(axis=1) for s in reversed(SIDES)], axis=1
-        )
-        for r in ("heel", "toes")
-    ]
-    return moving_ground(time, *ends)
 
 
 def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:

@@ -198,11 +198,7 @@ def with_resting_soles(
     """
     contact = sole_paths(human, qpos, ground)
     rate = (len(time) - 1) / (time[-1] - time[0])
-    ends = [
-        np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
-        for r in ("heel", "toes")
-    ]
-    rests = find_rests(contact, rate, way=moving_ground(time, *ends))
+    rests = find_rests(contact, rate, way=moving_ground(time, *contact.ends))
     seen = {p.body for p in places}
     offsets: dict[str, float] = {}
     for side in SIDES:

@@ -16,7 +16,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import moving_ground
-from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import MIN_REST_TIME, STILL_SPEED, point_speed
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
@@ -71,7 +71,7 @@ def standing_feet(
     """
     soles = sole_paths(human, qpos, Ground(slope=slope))
     time = even_clock(time)
-    way = moving_ground(time, *_ends(soles))
+    way = moving_ground(time, *soles.ends)
     position = soles.position - way[:, None]
     places, heights, moves = [], [], np.zeros((0, 2))
     for side in SIDES:
@@ -166,7 +166,7 @@ def suggested(
         qpos: The motion, facing x.
     """
     feet = standing_feet(human, time, qpos)
-    if np.any(ground_velocity(time, *_ends(sole_paths(human, qpos)))):
+    if np.any(ground_velocity(time, *sole_paths(human, qpos).ends)):
         return f"--ground slope:{_degrees(feet.slope)}" if abs(feet.slope) > MIN_BELT_SLOPE else ""
     if len(feet.height) < MIN_STANDING or np.ptp(feet.height) < MIN_STEP_HEIGHT:
         return ""
@@ -188,11 +188,3 @@ def suggested(
 def _degrees(slope: float) -> str:
     """Return a slope to half a degree."""
     return f"{np.round(2 * np.rad2deg(slope)) / 2:g}"
-
-
-def _ends(soles: SolePaths) -> list[Float[Array, "n_frames 2 3"]]:
-    """Return the heels, then the toes, of both feet."""
-    return [
-        np.stack([soles.position[:, soles.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
-        for r in ("heel", "toes")
-    ]
