@@ -5,8 +5,7 @@ centre of mass. The mass is computed
 
 - in quiet, upright standing: the median of :math:`F / g`;
 - in gait: :math:`\sum F / \sum (g + \ddot z)` over complete cycles with known force under both
-feet, or
-  else over all such frames.
+  feet, or else over all such frames.
 
 Landings, sitting and contact off the plates are excluded, because the acceleration is too large
 to be computed from markers, or a part of the weight is unmeasured.

@@ -79,8 +79,7 @@ def forces_status(forced: Record, comparison: Comparison) -> str:
         first = time[np.argmax(comparison.com_error > MAX_FORCED_COM_ERROR)]
         return (
             f"the body fell: its centre of mass was more than {100 * MAX_FORCED_COM_ERROR:.0f} cm "
-            "off its path, "
-            f"{when(forced, first)}"
+            f"off its path, {when(forced, first)}"
         )
     return limits_exceeded(forced, comparison, LIMITS | FORCE_LIMITS) or "ok"
 

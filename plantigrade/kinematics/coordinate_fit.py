@@ -123,8 +123,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     if not known:
         raise FitError(
             f"{recording.source} has no coordinate of hips or knees "
-            f"({', '.join(LEG_COORDINATES)}); "
-            f"its columns are {listed(table.names, 12)}"
+            f"({', '.join(LEG_COORDINATES)}); its columns are {listed(table.names, 12)}"
         )
     if len(table.time) < 2:
         raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
@@ -183,9 +182,8 @@ def _stature(person: Person, table: Table, age: float | None, notes: list[str]) 
         stature *= usual
         if not PLAUSIBLE_STATURES[0] <= stature <= PLAUSIBLE_STATURES[1]:
             notes.append(
-                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on "
-                f"ground at 0; {USUAL_HEIGHT:.2f} m was assumed as body height (set it with "
-                "--height)."
+                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on ground at "
+                f"0; {USUAL_HEIGHT:.2f} m was assumed as body height (set it with --height)."
             )
             return USUAL_HEIGHT
         if abs(usual - 1) < 1e-3:

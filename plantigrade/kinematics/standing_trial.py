@@ -143,7 +143,6 @@ def require_same_person(
         raise FitError(
             f"the standing trial {source} is of another person, or its markers were put on anew: "
             f"distances between markers of one segment differ by {1e3 * away:.0f} mm "
-            f"({100 * share:.0f} %) in the median of {compared.sum()}, "
-            "skin moves them by 1 to 3 mm; "
-            "name the standing trial of the same session, or leave --static out"
+            f"({100 * share:.0f} %) in the median of {compared.sum()}, skin moves them by 1 to 3 "
+            "mm; name the standing trial of the same session, or leave --static out"
         )

@@ -137,9 +137,8 @@ FITS = BatchKind(
     note=(
         "Error: RMS of the markers, mean over frames, or of the joint centres of a skeleton. "
         "Symmetry index: of step length (Robinson et al. 1987). GPS: Gait Profile Score; "
-        f"{MIN_IMPORTANT_DIFFERENCE}° are clinically important (Baker et al. 2009, 2012). Mean "
-        "and SD "
-        "are over recordings: give one per person."
+        f"{MIN_IMPORTANT_DIFFERENCE}° are clinically important (Baker et al. 2009, 2012). Mean and "
+        "SD are over recordings: give one per person."
     ),
 )
 MOTIONS = BatchKind(

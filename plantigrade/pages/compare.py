@@ -237,8 +237,7 @@ def _notes(found: RunComparison) -> list[str]:
         if slow is not None and fast is not None and abs(fast - slow) > MAX_SPEED_DIFFERENCE:
             notes.append(
                 f"{gait.name} has a speed of {fast:.2f} m/s, {found.gaits[0].name} of {slow:.2f} "
-                "m/s; "
-                "angles and forces depend on speed."
+                "m/s; angles and forces depend on speed."
             )
         a, b = (r.record.human for r in (first, run))
         if abs(a.height - b.height) > 0.03 or (a.joints, a.feet) != (b.joints, b.feet):

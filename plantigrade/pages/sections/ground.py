@@ -31,9 +31,8 @@ def ground_section(subject: Subject) -> list[Section]:
     shades = push_shades(subject)
     figures = [Figure(_over_time(record, total, axis, shades)) for axis in AXES]
     text = (
-        "Ground reaction on each foot, divided by body weight "
-        f"(BW, {record.weight:.0f} N). Forward is negative while the foot brakes and positive "
-        "while it pushes off."
+        f"Ground reaction on each foot, divided by body weight (BW, {record.weight:.0f} N). "
+        "Forward is negative while the foot brakes and positive while it pushes off."
     )
     if nothing_measured(record):
         text += " All forces are estimated from the motion; none were measured."

@@ -51,10 +51,8 @@ def measure_section(subject: Subject) -> list[Section]:
     text = (
         "A step is from heel strike of one foot to that of the other and is named after the foot "
         "that lands; a stride is between heel strikes of the same foot. Mean ± standard deviation "
-        "of "
-        "several. Symmetry index: right minus left, relative to their mean (Robinson et al. 1987, "
-        "J "
-        "Manipulative Physiol Ther 10:172)."
+        "of several. Symmetry index: right minus left, relative to their mean (Robinson et al. "
+        "1987, J Manipulative Physiol Ther 10:172)."
     )
     who = subject.population
     if published and who is norms.ADULTS:

@@ -68,8 +68,7 @@ class GaitParameters:
         if not (np.all(np.diff(order) >= 0) and 0.5 <= self.stance_fraction < 1):
             raise ParameterError(
                 "a walking stance goes from 0 over foot flat, heel off and ball off to foot off at "
-                "0.5 to 1 of the stride; these are "
-                f"{', '.join(f'{x:.3g}' for x in order[1:])}"
+                f"0.5 to 1 of the stride; these are {', '.join(f'{x:.3g}' for x in order[1:])}"
             )
         if not (self.speed > 0 and self.step_length > 0 and self.step_time > 0):
             raise ParameterError(
