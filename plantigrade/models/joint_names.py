@@ -55,7 +55,7 @@ FOREARM_RATIO = (
 
 _IGNORED_WORDS = frozenset(
     "bip biped valve valvebiped mixamorig mixamo rig b j jnt jt joint bone def org character char "
-    "cc base bnd bind sk skel skeleton sim actor subject jx ref hi m f jnts jts".split()
+    "cc base bnd bind sk skel skeleton sim actor subject jx ref hi m f jnts jts robot".split()
 )
 _SIDE = {"l": "l", "left": "l", "lt": "l", "r": "r", "right": "r", "rt": "r"}
 _VOCABULARY = frozenset(w for words in SPELLINGS.values() for w in words)
