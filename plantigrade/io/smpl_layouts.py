@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plantigrade.errors import FileError
+from plantigrade.io.length import check_length
 from plantigrade.io.npz import Arrays
 from plantigrade.io.pickles import read_pickle
 from plantigrade.io.smpl_tree import NAMES
@@ -16,7 +17,9 @@ from plantigrade.io.smpl_tree import NAMES
 RATES = (1.0, 1000.0)  # [Hz] allowed
 MAX_ANGLE = 1e3  # [rad] of a rotation vector
 _JOINTS = len(NAMES)
-_WIDTHS = (66, 72, 156, 165)  # [columns] of whole poses: SMPL without and with hands, -H, -X
+_MODELS = (22, 24, 52, 55)  # [joints] of a whole pose: SMPL without and with hands, -H, -X
+_UNIT = 1e-2  # [1] deviation of a rotation matrix from one
+_BYTES = 8 * 9 * 8  # [bytes] per joint and frame: eight arrays of matrices while reading
 _RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate", "fps")
 _REMEDY = "give an AMASS file (poses, trans) or the result of a video tool in world axes"
 
@@ -140,45 +143,64 @@ def motion(path: Path, data: Mapping[Any, Any], layout: Layout) -> tuple[np.ndar
     if n == 0 or trans.size != 3 * n:
         problem = f"has shape {trans.shape}, not (frames, 3)"
         raise FileError(path, problem, where=layout.trans, remedy=_REMEDY)
-    trans = trans.reshape(n, 3)
+    check_length(path, n, n * _JOINTS * _BYTES)
     parts = []
     for key in layout.poses:
         values = numbers(path, data, key)
         if values.ndim < 2 or len(values) != n:
             problem = f"has shape {values.shape}, but {layout.trans} has {n} frames"
             raise FileError(path, problem, where=key, remedy=_REMEDY)
-        parts.append(_rotations(path, key, values))
+        parts.append(_rotations(path, key, values, whole=len(layout.poses) == 1))
     local = np.concatenate(parts, axis=1)
-    widths = [width // 3 for width in _WIDTHS]
-    if len(parts) == 1 and local.shape[1] not in widths or local.shape[1] < _JOINTS:
-        problem = f"has {local.shape[1]} joints; {', '.join(map(str, widths))} are known"
+    if local.shape[1] < _JOINTS:
+        problem = f"has {local.shape[1]} joints with the root; {_JOINTS} are needed"
         raise FileError(path, problem, where=layout.poses[-1], remedy=_REMEDY)
-    if "smpl_scaling" in data and layout.name == "AIST++":
-        scaling = numbers(path, data, "smpl_scaling")
-        if scaling.size != 1 or not 1e-3 < scaling.item() < 1e3:
-            raise FileError(
-                path, "is not one positive number", where="smpl_scaling", remedy=_REMEDY
-            )
-        trans = trans / scaling.item()
-    return local[:, :_JOINTS], trans
+    return local[:, :_JOINTS], trans.reshape(n, 3) / _scaling(path, data, layout)
 
 
-def _rotations(path: Path, key: str, values: np.ndarray) -> np.ndarray:
-    """Return rotation matrices (n, joints, 3, 3) of rotation vectors or matrices."""
-    n = len(values)
-    if values.ndim >= 3 and values.shape[-2:] == (3, 3) and values.ndim == 4 - (values.ndim == 3):
-        matrices = values.reshape(n, -1, 3, 3)
-        if np.abs(matrices @ np.swapaxes(matrices, 2, 3) - np.eye(3)).max() < 1e-2:
-            return matrices
-    if values.size % (3 * n):
-        problem = f"has {values.size // n} columns, not three per joint"
+def _scaling(path: Path, data: Mapping[Any, Any], layout: Layout) -> float:
+    """Return file units per metre of the translation; AIST++ states them."""
+    if layout.name != "AIST++" or "smpl_scaling" not in data:
+        return 1.0
+    scaling = numbers(path, data, "smpl_scaling")
+    if scaling.size != 1 or not 1e-3 < scaling.item() < 1e3:
+        problem = "is not one positive number"
+        raise FileError(path, problem, where="smpl_scaling", remedy=_REMEDY)
+    return float(scaling.item())
+
+
+def _rotations(path: Path, key: str, values: np.ndarray, *, whole: bool) -> np.ndarray:
+    """Return rotation matrices (n, joints, 3, 3) of rotation vectors or matrices.
+
+    Args:
+        path: The file.
+        key: Name of the array.
+        values: The array, one row per frame.
+        whole: Whether it holds all joints of a model.
+    """
+    n, each = len(values), values[0].size
+    as_matrices = values.ndim in (3, 4) and values.shape[-2:] == (3, 3)
+    joints = each // (9 if as_matrices else 3)
+    if each % 3 or not joints:
+        problem = f"has {each} columns, not three per joint"
         raise FileError(path, problem, where=key, remedy=_REMEDY)
-    vectors = values.reshape(-1, 3)
-    largest = float(np.abs(vectors).max(initial=0.0))
+    if whole and joints not in _MODELS:
+        known = ", ".join(map(str, _MODELS))
+        problem = f"has {joints} joints; {known} are known"
+        raise FileError(path, problem, where=key, remedy=_REMEDY)
+    rows = values.reshape(n, joints, -1)[:, :_JOINTS]
+    if as_matrices:
+        matrices = rows.reshape(n, -1, 3, 3)
+        square = matrices @ np.swapaxes(matrices, 2, 3)
+        if np.abs(square - np.eye(3)).max() > _UNIT or (np.linalg.det(matrices) < 0).any():
+            problem = "holds matrices that are no rotations"
+            raise FileError(path, problem, where=key, remedy=_REMEDY)
+        return matrices
+    largest = float(np.abs(rows).max(initial=0.0))
     if largest > MAX_ANGLE:
         problem = f"reaches {largest:.0e} rad, which is no rotation of a joint"
         raise FileError(path, problem, where=key, remedy=_REMEDY)
-    return Rotation.from_rotvec(vectors).as_matrix().reshape(n, -1, 3, 3)
+    return Rotation.from_rotvec(rows.reshape(-1, 3)).as_matrix().reshape(n, -1, 3, 3)
 
 
 def rate_of_file(path: Path, data: Mapping[Any, Any]) -> float | None:

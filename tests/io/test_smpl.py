@@ -229,6 +229,12 @@ BAD = {
     ),
     "camera": ({"pred_rotmat": np.zeros((2, 24, 3, 3)), "pred_cam": 1}, "no ground to stand on"),
     "a list": ([1, 2], "no named arrays"),
+    "body": (
+        {"root_orient": np.zeros((6, 3)), "pose_body": np.zeros((6, 60)), "trans": GOOD["trans"]},
+        "pose_body: has 21 joints with the root; 22 are needed",
+    ),
+    "matrices": ({**GOOD, "poses": np.ones((6, 24, 3, 3))}, "matrices that are no rotations"),
+    "mirrored": ({**GOOD, "poses": -np.tile(np.eye(3), (6, 24, 1, 1))}, "that are no rotations"),
     "scalar": ({**GOOD, "trans": 1.0}, r"trans: has shape \(\)"),
     "none": ({**GOOD, "trans": None}, "trans: is missing"),
 }  # fmt: skip
