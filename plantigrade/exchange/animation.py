@@ -9,9 +9,8 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.constants import SIDES
-from plantigrade.errors import ParameterError
 from plantigrade.exchange.bones import Bone, bone_poses, bones_of
-from plantigrade.exchange.clock import RATES
+from plantigrade.exchange.clock import require_rate
 from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
 from plantigrade.io.writing import write_bytes
@@ -67,8 +66,7 @@ def write_glb(
         ParameterError: If rig or rate is not allowed, or the record cannot be drawn.
         FileError: If the file cannot be written.
     """
-    if not RATES[0] <= rate <= RATES[1]:
-        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
+    require_rate(rate)
     record = run.record
     scene = build_scene(record, forces=run.with_forces, rate=rate)
     bones = bones_of(record.human, rig)

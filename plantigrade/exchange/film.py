@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.exchange.animation import surface_of
-from plantigrade.exchange.clock import RATES
+from plantigrade.exchange.clock import require_rate
 from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import together
 from plantigrade.extras import require
@@ -63,8 +63,7 @@ def write_film(
         ParameterError: If a value is not allowed, or the record cannot be drawn.
         FileError: If the file cannot be written.
     """
-    if not RATES[0] <= rate <= RATES[1]:
-        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
+    require_rate(rate)
     if not HEIGHTS[0] <= height_px <= HEIGHTS[1]:
         low, high = HEIGHTS
         raise ParameterError(f"{height_px=} [pixels] must lie between {low} and {high}")

@@ -15,6 +15,7 @@ from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
+from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.motion.filters import runs
 from plantigrade.pages.compare_figures import figure_section, verdict_of
@@ -156,7 +157,7 @@ def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]
 def overlay(found: RunComparison, name: str, height: int = 210) -> Figure:
     """Return a curve of all gaits: mean and standard deviation."""
     series, ribbons, marks, spans = [], [], [], []
-    base, side = _base(name)
+    base, side = split_side(name)
     who = _norm_of(found)
     if who is not None and PUBLISHED_NAMES.get(base, base) in names(who[0]):
         band = norm(base, who[1], population=who[0])
@@ -183,7 +184,7 @@ def overlay(found: RunComparison, name: str, height: int = 210) -> Figure:
 def difference(found: RunComparison, name: str, height: int = 210) -> Figure:
     """Return the differences of a curve from the first gait, each with its band."""
     series, ribbons, spans = [], [], []
-    base, _ = _base(name)
+    base, _ = split_side(name)
     for k, gait in enumerate(found.gaits[1:], start=1):
         colour = STROKE_MIDDLE if found.sides else colour_of(found, k)
         each = found.differences[gait.name][name]
@@ -291,11 +292,6 @@ def _count(gait: Gait, name: str) -> str:
 
 def _difference_text(value: float | None, first: float | None, digits: int) -> str:
     return "–" if value is None or first is None else signed_text(value - first, digits)
-
-
-def _base(name: str) -> tuple[str, str]:
-    ends = name[-2:] in ("_r", "_l")
-    return (name[:-2], name[-1]) if ends else (name, "")
 
 
 def _label(base: str) -> str:

@@ -9,11 +9,9 @@ from functools import cached_property, wraps
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
 from plantigrade.analyze import norms
 from plantigrade.analyze.at_limit import at_limit, cycles_at_limit
-from plantigrade.analyze.clinical import NormChoice, clinical_angles, norms_for
+from plantigrade.analyze.clinical import NormChoice, clinical_angles, norms_for, number_of
 from plantigrade.analyze.curves import GaitCurves, gait_curves
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
@@ -112,10 +110,7 @@ class Subject:
 
     def number(self, key: str) -> float | None:
         """Return a figure of the run; None if it is unknown."""
-        value = self.figures.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-            return None
-        return float(value) if np.isfinite(float(value)) else None
+        return number_of(self.figures, key)
 
     def text_signal(self, name: str, count: int = 0) -> tuple[str, ...]:
         """Return a signal of words; ``count`` empty ones where the record has no such signal."""

@@ -17,6 +17,7 @@ from plantigrade.dynamics.passive import (
 )
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.models.skeleton import split_side
 from plantigrade.world.command import (
     PD,
     Acceleration,
@@ -100,7 +101,7 @@ class Actuators:
         """Set the damping of the joints, and springs where the passive moment is linear."""
         factor = self._passive_scale
         for i, name in enumerate(human.coordinates):
-            stem = name[:-2] if name[-2:] in ("_r", "_l") else name
+            stem, _ = split_side(name)
             rate = next(d for start, d in DAMPING.items() if stem.startswith(start))
             self.model.dof_damping[6 + i] = factor * rate
             self.model.jnt_stiffness[1 + i] = factor * STIFFNESS.get(stem, 0.0)
