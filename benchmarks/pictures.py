@@ -22,8 +22,8 @@ from plantigrade.workflows.live import prepare, responsive
 from tests.browser import Browser, find_browser, stop
 from tests.pages.walker import walk, walker
 
-WIDTH, HEIGHT = 900, 640  # [px]
-SECONDS = 6.0  # of one figure
+WIDTH, HEIGHT = 900, 640  # [px] of the window; chosen
+SECONDS = 6.0  # [s] of one figure; chosen
 SETTLING = 8.0  # [s] in which a page finds out how fast the machine draws
 GOAL = 10.0  # [pictures/s] in software
 RENDERER = "gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL)"

@@ -28,7 +28,7 @@ plantigrade simulate runs/walk --push 120,0.2,90,2 --duration 6 --out runs/pushe
 START, STOP = 1.5, 3.95  # [s] from a step before the push until the walk goes on as before
 RATE = 10.0  # [1/s] frames of the picture: GIF counts hundredths of a second
 SPEED = 0.7  # of the picture: a push of 0.2 s can be seen
-BODY, FOOT = (390, 380), (260, 380)  # [px]
+BODY, FOOT = (390, 380), (260, 380)  # [px] side by side; chosen
 VIVID = 55  # [of 255] saturation above which a colour belongs to the person or an arrow
 COLOURS = 64  # of the palette: fewer are seen as bands on the floor
 CAMERA = {

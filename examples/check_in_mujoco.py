@@ -16,7 +16,6 @@ else:
 model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
 motion = np.load(folder / "motion.npz")
 model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT  # no contacts, no joint limits
-model.dof_armature[:] = model.dof_damping[:] = 0  # they steady a simulation; the person has none
 data = mujoco.MjData(model)
 worst = np.zeros(2)
 for frame in range(len(motion["time"])):
@@ -28,6 +27,6 @@ for frame in range(len(motion["time"])):
         if force.any():
             mujoco.mj_applyFT(model, data, force, 0 * force, point, model.body(body).id, explained)
     tau = data.qfrc_inverse - explained
-    off = np.abs(tau[:6]).max(), np.abs(tau - motion["qfrc_actuator"][frame])[6:].max()
+    off = np.abs(tau[:6]).max(), np.abs(tau - motion["qfrc_motor"][frame])[6:].max()
     worst = np.maximum(worst, off)
-print(f"{worst[0]:.1e} N unexplained at the root, joint torques {worst[1]:.1e} N m apart")
+print(f"{worst[0]:.1e} N unexplained at the root, motor torques {worst[1]:.1e} N m apart")

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,14 @@ STEP_LENGTHS, SPEEDS = (0.3, 0.75), (0.4, 1.6)  # of random tasks [m], [m/s]
 # Goals.
 COLD, IPOPT, WARM, FINE = 4.0, 20.0, 0.5, 12.0  # [s]
 REQUEST, LONGEST_REQUEST, REQUESTS_MADE = 3.0, 20.0, 0.98  # median, most [s]; share
+STAIR = 10.0  # [s]
 OFTEN = 19  # of 20
+STAIR_TREADS, STAIR_RISES, STAIR_SPEEDS = (2, 3, 4, 5, 6), (0.1, 0.2), (0.5, 1.0)  # [m], [m/s]
 
 
 @dataclass(frozen=True)
 class Extent:
-    """Size of the benchmark: guesses of each size of noise (RMS, [rad]), random walks, requests.
+    """Size of the benchmark: guesses of each size of noise (RMS, [rad]), motions of other parts.
 
     Nodes per second are the tasks' own if absent.
     """
@@ -35,11 +38,12 @@ class Extent:
     sizes: tuple[float, ...] = (0.05, 0.1, 0.2)
     random: int = 50
     requests: int = 200
+    stairs: int = 40
     nodes_per_second: float | None = None
     steps: int = 4
 
 
-QUICK = Extent(guesses=1, sizes=(0.05,), random=1, requests=1)
+QUICK = Extent(guesses=1, sizes=(0.05,), random=1, requests=1, stairs=2)
 QUICK_PARTS = ("crude walk", "periodic", "sit-to-stand", "random periodic", "warm")
 
 Case = tuple[str, Callable[[], dict[str, Any]]]
@@ -164,6 +168,18 @@ def requests(extent: Extent) -> Iterator[Case]:
         yield f"requests/{seed}: {asked.title}", make
 
 
+def stairs(extent: Extent) -> Iterator[Case]:
+    """Yield stairs up and down: every number of treads, least and largest rises and speeds."""
+    human = person()
+    every = list(product(STAIR_TREADS, STAIR_RISES, STAIR_SPEEDS, (1.0, -1.0)))
+    for k in np.linspace(0, len(every) - 1, extent.stairs).round().astype(int):
+        treads, rise, speed, sign = every[k]
+        levels = [round(sign * rise * (i + 1), 3) for i in range(treads)]
+        options = {"speed": speed, "steps": treads + 1, "heights": (*levels, levels[-1])}
+        make = partial(trial, human, partial(task_of, "walk", human, options))
+        yield f"stairs/{treads} treads of {sign * rise:+.2f} m at {speed:g} m/s", make
+
+
 def warm(extent: Extent) -> Iterator[Case]:
     """Yield motions from one much like them: a speed or a step that was changed a little."""
     human = person()
@@ -238,6 +254,7 @@ PARTS: dict[str, Part] = {
             REQUESTS_MADE,
             LONGEST_REQUEST,
         ),
+        Part("stairs", "stairs up and down, from standing to standing", stairs, STAIR, 1.0),
         Part("warm", "walks from one of a slightly different speed or step", warm, WARM, 1.0),
     )
 }

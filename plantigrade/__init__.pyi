@@ -95,6 +95,7 @@ def fit(
     without_plates: bool = False,
     companions: bool = True,
     ground: str | None = None,
+    rate: float | None = None,
 ) -> Run: ...
 def fit_many(
     paths: str | Path | Inputs | Iterable[str | Path],
@@ -126,6 +127,7 @@ def fit_many(
     without_plates: bool = False,
     companions: bool = True,
     ground: str | None = None,
+    rate: float | None = None,
 ) -> Batch: ...
 def live_session(
     source: str | Path | Run | None = None,

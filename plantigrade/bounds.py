@@ -11,12 +11,9 @@ from typing import Any, ClassVar
 from plantigrade.errors import ParameterError
 from plantigrade.options import check_types, shown
 
-RADIAN = 57.29577951308232
-"""[deg/rad]"""
-SEEDS = (0, 2**32 - 1, "")
-"""Range of seeds of random generators (NumPy's legacy limit)."""
-AGES = (0.5, 120, "years")
-"""Range of people's ages."""
+RADIAN = 57.29577951308232  # [deg/rad]
+SEEDS = (0, 2**32 - 1, "")  # Range of seeds of random generators (NumPy's legacy limit)
+AGES = (0.5, 120, "years")  # Range of people's ages
 
 
 class Bounded:

@@ -10,10 +10,8 @@ from pathlib import Path
 
 from plantigrade.printable import printable
 
-MAX_MESSAGE = 400
-"""Maximum length of a message [characters], about three lines of a terminal."""
-MAX_LIST = 240
-"""Maximum length of a list of names in a message [characters]."""
+MAX_MESSAGE = 400  #: Maximum length of a message [characters], about three lines of a terminal
+MAX_LIST = 240  #: Maximum length of a list of names in a message [characters]
 
 
 class PlantigradeError(Exception):

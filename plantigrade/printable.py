@@ -43,6 +43,16 @@ def listed(words: Sequence[str], most: int = 8, between: str = ", ") -> str:
     return between.join(words[:most]) + (" …" if len(words) > most else "")
 
 
+def joined(words: Sequence[str]) -> str:
+    """Return phrases as an enumeration.
+
+    Example:
+        >>> joined(["a push", "a slope", "steps"])
+        'a push, a slope and steps'
+    """
+    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
 def short_name(name: str) -> str:
     """Return the name of a folder, shortened in the middle to what file systems allow.
 

@@ -26,25 +26,17 @@ IN_DEGREES = "DEG"
 """Mark of a field in radians that the command line takes, and documents, in degrees."""
 VARIES = type("Varies", (), {"__repr__": lambda self: "..."})()
 """Default of an option that depends on other arguments."""
-WIDTH = 96
-"""Length of a line of a docstring [characters]."""
+WIDTH = 96  # [characters] length of a line of a docstring
 
 
 @dataclass(frozen=True)
 class Option:
-    """A keyword of a function.
+    """A keyword of a function."""
 
-    Attributes:
-        name: Its name.
-        kind: The type of what it takes.
-        default: Its value where it is not given; :data:`VARIES` where that depends on others.
-        meaning: What it is, with its unit.
-    """
-
-    name: str
-    kind: Any
-    default: Any
-    meaning: str
+    name: str  #: Its name
+    kind: Any  #: The type of what it takes
+    default: Any  #: Its value where it is not given; :data:`VARIES` where that depends on others
+    meaning: str  #: What it is, with its unit
 
 
 def options_of(settings: type, without: Iterable[str] = ()) -> list[Option]:

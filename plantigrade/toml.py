@@ -6,10 +6,8 @@ from typing import Any
 
 from plantigrade.errors import FileError, not_ordinary
 
-MAX_BYTES = 2**20
-"""Maximum size of a file [bytes]; files written by hand have some kilobytes."""
-MAX_DEPTH = 32
-"""Maximum depth of nested tables and lists; task files have three."""
+MAX_BYTES = 2**20  # Maximum size of a file [bytes]; files written by hand have some kilobytes
+MAX_DEPTH = 32  # Maximum depth of nested tables and lists; task files have three
 
 
 def read_toml(path: str | Path) -> str:

@@ -32,7 +32,7 @@ MADE = {  # in this order, in one folder: words → what is printed, and the fol
         "vault-6-segments",
     ),
     "check_in_mujoco.py runs/synthesize-squat": (
-        r"\de-\d\d N unexplained at the root, joint torques \S+e-1\d N m apart", "",
+        r"\de-\d\d N unexplained at the root, motor torques \S+e-1\d N m apart", "",
     ),
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""What is not synthesis needs neither CasADi nor llvmlite, and says so where they are missing."""
+"""Only synthesis needs CasADi and llvmlite, and it says so where they are missing."""
 
 import subprocess
 import sys

@@ -104,6 +104,33 @@ def test_a_motion_from_a_task(tmp_path, name):
     carried(folder, record)
 
 
+def test_the_motors_of_the_shipped_model_make_the_motion(tmp_path):
+    """Plain MuJoCo, forward: the stored forces of motors and ground give the accelerations."""
+    record = stored("sit-to-stand").record
+    folder = Run(record, "synthesize").save(tmp_path / "run").folder
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    data, apart = mujoco.MjData(model), 0.0
+    with np.load(folder / "motion.npz") as motion:
+        for f in range(0, len(motion["time"]), 40):
+            data.qpos[:], data.qvel[:] = motion["qpos"][f], motion["qvel"][f]
+            mujoco.mj_fwdPosition(model, data)
+            given = motion["qfrc_motor"][f].copy()
+            for k, body in enumerate(motion["contact_segment"]):
+                force, point = motion["contact_force"][f, k], motion["contact_point"][f, k]
+                if force.any():
+                    at = model.body(str(body)).id
+                    mujoco.mj_applyFT(model, data, force, np.zeros(3), point, at, given)
+            data.qfrc_applied[:] = given
+            mujoco.mj_forward(model, data)
+            np.testing.assert_allclose(data.qacc, motion["qacc"][f], atol=1e-6)
+            person = given - motion["qfrc_motor"][f] + motion["qfrc_actuator"][f]
+            data.qfrc_applied[:] = person
+            mujoco.mj_forward(model, data)
+            apart = max(apart, float(np.abs(data.qacc - motion["qacc"][f]).max()))
+    assert apart > 1.0  # rad/s²: the joint torques alone do not make the motion of that model
+
+
 def test_a_seat_is_in_the_model(tmp_path):
     record = stored("sit-to-stand").record
     out = Run(record, "synthesize").save(tmp_path / "run").folder

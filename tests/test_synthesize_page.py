@@ -52,8 +52,8 @@ def test_the_task_file_shifts_the_weight(page):
     from plantigrade.trajopt import parse_task_file, synthesize
 
     (text,) = blocks("toml")
-    told = parse_task_file(text)
-    task = told.task(page["human"])
+    task_file = parse_task_file(text)
+    task = task_file.task(page["human"])
     made = synthesize(page["body"], page["replace"](task, nodes_per_second=10.0))
     verdict = check(made.record())
     assert verdict.conditions and verdict.ok, verdict.words()

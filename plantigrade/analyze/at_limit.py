@@ -11,6 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool
 from plantigrade.kinematics.posture import LIMIT_TOLERANCE
+from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.record import Record
 
@@ -62,7 +63,7 @@ def cycles_at_limit(
     """
     found, time, cycles = {}, record.motion.time, tuple(cycles)
     for name, limited in at_limit(record).items():
-        side = name[-1] if name[-2:] in ("_r", "_l") else "r"
+        side = split_side(name)[1] or "r"
         rows = [
             np.interp(c.start + (c.stop - c.start) * PERCENT / 100.0, time, limited)
             for c in cycles

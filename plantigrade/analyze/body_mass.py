@@ -5,8 +5,7 @@ centre of mass. The mass is computed
 
 - in quiet, upright standing: the median of :math:`F / g`;
 - in gait: :math:`\sum F / \sum (g + \ddot z)` over complete cycles with known force under both
-feet, or
-  else over all such frames.
+  feet, or else over all such frames.
 
 Landings, sitting and contact off the plates are excluded, because the acceleration is too large
 to be computed from markers, or a part of the weight is unmeasured.
@@ -33,11 +32,9 @@ MAX_QUIET_ACCELERATION = 0.05
 MIN_PELVIS_HEIGHT = 0.9
 """Minimum height of the pelvis in standing, as a fraction of that in the neutral pose."""
 
-MIN_REST = 0.5
-"""Minimum duration of quiet standing [s]."""
+MIN_REST = 0.5  # [s] minimum duration of quiet standing
 
-MIN_GAIT = 0.3
-"""Minimum duration of gait with all forces known [s], about a single support."""
+MIN_GAIT = 0.3  # Minimum duration of gait with all forces known [s], about a single support
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,8 @@ import mujoco
 import numpy as np
 
 from plantigrade.analyze.conditions import check_conditions
-from plantigrade.analyze.curves import side_of
 from plantigrade.analyze.findings import FindingCollector, Series, runs
-from plantigrade.analyze.overlap import overlap
+from plantigrade.analyze.overlap import ground_overlap, overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
 from plantigrade.analyze.sweep import Sweep, cross, sweep
@@ -39,7 +38,9 @@ from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
+from plantigrade.models.skeleton import split_side
 from plantigrade.record import Record, Run
+from plantigrade.record.moving_ground import GroundPath
 
 _SAME_POINT = 1e-4  # [m] distance below which a sphere and a site are the same point
 _ROOT = ("root x", "root y", "root z", "root turn x", "root turn y", "root turn z")
@@ -201,12 +202,15 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
 
 
 def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
-    """Return the overlap of body parts, judged if the record has a limit."""
-    found, most = overlap(record.human, s.position, s.rotation), record.limits.overlap
+    """Return the overlap of body parts and, if the record has a limit, with the ground."""
+    parts, most = [overlap(record.human, s.position, s.rotation)], record.limits.overlap
+    if most is not None and GroundPath.of(record) is None:
+        parts.append(ground_overlap(record.human, s.position, s.rotation, record.ground))
     limit = np.inf if most is None else 1000.0 * most + tol.overlap
     shown = limit if most is None else 1000.0 * most
-    names = tuple(name.replace("_", " ") for name in found.names)
-    return Series("overlap", 1000.0 * found.depth, limit, names, shown=shown, worst_only=True)
+    names = tuple(name.replace("_", " ") for part in parts for name in part.names)
+    depth = 1000.0 * np.hstack([part.depth for part in parts])
+    return Series("overlap", depth, limit, names, shown=shown, worst_only=True)
 
 
 def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
@@ -215,7 +219,7 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     names = record.human.coordinates
     if not names:
         return
-    sides = tuple(side_of(name) or "" for name in names)
+    sides = tuple(split_side(name)[1] for name in names)
     q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], s.tau[:, 6:]
     low, high = _bounds(limits.coordinate, model.jnt_range[1:], model.jnt_limited[1:])
     beyond = np.rad2deg(np.maximum(q - high, low - q))
@@ -251,7 +255,7 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     for f in range(n - 1):
         mujoco.mj_differentiatePos(model, rate[f], h[f, 0], motion.qpos[f], motion.qpos[f + 1])
     names = (*_ROOT, *record.human.coordinates)
-    sides = tuple(side_of(name) or "" for name in names)
+    sides = tuple(split_side(name)[1] for name in names)
     scale = np.maximum(np.abs(v).max(axis=0), np.r_[np.full(3, 0.5), np.ones(nv - 3)])
     off = np.abs(rate - 0.5 * (v[1:] + v[:-1]) + h / 12.0 * (a[1:] - a[:-1]))
     use, most = 100.0 * off / scale, tol.velocity_mismatch

@@ -42,9 +42,9 @@ def norms_for(record: Record, figures: Mapping[str, Any]) -> NormChoice:
         record: The record, whose signals may contain norms of the user.
         figures: Figures of its run: ``age_years``, ``height_estimated``, ``walking_speed_m_s``.
     """
-    age = _number(figures, "age_years")
+    age = number_of(figures, "age_years")
     height = None if figures.get("height_estimated") else record.human.height
-    speed, lengths = _number(figures, "walking_speed_m_s"), record.human.dimensions
+    speed, lengths = number_of(figures, "walking_speed_m_s"), record.human.dimensions
     leg = sum(float(getattr(lengths, name)) for name in LEG_LENGTHS)
     speed_class = "free" if speed is None else norms.speed_class(speed, leg)
     own = from_signals(record.signals)
@@ -88,7 +88,7 @@ def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, An
     found: dict[str, Any] = {}
     for side in SIDES:
         rows = angles.get(f"foot_progression_{side}", np.empty((0, 1)))
-        stance = _number(figures, f"stance_{side}_pct")
+        stance = number_of(figures, f"stance_{side}_pct")
         if np.isfinite(rows).any() and stance is not None:
             known = rows[:, curves.percent <= stance]
             found[f"foot_progression_stance_{side}_deg"] = float(np.nanmean(known))
@@ -102,7 +102,8 @@ def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, An
     return found
 
 
-def _number(figures: Mapping[str, Any], key: str) -> float | None:
+def number_of(figures: Mapping[str, Any], key: str) -> float | None:
+    """Return a figure of a run; None if it is unknown."""
     value = figures.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return None

@@ -29,8 +29,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 
 ALPHA = 0.05  # two-sided error probability of the 95 % band
-MIN_CYCLES = 3
-"""Minimum number of cycles for a band."""
+MIN_CYCLES = 3  # Minimum number of cycles for a band
 
 
 @dataclass(frozen=True)

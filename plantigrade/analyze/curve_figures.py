@@ -19,34 +19,23 @@ from plantigrade.charts.labels import without_side
 from plantigrade.motion.cycles import PERCENT
 
 MIN_TRIALS = 3
-"""Minimum number of trials, or of cycles, of each gait for a test."""
+"""Minimum number of trials, or of cycles, of each gait for a test; two have no reliable spread."""
 SCATTER = 1e-6  # below it, in the unit of the figure, values are equal and are not tested
 PERIOD = 100.0  # [% of the cycle]
 
 
 @dataclass(frozen=True)
 class FigureDifference:
-    """One figure of one curve of two gaits.
+    """One figure of one curve of two gaits."""
 
-    Attributes:
-        curve: Name of the curve.
-        figure: ``"range"``, ``"peak"`` or ``"time of peak"``.
-        unit: Its unit.
-        first: Mean of the first gait.
-        second: Mean of the second gait.
-        difference: Second minus first; for times the shorter way around the cycle.
-        p: Two-sided error probability of the test; NaN without one.
-        test: ``"paired trials"``, ``"trials"``, ``"cycles"``, or empty without a test.
-    """
-
-    curve: str
-    figure: str
-    unit: str
-    first: float
-    second: float
-    difference: float
-    p: float = float("nan")
-    test: str = ""
+    curve: str  #: Name of the curve
+    figure: str  #: ``"range"``, ``"peak"`` or ``"time of peak"``
+    unit: str  #: Its unit
+    first: float  #: Mean of the first gait
+    second: float  #: Mean of the second gait
+    difference: float  #: Second minus first; for times the shorter way around the cycle
+    p: float = float("nan")  #: Two-sided error probability of the test; NaN without one
+    test: str = ""  #: ``"paired trials"``, ``"trials"``, ``"cycles"``, or empty without a test
 
 
 def figure_differences(

@@ -9,6 +9,7 @@ from plantigrade.analyze.foot_progression import MIN_DISPLACEMENT
 from plantigrade.analyze.laboratory_angles import marker_angles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.models.skeleton import split_side
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
@@ -103,7 +104,7 @@ def gait_curves(
     sides = SIDES if side is None else (side,)
 
     def included(name: str) -> bool:
-        return (side_of(name) or middle) in sides
+        return (split_side(name)[1] or middle) in sides
 
     def known_rows(rows: np.ndarray) -> np.ndarray:
         if keep_incomplete or not len(rows):
@@ -111,7 +112,7 @@ def gait_curves(
         return rows[np.isfinite(rows).mean(axis=1) > 0.5]
 
     def over(values: np.ndarray, name: str) -> np.ndarray:
-        mine = [c for c in cycles if c.side == (side_of(name) or middle)]
+        mine = [c for c in cycles if c.side == (split_side(name)[1] or middle)]
         return known_rows(normalise_cycles(motion.time, values, mine))
 
     table = coordinates_of(record)
@@ -129,7 +130,7 @@ def gait_curves(
     if record.qfrc_actuator is not None:
         for name in filter(included, record.human.coordinates):
             known_here = known_above(record, name, estimated=estimated)
-            known_here[swing.get(side_of(name) or "", slice(0))] = 1.0
+            known_here[swing.get(split_side(name)[1], slice(0))] = 1.0
             moment = known_here * record.torque(name) / mass
             moments[name] = over(moment, name)
             powers[name] = over(moment * motion.velocity(name), name)
@@ -208,13 +209,3 @@ def _known(record: Record, sites: list[int], estimated: bool) -> Float[Array, " 
         sides = [SIDES.index(record.sites[k].side) for k in sites if record.sites[k].side in SIDES]
         there &= measured[:, sides].all(axis=1)
     return np.where(there, 1.0, np.nan)
-
-
-def side_of(name: str) -> str | None:
-    """Return ``"r"``, ``"l"`` or None for a name without side.
-
-    Example:
-        >>> side_of("knee_angle_r"), side_of("lumbar_extension")
-        ('r', None)
-    """
-    return name[-1] if name[-2:] in ("_r", "_l") else None

@@ -38,8 +38,7 @@ MAX_RESIDUAL_MOMENT = 0.1
 support. Markers give 0.006 to 0.015, skeleton files 0.02 to 0.08."""
 MAX_COM_SHIFT = 0.06
 """Maximum shift of the estimated centre of mass from that of the body model [m]."""
-MAX_STEP = 0.06
-"""Maximum height difference between stances on level ground [m]."""
+MAX_STEP = 0.06  # [m] maximum height difference between stances on level ground
 PREFIX = "ground reactions cannot be estimated from this motion: "
 
 

@@ -90,9 +90,7 @@ def _stances(motion: Motion) -> list[tuple[int, int, int]]:
     return found
 
 
-def event_points(
-    fit: Fit,
-) -> tuple[Float[Array, "n_frames 2 3"], Float[Array, "n_frames 2 3"]]:
+def event_points(fit: Fit) -> tuple[Float[Array, "n_frames 2 3"], Float[Array, "n_frames 2 3"]]:
     """Return paths of heel and second metatarsal head for the timing of gait events [m].
 
     Measured markers of these landmarks are preferred, because a fitted body smooths the impact of a

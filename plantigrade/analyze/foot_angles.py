@@ -49,8 +49,7 @@ NEEDED = (*FOREFOOT, *HINDFOOT[:3])
 """Landmarks with required markers; the wand on the heel is optional."""
 WORN_IN_STANDING = ("metatarsal_1_head", "heel_upper")
 """Landmarks with markers in the standing trial only."""
-FOOT_MARKER = 0.0095
-"""Diameter of the markers on the feet in the model's protocol [m]."""
+FOOT_MARKER = 0.0095  #: Diameter of the markers on the feet in the model's protocol [m]
 # The Oxford Foot Model's right side in our axes; the left is its mirror image.
 _SIGNS = {"r": np.array([-1.0, 1.0, 1.0]), "l": np.array([-1.0, -1.0, -1.0])}
 

@@ -11,16 +11,13 @@ DOWN_HEIGHT = 0.004
 """Height of the forefoot above its level in midstance at foot flat [m]; 1.5° of pitch."""
 MID_STANCE = 0.15, 0.30
 """Interval after heel strike in which the foot is flat, which defines the forefoot's level [s]."""
-MAX_TIME = 0.25
-"""Maximum time from heel strike to foot flat [s]."""
+MAX_TIME = 0.25  # [s] maximum time from heel strike to foot flat
 START_TOLERANCE = 0.02
 """Maximum time from a heel strike to the start of a motion that still includes it [s]."""
 
 
 def foot_flat_time(
-    time: Float[Array, " n"],
-    forefoot: Float[Array, " n"],
-    strikes: Iterable[float],
+    time: Float[Array, " n"], forefoot: Float[Array, " n"], strikes: Iterable[float]
 ) -> float:
     """Return the mean time from heel strike to contact of ball and toes [s].
 

@@ -30,12 +30,10 @@ from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import GaitEvent
 from plantigrade.motion.swings import MAX_FLIGHT
 
-MAX_STANCE = 3.0
-"""Maximum contact time of a gait [s]; a longer contact is standing."""
+MAX_STANCE = 3.0  #: Maximum contact time of a gait [s]; a longer contact is standing
 MAX_STEP_TIME = 1.5
-"""Maximum time between heel strikes of one step [s]; a longer pause is standing."""
-MIN_STRIDE = 0.05
-"""Minimum stride length that defines a line of walking [m]."""
+"""Maximum time between heel strikes of one step [s]; a longer pause is standing. Chosen."""
+MIN_STRIDE = 0.05  #: Minimum stride length that defines a line of walking [m]
 
 _UNITS = {
     "cadence": "steps_min",

@@ -7,6 +7,7 @@ its feet. Estimated forces never count as measured.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +19,8 @@ from plantigrade.motion.recording import even_clock
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
-STANCE_LOAD = 0.05
-"""Minimum measured vertical force of a foot in stance [body weights]."""
-MIN_FRAMES = 10
-"""Minimum number of stance frames for a comparison."""
+STANCE_LOAD = 0.05  # [body weights] minimum measured vertical force of a foot in stance
+MIN_FRAMES = 10  # Minimum number of stance frames for a comparison
 JOINTS = ("hip_flexion", "knee_angle", "ankle_angle")
 SIGNAL_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 AXES = ("forward", "sideways", "vertical")
@@ -55,6 +54,18 @@ class FootComparison:
     covered: dict[str, float]
 
 
+def _over_feet(name: str, axis: int | tuple[int, ...] | None = None) -> Any:
+    """Return a property: the mean over the feet of a figure, of one of its axes, or of each."""
+
+    def mean(self: "ForceComparison") -> Any:
+        found = [getattr(foot, name) for foot in self.feet]
+        if isinstance(axis, tuple):
+            return tuple(_mean(each[k] for each in found) for k in axis)
+        return _mean(found if axis is None else [each[axis] for each in found])
+
+    return property(mean)
+
+
 @dataclass(frozen=True)
 class ForceComparison:
     """Comparison of the forces of a gait with measured ones; figures are means over its feet."""
@@ -68,69 +79,28 @@ class ForceComparison:
         """Sides of the feet on a plate."""
         return tuple(foot.side for foot in self.feet)
 
-    @property
-    def vertical_rmse(self) -> float:
-        """RMS difference of vertical forces [body weights]."""
-        return _mean(foot.force_rmse[2] for foot in self.feet)
-
-    @property
-    def vertical_r(self) -> float:
-        """Correlation of vertical forces."""
-        return _mean(foot.force_r[2] for foot in self.feet)
-
-    @property
-    def forward_rmse(self) -> float:
-        """RMS difference of forward forces [body weights]."""
-        return _mean(foot.force_rmse[0] for foot in self.feet)
-
-    @property
-    def forward_r(self) -> float:
-        """Correlation of forward forces."""
-        return _mean(foot.force_r[0] for foot in self.feet)
+    vertical_rmse = _over_feet("force_rmse", 2)  #: RMS difference of vertical forces [body weights]
+    vertical_r = _over_feet("force_r", 2)  #: Correlation of vertical forces
+    forward_rmse = _over_feet("force_rmse", 0)  #: RMS difference of forward forces [body weights]
+    forward_r = _over_feet("force_r", 0)  #: Correlation of forward forces
+    sideways_rmse = _over_feet("force_rmse", 1)  #: RMS difference of lateral forces [body weights]
+    sideways_r = _over_feet("force_r", 1)  #: Correlation of lateral forces
+    #: RMS distance of the centres of pressure along x and y [m]
+    pressure_rmse_m = _over_feet("pressure_rmse_m", (0, 1))
+    #: Median distance of the centres of pressure along x and y [m]
+    pressure_median_m = _over_feet("pressure_median_m", (0, 1))
+    #: Mean error of the centres of pressure forward and to the left [m]
+    pressure_ahead_m = _over_feet("pressure_ahead_m", (0, 1))
+    #: Mean backward travel of the centre of pressure in a stance [m]
+    backward_m = _over_feet("backward_m")
+    #: Mean backward travel of the measured centre of pressure [m]
+    backward_measured_m = _over_feet("backward_measured_m")
 
     @property
     def forward_nrmse(self) -> float:
         """RMS difference of forward forces relative to the measured range [%]."""
         shares = (_share(foot.force_rmse[0], foot.force_range[0]) for foot in self.feet)
         return 100.0 * _mean(shares)
-
-    @property
-    def sideways_rmse(self) -> float:
-        """RMS difference of lateral forces [body weights]."""
-        return _mean(foot.force_rmse[1] for foot in self.feet)
-
-    @property
-    def sideways_r(self) -> float:
-        """Correlation of lateral forces."""
-        return _mean(foot.force_r[1] for foot in self.feet)
-
-    @property
-    def pressure_rmse_m(self) -> tuple[float, float]:
-        """RMS distance of the centres of pressure along x and y [m]."""
-        x, y = (_mean(foot.pressure_rmse_m[axis] for foot in self.feet) for axis in (0, 1))
-        return x, y
-
-    @property
-    def pressure_median_m(self) -> tuple[float, float]:
-        """Median distance of the centres of pressure along x and y [m]."""
-        x, y = (_mean(foot.pressure_median_m[axis] for foot in self.feet) for axis in (0, 1))
-        return x, y
-
-    @property
-    def pressure_ahead_m(self) -> tuple[float, float]:
-        """Mean error of the centres of pressure forward and to the left [m]."""
-        x, y = (_mean(foot.pressure_ahead_m[axis] for foot in self.feet) for axis in (0, 1))
-        return x, y
-
-    @property
-    def backward_m(self) -> float:
-        """Mean backward travel of the centre of pressure in a stance [m]."""
-        return _mean(foot.backward_m for foot in self.feet)
-
-    @property
-    def backward_measured_m(self) -> float:
-        """Mean backward travel of the measured centre of pressure [m]."""
-        return _mean(foot.backward_measured_m for foot in self.feet)
 
     @property
     def moment_rmse(self) -> dict[str, float]:

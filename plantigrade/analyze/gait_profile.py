@@ -29,8 +29,7 @@ LEG = (
     *("hip_flexion", "hip_adduction", "hip_rotation"),
     *("knee_angle", "ankle_angle", "foot_progression"),
 )
-ANGLES = (*PELVIS, *LEG)
-"""The nine angles in order."""
+ANGLES = (*PELVIS, *LEG)  #: The nine angles in order
 
 MIN_IMPORTANT_DIFFERENCE = 1.6
 """Minimal clinically important difference of the score for children [deg] [Baker2012]_."""

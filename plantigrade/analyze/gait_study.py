@@ -23,8 +23,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 
 ALPHA = 0.05  # significance level of both tests, as in the paper
-MIN_GAITS = 3
-"""Minimum number of gaits for a test."""
+MIN_GAITS = 3  #: Minimum number of gaits for a test
 
 
 @dataclass(frozen=True)
@@ -210,9 +209,7 @@ def _band(coordinate: str, comparisons: Sequence[Comparison]) -> Band:
     return Band(ours.mean(axis=0), _sd(ours), theirs.mean(axis=0), _sd(theirs))
 
 
-def paired_test(
-    difference: Float[Array, " n"],
-) -> tuple[float | None, str, float | None]:
+def paired_test(difference: Float[Array, " n"]) -> tuple[float | None, str, float | None]:
     """Return Shapiro and Wilk's p, the kind of paired test, and its two-sided p.
 
     There is no test for equal differences or fewer than three.

@@ -11,16 +11,14 @@ different names:
   angle therefore includes the midfoot, which adds several degrees at push-off when the arch flexes,
   and the soft tissue artefact at the knee. Missing markers are replaced by points of the body.
 * ``hip_adduction_thigh`` and ``hip_rotation_thigh`` are those of a thigh rotated about its hip
-centre to
-  fit its own markers alone, as in Plug-in Gait. The knee of the default body is a hinge, so
-  ``hip_rotation`` is a compromise of thigh, shank and foot; that of the thigh's markers includes
+  centre to fit its own markers alone, as in Plug-in Gait. The knee of the default body is a hinge,
+  so ``hip_rotation`` is a compromise of thigh, shank and foot; that of the thigh's markers includes
   knee rotation and soft tissue artefact, in walking 10 to 15 degrees at the end of swing. They need
   two markers on the thigh.
 * ``knee_adduction_markers`` and ``knee_rotation_markers`` are those of a shank that fits its own
-markers
-  against that thigh, as in [GroodSuntay1983]_; the hinge of the default body excludes them. They
-  need three markers on each segment. The axis of the hinge makes their mean zero, so only their
-  changes are meaningful. They include several degrees of soft tissue artefact of the thigh in
+  markers against that thigh, as in [GroodSuntay1983]_; the hinge of the default body excludes them.
+  They need three markers on each segment. The axis of the hinge makes their mean zero, so only
+  their changes are meaningful. They include several degrees of soft tissue artefact of the thigh in
   walking [Leardini2005]_.
 * ``foot_progression`` is the angle between the line from the heel to the second metatarsal head
   (see :func:`plantigrade.analyze.foot_progression.foot_line`) and the vertical plane through the
@@ -186,9 +184,7 @@ def _dorsiflexion(record: Record, side: str) -> Float[Array, " n_frames"]:
     toe = attachments(human)[f"{TOE}_{side}"]
     origin = np.zeros(3)
     points = PointSet(
-        human,
-        [f"tibia_{side}", f"foot_{side}", toe.body],
-        np.array([origin, origin, toe.position]),
+        human, [f"tibia_{side}", f"foot_{side}", toe.body], np.array([origin, origin, toe.position])
     )
     knee, joint, tip = np.swapaxes(points.path(qpos), 0, 1)
     bodies = [human.body(f"{name}_{side}") for name in ("femur", "tibia", "foot")]

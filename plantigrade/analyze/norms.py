@@ -51,8 +51,7 @@ MIRRORED = ("pelvis_list", "pelvis_rotation")
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
 
-CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)
-"""Dimensionless speeds between the classes."""
+CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)  #: Dimensionless speeds between the classes
 
 
 @dataclass(frozen=True)
@@ -72,8 +71,7 @@ class Population:
         return bool(self.curves)
 
 
-COMFORTABLE = (1.24, 0.16)
-"""Comfortable speed of these adults, mean and SD [m/s]."""
+COMFORTABLE = (1.24, 0.16)  #: Comfortable speed of these adults, mean and SD [m/s]
 
 ADULTS = Population(
     "adults",
@@ -169,11 +167,7 @@ def names(population: Population = CHILDREN) -> tuple[str, ...]:
 
 
 def norm(
-    name: str,
-    speed_class: str = "free",
-    *,
-    side: str = "r",
-    population: Population = CHILDREN,
+    name: str, speed_class: str = "free", *, side: str = "r", population: Population = CHILDREN
 ) -> NormCurve:
     """Return the published band of a curve, or a user's own.
 

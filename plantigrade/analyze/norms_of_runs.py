@@ -17,8 +17,7 @@ from plantigrade.record import Record, Run
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.run import MOTION
 
-MIN_PEOPLE = 2
-"""Minimum number of people for a standard deviation."""
+MIN_PEOPLE = 2  # Minimum number of people for a standard deviation
 
 
 def read_norms(path: str | Path) -> Population:

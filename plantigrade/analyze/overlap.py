@@ -1,4 +1,4 @@
-"""Overlap of body parts that are not connected by a joint."""
+"""Overlap of body parts that are not connected by a joint, and of body parts with the ground."""
 
 from dataclasses import dataclass
 
@@ -6,11 +6,15 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.ground import Ground
 from plantigrade.models import Human
 from plantigrade.models.skeleton import split_side
 
-SOLID_GROUP = 1
-"""Geom group of the solids of the body."""
+SOLID_GROUP = 1  # Geom group of the solids of the body
+
+CAPSULE_SHARES = np.linspace(-1.0, 1.0, 5)
+"""Places along the axis of a capsule that are compared with the ground [half lengths]; between them
+only the edge of a tread could enter."""
 
 TRUNK_BODIES = (
     "pelvis",
@@ -93,6 +97,54 @@ def overlap(
             away = mujoco.mj_geomDistance(model, data, int(first[k]), int(second[k]), 0.01, None)
             depth[f, pair[k]] = max(depth[f, pair[k]], -away)
     return Overlap(names, depth)
+
+
+def ground_overlap(
+    human: Human,
+    position: Float[Array, "n_frames n_bodies 3"],
+    rotation: Float[Array, "n_frames n_bodies 3 3"],
+    ground: Ground,
+) -> Overlap:
+    """Return the depth of bodies in the ground, apart from the feet, whose soles stand on it.
+
+    Args:
+        human: The person.
+        position: Origins of the bodies, the world first [m].
+        rotation: Rotations of the bodies.
+        ground: The ground, at rest.
+    """
+    model = human.model
+    parents = {b.name: b.parent for b in human.skeleton.bodies}
+    depth: dict[str, Array] = {}
+    turn = np.empty(9)
+    for g in np.flatnonzero(model.geom_group == SOLID_GROUP):
+        name = human.body_names[int(model.geom_bodyid[g]) - 1]
+        if _of_foot(parents, parents[name]):
+            continue
+        body = int(model.geom_bodyid[g])
+        mujoco.mju_quat2Mat(turn, model.geom_quat[g])
+        R = rotation[:, body] @ turn.reshape(3, 3)
+        centre = position[:, body] + rotation[:, body] @ model.geom_pos[g]
+        low = centre[:, None] - _lowest(model, int(g), R, ground.normal)
+        deep = (ground.under(low) - low @ ground.normal).max(axis=1)
+        depth[name] = np.maximum(depth.get(name, -np.inf), deep)
+    names = tuple(f"{name} in the ground" for name in depth)
+    return Overlap(names, np.stack(list(depth.values()), axis=1))
+
+
+def _lowest(
+    model: mujoco.MjModel, geom: int, R: Float[Array, "n 3 3"], up: Float[Array, " 3"]
+) -> Float[Array, "n k 3"]:
+    """Return vectors from candidates for the lowest point of a solid to its centre, world [m]."""
+    size, local = model.geom_size[geom], up @ R  # the normal in the axes of the solid
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        axis = CAPSULE_SHARES[:, None] * [0.0, 0.0, size[1]]
+        return axis @ R.swapaxes(1, 2) + size[0] * up
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+        support = size**2 * local / np.linalg.norm(size * local, axis=1, keepdims=True)
+        return support[:, None] @ R.swapaxes(1, 2)
+    signs = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+    return (signs * size) @ R.swapaxes(1, 2)
 
 
 def _pairs(human: Human) -> tuple[Array, Array, Array, tuple[str, ...]]:

@@ -24,7 +24,8 @@ CURVES = (
 SYNTHESISED_KINDS = ("synthesize",)
 """Kinds of runs whose strides have no variability, because they are synthesised."""
 MAX_HEIGHT_DIFFERENCE = 0.05
-"""Difference of body heights above which trials are not of one person [m]."""
+"""Difference of body heights above which trials are not of one person [m].
+Chosen: above the error of a fit."""
 SIDE_WORDS = {"r": "right", "l": "left"}
 Affected = Literal["right", "left"]
 

@@ -32,10 +32,8 @@ from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
 from plantigrade.ordered_tasks.phases import ordered_events, walking_events
 from plantigrade.record import Record
 
-UNEVEN = 0.06
-"""Feet that stand at heights further apart are not on level ground [m]."""
-ENOUGH = 3
-"""Gait events in sequence that make two phases, the least that can be rebuilt."""
+UNEVEN = 0.06  #: Feet that stand at heights further apart are not on level ground [m]
+ENOUGH = 3  #: Gait events in sequence that make two phases, the least that can be rebuilt
 CUTOFF = 6.0
 """Low-pass of a repeated cycle [Hz]."""
 

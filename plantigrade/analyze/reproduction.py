@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.curves import PELVIS, side_of
+from plantigrade.analyze.curves import PELVIS
 from plantigrade.analyze.foot_flat import MID_STANCE, foot_flat_time
 from plantigrade.analyze.statistics import compare_curves
 from plantigrade.arrays import Array, Float
@@ -22,6 +22,7 @@ from plantigrade.kinematics.sole_paths import SitePoints, SolePaths
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
+from plantigrade.models.skeleton import split_side
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
 from plantigrade.motion.resample import interpolate
@@ -164,7 +165,7 @@ def compare(record: Record) -> Comparison:
     spans = {side: _spans(cycles, side, first, last) for side in SIDES}
     simulated, reference = (
         {
-            name: _cut(m.time, values[:, i], spans[side_of(name) or "r"])
+            name: _cut(m.time, values[:, i], spans[split_side(name)[1] or "r"])
             for i, name in enumerate(names)
         }
         for m, values in ((motion, ours), (recorded, theirs))

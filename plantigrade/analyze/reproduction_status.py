@@ -22,8 +22,7 @@ the legs), slip of the soles and their penetration of the ground."""
 FORCE_LIMITS = {"force_residual_rms_bw": 0.10, "equations_residual_max_bw": 1e-6}
 """Maximum differences of forces from the estimated ones, and from those that the motion
 requires."""
-PELVIS_LIMIT = 0.30
-"""Maximum distance of the pelvis from the recorded one [m]."""
+PELVIS_LIMIT = 0.30  # [m] maximum distance of the pelvis from the recorded one
 MAX_FORCED_COM_ERROR = 0.15
 """Error of the centre of mass above which a body moved by forces has fallen [m]."""
 
@@ -80,8 +79,7 @@ def forces_status(forced: Record, comparison: Comparison) -> str:
         first = time[np.argmax(comparison.com_error > MAX_FORCED_COM_ERROR)]
         return (
             f"the body fell: its centre of mass was more than {100 * MAX_FORCED_COM_ERROR:.0f} cm "
-            "off its path, "
-            f"{when(forced, first)}"
+            f"off its path, {when(forced, first)}"
         )
     return limits_exceeded(forced, comparison, LIMITS | FORCE_LIMITS) or "ok"
 

@@ -34,17 +34,12 @@ SUFFIX = {"deg": "deg", "N m/kg": "nm_kg", "body weight": "bw"}
 
 @dataclass(frozen=True, eq=False)
 class RunComparison:
-    """Comparison of gaits, each later one with the first.
+    """Comparison of gaits, each later one with the first."""
 
-    Attributes:
-        gaits: The gaits, in order; if the sides of one are compared, the affected one is second.
-        affected: The affected side, if one was named.
-        omitted: Names of trials without a complete gait cycle.
-    """
-
+    #: The gaits, in order; if the sides of one are compared, the affected one is second
     gaits: tuple[Gait, ...]
-    affected: Affected | None = None
-    omitted: tuple[str, ...] = ()
+    affected: Affected | None = None  #: The affected side, if one was named
+    omitted: tuple[str, ...] = ()  #: Names of trials without a complete gait cycle
 
     @property
     def sides(self) -> bool:
@@ -137,10 +132,7 @@ class RunComparison:
 
 
 def compare_runs(
-    groups: Sequence[Run | Sequence[Run]],
-    names: Sequence[str],
-    *,
-    affected: Affected | None = None,
+    groups: Sequence[Run | Sequence[Run]], names: Sequence[str], *, affected: Affected | None = None
 ) -> RunComparison:
     """Return the comparison of gaits over the gait cycle, or of the sides of a single one.
 

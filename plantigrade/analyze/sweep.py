@@ -1,6 +1,6 @@
 """Kinematics and dynamics of all frames of a Record, computed by MuJoCo in one pass."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import mujoco
@@ -14,14 +14,23 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
 
-STANCE_SHARE = 1e-3
-"""Share of body weight above which a site is in stance, if there is no plan."""
-KEPT = ("com", "momentum", "energy", "power", "position", "rotation")
-"""Quantities of every frame that a sweep keeps."""
+STANCE_SHARE = 1e-3  # Share of body weight above which a site is in stance, if there is no plan
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class Frames:
+    """Quantities of the whole body in every frame, in world axes."""
+
+    com: Float[Array, "n 3"]  #: Centre of mass [m]
+    momentum: Float[Array, "n 6"]  #: Linear [kg m/s] and about the centre of mass [kg m²/s]
+    energy: Float[Array, " n"]  #: Kinetic and potential [J]
+    power: Float[Array, " n"]  #: Power of all generalised forces [W]
+    position: Float[Array, "n n_bodies 3"]  #: Origins of the bodies, the world first [m]
+    rotation: Float[Array, "n n_bodies 3 3"]  #: Rotations of the bodies
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep(Frames):
     """A motion and its forces in world axes."""
 
     weight: float  #: Body weight [N]
@@ -39,7 +48,6 @@ class Sweep:
     tau: Float[Array, "n nv"]
     root_force: Float[Array, "n 3"]  #: Residual force [N]
     root_moment: Float[Array, "n 3"]  #: Residual moment about the centre of mass [N m]
-    com: Float[Array, "n 3"]  #: Centre of mass [m]
     point: Float[
         Array, "n k 3"
     ]  #: Lowest point of each site, or point of application of a measured force [m]
@@ -47,11 +55,6 @@ class Sweep:
     #: Velocity of the material at these points, relative to moving ground [m/s]
     velocity: Float[Array, "n k 3"]
     normal: Float[Array, "n k 3"]  #: Normal of the support
-    momentum: Float[Array, "n 6"]  #: Linear [kg m/s] and about the centre of mass [kg m²/s]
-    energy: Float[Array, " n"]  #: Kinetic and potential [J]
-    power: Float[Array, " n"]  #: Power of all generalised forces [W]
-    position: Float[Array, "n n_bodies 3"]  #: Origins of the bodies, the world first [m]
-    rotation: Float[Array, "n n_bodies 3 3"]  #: Rotations of the bodies
     spheres: Float[Array, "n s 3"]  #: Lowest points of the contact spheres [m]
     clearance: Float[Array, "n s"]  #: Height of these points above the ground [m]
     sphere_names: tuple[str, ...]  #: Names of the contact spheres
@@ -110,7 +113,7 @@ def sweep(record: Record) -> Sweep:
         gap=gap,
         velocity=velocity,
         normal=normal,
-        **{name: getattr(frames, name) for name in KEPT},
+        **{field.name: getattr(frames, field.name) for field in fields(Frames)},
         **_spheres(record, frames, ground_path),
     )
 
@@ -164,18 +167,12 @@ class _Sites:
 
 
 @dataclass(frozen=True, eq=False)
-class _Frames:
-    """Quantities that MuJoCo computes in every frame; see :class:`Sweep`."""
+class _Dynamics(Frames):
+    """Quantities that MuJoCo computes in every frame."""
 
     required: Float[Array, "n nv"]
     contact_part: Float[Array, "n nv"]
-    position: Float[Array, "n n_bodies 3"]
-    rotation: Float[Array, "n n_bodies 3 3"]
     twist: Float[Array, "n n_bodies 6"]
-    com: Float[Array, "n 3"]
-    momentum: Float[Array, "n 6"]
-    energy: Float[Array, " n"]
-    power: Float[Array, " n"]
 
 
 def _inverse_dynamics(
@@ -184,7 +181,7 @@ def _inverse_dynamics(
     sites: _Sites,
     ground_path: GroundPath | None,
     contact: tuple[Float[Array, "n k 3"], ...],
-) -> _Frames:
+) -> _Dynamics:
     """Return inverse dynamics, and the part of contacts: force, free moment, point.
 
     Points of sites whose force is not measured are set to their lowest points.
@@ -218,10 +215,12 @@ def _inverse_dynamics(
         for i in np.flatnonzero(loaded[f]):
             push, turn, at = force[f, i], torque[f, i], point[f, i]
             mujoco.mj_applyFT(model, data, push, turn, at, int(sites.body[i]), contact_part[f])
-    return _Frames(required, contact_part, position, rotation, twist, com, momentum, energy, power)
+    return _Dynamics(
+        com, momentum, energy, power, position, rotation, required, contact_part, twist
+    )
 
 
-def _spheres(record: Record, frames: _Frames, ground_path: GroundPath | None) -> dict[str, Any]:
+def _spheres(record: Record, frames: Frames, ground_path: GroundPath | None) -> dict[str, Any]:
     """Return lowest points of the contact spheres, their clearance, names and sides."""
     ground, spheres = record.ground, contact_sites(record.human)
     size = np.array([s.radius for s in spheres]).reshape(-1, 1)

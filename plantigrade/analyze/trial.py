@@ -246,9 +246,8 @@ def _usual_cutoff(fit: Fit, events: Sequence[GaitEvent], notes: list[str]) -> fl
         return CUTOFF
     notes.append(
         Info(
-            f"the person {flight}: motion and forces are low-pass filtered at "
-            f"{RUNNING_CUTOFF:g} Hz, not at the {CUTOFF:g} Hz used for walking "
-            "(set it with --cutoff)."
+            f"the person {flight}: motion and forces are low-pass filtered at {RUNNING_CUTOFF:g} "
+            f"Hz, not at the {CUTOFF:g} Hz used for walking (set it with --cutoff)."
         )
     )
     return RUNNING_CUTOFF

@@ -3,7 +3,7 @@
 The folder is named by the environment variable ``PLANTIGRADE_CACHE`` (empty: no cache), else it is
 the operating system's cache folder for the user.
 
-What is read here runs as machine code, or says where machine code reads and writes memory. So
+Files read here run as machine code, or say where machine code reads and writes memory. Therefore
 nothing is read unless folder and file belong to the user and no other user can write to them, no
 folder above them can be exchanged by another user than root, and the checksum of the file,
 which covers its name, is right. In every other case the caller does without the cache; so it does

@@ -22,20 +22,14 @@ COMPARED_OPERATIONS = 16  # operations at either end
 
 @dataclass(frozen=True, eq=False)
 class Instructions:
-    """Operations of a function in their order.
+    """Operations of a function in their order."""
 
-    Attributes:
-        operations: CasADi's numbers of them.
-        operands: Which operations made what each takes, -1 for none; of an input its number and
-            element.
-        results: Of an output its number and nonzero, of everything else nothing of use.
-        numbers: Of constants; 0 of everything else.
-    """
-
-    operations: Int[Array, " n"]
+    operations: Int[Array, " n"]  #: CasADi's numbers of them
+    #: Which operations made what each takes, -1 for none; of an input its number and element
     operands: Int[Array, "n 2"]
+    #: Of an output its number and nonzero, of everything else nothing of use
     results: Int[Array, "n 2"]
-    numbers: Float[Array, " n"]
+    numbers: Float[Array, " n"]  #: Of constants; 0 of everything else
 
     @classmethod
     def of(cls, function: "casadi.Function") -> "Instructions":
@@ -78,7 +72,7 @@ def _operands(function: "casadi.Function", operations: Array) -> Int[Array, " n"
 def _lines(function: "casadi.Function") -> Int[Array, "n 4"]:
     """Return four numbers for each operation: operation, register written, two that are read.
 
-    Of an input the latter are its number and element, of a constant the halves of its value; an
+    The latter are the number and element of an input, or the halves of a constant's value; an
     output has its number, the register that is read, and its nonzero.
     """
     n = function.n_instructions()

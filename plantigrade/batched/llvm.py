@@ -1,6 +1,6 @@
 """LLVM, as llvmlite provides it: from text in its language to machine code in memory.
 
-What the code is for is the concern of :mod:`plantigrade.batched.vector_machine`.
+The code itself is the concern of :mod:`plantigrade.batched.vector_machine`.
 """
 
 import ctypes

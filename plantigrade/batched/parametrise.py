@@ -30,8 +30,8 @@ def parametrised(
         function: A function of SX symbols, or one that CasADi can expand to SX.
 
     Returns:
-        What makes the function; the value of its last input; a fingerprint shared by all functions
-        that differ in these numbers only.
+        The maker of the function; the value of its last input; a fingerprint shared by all
+        functions that differ in these numbers only.
     """
     import casadi as ca
 

@@ -248,17 +248,11 @@ class Signature:
 
 @dataclass(frozen=True, eq=False)
 class StoredTable:
-    """A table with the signature of its function.
+    """A table with the signature of its function."""
 
-    Attributes:
-        signature: Inputs and outputs.
-        constants: Constants of the table, parameters excluded.
-        table: The operations.
-    """
-
-    signature: Signature
-    constants: Array
-    table: Table
+    signature: Signature  #: Inputs and outputs
+    constants: Array  #: Constants of the table, parameters excluded
+    table: Table  #: The operations
 
     def to_bytes(self) -> bytes:
         """Return it as an npz archive."""

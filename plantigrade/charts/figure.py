@@ -7,25 +7,18 @@ from pathlib import Path
 
 from plantigrade.errors import FileError
 
-MAX_THIRD_WIDTH = 400
-"""Maximum width of a drawing that fits a third of a page [px]."""
+MAX_THIRD_WIDTH = 400  # [px] maximum width of a drawing that fits a third of a page
 
 _SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing and its caption; a notebook shows it.
+    """A drawing and its caption; a notebook shows it."""
 
-    Attributes:
-        svg: The drawing.
-        caption: One or two sentences; empty for none.
-        wide: Whether it takes the full width of a page.
-    """
-
-    svg: str = field(repr=False)
-    caption: str = ""
-    wide: bool = False
+    svg: str = field(repr=False)  #: The drawing
+    caption: str = ""  #: One or two sentences; empty for none
+    wide: bool = False  #: Whether it takes the full width of a page
 
     @property
     def half(self) -> bool:

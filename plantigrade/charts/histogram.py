@@ -17,8 +17,7 @@ from plantigrade.charts.svg import (
 )
 from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
 
-MAX_BINS = 40
-"""Maximum number of bars; narrower ones are indistinguishable at the usual width."""
+MAX_BINS = 40  # Maximum number of bars; narrower ones are indistinguishable at the usual width
 
 
 def histogram_plot(

@@ -16,21 +16,15 @@ FIRST_PANELS = ("hip_flexion", "knee_angle", "ankle_angle", "pelvis_tilt", "lumb
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves that share one plot.
+    """Curves that share one plot."""
 
-    Attributes:
-        name: The quantity without its side (``"knee_angle"``).
-        unit: Its unit (``"°"``, ``"N"``, …).
-        curves: Side (``"r"``, ``"l"`` or empty) → values; NaN where unknown.
-        hatched: Side → where the plot is hatched behind its curve.
-        dotted: Sides whose curves are dotted.
-    """
-
-    name: str
-    unit: str
+    name: str  #: The quantity without its side (``"knee_angle"``)
+    unit: str  #: Its unit (``"°"``, ``"N"``, …)
+    #: Side (``"r"``, ``"l"`` or empty) → values; NaN where unknown
     curves: Mapping[str, Float[Array, " n"]]
+    #: Side → where the plot is hatched behind its curve
     hatched: Mapping[str, Bool[Array, " n"]] = field(default_factory=dict)
-    dotted: tuple[str, ...] = ()
+    dotted: tuple[str, ...] = ()  #: Sides whose curves are dotted
 
     @property
     def title(self) -> str:

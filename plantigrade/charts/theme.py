@@ -25,8 +25,7 @@ STROKE_FORCE = "var(--force, #b07c00)"
 STROKES = {"r": STROKE_RIGHT, "l": STROKE_LEFT, None: STROKE_MIDDLE, "": STROKE_MIDDLE}
 """Colours of the sides in plots."""
 
-DOTTED = "2 3"
-"""Dash pattern of curves that are assumed, not measured."""
+DOTTED = "2 3"  # Dash pattern of curves that are assumed, not measured
 
 BY_SIDE = (RIGHT, LEFT, MIDDLE)
 """Colours of forces and contact points on the right, on the left, and of unknown side."""

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from plantigrade.commands.progress import Progress
     from plantigrade.workflows.batch import Batch, BatchSettings
 
-PRINTED_FAILURES = 20
-"""Failures of a batch that are printed; all are in its folder."""
+PRINTED_WARNINGS = 5  # Kinds of warnings that are printed, the most frequent first; chosen
+PRINTED_FAILURES = 20  # Kinds of failures, likewise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,14 +131,15 @@ def batch_outcome(batch: "Batch", progress: "Progress") -> Outcome:
     from plantigrade.pages.batch import PAGE
     from plantigrade.record.batch import FAILED
 
-    printed = 0
-    for result in batch:
-        if result.problem and not result.left_out:
-            printed += 1
-            if printed <= PRINTED_FAILURES:
-                progress.warn(f"{result.name}: {result.problem}")
-    if printed > PRINTED_FAILURES:
-        progress.warn(f"{printed - PRINTED_FAILURES} more failures are on the page")
+    with progress.bar() as reached:
+        for _ in batch:
+            reached(batch.share)
+    for name, most in (("failures", PRINTED_FAILURES), ("warnings", PRINTED_WARNINGS)):
+        sentences = batch.metrics[name]
+        for sentence in sentences[:most]:
+            progress.warn(sentence)
+        if len(sentences) > most:
+            progress.warn(f"{len(sentences) - most} more on the page ({name} of other kinds)")
     folder = batch.folder or Path()
     shown = _shown(folder)
     lines = [f"{shown}: {batch.sentence}"]

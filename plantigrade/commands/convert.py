@@ -35,9 +35,9 @@ class Command(PrintOptions, Bounded):
     target: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="OUT")]
     """File to write; the extension selects the format."""
     skeleton: OptionalPath = None
-    """Skeleton (.asf) of an AMC file, if it is not in the same folder."""
+    """Skeleton (.asf) of an AMC file, if it is not in the same folder; or body model of SMPL."""
     rate: Annotated[float | None, optional("HZ")] = None
-    """Frame rate of an AMC file, which does not state it, or that a run is written at [Hz]."""
+    """Frame rate of an AMC or SMPL file without one, or that a run is written at [Hz]."""
     over: Annotated[Literal["time", "cycles", "mean"] | None, optional("{time,cycles,mean}")] = None
     """Rows of the .csv of a run: instants, or percents of each gait cycle or of the mean one."""
     estimated: Flag = False

@@ -192,7 +192,7 @@ def _outcome_of(command: Any) -> Outcome:
         return command.run()
     from plantigrade.pages.pdf import browser
 
-    browser()  # its absence is told before any work
+    browser()  # fails before any computation where no browser is installed
     return command.with_pdf(command.run())
 
 

@@ -21,8 +21,7 @@ Lengths = Annotated[
     tyro.conf.UseAppendAction,
 ]
 Stiffness = Annotated[float | None, optional("N/M")]
-STIFFNESS_RANGE = (1e3, 1e7, "N/m")
-"""From soft rubber to concrete under a sphere of a sole."""
+STIFFNESS_RANGE = (1e3, 1e7, "N/m")  # From soft rubber to concrete under a sphere of a sole
 SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 

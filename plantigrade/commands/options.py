@@ -1,17 +1,15 @@
 """Options that several commands share; a command is a dataclass that inherits what it needs."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from plantigrade.bounds import Bounded
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalPath, OptionalWord
 
-MAX_SHOWN_PDFS = 5
-"""PDFs of a batch that are named on the screen."""
+MAX_SHOWN_PDFS = 5  # PDFs of a batch that are named on the screen; chosen
 Backend = Literal["loky", "ray", "dask"]
 
 
@@ -105,13 +103,6 @@ class JobOptions(Bounded):
             raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
         if self.address is not None and self.backend not in ("ray", "dask"):
             raise ParameterError(f"--address needs --backend ray or dask, not {self.backend}")
-
-    def side_by_side(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        """Yield what became of each item, in order."""
-        from plantigrade.record.jobs import run_jobs
-
-        how = {"jobs": self.jobs, "backend": self.backend, "address": self.address}
-        yield from run_jobs(work, items, **how)
 
 
 def command_line() -> str:

@@ -2,13 +2,14 @@
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 from plantigrade.notes import Info
 from plantigrade.printable import printable
 
 Item = TypeVar("Item")
+BAR_STEP = 0.005  # [1] smallest move of a bar: drawing it takes longer than a step of control
 
 
 class Progress:
@@ -48,52 +49,74 @@ class Progress:
         say(of + sentence)
 
     @contextlib.contextmanager
-    def step(self, sentence: str) -> Iterator[None]:
+    def step(self, sentence: str) -> Iterator[Callable[[float], None]]:
         """Show that a step is under way until it ends, then a line with the time it took.
 
+        Yields:
+            Function called with the share of the step that is done, for the bar and the time left.
+
         Example:
-            >>> with Progress(quiet=True).step("solving"):
-            ...     pass
+            >>> with Progress(quiet=True).step("solving") as reached:
+            ...     reached(0.5)
         """
         import time
 
-        from rich.text import Text
-
-        if self.quiet:
-            yield
-            return
         start = time.perf_counter()
-        with self._console.status(Text(printable(sentence, lines=False))):
-            yield
+        with self.bar(sentence) as reached:
+            yield reached
         self.say(f"{sentence}: {time.perf_counter() - start:.1f} s")
 
-    def track(self, items: Iterable[Item], sentence: str, *, total: int | None = None):
+    @contextlib.contextmanager
+    def bar(self, sentence: str = "") -> Iterator[Callable[[float], None]]:
+        """Draw a bar with the time left while work goes on.
+
+        It moves from side to side until the first share is known.
+
+        Yields:
+            Function called with the share of the work that is done [1].
+        """
+        if self.quiet or not self._console.is_terminal:
+            yield lambda share: None
+            return
+        from rich import progress as rich
+
+        bar = rich.Progress(
+            rich.SpinnerColumn(),
+            rich.TextColumn("{task.description}", markup=False),
+            rich.BarColumn(),
+            rich.TimeElapsedColumn(),
+            rich.TextColumn("{task.fields[words]}"),
+            rich.TimeRemainingColumn(),
+            console=self._console,
+            transient=True,
+        )
+        task, drawn = bar.add_task(printable(sentence, lines=False), total=None, words=""), 0.0
+
+        def reached(share: float) -> None:
+            nonlocal drawn
+            if share - drawn >= BAR_STEP or share >= 1.0:
+                drawn = share
+                bar.update(task, completed=share, total=1.0, words="left:")
+
+        with bar:
+            yield reached
+
+    def track(self, items: Iterable[Item], sentence: str, *, total: int):
         """Yield ``items`` while a bar counts them.
 
         Args:
             items: The items.
             sentence: The work, in words.
-            total: How many there are; their length, where they have one, if absent.
+            total: How many there are.
 
         Example:
-            >>> [2 * x for x in Progress(quiet=True).track([1, 2], "doubling")]
+            >>> [2 * x for x in Progress(quiet=True).track([1, 2], "doubling", total=2)]
             [2, 4]
         """
-        if self.quiet or not self._console.is_terminal:
-            yield from items
-            return
-        from rich.progress import track
-
-        if total is None and isinstance(items, Sequence):
-            total = len(items)
-        yield from track(
-            items,
-            printable(sentence, lines=False),
-            total=total,
-            console=self._console,
-            transient=True,
-            update_period=0.1,
-        )
+        with self.bar(sentence) as reached:
+            for done, item in enumerate(items):
+                reached(done / total)
+                yield item
 
     @contextlib.contextmanager
     def transfer(self, name: str, n_bytes: int) -> Iterator[Callable[[int], None]]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from plantigrade.commands.progress import Progress
 
-EVERY = 0.5  # [s] time between two lines of progress
+EVERY = 0.5  # [s] time between two lines of progress; chosen
 
 
 class Watch:

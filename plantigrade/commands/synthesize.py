@@ -19,13 +19,7 @@ from plantigrade.commands.solver_watch import Watch
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import optional, refuse_unknown
 from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings
-from plantigrade.workflows.settings import (
-    PAPER,
-    TRACK,
-    PaperSettings,
-    SolveSettings,
-    TrackSettings,
-)
+from plantigrade.workflows.settings import PAPER, TRACK, PaperSettings, SolveSettings, TrackSettings
 
 if TYPE_CHECKING:
     from plantigrade.record.inputs import Inputs
@@ -98,11 +92,7 @@ class Command(PageOptions, BatchOptions):
                 self,
                 f"synthesize-batch-{self.name}",
                 lambda out: synthesize_batch(
-                    tasks,
-                    vary,
-                    common,
-                    self.batch_settings(out, progress),
-                    command=command_line(),
+                    tasks, vary, common, self.batch_settings(out, progress), command=command_line()
                 ),
             ),
             progress,
@@ -187,8 +177,7 @@ class Track(TrackSettings, Command):
 
     word, option_kinds, required = TRACK, (TrackSettings,), ("--recording", "-")
     recording: Annotated[
-        tuple[Path, ...],
-        tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint="(required)"),
+        tuple[Path, ...], tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint="(required)")
     ] = ()
     """Recording to track (.c3d, .trc, .bvh, .amc, .mot); several, or folders or patterns of them,
     make a batch."""

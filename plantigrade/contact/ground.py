@@ -16,8 +16,7 @@ from plantigrade.constants import FRICTION
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 
-MAX_COORDINATE = 1e6
-"""Maximum coordinate of anything on the ground [m]."""
+MAX_COORDINATE = 1e6  #: Maximum coordinate of anything on the ground [m]
 FOOT_BEHIND_ANKLE = 0.13
 """Distance from the ankle of a footprint back to the edge of its tread [m]; heel plus 5 cm."""
 FOOT_AHEAD_OF_ANKLE = 0.27
@@ -37,56 +36,37 @@ def _fixed(numbers: list) -> Array:
 
 @dataclass(frozen=True)
 class GroundStep:
-    """A change of ground height at an edge across x.
+    """A change of ground height at an edge across x."""
 
-    Attributes:
-        x: Position of the edge [m].
-        height: Height of the ground beyond the edge, along the normal [m].
-    """
-
-    x: float
-    height: float
+    x: float  #: Position of the edge [m]
+    height: float  #: Height of the ground beyond the edge, along the normal [m]
 
 
 @dataclass(frozen=True)
 class Seat:
-    """A level surface that supports a part of the body other than a foot.
+    """A level surface that supports a part of the body other than a foot."""
 
-    Attributes:
-        site: Name of the supported contact site.
-        position: Position of the contact, world [m].
-    """
-
-    site: str
-    position: tuple[float, float, float]
+    site: str  #: Name of the supported contact site
+    position: tuple[float, float, float]  #: Position of the contact, world [m]
 
 
 @dataclass(frozen=True)
 class Bump:
-    """A spherical cap on the ground.
+    """A spherical cap on the ground."""
 
-    Attributes:
-        centre: Centre of the sphere, axes of the ground [m].
-        radius: Radius of the sphere [m].
-    """
-
-    centre: tuple[float, float, float]
-    radius: float
+    centre: tuple[float, float, float]  #: Centre of the sphere, axes of the ground [m]
+    radius: float  #: Radius of the sphere [m]
 
 
 @dataclass(frozen=True)
 class HeightField:
-    """Relief on a rectangle of the ground, bilinear between grid points.
+    """Relief on a rectangle of the ground, bilinear between grid points."""
 
-    Attributes:
-        corner: Position of the first point (smallest x and y), axes of the ground [m].
-        spacing: Grid spacing along x and y [m].
-        heights: Height of the points above :attr:`Ground.height`, not negative; one row per y,
-            each along x [m].
-    """
-
+    #: Position of the first point (smallest x and y), axes of the ground [m]
     corner: tuple[float, float]
-    spacing: tuple[float, float]
+    spacing: tuple[float, float]  #: Grid spacing along x and y [m]
+    #: Height of the points above :attr:`Ground.height`, not negative; one row per y, each along x
+    #: [m]
     heights: tuple[tuple[float, ...], ...]
 
     def __post_init__(self):
@@ -323,8 +303,7 @@ class Ground:
             raise ParameterError(f"not a description of a ground: {error}") from error
 
 
-LEVEL_GROUND = Ground()
-"""The plane z = 0."""
+LEVEL_GROUND = Ground()  #: The plane z = 0
 
 
 def _numbers(values: Any, n: int | None = None) -> Any:

@@ -10,24 +10,16 @@ from plantigrade.arrays import Array, Bool, Float
 
 @dataclass(frozen=True)
 class ContactInterval:
-    """A time interval in which a foot, a region of it, or a support such as a seat is in contact.
+    """A time interval of contact of a foot, a region of it, or a support such as a seat."""
 
-    Attributes:
-        side: ``"r"`` or ``"l"``; empty for anything but a foot.
-        region: ``"heel"``, ``"ball"`` or ``"toes"``; ``"foot"`` for a whole foot, which rolls from
-            heel to toes; ``"sole"`` for a foot that stays flat; otherwise the name of the support.
-        start: Beginning [s]; minus infinity if the contact has always been.
-        stop: End [s]; infinity if the contact remains.
-        begins: Whether the contact begins at ``start``; false where a recording cuts it.
-        ends: Whether the contact ends at ``stop``; false where a recording cuts it.
-    """
-
-    side: str
+    side: str  #: ``"r"`` or ``"l"``; empty for anything but a foot
+    #: ``"heel"``, ``"ball"`` or ``"toes"``; ``"foot"`` for a whole foot, which rolls from heel to
+    #: toes; ``"sole"`` for a foot that stays flat; otherwise the name of the support
     region: str
-    start: float
-    stop: float
-    begins: bool = True
-    ends: bool = True
+    start: float  #: Beginning [s]; minus infinity if the contact has always been
+    stop: float  #: End [s]; infinity if the contact remains
+    begins: bool = True  #: Whether the contact begins at ``start``; false where a recording cuts it
+    ends: bool = True  #: Whether the contact ends at ``stop``; false where a recording cuts it
 
     @property
     def rolls(self) -> bool:

@@ -16,47 +16,32 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 
-TIME_TOLERANCE = 1e-7
-"""Times closer than this are equal [s]."""
+TIME_TOLERANCE = 1e-7  #: Times closer than this are equal [s]
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """Position and heading of a foot on the ground.
+    """Position and heading of a foot on the ground."""
 
-    Attributes:
-        side: ``"r"`` or ``"l"``.
-        position: The ground below the ankle joint of the flat foot, world [m].
-        heading: Direction of the foot, from x towards y [rad].
-    """
-
-    side: str
+    side: str  #: ``"r"`` or ``"l"``
+    #: The ground below the ankle joint of the flat foot, world [m]
     position: tuple[float, float, float]
-    heading: float = 0.0
+    heading: float = 0.0  #: Direction of the foot, from x towards y [rad]
 
 
 @dataclass(frozen=True)
 class Stance:
-    """One foot on one footprint.
+    """One foot on one footprint."""
 
-    Attributes:
-        footprint: Position and heading of the foot.
-        heel_strike: Time of heel strike [s]; zero or less for a foot that stands from the start.
-        foot_flat: Time of foot flat [s]; equal to ``heel_strike`` for a flat landing.
-        heel_off: Time of heel off [s].
-        forefoot_off: Time at which all but the toes leave [s].
-        toe_off: Time of toe-off [s]; the end of the motion or later for a foot that stands to the
-            end.
-        toes_first: Whether ball and toes touch at ``heel_strike`` and the heel at ``foot_flat``, as
-            after a jump.
-    """
-
-    footprint: Footprint
+    footprint: Footprint  #: Position and heading of the foot
+    #: Time of heel strike [s]; zero or less for a foot that stands from the start
     heel_strike: float
-    foot_flat: float
-    heel_off: float
-    forefoot_off: float
+    foot_flat: float  #: Time of foot flat [s]; equal to ``heel_strike`` for a flat landing
+    heel_off: float  #: Time of heel off [s]
+    forefoot_off: float  #: Time at which all but the toes leave [s]
+    #: Time of toe-off [s]; the end of the motion or later for a foot that stands to the end
     toe_off: float
+    #: Whether ball and toes touch at ``heel_strike`` and the heel at ``foot_flat``, as after a jump
     toes_first: bool = False
 
     def __post_init__(self):
@@ -98,19 +83,12 @@ class Stance:
 
 @dataclass(frozen=True)
 class PointSupport:
-    """A support of the body other than the ground, such as a chair, a wall or a rail.
+    """A support of the body other than the ground, such as a chair, a wall or a rail."""
 
-    Attributes:
-        site: The supported site; its ``side`` is empty.
-        position: Position of the contact, world [m].
-        start: Start of the contact [s].
-        stop: End of the contact [s].
-    """
-
-    site: ContactSite
-    position: tuple[float, float, float]
-    start: float
-    stop: float
+    site: ContactSite  #: The supported site; its ``side`` is empty
+    position: tuple[float, float, float]  #: Position of the contact, world [m]
+    start: float  #: Start of the contact [s]
+    stop: float  #: End of the contact [s]
 
 
 @dataclass(frozen=True)

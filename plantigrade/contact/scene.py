@@ -8,7 +8,8 @@ Feet and seats contact the ground with spheres (``contype`` 1). Limbs and trunk 
 with *cores* (``contype`` 2, group 4), which are thinner than the drawn shapes because soft tissue
 yields. A core has no contact with the two nearest ancestors of its body or with its own foot.
 
-Armature and damping stabilise a simulation; inverse dynamics of a recorded motion excludes them.
+Armature and damping stabilise a simulation; the person has none. Inverse dynamics of a motion
+leaves them out, and :func:`motor_forces` adds what the motors of the scene need for them.
 """
 
 from collections.abc import Sequence
@@ -28,14 +29,11 @@ from plantigrade.models.mjcf import numbers
 ARMATURE_PER_TORQUE = 1e-4
 """Armature of a hinge per maximum torque [kg m² / (N m)]. Chosen for stability."""
 
-DAMPING_PER_TORQUE = 5e-3
-"""Damping of a hinge per maximum torque [s]. Chosen for stability."""
+DAMPING_PER_TORQUE = 5e-3  #: Damping of a hinge per maximum torque [s]. Chosen for stability
 
-CORE_SCALE = 0.75
-"""Size of a core relative to the drawn shape [1]; no two touch in quiet standing."""
+CORE_SCALE = 0.75  #: Size of a core relative to the drawn shape [1]; no two touch in quiet standing
 
-GROUND_HALF_SIZE = 20.0
-"""Extent of the ground from the origin [m]."""
+GROUND_HALF_SIZE = 20.0  #: Extent of the ground from the origin [m]
 
 SEAT_HALF_SIZES = (0.2, 0.2, 0.02)
 """Margin of a seat around its contacts along x and y, and its half thickness [m]."""
@@ -87,6 +85,26 @@ def scene_xml(
     key.set("qpos", numbers(qpos))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
+
+
+def motor_forces(
+    human: Human,
+    torque: Float[Array, "n nv"],
+    qvel: Float[Array, "n nv"],
+    qacc: Float[Array, "n nv"],
+) -> Float[Array, "n nv"]:
+    """Return the generalised forces that the motors of a scene must apply for a motion [N m].
+
+    Args:
+        human: The person.
+        torque: Generalised forces of the person, without armature and damping [N m].
+        qvel: Velocities.
+        qacc: Accelerations.
+    """
+    most = np.abs(human.model.jnt_actfrcrange[1:]).max(axis=1)
+    out = torque.copy()
+    out[:, 6:] += most * (ARMATURE_PER_TORQUE * qacc[:, 6:] + DAMPING_PER_TORQUE * qvel[:, 6:])
+    return out
 
 
 def _surface(ground: Ground) -> dict[str, str]:

@@ -12,17 +12,13 @@ SHAPES = ("box", "capsule")
 class SceneObject:
     """An object of simple shape.
 
-    Attributes:
-        name: Name of the object.
-        kind: One of :data:`SHAPES`.
-        size: Half edges of a box; radius and half length of a capsule along z, then zero [m].
-
     Raises:
         ParameterError: If there is no such kind, or a size is negative.
     """
 
-    name: str
-    kind: str
+    name: str  #: Name of the object
+    kind: str  #: One of :data:`SHAPES`
+    #: Half edges of a box; radius and half length of a capsule along z, then zero [m]
     size: tuple[float, float, float]
 
     def __post_init__(self):

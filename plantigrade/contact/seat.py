@@ -11,8 +11,7 @@ HIP_ABOVE_SEAT = 0.055
 """Height of the hip joint above the seat, relative to stature [1]; 10 cm. Estimate."""
 ISCHIAL_DISTANCE = 0.068
 """Distance between the ischial contacts, relative to stature [1]; 12 cm. Estimate."""
-ISCHIAL_RADIUS = 0.025
-"""Radius of an ischial contact sphere, relative to stature [1]. Estimate."""
+ISCHIAL_RADIUS = 0.025  # Radius of an ischial contact sphere, relative to stature [1]. Estimate.
 
 
 def seat_sites(human: Human) -> tuple[ContactSite, ...]:

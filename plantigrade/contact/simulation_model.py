@@ -37,8 +37,7 @@ SENSORS = ("feet",)
 SERVO_STIFFNESS = 8.0
 """Stiffness of a position servo per greatest torque of its joint [1/rad]. Every joint set stands on
 every foot for as long as it was tried (5 s); with 4, multi-segment feet gave way."""
-SERVO_DAMPING = 0.1
-"""Damping of a position servo over its stiffness [s]."""
+SERVO_DAMPING = 0.1  #: Damping of a position servo over its stiffness [s]
 IMPEDANCE = 0.9
 """Impedance :math:`d` of a contact whose stiffness is given: MuJoCo's usual one."""
 STIFFEST = (1e3, 1e7)

@@ -17,29 +17,24 @@ the toes."""
 
 PUSH_PART = "push"
 """Part name of a site with a force that is not the ground's."""
-TOUCH_PART = "touch"
-"""Part name of a ground contact of a body other than a foot."""
+TOUCH_PART = "touch"  #: Part name of a ground contact of a body other than a foot
 
-GEOM_PREFIX = "contact_"
-"""Prefix of the names of geoms that contact the ground."""
+GEOM_PREFIX = "contact_"  #: Prefix of the names of geoms that contact the ground
 
 
 @dataclass(frozen=True)
 class Point:
     """A point of a body, or the lowest point of a sphere on it.
 
-    Attributes:
-        body: Name of the body.
-        position: Point, or centre of the sphere, in the body's frame [m].
-        radius: Radius of the sphere [m]; zero for a point. The lowest point is ``radius`` below the
-            centre in world axes, with velocity and acceleration of the material point there.
-
     Raises:
         ParameterError: If the position is not three finite numbers, or the radius is negative.
     """
 
-    body: str
+    body: str  #: Name of the body
+    #: Point, or centre of the sphere, in the body's frame [m]
     position: Sequence[float] | Float[Array, " 3"] = (0.0, 0.0, 0.0)
+    #: Radius of the sphere [m]; zero for a point. The lowest point is ``radius`` below the centre
+    #: in world axes, with velocity and acceleration of the material point there.
     radius: float = 0.0
 
     def __post_init__(self):

@@ -94,15 +94,10 @@ class Situation:
 
 @dataclass(frozen=True)
 class ControllerKind:
-    """A controller that is chosen by name.
+    """A controller that is chosen by name."""
 
-    Attributes:
-        make: Makes it for a situation.
-        settings: The class of its settings; None if it has none.
-    """
-
-    make: Callable[[Situation], Controller]
-    settings: type | None = None
+    make: Callable[[Situation], Controller]  #: Makes it for a situation
+    settings: type | None = None  #: The class of its settings; None if it has none
 
     def with_settings(self, values: Mapping[str, Any], name: str) -> Any:
         """Return its settings, some of them changed.
@@ -136,8 +131,7 @@ CONTROLLERS: Mapping[str, ControllerKind] = {
         lambda at: Replay(at.recorded("replay"), settings=at.settings), ReplaySettings
     ),
     "pendulum": ControllerKind(
-        lambda at: Walker(at.recorded("pendulum"), at.walk, settings=at.settings),
-        PendulumSettings,
+        lambda at: Walker(at.recorded("pendulum"), at.walk, settings=at.settings), PendulumSettings
     ),
 }
 """Name of a controller → its factory and the class of its settings."""

@@ -18,17 +18,11 @@ MAX_COUNT_FACTOR = 10  # the same of whole numbers, which multiply time and memo
 
 @dataclass(frozen=True)
 class Setting:
-    """One number, word or switch.
+    """One number, word or switch."""
 
-    Attributes:
-        name: Its dotted name.
-        value: Its value.
-        meaning: Its meaning, unit and reason.
-    """
-
-    name: str
-    value: Any
-    meaning: str
+    name: str  #: Its dotted name
+    value: Any  #: Its value
+    meaning: str  #: Its meaning, unit and reason
 
 
 def numbers_of(settings: Any, prefix: str = "") -> Iterator[Setting]:

@@ -115,10 +115,7 @@ class Posture(Controller):
 
 
 def resting_torques(
-    human: Human,
-    ground: Ground,
-    qpos: Float[Array, " nq"],
-    settings: PostureSettings | None = None,
+    human: Human, ground: Ground, qpos: Float[Array, " nq"], settings: PostureSettings | None = None
 ) -> Float[Array, " n_hinges"]:
     """Return the torques that hold a posture at rest on the ground [N m].
 

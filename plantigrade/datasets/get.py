@@ -11,13 +11,10 @@ from plantigrade.datasets.transfer import Unreachable, download, is_right, may_b
 from plantigrade.errors import DownloadError, FileError, ParameterError
 from plantigrade.options import as_path
 
-FOLDER = Path("data")
-"""Folder of the data, in which each set has its place."""
-MIRROR = "PLANTIGRADE_MIRROR"
-"""Environment variable that names a mirror."""
+FOLDER = Path("data")  # Folder of the data, in which each set has its place
+MIRROR = "PLANTIGRADE_MIRROR"  # Environment variable that names a mirror
 
-Reached = Callable[[int], None]
-"""Called with the number of bytes of a file that have arrived."""
+Reached = Callable[[int], None]  # Called with the number of bytes of a file that have arrived
 Shown = Callable[[str, int], contextlib.AbstractContextManager[Reached]]
 """Shows the progress of a file, given its place and its length [bytes]."""
 

@@ -9,12 +9,10 @@ from urllib.parse import quote
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.toml import parse_toml, read_toml
 
-REGISTRY = Path(__file__).with_name("public_data.toml")
-"""File that lists the data sets."""
+REGISTRY = Path(__file__).with_name("public_data.toml")  # File that lists the data sets
 HOST = "https://raw.githubusercontent.com"
 """Address of the public files; mirrors serve the same paths."""
-PAGE = "https://github.com"
-"""Address of the web pages of the same files."""
+PAGE = "https://github.com"  # Address of the web pages of the same files
 
 
 @dataclass(frozen=True)

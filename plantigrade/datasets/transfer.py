@@ -40,14 +40,11 @@ from plantigrade.locks import lock
 
 ATTEMPTS = 5
 """Maximum number of attempts per file: short failures of a server end within a few."""
-PAUSE_S = 1.0
-"""Pause before the second attempt [s]; each further one is twice as long."""
-TIMEOUT_S = 30.0
-"""Timeout of a server's answer [s]."""
+PAUSE_S = 1.0  #: Pause before the second attempt [s]; each further one is twice as long
+TIMEOUT_S = 30.0  #: Timeout of a server's answer [s]
 CHUNK = 2**16
 """Size of a block [bytes]: small enough for a smooth progress bar on slow connections."""
-REDIRECTS = 5
-"""Maximum number of redirections per address; file stores need one or two."""
+REDIRECTS = 5  #: Maximum number of redirections per address; file stores need one or two
 PASSING = (408, 425, 429, 500, 502, 503, 504)
 """HTTP status codes of temporary failures (RFC 9110, 6585): retried."""
 LOOPBACK = ("localhost", "127.0.0.1", "::1")

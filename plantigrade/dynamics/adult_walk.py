@@ -18,6 +18,7 @@ from plantigrade.kinematics.planting import lead_pelvis
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk
 from plantigrade.models import Human
+from plantigrade.motion.resample import interpolate
 
 CUTOFF = 6.0  # [Hz] low-pass of the motion, usual for walking (Winter 2009)
 HARMONICS = 6  # harmonics of the stride in the path of the pelvis
@@ -94,4 +95,4 @@ def _pressure(walk: TextbookWalk) -> Float[Array, "n_frames 2"]:
     total = load.sum(axis=0)
     known = total > 0.5
     pressure = (load[..., None] * point).sum(axis=0)[known] / total[known, None]
-    return np.stack([np.interp(time, time[known], x) for x in pressure.T], axis=1)
+    return interpolate(time, time[known], pressure)

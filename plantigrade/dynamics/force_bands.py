@@ -59,11 +59,7 @@ class Spread:
 
 
 def drawn_errors(
-    blocks: dict[str, slice],
-    place: dict[str, np.ndarray],
-    n: int,
-    dt: float,
-    pace: float = 1.0,
+    blocks: dict[str, slice], place: dict[str, np.ndarray], n: int, dt: float, pace: float = 1.0
 ) -> Float[Array, "n_rows n_draws"]:
     """Return random errors of all rows in units of their scales.
 

@@ -20,8 +20,7 @@ from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import RequiredForces
 from plantigrade.models import Human
 
-MAX_WINDOW_FRAMES = 2000
-"""Maximum number of frames per window [1]; 40 s at 50 Hz, about 100 MB."""
+MAX_WINDOW_FRAMES = 2000  # Maximum number of frames per window [1]; 40 s at 50 Hz, about 100 MB
 WINDOW_OVERLAP_S = 1.5
 """Overlap of a window with each neighbour [s]; more than a stride, because the ends of a window are
 less certain."""

@@ -28,9 +28,7 @@ from plantigrade.dynamics.segment_loads import SegmentLoads
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import (
-    rotation_matrix,
-)
+from plantigrade.spatial.conventions import rotation_matrix
 
 MIN_CARRIED_SHARE = (
     0.8  # [1] minimum share of the required force; with less, a chair or another foot carries load

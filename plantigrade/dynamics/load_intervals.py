@@ -19,19 +19,14 @@ DOUBLE_SUPPORT_RATIO = 0.21
 
 @dataclass(frozen=True)
 class Support:
-    """A support other than the feet, such as the seat of a chair.
+    """A support other than the feet, such as the seat of a chair."""
 
-    Attributes:
-        name: Name of the support.
-        body: Supported segment.
-        point: Middle of the contact in that segment's frame [m].
-        reach: Maximum distance of the centre of pressure from there, forward or backward and to
-            either side [m].
-    """
-
-    name: str
-    body: str
+    name: str  #: Name of the support
+    body: str  #: Supported segment
+    #: Middle of the contact in that segment's frame [m]
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    #: Maximum distance of the centre of pressure from there, forward or backward and to either side
+    #: [m]
     reach: tuple[float, float] = (0.15, 0.15)
 
 

@@ -64,17 +64,12 @@ SEAT_COMPRESSION = 0.03  # [m] height of the ischia above their rest at which th
 
 @dataclass(frozen=True)
 class Loading:
-    """Contact intervals and supports of a person.
+    """Contact intervals and supports of a person."""
 
-    Attributes:
-        contacts: Intervals in which feet and seat (:data:`SEAT`) may carry load.
-        supports: The seat, if there is one.
-        flies: Whether the person runs or jumps, with fast loading and unloading.
-    """
-
+    #: Intervals in which feet and seat (:data:`SEAT`) may carry load
     contacts: tuple[ContactInterval, ...]
-    supports: tuple[Support, ...]
-    flies: bool
+    supports: tuple[Support, ...]  #: The seat, if there is one
+    flies: bool  #: Whether the person runs or jumps, with fast loading and unloading
 
     @property
     def walks(self) -> bool:

@@ -16,16 +16,12 @@ from plantigrade.motion.filters import lowpass, runs
 from plantigrade.motion.recording import ForcePlate, rate_of
 from plantigrade.notes import Info
 
-MAX_OFFSET = 0.04
-"""Largest offset of the search [s]; gait events reveal larger ones."""
-SEARCH_STEP = 0.001
-"""Step of the search [s]; a parabola interpolates the maximum."""
-MIN_CORRECTION = 0.004
-"""Smallest offset that is corrected [s]: twice the error of the estimate."""
+MAX_OFFSET = 0.04  # Largest offset of the search [s]; gait events reveal larger ones
+SEARCH_STEP = 0.001  # Step of the search [s]; a parabola interpolates the maximum
+MIN_CORRECTION = 0.004  # Smallest offset that is corrected [s]: twice the error of the estimate
 MAX_DISAGREEMENT = 0.006
 """Largest difference between the offsets of the vertical and the horizontal force [s]."""
-MIN_CARRIED_TIME = 0.5
-"""Shortest total time in which plates carry the whole person [s]."""
+MIN_CARRIED_TIME = 0.5  # [s] shortest total time in which plates carry the whole person
 MIN_CORRELATION = 0.9
 """Smallest correlation of force and motion at the best shift; below it there is no estimate."""
 

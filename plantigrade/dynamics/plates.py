@@ -42,12 +42,7 @@ from plantigrade.dynamics.plate_loadings import (
     plate_level,
     seen_frames,
 )
-from plantigrade.dynamics.plate_owner import (
-    find_owner,
-    longer,
-    resting_points,
-    unmeasured_frames,
-)
+from plantigrade.dynamics.plate_owner import find_owner, longer, resting_points, unmeasured_frames
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human

@@ -9,9 +9,8 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.constants import SIDES
-from plantigrade.errors import ParameterError
 from plantigrade.exchange.bones import Bone, bone_poses, bones_of
-from plantigrade.exchange.clock import RATES
+from plantigrade.exchange.clock import require_rate
 from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
 from plantigrade.io.writing import write_bytes
@@ -29,14 +28,12 @@ AROUND = 16
 ARROW = 0.6
 """Length of the arrow of one body weight [m]; that of ``viewer.html``."""
 
-RIGID = 1e-5
-"""Change of a pose within a motion [m, 1] below which two bones keep their places."""
+RIGID = 1e-5  #: Change of a pose within a motion [m, 1] below which two bones keep their places
 
 GONE = 1e-4
 """Scale of an arrow without force: zero would leave it no direction."""
 
-FLOOR_MARGIN = 1.5
-"""Distance the drawn ground reaches beyond the body's way [m]."""
+FLOOR_MARGIN = 1.5  #: Distance the drawn ground reaches beyond the body's way [m]
 
 
 def write_glb(
@@ -69,8 +66,7 @@ def write_glb(
         ParameterError: If rig or rate is not allowed, or the record cannot be drawn.
         FileError: If the file cannot be written.
     """
-    if not RATES[0] <= rate <= RATES[1]:
-        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
+    require_rate(rate)
     record = run.record
     scene = build_scene(record, forces=run.with_forces, rate=rate)
     bones = bones_of(record.human, rig)

@@ -1,7 +1,7 @@
 """Bones of a body as other programs name them: one tree for every joint set and every foot.
 
 Each part of the anatomy (:mod:`plantigrade.models.anatomy`) is a bone, also where a joint set welds
-it to its parent: then it never turns against it. So a spine always has three bones, a neck two, and
+it to its parent: then it never turns against it. A spine always has three bones, a neck two, and
 a foot as many as it has parts. Names other than the package's own leave out what a rig lacks, and
 what is left out is part of its parent.
 """
@@ -85,24 +85,15 @@ _WORDS = {"r": {"Side": "Right", "s": "r", "S": "R"}, "l": {"Side": "Left", "s":
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone, fixed to a body of the model.
+    """A bone, fixed to a body of the model."""
 
-    Attributes:
-        name: Its name in the rig.
-        part: The part of the anatomy, with side.
-        parent: Index of the bone above it; -1 for the hips.
-        body: Name of the body.
-        position: Its joint in the frame of the body [m].
-        rest: Its joint in the zero pose, from the hips' [m].
-        end: Where it ends in the frame of the body [m]; NaN where another bone follows.
-    """
-
-    name: str
-    part: str
-    parent: int
-    body: str
-    position: Float[Array, "3"]
-    rest: Float[Array, "3"]
+    name: str  #: Its name in the rig
+    part: str  #: The part of the anatomy, with side
+    parent: int  #: Index of the bone above it; -1 for the hips
+    body: str  #: Name of the body
+    position: Float[Array, "3"]  #: Its joint in the frame of the body [m]
+    rest: Float[Array, "3"]  #: Its joint in the zero pose, from the hips' [m]
+    #: Where it ends in the frame of the body [m]; NaN where another bone follows
     end: Float[Array, "3"]
 
 

@@ -6,12 +6,17 @@ from plantigrade.errors import ParameterError
 from plantigrade.motion import Motion
 from plantigrade.motion.resample import resampled
 
-RATES = (1.0, 1000.0)
-"""Allowed frames per second of an exported motion [Hz]."""
+RATES = (1.0, 1000.0)  # [Hz] allowed frames per second of an exported motion
 
 
 UNEVEN = 0.01
 """Deviation from equal steps [steps] above which a clock is not that of a format with one rate."""
+
+
+def require_rate(rate: float | None) -> None:
+    """Raise a ParameterError for a rate that is not allowed."""
+    if rate is not None and not RATES[0] <= rate <= RATES[1]:
+        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
 
 
 def at_rate(motion: Motion, rate: float | None) -> Motion:
@@ -26,8 +31,7 @@ def at_rate(motion: Motion, rate: float | None) -> Motion:
     Raises:
         ParameterError: If the rate is not allowed.
     """
-    if rate is not None and not RATES[0] <= rate <= RATES[1]:
-        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
+    require_rate(rate)
     if motion.n_frames < 2:
         return motion
     if rate is None:

@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.exchange.animation import surface_of
-from plantigrade.exchange.clock import RATES
+from plantigrade.exchange.clock import require_rate
 from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import together
 from plantigrade.extras import require
@@ -33,30 +33,21 @@ VIEW_HEIGHT = 2.3
 MIDDLE, FREE = 0.42, 0.02
 """Middle of the picture above the ground, and how far from it the centre of mass may be before the
 camera rises or sinks with it, of :data:`VIEW_HEIGHT`. Chosen."""
-SHAPE = 16 / 9
-"""Width over height of the picture."""
-FINER = 2
-"""Factor at which frames are drawn before they are reduced, against jagged edges."""
+SHAPE = 16 / 9  #: Width over height of the picture
+FINER = 2  #: Factor at which frames are drawn before they are reduced, against jagged edges
 LIGHT = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
 """Direction of the light: right, up, towards the reader."""
-SHADE = 0.45
-"""Brightness of a surface that the light does not meet."""
-CAMERA_CALM = 0.3
-"""Time over which the camera's path is smoothed, standard deviation [s]."""
+SHADE = 0.45  #: Brightness of a surface that the light does not meet
+CAMERA_CALM = 0.3  #: Time over which the camera's path is smoothed, standard deviation [s]
 SQUARE, SQUARES = 0.5, 9
 """Side of the squares of the ground [m], and their number to each side of the body."""
 ARROW, ARROW_WIDTH = 0.6, 0.02
 """Length of the arrow of one body weight, as in ``viewer.html``, and its width [m]."""
-HEIGHTS = (120, 2160)
-"""Allowed height of the picture [pixels]."""
+HEIGHTS = (120, 2160)  #: Allowed height of the picture [pixels]
 
 
 def write_film(
-    run: Run,
-    path: Path,
-    rate: float = 25.0,
-    view: str = "side",
-    height_px: int = 480,
+    run: Run, path: Path, rate: float = 25.0, view: str = "side", height_px: int = 480
 ) -> tuple[str, ...]:
     """Write a run as MP4 (H.264) or animated GIF, at true speed, with ground reactions as arrows.
 
@@ -72,8 +63,7 @@ def write_film(
         ParameterError: If a value is not allowed, or the record cannot be drawn.
         FileError: If the file cannot be written.
     """
-    if not RATES[0] <= rate <= RATES[1]:
-        raise ParameterError(f"{rate=} [Hz] must lie between {RATES[0]:g} and {RATES[1]:g}")
+    require_rate(rate)
     if not HEIGHTS[0] <= height_px <= HEIGHTS[1]:
         low, high = HEIGHTS
         raise ParameterError(f"{height_px=} [pixels] must lie between {low} and {high}")

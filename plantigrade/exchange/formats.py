@@ -15,17 +15,12 @@ from plantigrade.signatures import keywords_of, takes
 
 @dataclass(frozen=True)
 class Format:
-    """One format of exported runs.
+    """One format of exported runs."""
 
-    Attributes:
-        name: Its name in messages.
-        suffixes: File extensions, lower case, with the dot.
-        writer: ``module:function`` under :mod:`plantigrade.exchange`, called with the run, the path
-            and the options; it returns notes, one sentence each.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
+    name: str  #: Its name in messages
+    suffixes: tuple[str, ...]  #: File extensions, lower case, with the dot
+    #: ``module:function`` under :mod:`plantigrade.exchange`, called with the run, the path and the
+    #: options; it returns notes, one sentence each
     writer: str
 
     @property
@@ -76,7 +71,7 @@ def export(run: Run | str | Path, path: str | Path, **options: Any) -> tuple[str
         options: Those of all writers; each format has some of them.
 
     Returns:
-        What the file does not hold, or holds with a reservation, one sentence each.
+        One sentence for each thing that the file lacks, or holds with a reservation.
 
     Raises:
         UnsupportedFormat: If no format has this extension.

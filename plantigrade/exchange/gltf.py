@@ -110,7 +110,7 @@ class Document:
     def animate(self, node: int, path: str, values: Float[Array, "n_frames width"]) -> None:
         """Move a node: its ``translation``, ``rotation`` or ``scale`` over the clock.
 
-        What never changes is written into the node itself.
+        Constant values are written into the node itself.
         """
         rest = [float(v) for v in np.asarray(values[0], dtype="<f4")]
         if np.ptp(values, axis=0).max() < 1e-7:
@@ -160,21 +160,14 @@ class Document:
 
 @dataclass(frozen=True)
 class Surface:
-    """Triangles with normals, and the bones that move them.
+    """Triangles with normals, and the bones that move them."""
 
-    Attributes:
-        vertices: Places [m].
-        normals: Unit vectors out of the surface.
-        faces: Corners of each triangle, counter-clockwise seen from outside.
-        bones: Four bones of each vertex; None where nothing moves it.
-        weights: Their shares in 255ths, 255 in all.
-    """
-
-    vertices: Float[Array, "n_vertices 3"]
-    normals: Float[Array, "n_vertices 3"]
-    faces: Int[Array, "n_faces 3"]
+    vertices: Float[Array, "n_vertices 3"]  #: Places [m]
+    normals: Float[Array, "n_vertices 3"]  #: Unit vectors out of the surface
+    faces: Int[Array, "n_faces 3"]  #: Corners of each triangle, counter-clockwise seen from outside
+    #: Four bones of each vertex; None where nothing moves it
     bones: Int[Array, "n_vertices 4"] | None = None
-    weights: Int[Array, "n_vertices 4"] | None = None
+    weights: Int[Array, "n_vertices 4"] | None = None  #: Their shares in 255ths, 255 in all
 
 
 def surface(

@@ -15,11 +15,7 @@ from plantigrade.record import Run
 
 
 def write_skeleton(
-    run: Run,
-    path: Path,
-    rig: str = "plantigrade",
-    unit: str = "cm",
-    rate: float | None = None,
+    run: Run, path: Path, rig: str = "plantigrade", unit: str = "cm", rate: float | None = None
 ) -> tuple[str, ...]:
     """Write the motion of a run as BVH, y up.
 

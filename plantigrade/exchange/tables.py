@@ -12,8 +12,8 @@ Column names end in their unit, as the keys of ``metrics.json`` do:
 ``centre_of_pressure_up_r_m``       where it acts, world axes
 ==================================  ========================================================
 
-Over the cycle the side is a column, so its letter is missing: ``knee_angle_deg``. What is unknown
-is an empty field.
+Over the cycle the side is a column, so its letter is missing: ``knee_angle_deg``. An unknown
+value is an empty field.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,6 +29,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.writing import write_text
 from plantigrade.models.mirror import mirror_sign
+from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.motion.views import TRANSLATIONS
 from plantigrade.record import Record, Run
@@ -124,7 +125,7 @@ def _load(coordinate: str, ending: str) -> str:
         >>> _load("knee_angle_r", "moment_nm_kg"), _load("lumbar_bending", "power_w_kg")
         ('knee_angle_moment_r_nm_kg', 'lumbar_bending_power_w_kg')
     """
-    stem, side = _split(coordinate)
+    stem, side = split_side(coordinate)
     what, unit = ending.split("_", 1)
     return f"{stem}_{what}_{side}_{unit}" if side else f"{stem}_{what}_{unit}"
 
@@ -172,7 +173,7 @@ def side_curves(
 
     def put(table: Mapping[str, Array], ending: str, *, names: Mapping[str, str] | None = None):
         for name, rows in table.items():
-            stem, of = _split(name)
+            stem, of = split_side(name)
             if of in ("", side) and len(rows):  # foot progression comes of both
                 sign = mirror_sign(name) if side == "l" else 1.0
                 found[f"{names[stem] if names else stem}_{ending}"] = sign * rows
@@ -240,10 +241,6 @@ def _deviation(column: str) -> str:
     """
     unit = next(unit for unit in UNITS if column.endswith(f"_{unit}"))
     return f"{column.removesuffix(f'_{unit}')}_sd_{unit}"
-
-
-def _split(name: str) -> tuple[str, str]:
-    return (name[:-2], name[-1]) if name[-2:] in ("_r", "_l") else (name, "")
 
 
 def table_text(parts: Sequence[Mapping[str, Any]]) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 from plantigrade.errors import FileError, ParameterError, UnsupportedFormat
 from plantigrade.io.length import check_length
 from plantigrade.io.npz import MAX_NUMBER
+from plantigrade.io.pickles import is_compressed
 from plantigrade.io.text import reading
 from plantigrade.motion.recording import Recording
 from plantigrade.options import as_path
@@ -62,6 +63,12 @@ class Format:
 
 _TRC, _MOT, _AMC = (b"pathfiletype", b"frame#"), (b"endheader",), (b":fully-specified", b":degrees")
 _BVH = "bvh_writer:write_recording"
+_LFS = b"version https://git-lfs"  # starts a pointer to a file that was not downloaded
+# Keys of the SMPL family, in the headers of a zip archive and in a pickle.
+_SMPL_ARRAYS = re.compile(
+    rb"PK(?:\x03\x04.{26}|\x01\x02.{42})(?:poses|pose_body|body_pose|smpl_poses)\.npy", re.DOTALL
+)
+_SMPL_KEYS = re.compile(rb"poses|pose_body|body_pose|pose_world|smpl|pred_rotmat")
 
 FORMATS = (
     Format(
@@ -77,6 +84,7 @@ FORMATS = (
     Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),
     Format("CSV", (".csv", ".tsv", ".txt"), "csv:read_csv", "csv:write_csv", "markers coordinates"),
     Format("npz", (".npz",), "npz:read_npz"),
+    Format("SMPL", (".npz", ".pkl", ".pt"), "smpl:read_smpl"),
 )
 """All formats; the first whose signature matches wins."""
 
@@ -86,11 +94,12 @@ class ReadOptions:
     """Options of the readers; each format has some of them."""
 
     skeleton: str | Path | None = None
-    """AMC: its skeleton (.asf); by default the one in the folder of the file."""
+    """AMC: its skeleton (.asf); by default the one in the folder of the file. SMPL: a body model
+    (.npz) for the bone lengths of the file's betas; by default those of a mean adult."""
     unit: str | None = None
     """AMC, BVH: unit of length: m, cm, mm, in or (BVH) cmu; by default one that suits a person."""
     rate: float | None = None
-    """AMC: frames per second [Hz]; by default 120."""
+    """AMC, SMPL: frames per second [Hz]; by default that of the file, or 120 (AMC) or 30 (SMPL)."""
     knee_sign: int | None = None
     """MOT: 1 if knee flexion is positive in the file, -1 if negative; by default found."""
 
@@ -227,11 +236,21 @@ def format_of(path: str | Path) -> Format:
     candidates = [kind for kind in FORMATS if suffix in kind.suffixes]
     with reading(path), open(path, "rb") as file:
         head = file.read(_HEAD)
+        file.seek(max(file.tell(), path.stat().st_size - _HEAD))
+        tail = file.read(_HEAD)
     if head[1:2] == b"\x50" and len(head) >= 512 and 2 <= head[0] < 128 and b"\0" in head[:512]:
         return _named("C3D")
+    if head.startswith(_LFS):
+        problem, remedy = "is a pointer of git-lfs, not the file itself", "run: git lfs pull"
+        raise FileError(path, problem, remedy=remedy)
     if head.startswith(b"PK\x03\x04") and suffix == ".npz":
-        return _named("npz")
+        return _named("SMPL" if _SMPL_ARRAYS.search(head + tail) else "npz")
     text = head.replace(b"\0", b"").lower()  # UTF-16 too
+    if suffix in (".pkl", ".pt"):
+        if _SMPL_KEYS.search(text) or is_compressed(head):
+            return _named("SMPL")
+        problem, remedy = "is a pickle without poses of SMPL", "give a motion file"
+        raise UnsupportedFormat(path, problem, remedy=remedy)
     marked = [kind for kind in FORMATS if any(mark in text for mark in kind.signature)]
     if len(candidates) == 1 and (
         candidates[0] in marked or not candidates[0].signature or not marked

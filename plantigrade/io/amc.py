@@ -76,9 +76,7 @@ def read_amc(
     scale = _scale(asf, unit, warnings)
     time = (numbers - numbers[0]) / rate
     return Recording(
-        source=path,
-        skeleton=_motion(asf, values, to_rad, scale, time),
-        warnings=tuple(warnings),
+        source=path, skeleton=_motion(asf, values, to_rad, scale, time), warnings=tuple(warnings)
     )
 
 

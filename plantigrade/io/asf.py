@@ -24,47 +24,29 @@ _BONE_CHANNELS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")
 
 @dataclass(frozen=True)
 class Bone:
-    """One bone of an ASF skeleton, in file axes and units, angles in radians.
+    """One bone of an ASF skeleton, in file axes and units, angles in radians."""
 
-    Attributes:
-        name: Its name.
-        parent: Index of its parent bone in the skeleton; -1 where that is the root.
-        direction: Unit vector along the bone in the rest pose.
-        length: Length in file units.
-        axis: World rotation of its axis frame in the rest pose.
-        dof: Its free channels in the order of the AMC values: ``rx ry rz tx ty tz l``.
-    """
-
-    name: str
-    parent: int
-    direction: Float[Array, "3"]
-    length: float
-    axis: Float[Array, "3 3"]
+    name: str  #: Its name
+    parent: int  #: Index of its parent bone in the skeleton; -1 where that is the root
+    direction: Float[Array, "3"]  #: Unit vector along the bone in the rest pose
+    length: float  #: Length in file units
+    axis: Float[Array, "3 3"]  #: World rotation of its axis frame in the rest pose
+    #: Its free channels in the order of the AMC values: ``rx ry rz tx ty tz l``
     dof: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class AsfSkeleton:
-    """An ASF skeleton.
+    """An ASF skeleton."""
 
-    Attributes:
-        source: The file.
-        bones: Its bones, parents before children.
-        length_unit: The ``length`` of the ``:units`` block.
-        radians: Whether the file's angles are radians.
-        root_order: Channels of the root line of the AMC file.
-        root_axis: Rotation of the root's axis frame.
-        root_position: Position added to the root's translations, file units.
-    """
-
-    source: Path
-    bones: tuple[Bone, ...]
-    length_unit: float
-    radians: bool
-    root_order: tuple[str, ...]
-    root_axis: Float[Array, "3 3"]
+    source: Path  #: The file
+    bones: tuple[Bone, ...]  #: Its bones, parents before children
+    length_unit: float  #: The ``length`` of the ``:units`` block
+    radians: bool  #: Whether the file's angles are radians
+    root_order: tuple[str, ...]  #: Channels of the root line of the AMC file
+    root_axis: Float[Array, "3 3"]  #: Rotation of the root's axis frame
     root_rotation_order: str
-    root_position: Float[Array, "3"]
+    root_position: Float[Array, "3"]  #: Position added to the root's translations, file units
 
     def rest_pose(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Return start and end of each bone at rest, root at the origin, file axes."""

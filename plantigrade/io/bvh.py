@@ -50,6 +50,7 @@ MAX_BYTES = 100e6  # of a file [bytes]: about 13 minutes of 43 joints at 120 Hz
 
 _AT_REST = 2.0  # [deg]
 _JUMP = 2.0  # times the usual change between frames
+MAX_PELVIS_TILT = np.deg2rad(25)  # [rad] of an upright pelvis from the axes it was made along
 
 
 def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
@@ -206,7 +207,8 @@ def _upright(
     """Make a frame the rest pose, with the pelvis along an axis, and return it.
 
     It is the frame of the upright half with the smallest distance between the feet, in walking at
-    midstance.
+    midstance. A pelvis is tilted in it; that of most rigs has axes along those of the world in the
+    pose it was made in, whatever they are called, and these are then its zero.
 
     Args:
         names: Names of the joints.
@@ -224,10 +226,14 @@ def _upright(
     wide = np.where(rise >= np.median(rise), np.linalg.norm(apart, axis=1), np.inf)
     best = int(np.argmin(wide))
     rest = p[best] - p[best, 0]
-    deep = np.zeros(len(names), dtype=int)
+    deep, leads = np.zeros(len(names), dtype=int), set()  # depth, and what feet hang from
     for i, parent in enumerate(parents):
         deep[i] = 0 if parent < 0 else deep[parent] + 1
-    hips = min(pairs, key=lambda pair: deep[pair[0]], default=(0, 0))
+    for i in below:
+        while (i := parents[i]) >= 0:
+            leads.add(i)
+    legs = [pair for pair in pairs if pair[0] in leads] or pairs
+    hips = min(legs, key=lambda pair: deep[pair[0]], default=(0, 0))
     across = rest[hips[0]] - rest[hips[1]]
     left = across - (across @ up) * up
     turn = np.eye(3)
@@ -235,8 +241,21 @@ def _upright(
         left /= np.linalg.norm(left)
         goal = np.roll(np.abs(up), -1)
         turn = np.stack([goal, up, np.cross(goal, up)]).T @ np.stack([left, up, np.cross(left, up)])
-    R[:] = R @ (turn @ R[best]).transpose(0, 2, 1)
+    zero, i = turn @ R[best], parents[hips[0]]
+    while i >= 0:  # pelvis and root
+        zero[i] = _aligned(zero[i])
+        i = parents[i]
+    R[:] = R @ zero.transpose(0, 2, 1)
     return rest @ turn.T
+
+
+def _aligned(R: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
+    """Return the rotation of axes onto axes nearest to ``R``, or ``R`` if none is near."""
+    near = np.round(R)
+    if not np.allclose(near @ near.T, np.eye(3)) or np.linalg.det(near) < 0:
+        return R
+    cosine = 0.5 * (np.trace(near.T @ R) - 1)
+    return near if cosine > np.cos(MAX_PELVIS_TILT) else R
 
 
 def _scale(height: float, unit: str | None, warnings: list[str]) -> float:

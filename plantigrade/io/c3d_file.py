@@ -22,8 +22,7 @@ from plantigrade.io.length import check_length
 from plantigrade.io.text import reading
 
 BLOCK = 512  # [bytes]
-LIMIT_BYTES = 2e9
-"""Largest C3D file read [bytes]."""
+LIMIT_BYTES = 2e9  # [bytes] largest C3D file read
 
 BYTES_OF_A_POINT = 100
 """Measured memory per point of a frame while reading [bytes]; an analog sample takes that of four
@@ -37,13 +36,10 @@ _EXPORT_AGAIN = "export the recording again; the file is damaged or cut off"
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of a C3D file.
+    """Parameters of a C3D file."""
 
-    Attributes:
-        groups: Values by group and name, both upper case: a list of strings or an array (first
-            dimension of the file first).
-    """
-
+    #: Values by group and name, both upper case: a list of strings or an array (first dimension of
+    #: the file first)
     groups: dict[str, dict[str, np.ndarray | list[str]]]
 
     def strings(self, group: str, name: str) -> list[str]:

@@ -53,23 +53,14 @@ _MARKER_GROUPS = {"MARKERS", "MARKER", "LABELED_MARKERS"}
 
 @dataclass(frozen=True)
 class LabelledPoints:
-    """Columns of a file's points by kind.
+    """Columns of a file's points by kind."""
 
-    Attributes:
-        names: Clean, unique name per column.
-        markers: Columns of markers.
-        computed: Columns of positions computed by a model.
-        typed: Columns of angles, forces, moments, powers, scalars (no positions).
-        unlabelled: Columns of stray trajectories.
-        warnings: Warnings for the user.
-    """
-
-    names: tuple[str, ...]
-    markers: tuple[int, ...]
-    computed: tuple[int, ...]
-    typed: tuple[int, ...]
-    unlabelled: tuple[int, ...]
-    warnings: tuple[str, ...]
+    names: tuple[str, ...]  #: Clean, unique name per column
+    markers: tuple[int, ...]  #: Columns of markers
+    computed: tuple[int, ...]  #: Columns of positions computed by a model
+    typed: tuple[int, ...]  #: Columns of angles, forces, moments, powers, scalars (no positions)
+    unlabelled: tuple[int, ...]  #: Columns of stray trajectories
+    warnings: tuple[str, ...]  #: Warnings for the user
 
 
 def sort_points(file: C3dFile) -> LabelledPoints:

@@ -17,8 +17,7 @@ from plantigrade.io.force_plates import plate_axes
 from plantigrade.io.writing import write_bytes
 from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subject
 
-BLOCK = 512
-"""Bytes of a block."""
+BLOCK = 512  # Bytes of a block
 
 MAX_LIST = 255
 """Maximum length of a parameter's list, because dimensions are bytes; ``LABELS2`` … continue it."""

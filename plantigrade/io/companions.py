@@ -23,17 +23,11 @@ _MAX_DIFFERENCE = 0.04  # maximum median relative difference of one person's dis
 
 @dataclass(frozen=True)
 class Companions:
-    """Companions of a recording.
+    """Companions of a recording."""
 
-    Attributes:
-        static: A standing trial of the same person.
-        forces: Measured ground reactions of the same trial.
-        forces_source: The file they came from.
-    """
-
-    static: Recording | None = None
-    forces: tuple[ForcePlate, ...] = ()
-    forces_source: Path | None = None
+    static: Recording | None = None  #: A standing trial of the same person
+    forces: tuple[ForcePlate, ...] = ()  #: Measured ground reactions of the same trial
+    forces_source: Path | None = None  #: The file they came from
 
 
 def find_companions(recording: Recording, read) -> Companions:

@@ -32,8 +32,7 @@ from plantigrade.io.c3d_file import C3dFile
 from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate
 
-COP_THRESHOLD = 10.0
-"""Minimum vertical force for a centre of pressure [N]."""
+COP_THRESHOLD = 10.0  # [N] minimum vertical force for a centre of pressure
 
 MIN_LOAD = 50.0  # [N] minimum force on a loaded plate
 MAX_BASELINE = 30.0  # [N]

@@ -45,19 +45,12 @@ MAX_BYTES = 80e6  # of a file [bytes]: about 5 minutes of two plates at 2000 Hz
 
 @dataclass(frozen=True)
 class MotFile:
-    """Contents of a MOT or STO file, unscaled.
+    """Contents of a MOT or STO file, unscaled."""
 
-    Attributes:
-        table: Its columns, with names reduced to those of the coordinates.
-        paths: Column names as in the file.
-        in_degrees: As stated in the header; None if not stated.
-        warnings: Warnings for the user.
-    """
-
-    table: Table
-    paths: tuple[str, ...]
-    in_degrees: bool | None
-    warnings: tuple[str, ...] = ()
+    table: Table  #: Its columns, with names reduced to those of the coordinates
+    paths: tuple[str, ...]  #: Column names as in the file
+    in_degrees: bool | None  #: As stated in the header; None if not stated
+    warnings: tuple[str, ...] = ()  #: Warnings for the user
 
 
 def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:

@@ -3,6 +3,7 @@
 import re
 import sys
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -15,8 +16,7 @@ from plantigrade.motion.recording import GaitEvent, Markers, Recording, Table
 MAX_BYTES = 400 * 2**20  # [bytes] all arrays of a file together
 MAX_RATIO = 1000  # unpacked size over packed size; real motions stay far below
 
-MAX_NUMBER = 1e12
-"""Maximum magnitude of a number of a motion [SI], to prevent overflow."""
+MAX_NUMBER = 1e12  # Maximum magnitude of a number of a motion [SI], to prevent overflow
 
 _REMEDY = "name a motion.npz that plantigrade wrote"
 _FREE_RATIO = 50 * 2**20  # [bytes] below this any ratio is accepted
@@ -30,14 +30,17 @@ class Arrays:
     Args:
         path: The file.
         remedy: Remedy in error messages.
+        only: Names of the arrays to read; all by default.
 
     Raises:
         FileError: If the file cannot be read, is damaged, or unpacks to more than is allowed.
     """
 
-    def __init__(self, path: str | Path, remedy: str = _REMEDY):
+    def __init__(
+        self, path: str | Path, remedy: str = _REMEDY, only: Collection[str] | None = None
+    ):
         self.path, self._remedy = Path(path), remedy
-        self._arrays = _load(self.path, remedy)
+        self._arrays = _load(self.path, remedy, only)
 
     def __contains__(self, key: str) -> bool:
         """Return whether there is an array of this name."""
@@ -192,7 +195,7 @@ def read_npz(path: str | Path) -> Recording:
     )
 
 
-def _load(path: Path, remedy: str) -> dict[str, np.ndarray]:
+def _load(path: Path, remedy: str, only: Collection[str] | None) -> dict[str, np.ndarray]:
     """Return the arrays of a whole npz file of allowed size."""
     try:
         with reading(path):
@@ -210,7 +213,8 @@ def _load(path: Path, remedy: str) -> dict[str, np.ndarray]:
                     remedy="cut the motion into shorter ones",
                 )
             with np.load(path, allow_pickle=False) as archive:
-                arrays = {key: archive[key] for key in archive.files}
+                names = [key for key in archive.files if only is None or key in only]
+                arrays = {key: archive[key] for key in names}
     except FileError:
         raise
     except Exception as error:  # damaged bytes make zipfile and NumPy raise almost anything

@@ -31,14 +31,10 @@ MAX_BASELINE = 50.0  # [N] maximum force on an unloaded plate
 
 @dataclass(frozen=True)
 class ForceGroup:
-    """Columns of one ground reaction.
+    """Columns of one ground reaction."""
 
-    Attributes:
-        name: Common part of the column names.
-        columns: Three columns each of force, point and torque; empty if missing.
-    """
-
-    name: str
+    name: str  #: Common part of the column names
+    #: Three columns each of force, point and torque; empty if missing
     columns: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
 

@@ -27,9 +27,9 @@ FORCE_WORDS = {"grf", "grfs", "force", "forces", "fp", "kinetics", "ground", "re
 FORCE_SUFFIXES = {".forces", ".mot", ".sto"}
 STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibration", "tpose",
                 "npose", "neutral", "anatomical"}  # fmt: skip
-MAX_CANDIDATES = 12  # maximum number of files of one kind that are worth opening
+MAX_CANDIDATES = 12  # maximum number of files of one kind that are opened; chosen
 SETTLED = 2.0  # [s] coarsest time stamp of a file system (FAT): a later change might not show
-FOLDERS_KEPT = 16  # number of indexed folders that stay in memory
+FOLDERS_KEPT = 16  # number of indexed folders in memory; chosen
 
 Trial = frozenset[str]
 """Words of a file name that identify a trial."""
@@ -37,23 +37,20 @@ Trial = frozenset[str]
 
 @dataclass
 class Siblings:
-    """Files of a folder, indexed by the words of their names.
+    """Files of a folder, indexed by the words of their names."""
 
-    Attributes:
-        static: Size [B] and path of files named as standing trials, small ones first, by ending and
-            each other word of the name (``""`` where there is none).
-        numbered: Size and path of all files, by ending and name before the trial number.
-        forces: Files that may hold ground reactions, by their trial.
-        trials: Trials of these files, by each of their words.
-        rarest: The same trials, each by that of its words which the fewest trials have.
-        skeletons: ASF files by name without ending, in small letters.
-    """
-
+    #: Size [B] and path of files named as standing trials, small ones first, by ending and each
+    #: other word of the name (``""`` where there is none)
     static: dict[tuple[str, str], list[tuple[int, Path]]] = field(default_factory=dict)
+    #: Size and path of all files, by ending and name before the trial number
     numbered: dict[tuple[str, str], list[tuple[int, Path]]] = field(default_factory=dict)
+    #: Files that may hold ground reactions, by their trial
     forces: dict[Trial, list[Path]] = field(default_factory=dict)
+    #: Trials of these files, by each of their words
     trials: dict[str, list[Trial]] = field(default_factory=dict)
+    #: The same trials, each by that of its words which the fewest trials have
     rarest: dict[str, list[Trial]] = field(default_factory=dict)
+    #: ASF files by name without ending, in small letters
     skeletons: dict[str, Path] = field(default_factory=dict)
 
     @classmethod

@@ -16,11 +16,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError, not_ordinary
 from plantigrade.printable import listed
 
-LIMIT_BYTES = 200e6
-"""Default maximum size of a text file [bytes], about an hour of 60 markers."""
+LIMIT_BYTES = 200e6  # Default maximum size of a text file [bytes], about an hour of 60 markers
 
-ROWS_AT_ONCE = 2000
-"""Rows of a table that are parsed in one pass, few enough to limit memory."""
+ROWS_AT_ONCE = 2000  # Rows of a table that are parsed in one pass, few enough to limit memory
 
 # Words for missing values in exported tables, besides an empty field.
 MISSING_WORDS = frozenset(

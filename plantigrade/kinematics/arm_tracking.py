@@ -23,10 +23,8 @@ from plantigrade.kinematics.shoulders import (
     range_excess,
 )
 
-RANGE_WEIGHT = 0.02
-"""RMS marker error equivalent to 1 rad beyond the usual range [m]."""
-LIMIT_WEIGHT = 100.0
-"""Cost of exceeding a limit relative to exceeding the usual range [1]."""
+RANGE_WEIGHT = 0.02  # [m] RMS marker error equivalent to 1 rad beyond the usual range
+LIMIT_WEIGHT = 100.0  # [1] cost of exceeding a limit relative to exceeding the usual range
 CHANGE_WEIGHT = 50.0
 """Cost of a change between frames relative to the same excess over the usual range [1]."""
 FREE_RANGE = 4 * np.pi  # [rad] limit of a shoulder angle during tracking

@@ -23,23 +23,15 @@ MAX_STEPS = 25  # [1] maximum number of joint steps
 
 @dataclass(frozen=True)
 class Calibration:
-    """A person scaled to markers.
+    """A person scaled to markers."""
 
-    Attributes:
-        human: The person with the lengths found.
-        places: Attachment of each marker.
-        names: Marker names, in the order of ``places``.
-        qpos: Poses of the frames used.
-        residual: Marker distances on these frames [m]; NaN where not seen.
-        attached: Markers of unknown name → the body they were put on.
-    """
-
-    human: Human
-    places: tuple[Attachment, ...]
-    names: tuple[str, ...]
-    qpos: Float[Array, "n_frames nq"]
+    human: Human  #: The person with the lengths found
+    places: tuple[Attachment, ...]  #: Attachment of each marker
+    names: tuple[str, ...]  #: Marker names, in the order of ``places``
+    qpos: Float[Array, "n_frames nq"]  #: Poses of the frames used
+    #: Marker distances on these frames [m]; NaN where not seen
     residual: Float[Array, "n_frames n_markers"]
-    attached: dict[str, str]
+    attached: dict[str, str]  #: Markers of unknown name → the body they were put on
 
 
 def calibrate(
@@ -88,12 +80,7 @@ def calibrate(
     )
     which = c.known()
     return Calibration(
-        scaled,
-        places,
-        tuple(c.names[i] for i in which),
-        c.qpos,
-        residual[:, which],
-        attached,
+        scaled, places, tuple(c.names[i] for i in which), c.qpos, residual[:, which], attached
     )
 
 

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
 from plantigrade.errors import FitError
 from plantigrade.io.opensim_coordinates import NO_ANGLE
 from plantigrade.kinematics.foot_bones import with_bones
@@ -39,10 +38,7 @@ SYNONYMS = {"lumbar": "lumbar_extension", "torso_extension": "lumbar_extension"}
 LEG_COORDINATES = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
 
 
-def fit_coordinates(
-    recording: Recording,
-    person: Person | None = None,
-) -> Fit:
+def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
     """Fit a person to joint coordinates.
 
     Args:
@@ -81,7 +77,8 @@ def fit_coordinates(
         flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > MIN_FLIGHT_RISE
         qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
         notes.append("the file gives no pelvis path; it was computed from the standing feet.")
-    way = _way(human, table.time, qpos)
+    ends = sole_paths(human, qpos).ends
+    way = moving_ground(table.time, *(each[:, ::-1] for each in ends))
     if np.abs(way).max() > 0:
         notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
     qpos, rise = level(human, qpos, rate, way=way)
@@ -118,18 +115,6 @@ def fit_coordinates(
     )
 
 
-def _way(human: Human, time, qpos) -> Float[Array, "n_frames 3"]:
-    """Return the path of the ground under the feet [m]; zero overground."""
-    contact = sole_paths(human, qpos)
-    ends = [
-        np.stack(
-            [contact.position[:, contact.of(s, r)].mean(axis=1) for s in reversed(SIDES)], axis=1
-        )
-        for r in ("heel", "toes")
-    ]
-    return moving_ground(time, *ends)
-
-
 def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     """Return the table with our names and without empty rows."""
     names = tuple(SYNONYMS.get(n, n) for n in table.names)
@@ -138,8 +123,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     if not known:
         raise FitError(
             f"{recording.source} has no coordinate of hips or knees "
-            f"({', '.join(LEG_COORDINATES)}); "
-            f"its columns are {listed(table.names, 12)}"
+            f"({', '.join(LEG_COORDINATES)}); its columns are {listed(table.names, 12)}"
         )
     if len(table.time) < 2:
         raise FitError(f"{recording.source} has {len(table.time)} rows; two are needed")
@@ -198,9 +182,8 @@ def _stature(person: Person, table: Table, age: float | None, notes: list[str]) 
         stature *= usual
         if not PLAUSIBLE_STATURES[0] <= stature <= PLAUSIBLE_STATURES[1]:
             notes.append(
-                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on "
-                f"ground at 0; {USUAL_HEIGHT:.2f} m was assumed as body height (set it with "
-                "--height)."
+                f"the pelvis's height ({np.median(ty):.2f} m) fits no person standing on ground at "
+                f"0; {USUAL_HEIGHT:.2f} m was assumed as body height (set it with --height)."
             )
             return USUAL_HEIGHT
         if abs(usual - 1) < 1e-3:

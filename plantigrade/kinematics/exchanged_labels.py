@@ -61,17 +61,11 @@ _YAWS = np.deg2rad(np.arange(0, 360, 5))
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Markers with known positions on a standing person.
+    """Markers with known positions on a standing person."""
 
-    Attributes:
-        human: The person.
-        names: Marker names.
-        places: Attachment of each marker.
-    """
-
-    human: Human
-    names: tuple[str, ...]
-    places: tuple[Attachment, ...]
+    human: Human  #: The person
+    names: tuple[str, ...]  #: Marker names
+    places: tuple[Attachment, ...]  #: Attachment of each marker
 
     @property
     def standing(self) -> Float[Array, "n_markers 3"]:
@@ -81,13 +75,9 @@ class Landmarks:
 
 @dataclass(frozen=True)
 class Exchange:
-    """Exchanged labels.
+    """Exchanged labels."""
 
-    Attributes:
-        recorded_as: Label → the different label under which its marker was recorded.
-    """
-
-    recorded_as: dict[str, str]
+    recorded_as: dict[str, str]  #: Label → the different label under which its marker was recorded
 
     @classmethod
     def of(cls, names: Sequence[str], order: np.ndarray) -> "Exchange":

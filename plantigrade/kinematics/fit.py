@@ -99,8 +99,7 @@ def fit_markers(
     notes = pelvis_notes(human, places, body.attached) + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
-        recording,
-        markers=Markers(markers.names, markers.time[window], markers.positions[window]),
+        recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])
     )
     _add_marker_notes(
         notes, body.attached, tracked, {n: w for n, w in ignored.items() if n in markers.names}

@@ -56,19 +56,12 @@ MIN_NOTED_THICKNESS = 0.010  # [m] sole thickness that is reported
 
 @dataclass(frozen=True)
 class FlatFeet:
-    """A person with feet that stand flat.
+    """A person with feet that stand flat."""
 
-    Attributes:
-        human: The person, with the height of the ankles and the soles found.
-        places: Attachment of each marker.
-        grounded: Whether a foot stood flat on the ground in some frames.
-        notes: Notes for the user, one sentence each.
-    """
-
-    human: Human
-    places: tuple[Attachment, ...]
-    grounded: bool = False
-    notes: tuple[str, ...] = ()
+    human: Human  #: The person, with the height of the ankles and the soles found
+    places: tuple[Attachment, ...]  #: Attachment of each marker
+    grounded: bool = False  #: Whether a foot stood flat on the ground in some frames
+    notes: tuple[str, ...] = ()  #: Notes for the user, one sentence each
 
 
 def set_flat(
@@ -205,11 +198,7 @@ def with_resting_soles(
     """
     contact = sole_paths(human, qpos, ground)
     rate = (len(time) - 1) / (time[-1] - time[0])
-    ends = [
-        np.stack([contact.position[:, contact.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
-        for r in ("heel", "toes")
-    ]
-    rests = find_rests(contact, rate, way=moving_ground(time, *ends))
+    rests = find_rests(contact, rate, way=moving_ground(time, *contact.ends))
     seen = {p.body for p in places}
     offsets: dict[str, float] = {}
     for side in SIDES:
@@ -315,10 +304,7 @@ def _with_ankles(human: Human, ankle: float, thick: dict[str, float]) -> Human:
 
 
 def _levelled(
-    human: Human,
-    side: str,
-    tibia: Float[Array, "n_frames 3 3"],
-    poses: Float[Array, "n_frames nq"],
+    human: Human, side: str, tibia: Float[Array, "n_frames 3 3"], poses: Float[Array, "n_frames nq"]
 ) -> Float[Array, "n_frames 3 3"]:
     """Return the rotations of a foot levelled by ankle and subtalar joint.
 

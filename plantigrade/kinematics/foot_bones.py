@@ -75,10 +75,7 @@ class FootPath:
 
 
 def pressing(
-    rests: Sequence[ContactFrames],
-    side: str,
-    height: Float[Array, " n_frames"],
-    standing: float,
+    rests: Sequence[ContactFrames], side: str, height: Float[Array, " n_frames"], standing: float
 ) -> np.ndarray:
     """Return the loaded parts of a foot in every frame, without the tips of the toes.
 
@@ -284,10 +281,7 @@ def on_feet_with_bones(
     return bony, plant_feet(bony, out, rate=rate, rests=rests), figures
 
 
-def hinges_towards(
-    axes: Float[Array, "k 3"],
-    target: Float[Array, "n 3 3"],
-) -> Float[Array, "n k"]:
+def hinges_towards(axes: Float[Array, "k 3"], target: Float[Array, "n 3 3"]) -> Float[Array, "n k"]:
     """Return the angles of hinges in a row that come closest to a rotation [rad].
 
     Three hinges reach it; two minimise the remaining angle.
@@ -308,10 +302,7 @@ def hinges_towards(
 
 
 def ankle_angles(
-    human: Human,
-    side: str,
-    shank: Float[Array, "n 3 3"],
-    foot: Float[Array, "n 3 3"],
+    human: Human, side: str, shank: Float[Array, "n 3 3"], foot: Float[Array, "n 3 3"]
 ) -> Float[Array, "n k"]:
     """Return the ankle angles between shank and foot [rad].
 

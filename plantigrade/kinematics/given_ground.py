@@ -16,15 +16,14 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.errors import FitError
 from plantigrade.kinematics.ground_level import moving_ground
-from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import MIN_REST_TIME, STILL_SPEED, point_speed
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 from plantigrade.motion.ground_velocity import ground_velocity
 from plantigrade.motion.recording import even_clock
 
-MIN_STANDING = 2
-"""Fewest standing feet that determine the position of a given ground."""
+MIN_STANDING = 2  # Fewest standing feet that determine the position of a given ground
 MAX_RAMP_SLOPE = np.deg2rad(18)
 """Steepest slope [rad]; feet in a steeper line stand on steps. Laboratories build ramps up to 15°,
 stairs are steeper than 25°."""
@@ -34,37 +33,26 @@ MIN_BELT_SLOPE = np.deg2rad(2.0)
 """Smallest inclination of a belt [rad]; soft tissue and shoes show 0.8° on level belts."""
 SPHERE_TO_EDGE = 0.03
 """Distance from the outermost contact sphere of a foot to the edge of its step [m]: flesh, shoe."""
-MIN_STEP_HEIGHT = 0.06
-"""Smallest difference of height between two levels [m]."""
+MIN_STEP_HEIGHT = 0.06  # [m] smallest difference of height between two levels
 
 
 @dataclass(frozen=True)
 class GivenGround:
-    """Given ground of a recording.
+    """Given ground of a recording."""
 
-    Attributes:
-        shape: A slope, or steps of the height of the first one; its position is not used.
-        heading: Where it rises, to the left from the axis of the laboratory that is nearest to
-            where the person faces [rad].
-    """
-
-    shape: Ground
+    shape: Ground  #: A slope, or steps of the height of the first one; its position is not used
+    #: Where it rises, to the left from the axis of the laboratory that is nearest to where the
+    #: person faces [rad]
     heading: float = 0.0
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where feet stand, in axes of a ground whose height is zero, by place along x.
+    """Where feet stand, in axes of a ground whose height is zero, by place along x."""
 
-    Attributes:
-        x: From the rear to the front end of each foot [m].
-        height: Mean height of heel and ball above the plane [m].
-        slope: How far what they stand on rises while it moves, as a belt does [rad].
-    """
-
-    x: Float[Array, "n_stands 2"]
-    height: Float[Array, " n_stands"]
-    slope: float
+    x: Float[Array, "n_stands 2"]  #: From the rear to the front end of each foot [m]
+    height: Float[Array, " n_stands"]  #: Mean height of heel and ball above the plane [m]
+    slope: float  #: How far what they stand on rises while it moves, as a belt does [rad]
 
 
 def standing_feet(
@@ -83,7 +71,7 @@ def standing_feet(
     """
     soles = sole_paths(human, qpos, Ground(slope=slope))
     time = even_clock(time)
-    way = moving_ground(time, *_ends(soles))
+    way = moving_ground(time, *soles.ends)
     position = soles.position - way[:, None]
     places, heights, moves = [], [], np.zeros((0, 2))
     for side in SIDES:
@@ -110,10 +98,7 @@ def standing_feet(
 
 
 def below_feet(
-    shape: Ground,
-    human: Human,
-    time: Float[Array, " n_frames"],
-    qpos: Float[Array, "n_frames nq"],
+    shape: Ground, human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
 ) -> Ground:
     """Return a ground of this shape where the feet of a motion stand on it.
 
@@ -181,7 +166,7 @@ def suggested(
         qpos: The motion, facing x.
     """
     feet = standing_feet(human, time, qpos)
-    if np.any(ground_velocity(time, *_ends(sole_paths(human, qpos)))):
+    if np.any(ground_velocity(time, *sole_paths(human, qpos).ends)):
         return f"--ground slope:{_degrees(feet.slope)}" if abs(feet.slope) > MIN_BELT_SLOPE else ""
     if len(feet.height) < MIN_STANDING or np.ptp(feet.height) < MIN_STEP_HEIGHT:
         return ""
@@ -203,11 +188,3 @@ def suggested(
 def _degrees(slope: float) -> str:
     """Return a slope to half a degree."""
     return f"{np.round(2 * np.rad2deg(slope)) / 2:g}"
-
-
-def _ends(soles: SolePaths) -> list[Float[Array, "n_frames 2 3"]]:
-    """Return the heels, then the toes, of both feet."""
-    return [
-        np.stack([soles.position[:, soles.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
-        for r in ("heel", "toes")
-    ]

@@ -86,10 +86,7 @@ class Terms(PointSet):
     """
 
     def __init__(
-        self,
-        human: Human,
-        points: list[tuple[str, np.ndarray]],
-        pairs: list[tuple[int, int]],
+        self, human: Human, points: list[tuple[str, np.ndarray]], pairs: list[tuple[int, int]]
     ):
         super().__init__(human, [b for b, _ in points], np.array([p for _, p in points]))
         self._to = np.array([a for a, _ in pairs], dtype=int)
@@ -113,17 +110,12 @@ class Terms(PointSet):
 
 @dataclass(frozen=True)
 class InverseSolution:
-    """Result of inverse kinematics for one frame.
+    """Result of inverse kinematics for one frame."""
 
-    Attributes:
-        qpos: The configuration.
-        residual: Distance of each point to its measurement [m]; NaN where not measured.
-        iterations: Gauss-Newton steps taken.
-    """
-
-    qpos: Float[Array, " nq"]
+    qpos: Float[Array, " nq"]  #: The configuration
+    #: Distance of each point to its measurement [m]; NaN where not measured
     residual: Float[Array, " n_points"]
-    iterations: int
+    iterations: int  #: Gauss-Newton steps taken
 
 
 class InverseKinematics:

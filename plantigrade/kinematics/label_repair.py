@@ -15,19 +15,13 @@ from plantigrade.motion import Recording
 
 @dataclass(frozen=True)
 class CorrectedLabels:
-    """A recording and its standing trial with every marker under its own label.
+    """A recording and its standing trial with every marker under its own label."""
 
-    Attributes:
-        recording: The recording.
-        static: Its standing trial, if there is one.
-        exchanged: Labels of the recording that were exchanged with each other, mostly pairs.
-        notes: Corrections, one sentence each.
-    """
-
-    recording: Recording
-    static: Recording | None
+    recording: Recording  #: The recording
+    static: Recording | None  #: Its standing trial, if there is one
+    #: Labels of the recording that were exchanged with each other, mostly pairs
     exchanged: tuple[tuple[str, ...], ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: Corrections, one sentence each
 
 
 def corrected_labels(

@@ -31,17 +31,12 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class LegSolution:
-    """Postures whose legs reach given foot poses.
+    """Postures whose legs reach given foot poses."""
 
-    Attributes:
-        qpos: The postures.
-        missed: Distance of each ankle from its target, right and left [m].
-        turned: Angle of each foot from its target [rad].
-    """
-
-    qpos: Float[Array, "n_frames nq"]
+    qpos: Float[Array, "n_frames nq"]  #: The postures
+    #: Distance of each ankle from its target, right and left [m]
     missed: Float[Array, "n_frames 2"]
-    turned: Float[Array, "n_frames 2"]
+    turned: Float[Array, "n_frames 2"]  #: Angle of each foot from its target [rad]
 
 
 class LegInverse:

@@ -38,35 +38,21 @@ MIN_SHARED_MARKERS = 6  # [1] minimum number of known markers shared with the st
 
 @dataclass(frozen=True)
 class Prepared:
-    """A marker recording that can be scaled and followed.
+    """A marker recording that can be scaled and followed."""
 
-    Attributes:
-        recording: The recording, turned so that the person faces x, labels put right.
-        static: Its standing trial, labels put right, not turned.
-        person: Known properties of the person.
-        human: A person of about the size, to start from.
-        names: The markers worth fitting, of the recording and of the standing trial.
-        placed: Where each of them sits; None for an unknown name.
-        ignored: Markers that are not worth fitting, and why.
-        window: The frames that show enough of the markers.
-        heading: Angle by which the recording was turned about the vertical [rad].
-        ground: Slope or steps on which the feet stand, where they are given.
-        exchanged: Labels that were exchanged with each other.
-        notes: Corrections, one sentence each.
-    """
-
-    recording: Recording
-    static: Recording | None
-    person: Person
-    human: Human
-    names: tuple[str, ...]
-    placed: Mapping[str, Attachment | None]
-    ignored: Mapping[str, str]
-    window: slice
-    heading: float
+    recording: Recording  #: The recording, turned so that the person faces x, labels put right
+    static: Recording | None  #: Its standing trial, labels put right, not turned
+    person: Person  #: Known properties of the person
+    human: Human  #: A person of about the size, to start from
+    names: tuple[str, ...]  #: The markers worth fitting, of the recording and of the standing trial
+    placed: Mapping[str, Attachment | None]  #: Where each of them sits; None for an unknown name
+    ignored: Mapping[str, str]  #: Markers that are not worth fitting, and why
+    window: slice  #: The frames that show enough of the markers
+    heading: float  #: Angle by which the recording was turned about the vertical [rad]
+    #: Slope or steps on which the feet stand, where they are given
     ground: GivenGround | None = None
-    exchanged: tuple[tuple[str, ...], ...] = ()
-    notes: tuple[str, ...] = ()
+    exchanged: tuple[tuple[str, ...], ...] = ()  #: Labels that were exchanged with each other
+    notes: tuple[str, ...] = ()  #: Corrections, one sentence each
 
     @property
     def markers(self) -> Markers:
@@ -156,7 +142,7 @@ def prepare(
 def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
     """Return the markers worth fitting and the reason for each that is not.
 
-    Of two centres of one joint, that of a regression is left out: a functional one is nearer the
+    If a joint has two centres, that of a regression is left out: a functional one is nearer the
     joint where the range of motion is sufficient ([Kainz2015]_).
     """
     names, ignored = [], {}

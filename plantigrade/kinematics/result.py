@@ -17,43 +17,31 @@ _Known = TypeVar("_Known", Person, Subject)
 
 @dataclass(frozen=True)
 class Fit:
-    """A recording on a body.
+    """A recording on a body."""
 
-    Attributes:
-        human: The person, scaled.
-        time: Time of each fitted frame [s].
-        qpos: Configuration of each frame, as fitted (not filtered).
-        recording: The recording, turned so that the person faces x, and cut to the fitted frames.
-        source_kind: ``"markers"``, ``"skeleton"`` or ``"coordinates"``.
-        markers: The markers that were fitted (recorded positions; gaps are NaN); None where the
-            recording has no markers.
-        places: Position of each of these markers on the body.
-        residual: Distance of each marker to its place [m]; NaN where not seen.
-        kept: Whether each marker sample was used; False for outliers.
-        attached: Markers of unknown name → the body they were put on.
-        heading: Angle by which the recording was turned about the vertical [rad].
-        assumed: Coordinates that the recording does not show: those of trunk, head and arms follow
-            a published posture and motion of walking, others keep their value in standing.
-        ground: Ground under the feet.
-        metrics: Figures of the fit (flat, unit suffix).
-        warnings: Notes for the user, one sentence each.
-    """
-
-    human: Human
-    time: Float[Array, " n_frames"]
-    qpos: Float[Array, "n_frames nq"]
+    human: Human  #: The person, scaled
+    time: Float[Array, " n_frames"]  #: Time of each fitted frame [s]
+    qpos: Float[Array, "n_frames nq"]  #: Configuration of each frame, as fitted (not filtered)
+    #: The recording, turned so that the person faces x, and cut to the fitted frames
     recording: Recording
-    source_kind: str
+    source_kind: str  #: ``"markers"``, ``"skeleton"`` or ``"coordinates"``
+    #: The markers that were fitted (recorded positions; gaps are NaN); None where the recording has
+    #: no markers
     markers: Markers | None = None
-    places: tuple[Attachment, ...] = ()
+    places: tuple[Attachment, ...] = ()  #: Position of each of these markers on the body
+    #: Distance of each marker to its place [m]; NaN where not seen
     residual: Float[Array, "n_frames n_markers"] | None = None
+    #: Whether each marker sample was used; False for outliers
     kept: Bool[Array, "n_frames n_markers"] | None = None
+    #: Markers of unknown name → the body they were put on
     attached: dict[str, str] = field(default_factory=dict)
-    heading: float = 0.0
+    heading: float = 0.0  #: Angle by which the recording was turned about the vertical [rad]
+    #: Coordinates that the recording does not show: those of trunk, head and arms follow a
+    #: published posture and motion of walking, others keep their value in standing
     assumed: tuple[str, ...] = ()
-    ground: Ground = field(default_factory=Ground)
-    metrics: dict = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    ground: Ground = field(default_factory=Ground)  #: Ground under the feet
+    metrics: dict = field(default_factory=dict)  #: Figures of the fit (flat, unit suffix)
+    warnings: tuple[str, ...] = ()  #: Notes for the user, one sentence each
 
 
 def filled(known: _Known, other: Any) -> _Known:

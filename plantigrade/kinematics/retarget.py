@@ -73,33 +73,8 @@ def fit_skeleton(
     Raises:
         FitError: If there is no skeleton, or its hips, knees and ankles cannot be identified.
     """
-    skeleton = recording.skeleton
-    if skeleton is None:
-        raise FitError(f"{recording.source} has no skeleton to retarget")
-    if len(skeleton.time) < 2:
-        raise FitError(f"{recording.source} has {len(skeleton.time)} frames; two are needed")
-    if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
-        raise FitError(f"{recording.source}: the skeleton has gaps (NaN); fill them first")
     notes: list[str] = []
-    found = _identified(skeleton, names, notes)
-    bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
-    skeleton, found_spikes = without_spikes(skeleton, bodily)
-    if found_spikes:
-        recording = replace(recording, skeleton=skeleton)
-        notes.append(spike_note(found_spikes))
-    sudden = jumps(skeleton, sorted(bodily))
-    if sudden:
-        notes.append(
-            f"joints jump between two frames, {len(sudden)} times: "
-            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed there, but "
-            "check the file."
-        )
-    source = SkeletonSource(skeleton, found)
-    angle = quarter_turn_to_face_x(source.facing())
-    if angle:
-        recording = turn(recording, angle)
-        assert recording.skeleton is not None
-        source = SkeletonSource(recording.skeleton, found)
+    recording, source, angle, repairs = _source_of(recording, names, notes)
     person = filled(person or Person(), recording.subject)
     recording, source, human, stature = _on_person(recording, source, person, notes)
     rate = rate_of(source.time)
@@ -131,9 +106,7 @@ def fit_skeleton(
         **contact_metrics(before, rests, way, "_before"),
         **contact_metrics(after, rests, way),
         **bones,
-        "joint_jumps": len(sudden),
-        "samples_bridged": len(found_spikes),
-        "joint_jump_max_deg": float(np.rad2deg(sudden[0].angle)) if sudden else 0.0,
+        **repairs,
         "skeleton_height_m": stature,
         "height_m": human.height,
         "height_estimated": person.height is None,
@@ -150,6 +123,45 @@ def fit_skeleton(
         metrics=metrics,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
+
+
+def _source_of(
+    recording: Recording, names: Mapping[str, str] | None, notes: list[str]
+) -> tuple[Recording, SkeletonSource, float, dict[str, float]]:
+    """Return the recording without spikes, facing x, its skeleton, the turn [rad], and figures.
+
+    Raises:
+        FitError: If there is no skeleton without gaps, or its joints cannot be identified.
+    """
+    skeleton = recording.skeleton
+    if skeleton is None:
+        raise FitError(f"{recording.source} has no skeleton to retarget")
+    if len(skeleton.time) < 2:
+        raise FitError(f"{recording.source} has {len(skeleton.time)} frames; two are needed")
+    if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
+        raise FitError(f"{recording.source}: the skeleton has gaps (NaN); fill them first")
+    found = _identified(skeleton, names, notes)
+    bodily = {i for name, i in found.joints.items() if not name.startswith("thumb")}
+    skeleton, found_spikes = without_spikes(skeleton, bodily)
+    if found_spikes:
+        recording = replace(recording, skeleton=skeleton)
+        notes.append(spike_note(found_spikes))
+    sudden = jumps(skeleton, sorted(bodily))
+    if sudden:
+        notes.append(
+            f"joints jump between two frames, {len(sudden)} times: "
+            f"{listed([str(jump) for jump in sudden], 5)}; the motion is smoothed there, but "
+            "check the file."
+        )
+    source = SkeletonSource(skeleton, found)
+    angle = quarter_turn_to_face_x(source.facing())
+    if angle:
+        recording = turn(recording, angle)
+        assert recording.skeleton is not None
+        source = SkeletonSource(recording.skeleton, found)
+    largest = float(np.rad2deg(sudden[0].angle)) if sudden else 0.0
+    repairs = {"joint_jumps": len(sudden), "samples_bridged": len(found_spikes)}
+    return recording, source, angle, {**repairs, "joint_jump_max_deg": largest}
 
 
 def _identified(
@@ -223,5 +235,10 @@ def _add_ground_notes(
 
 
 def _scaled(skeleton: SkeletonMotion, factor: float) -> SkeletonMotion:
+    """Return a skeleton with other lengths; its path scales too unless the lengths were assumed."""
     lengths = ("positions", "rest_positions", "ends")
-    return replace(skeleton, **{name: getattr(skeleton, name) * factor for name in lengths})
+    scaled = {name: getattr(skeleton, name) * factor for name in lengths}
+    if skeleton.lengths_assumed:
+        kept = (1 - factor) * skeleton.positions[:, :1]
+        scaled |= {"positions": scaled["positions"] + kept, "ends": scaled["ends"] + kept}
+    return replace(skeleton, **scaled)

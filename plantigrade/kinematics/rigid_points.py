@@ -23,20 +23,13 @@ _ONE = np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class RigidPoints:
-    """Points of a few bodies, and how these move; turns first, as MuJoCo has them.
+    """Points of a few bodies, and how these move; turns first, as MuJoCo has them."""
 
-    Attributes:
-        owner: Body of each point, as an index.
-        arm: Position of each point from the origin of its body [m].
-        body_jacobian: Jacobian of the bodies' motion.
-        body_velocity: Their motion [rad/s, m/s].
-        body_bias: Its rate where the generalised acceleration is zero, along with the bodies.
-    """
-
-    owner: Int[Array, " k"]
-    arm: Float[Array, "k 3"]
-    body_jacobian: Float[Array, "n_bodies 6 nv"]
-    body_velocity: Float[Array, "n_bodies 6"]
+    owner: Int[Array, " k"]  #: Body of each point, as an index
+    arm: Float[Array, "k 3"]  #: Position of each point from the origin of its body [m]
+    body_jacobian: Float[Array, "n_bodies 6 nv"]  #: Jacobian of the bodies' motion
+    body_velocity: Float[Array, "n_bodies 6"]  #: Their motion [rad/s, m/s]
+    #: Its rate where the generalised acceleration is zero, along with the bodies
     body_bias: Float[Array, "n_bodies 6"]
 
     def __len__(self) -> int:

@@ -15,11 +15,7 @@ PELVIS_CUTOFF = 6.0  # [Hz] low-pass of the pelvis in walking [Winter2009]_
 
 
 def forward_path(
-    human: Human,
-    qpos: Float[Array, "n_frames nq"],
-    *,
-    rate: float,
-    vertical: bool = True,
+    human: Human, qpos: Float[Array, "n_frames nq"], *, rate: float, vertical: bool = True
 ) -> Float[Array, "n_frames nq"]:
     """Return the motion with a root path on which the standing foot stays where it is.
 

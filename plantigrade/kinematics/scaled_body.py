@@ -38,31 +38,20 @@ MIN_TRIAL_FRAMES = 4  # [1] minimum number of frames per trial
 
 @dataclass(frozen=True)
 class ScaledBody:
-    """A person scaled to the markers of trials.
+    """A person scaled to the markers of trials."""
 
-    Attributes:
-        human: The person.
-        names: Marker names, in the order of ``places``.
-        places: Where each marker sits.
-        attached: Markers of unknown name → the body they were put on.
-        first: Source of a trial → a pose near its first frame.
-        standing: Poses in frames of the standing trials.
-        standing_rms: Root-mean-square marker error in these frames [m]; NaN without.
-        floors: Source of a trial → the ground on which its feet stand.
-        grounded: Whether a foot was seen to stand flat on the ground.
-        notes: Assumptions, one sentence each.
-    """
-
-    human: Human
-    names: tuple[str, ...]
-    places: tuple[Attachment, ...]
-    attached: Mapping[str, str]
-    first: Mapping[str, Float[Array, " nq"]]
-    standing: Float[Array, "n_frames nq"]
+    human: Human  #: The person
+    names: tuple[str, ...]  #: Marker names, in the order of ``places``
+    places: tuple[Attachment, ...]  #: Where each marker sits
+    attached: Mapping[str, str]  #: Markers of unknown name → the body they were put on
+    first: Mapping[str, Float[Array, " nq"]]  #: Source of a trial → a pose near its first frame
+    standing: Float[Array, "n_frames nq"]  #: Poses in frames of the standing trials
+    #: Root-mean-square marker error in these frames [m]; NaN without
     standing_rms: float = float("nan")
+    #: Source of a trial → the ground on which its feet stand
     floors: Mapping[str, Ground] = field(default_factory=dict)
-    grounded: bool = False
-    notes: tuple[str, ...] = ()
+    grounded: bool = False  #: Whether a foot was seen to stand flat on the ground
+    notes: tuple[str, ...] = ()  #: Assumptions, one sentence each
 
     def start(self, source: object) -> Float[Array, " nq"]:
         """Return a pose near the first frame of a trial, or of a standing trial."""
@@ -75,11 +64,7 @@ class ScaledBody:
         return self.floors.get(str(recording.source), level)
 
 
-def scale(
-    trials: Sequence[Prepared],
-    *,
-    marker_set: MarkerSet | None = None,
-) -> ScaledBody:
+def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) -> ScaledBody:
     """Scale one body to all trials of a person.
 
     Args:
@@ -181,7 +166,7 @@ def _on_one_ground(
 ) -> Float[Array, "n_all n_markers 3"]:
     """Return the markers of all trials at the first one's rate, above the first one's ground.
 
-    Of trials on a given slope or steps, which lie elsewhere in each, those of the first alone.
+    Slopes and steps differ between trials: with a given one, only the first trial counts.
     """
     one = trials[0]
     if one.ground is not None:

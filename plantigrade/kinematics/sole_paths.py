@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.kinematics.state import PointSet, State
@@ -47,15 +48,11 @@ class SitePoints(PointSet):
 
 @dataclass(frozen=True)
 class SolePaths:
-    """The soles of a person over a motion.
+    """The soles of a person over a motion."""
 
-    Attributes:
-        sites: The contact spheres.
-        position: Lowest point of each sphere, straight below its centre, in axes of the ground,
-            z the height above it [m].
-    """
-
-    sites: tuple[ContactSite, ...]
+    sites: tuple[ContactSite, ...]  #: The contact spheres
+    #: Lowest point of each sphere, straight below its centre, in axes of the ground, z the height
+    #: above it [m]
     position: Float[Array, "n_frames n_sites 3"]
 
     @cached_property
@@ -72,6 +69,14 @@ class SolePaths:
         """Return the indices of a foot's sites, of one region or of all."""
         pairs = zip(self.sites, self.region, strict=True)
         return np.flatnonzero([s.side == side and region in (None, r) for s, r in pairs])
+
+    @property
+    def ends(self) -> list[Float[Array, "n_frames 2 3"]]:
+        """Mean positions of the heels, then of the toes, of both feet, right first [m]."""
+        return [
+            np.stack([self.position[:, self.of(s, r)].mean(axis=1) for s in SIDES], axis=1)
+            for r in ("heel", "toes")
+        ]
 
     @property
     def penetration(self) -> Float[Array, " n_frames"]:

@@ -30,18 +30,12 @@ MAX_DISTANCE_ERROR = 0.05  # [m] saturation of the error of a distance
 
 @dataclass(frozen=True)
 class SharedDistances:
-    """Distances between the markers that two recordings share.
+    """Distances between the markers that two recordings share."""
 
-    Attributes:
-        names: The markers of both.
-        here: Distances in the trial [m].
-        there: Distances in the standing trial [m].
-        rigid: Pairs whose distance the trial keeps, and that the standing trial shows.
-    """
-
-    names: tuple[str, ...]
-    here: Float[Array, "n n"]
-    there: Float[Array, "n n"]
+    names: tuple[str, ...]  #: The markers of both
+    here: Float[Array, "n n"]  #: Distances in the trial [m]
+    there: Float[Array, "n n"]  #: Distances in the standing trial [m]
+    #: Pairs whose distance the trial keeps, and that the standing trial shows
     rigid: Bool[Array, "n n"]
 
     @classmethod
@@ -149,7 +143,6 @@ def require_same_person(
         raise FitError(
             f"the standing trial {source} is of another person, or its markers were put on anew: "
             f"distances between markers of one segment differ by {1e3 * away:.0f} mm "
-            f"({100 * share:.0f} %) in the median of {compared.sum()}, "
-            "skin moves them by 1 to 3 mm; "
-            "name the standing trial of the same session, or leave --static out"
+            f"({100 * share:.0f} %) in the median of {compared.sum()}, skin moves them by 1 to 3 "
+            "mm; name the standing trial of the same session, or leave --static out"
         )

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
@@ -19,6 +18,7 @@ from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import MAX_CYCLE, MIN_CYCLE, cut_cycles
+from plantigrade.motion.filters import runs
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     pelvis_rates_to_free_joint,
@@ -26,10 +26,8 @@ from plantigrade.spatial.conventions import (
     turned,
 )
 
-MIN_RATE = 120.0
-"""Minimum frame rate of a stride [Hz]."""
-SEAM_SMOOTHING = 1.0 / 60.0
-"""Standard deviation of the Gaussian that smooths a closed stride [s]."""
+MIN_RATE = 120.0  # [Hz] minimum frame rate of a stride
+SEAM_SMOOTHING = 1.0 / 60.0  # [s] standard deviation of the Gaussian that smooths a closed stride
 MAX_OPENING = np.deg2rad(10.0)
 """Maximum RMS difference of the hinges between both ends of a stride [rad]."""
 MAX_TURN = np.deg2rad(6.0)
@@ -37,42 +35,30 @@ MAX_TURN = np.deg2rad(6.0)
 recorded walking straight ahead is 2°."""
 MAX_SEARCH_DURATION = 10.0
 """Maximum duration of a motion that is searched for a stride without gait events [s]."""
-SEARCH_RATE = 100.0
-"""Sampling rate of this search [Hz]."""
+SEARCH_RATE = 100.0  # [Hz] sampling rate of this search
 RATE_WEIGHT = 0.1
 """Weight of joint rates relative to joint angles in the comparison of two instants [s]."""
 WHOLE_MOTION_RATIO = 1.5
 """Maximum ratio of the distance of the motion's ends to the best pair for the whole motion to count
 as a stride [1]."""
-MIN_EXCURSION = 0.1
-"""Minimum distance of the motion from these instants in between [rad]."""
-MIN_EXCURSION_RATIO = 3.0
-"""Minimum ratio of this distance to the distance of the two instants [1]."""
-MAX_STANCE_SPEED = 0.25
-"""Maximum speed of a sole in stance [m/s]."""
-MIN_STANCE_TIME = 0.12
-"""Minimum duration of stance [s]."""
+MIN_EXCURSION = 0.1  # [rad] minimum distance of the motion from these instants in between
+MIN_EXCURSION_RATIO = 3.0  # [1] minimum ratio of this distance to the distance of the two instants
+MAX_STANCE_SPEED = 0.25  # [m/s] maximum speed of a sole in stance
+MIN_STANCE_TIME = 0.12  # [s] minimum duration of stance
 MIN_TRAVEL = 0.2
 """Maximum speed of a motion on a belt [m/s] and minimum displacement with a direction [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stride:
-    """Frames of a stride, or of a motion that has none, along x from the origin, on level ground.
+    """Frames of a stride, or of a motion without one, along x from the origin, on level ground."""
 
-    Attributes:
-        time: Times of the frames, from zero [s].
-        qpos: Configurations; the last is the first again, a stride further on.
-        qvel: Velocities.
-        length: How far a stride leads; zero where nothing is repeated [m].
-        cyclic: Whether it goes on for ever.
-    """
-
-    time: Float[Array, " n_rows"]
+    time: Float[Array, " n_rows"]  #: Times of the frames, from zero [s]
+    #: Configurations; the last is the first again, a stride further on
     qpos: Float[Array, "n_rows nq"]
-    qvel: Float[Array, "n_rows nv"]
-    length: float
-    cyclic: bool
+    qvel: Float[Array, "n_rows nv"]  #: Velocities
+    length: float  #: How far a stride leads; zero where nothing is repeated [m]
+    cyclic: bool  #: Whether it goes on for ever
 
     def motion(self, human: Human) -> Motion:
         """Return it as a motion of a person."""
@@ -135,20 +121,14 @@ def stride_of(human: Human, motion: Motion) -> Stride:
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """A candidate for a stride.
+    """A candidate for a stride."""
 
-    Attributes:
-        values: Place and angles of the pelvis and the hinges.
-        period: How long it takes [s].
-        opening: Root mean square of what its ends differ by in the hinges [rad]; of a step and its
-            mirror image with rates, by :data:`RATE_WEIGHT`.
-        turn: Rotation of the pelvis in it [rad].
-    """
-
-    values: Float[Array, "n_rows nv"]
-    period: float
+    values: Float[Array, "n_rows nv"]  #: Place and angles of the pelvis and the hinges
+    period: float  #: How long it takes [s]
+    #: Root mean square of what its ends differ by in the hinges [rad]; of a step and its mirror
+    #: image with rates, by :data:`RATE_WEIGHT`
     opening: float
-    turn: float = 0.0
+    turn: float = 0.0  #: Rotation of the pelvis in it [rad]
 
 
 def _most_even(cuts: Iterable[_Cut]) -> _Cut | None:
@@ -167,8 +147,8 @@ def _whole(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
 def _mirrored(human: Human, motion: Motion, start: float, stop: float) -> _Cut:
     """Return a step and its mirror image, the next one.
 
-    What the image of its beginning is off its end is spread over the step. The way leads where the
-    pelvis looks in the mean of both ends, between which it turns to the other side.
+    The distance between its end and the image of its beginning is spread over the step. The way
+    leads where the pelvis looks in the mean of both ends, between which it turns to the other side.
     """
     half = _coordinates(human, motion, start, stop, middle=True)
     names = human.coordinates
@@ -230,12 +210,10 @@ def stood_apart(human: Human, motion: Motion) -> float:
     for side in SIDES:
         sole = paths.position[:, paths.of(side)]
         fast = np.linalg.norm(np.gradient(sole, step, axis=0), axis=2).max(axis=1)
-        edges = np.diff(np.concatenate([[0], (fast < MAX_STANCE_SPEED).astype(int), [0]]))
-        starts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
         low = sole[:, :, 2].min(axis=1)
-        for i, k in zip(starts, ends, strict=True):
-            if (k - i) * step > MIN_STANCE_TIME:
-                heights.append(float(np.median(low[i:k])))
+        for run in runs(fast < MAX_STANCE_SPEED):
+            if (run.stop - run.start) * step > MIN_STANCE_TIME:
+                heights.append(float(np.median(low[run])))
     return max(heights) - min(heights) if heights else 0.0
 
 
@@ -243,16 +221,11 @@ def _off_the_belt(human: Human, motion: Motion) -> Motion:
     """Return a motion that gets on, if it was on a belt."""
     if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > MIN_TRAVEL * motion.duration:
         return motion
-    data, model = mujoco.MjData(human.model), human.model
-    toes = [max(i for i, b in enumerate(human.body_names) if b[-2:] == f"_{s}") for s in SIDES]
     feet = [human.body(f"foot_{s}") for s in SIDES]
-    places = np.zeros((motion.n_frames, 2, 2, 3))
-    for k, qpos in enumerate(motion.qpos):
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(model, data)
-        places[k, 0], places[k, 1] = data.xpos[feet], data.xpos[np.array(toes) + 1]
+    toes = [max(i for i, b in enumerate(human.body_names, 1) if b[-2:] == f"_{s}") for s in SIDES]
+    places, _ = body_paths(human, motion.qpos, [*feet, *toes])
     qpos = motion.qpos.copy()
-    qpos[:, :3] -= moving_ground(motion.time, places[:, 0], places[:, 1])
+    qpos[:, :3] -= moving_ground(motion.time, places[:, :2], places[:, 2:])
     return replace(motion, qpos=qpos)
 
 

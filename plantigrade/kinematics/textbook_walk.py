@@ -35,12 +35,7 @@ class TextbookWalk:
 
 
 def textbook_walk(
-    human: Human,
-    *,
-    speed: float = 1.25,
-    rate: float = 100.0,
-    cycles: int = 3,
-    adult: bool = False,
+    human: Human, *, speed: float = 1.25, rate: float = 100.0, cycles: int = 3, adult: bool = False
 ) -> TextbookWalk:
     """Return so many strides of the published mean walk, on a person who stands on the ground.
 

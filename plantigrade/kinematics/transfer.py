@@ -20,8 +20,7 @@ PELVIS_CUTOFF = 3.0
 MAX_FOOT_RATIO = 1.25
 """Ratio of foot to leg length, over that of the recording, above which the legs do not reach for
 the recorded soles: knees would bend twice as far. Chosen."""
-BODY_CUTOFF = 6.0
-"""Low-pass of the correction of the body's height above that ratio [Hz]. Chosen."""
+BODY_CUTOFF = 6.0  #: Low-pass of the correction of the body's height above that ratio [Hz]. Chosen
 
 
 def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
@@ -65,23 +64,14 @@ def leg_length(human: Human) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Legs:
-    """Feet in a sequence of postures, right and left.
+    """Feet in a sequence of postures, right and left."""
 
-    Attributes:
-        ankle: Position of the foot, world [m].
-        turn: Axes of the foot, as columns.
-        sole: Height of its lowest point [m].
-        aside: Lateral offset from its hip, to the left [m].
-        left: Direction to the left of the pelvis, world.
-        hips: Distance of the hips [m].
-    """
-
-    ankle: Float[Array, "n 2 3"]
-    turn: Float[Array, "n 2 3 3"]
-    sole: Float[Array, "n 2"]
-    aside: Float[Array, "n 2"]
-    left: Float[Array, "n 3"]
-    hips: float
+    ankle: Float[Array, "n 2 3"]  #: Position of the foot, world [m]
+    turn: Float[Array, "n 2 3 3"]  #: Axes of the foot, as columns
+    sole: Float[Array, "n 2"]  #: Height of its lowest point [m]
+    aside: Float[Array, "n 2"]  #: Lateral offset from its hip, to the left [m]
+    left: Float[Array, "n 3"]  #: Direction to the left of the pelvis, world
+    hips: float  #: Distance of the hips [m]
 
     @classmethod
     def of(cls, human: Human, qpos: Float[Array, "n nq"]) -> "_Legs":

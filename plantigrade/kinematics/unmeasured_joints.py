@@ -25,6 +25,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.models.upper_body import TRUNK_TILT, swing_scale, upper_body
+from plantigrade.printable import joined
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
@@ -134,7 +135,7 @@ def leg_swing(
 ) -> LegSwing:
     """Return phase and speed of the legs' swing; still legs where there are too few frames.
 
-    Of a leg that was not seen, the swing is taken to be opposite to the other's.
+    The swing of a leg that was not seen is assumed opposite to the other's.
     """
     n = len(time)
     still = LegSwing(np.zeros(n), np.zeros(n), STRIDE_FREQUENCIES[0], False)
@@ -189,8 +190,7 @@ def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
 def body_part_names(names: Sequence[str]) -> str:
     """Return the parts of the body to which coordinates belong: ``"the trunk and the arms"``."""
     there = {_plain(name) for name in names}
-    parts = [f"the {part}" for part, every in PARTS.items() if there & set(every)]
-    return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))
+    return joined([f"the {part}" for part, every in PARTS.items() if there & set(every)])
 
 
 def note(names: Sequence[str], what: str) -> list[str]:

@@ -134,10 +134,7 @@ class Walks(gymnasium.vector.VectorEnv):
         ParameterError: As :class:`Walk`.
     """
 
-    metadata = {
-        "render_modes": [],
-        "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP,
-    }
+    metadata = {"render_modes": [], "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP}
 
     def __init__(self, num_envs: int = 1, reference: Any = None, **rules: Any):
         if num_envs < 1:

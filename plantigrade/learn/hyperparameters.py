@@ -5,42 +5,25 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Hyperparameters:
-    """Hyperparameters, with the networks of [Park2020]_; they suffice for a walk within 10 minutes.
+    """Hyperparameters, with the networks of [Park2020]_; enough for a walk within 10 minutes."""
 
-    Attributes:
-        persons: Number of parallel environments.
-        steps: Decisions per environment between two updates.
-        updates: Updates per part.
-        epochs: Passes over the decisions per update.
-        batch: Decisions per gradient step.
-        gamma: Discount factor.
-        gae_lambda: λ of the generalised advantage estimate.
-        clip: Clip range of the probability ratio.
-        rate: Initial learning rate of the actor; it is adapted to the divergence.
-        critic_rate: Constant learning rate of the critic; that of the actor if absent.
-        target_kl: Desired Kullback-Leibler divergence of an update.
-        action_std: Initial standard deviation of displacements [rad].
-        layers: Neurons of the hidden layers of actor and critic.
-        evaluation_starts: Number of initial phases of an evaluation.
-        evaluation_interval: Parts between two evaluations.
-        critic_warmup: Parts in which only the critic learns, if training starts from a policy.
-    """
-
-    persons: int = 64
-    steps: int = 64
-    updates: int = 5
-    epochs: int = 5
-    batch: int = 1024
-    gamma: float = 0.97
-    gae_lambda: float = 0.95
-    clip: float = 0.2
-    rate: float = 1e-4
+    persons: int = 64  #: Number of parallel environments
+    steps: int = 64  #: Decisions per environment between two updates
+    updates: int = 5  #: Updates per part
+    epochs: int = 5  #: Passes over the decisions per update
+    batch: int = 1024  #: Decisions per gradient step
+    gamma: float = 0.97  #: Discount factor
+    gae_lambda: float = 0.95  #: λ of the generalised advantage estimate
+    clip: float = 0.2  #: Clip range of the probability ratio
+    rate: float = 1e-4  #: Initial learning rate of the actor; it is adapted to the divergence
+    #: Constant learning rate of the critic; that of the actor if absent
     critic_rate: float | None = None
-    target_kl: float = 0.02
-    action_std: float = 0.11
-    layers: tuple[int, ...] = (256, 128, 128)
-    evaluation_starts: int = 16
-    evaluation_interval: int = 4
+    target_kl: float = 0.02  #: Desired Kullback-Leibler divergence of an update
+    action_std: float = 0.11  #: Initial standard deviation of displacements [rad]
+    layers: tuple[int, ...] = (256, 128, 128)  #: Neurons of the hidden layers of actor and critic
+    evaluation_starts: int = 16  #: Number of initial phases of an evaluation
+    evaluation_interval: int = 4  #: Parts between two evaluations
+    #: Parts in which only the critic learns, if training starts from a policy
     critic_warmup: int = 1
 
     @property

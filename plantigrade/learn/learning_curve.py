@@ -9,39 +9,23 @@ from plantigrade.io.writing import csv_text, write_text
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """One row of the learning curve.
+    """One row of the learning curve."""
 
-    Attributes:
-        decisions: Decisions since the start.
-        seconds: Wall-clock time of the training [s].
-        reward: Mean reward per decision, with exploration noise.
-        pose: Mean of the pose term.
-        velocity: Mean of the velocity term.
-        com: Mean of the centre-of-mass term.
-        ends: Mean of the limb-end term.
-        falls_per_minute: Falls per minute, with exploration noise.
-        spread: Standard deviation of actions.
-        rate: Learning rate.
-        standing: Evaluation starts without a fall, without noise; -1 if there was no evaluation.
-        lasted: Mean walking time in the evaluation [s]; -1 if there was none.
-        force: Mean of the force term.
-        soles: Mean of the sole term.
-    """
-
-    decisions: int
-    seconds: float
-    reward: float
-    pose: float
-    velocity: float
-    com: float
-    ends: float
-    falls_per_minute: float
-    spread: float
-    rate: float
+    decisions: int  #: Decisions since the start
+    seconds: float  #: Wall-clock time of the training [s]
+    reward: float  #: Mean reward per decision, with exploration noise
+    pose: float  #: Mean of the pose term
+    velocity: float  #: Mean of the velocity term
+    com: float  #: Mean of the centre-of-mass term
+    ends: float  #: Mean of the limb-end term
+    falls_per_minute: float  #: Falls per minute, with exploration noise
+    spread: float  #: Standard deviation of actions
+    rate: float  #: Learning rate
+    #: Evaluation starts without a fall, without noise; -1 if there was no evaluation
     standing: int = -1
-    lasted: float = -1.0
-    force: float = 0.0
-    soles: float = 0.0
+    lasted: float = -1.0  #: Mean walking time in the evaluation [s]; -1 if there was none
+    force: float = 0.0  #: Mean of the force term
+    soles: float = 0.0  #: Mean of the sole term
 
 
 def write_curve(path: Path, curve: Sequence[Progress]) -> None:

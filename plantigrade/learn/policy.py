@@ -31,8 +31,7 @@ from plantigrade.models import Human
 OBSERVATION_CLIP = 8.0  # [standard deviations] of normalised observations
 QUATERNION_TOLERANCE = 0.01  # of the norm of a quaternion
 REMEDY = "name a policy.npz that plantigrade train wrote"
-KIND = "plantigrade policy 1"
-"""Kind and version of the file format."""
+KIND = "plantigrade policy 1"  # Kind and version of the file format
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -203,7 +202,7 @@ def _numbers(arrays: Arrays, key: str, *shape: int | None) -> np.ndarray:
 
 
 _FLAGS = ("cyclic", "gains", "passive", "mirrored", "ankle_too")
-_GAIN = (0.0, 1e5, "N m by rad and s")  # range of gains in a policy file
+_GAIN = (0.0, 1e5, "N m by rad and s")  # range of gains in a policy file; chosen
 _BOUNDS: Mapping[str, tuple[float, float, str]] = {
     "period": (0.05, 1000.0, "s"),
     "stride": (-100.0, 100.0, "m"),

@@ -62,14 +62,11 @@ class RandomPushes(Disturbance):
 
     Intervals are 0.3 to 2.5 s, durations 0.2 to 0.4 s, forces at least a fifth of the maximum.
 
-    Attributes:
-        force: Maximum force [N].
-
     Raises:
         ParameterError: If the force is out of range.
     """
 
-    force: float
+    force: float  #: Maximum force [N]
 
     def __post_init__(self):
         """Check the force."""

@@ -222,10 +222,7 @@ class Training:
     def policy(self) -> Policy:
         """Return the present policy, without exploration noise."""
         layers = tuple(
-            (
-                m.weight.detach().cpu().numpy().T.copy(),
-                m.bias.detach().cpu().numpy().copy(),
-            )
+            (m.weight.detach().cpu().numpy().T.copy(), m.bias.detach().cpu().numpy().copy())
             for m in self._actor()
         )
         rms = self._norm.obs_rms

@@ -15,58 +15,35 @@ MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure i
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Frame:
-    """Everything that is drawn, copied because the session continues meanwhile.
+    """Everything that is drawn, copied because the session continues meanwhile."""
 
-    Attributes:
-        world: The world; another world has other bodies.
-        time: Time since the start [s].
-        positions: Positions of the bodies of the world's model [m].
-        quats: Orientations of the bodies, ``wxyz``.
-        com: Centre of mass [m].
-        force: Ground reaction force at each contact sphere, world [N].
-        point: Points of application [m].
-        rope: End points of the rope, at the body and at the hand [m]; None without a rope.
-        pushes: Points of pushes [m], and their forces [N].
-        pack: Pack on the back; None if there is none.
-        pack_pose: Centre [m] and rotation ``wxyz`` of the pack.
-        drawings: Drawings of the controller.
-        history: The last seconds.
-        end_message: Reason why the simulation has ended; empty while it runs.
-    """
-
-    world: World
-    time: float
-    positions: Float[Array, "nbody 3"]
-    quats: Float[Array, "nbody 4"]
-    com: Float[Array, " 3"]
-    force: Float[Array, "n_sites 3"]
-    point: Float[Array, "n_sites 3"]
+    world: World  #: The world; another world has other bodies
+    time: float  #: Time since the start [s]
+    positions: Float[Array, "nbody 3"]  #: Positions of the bodies of the world's model [m]
+    quats: Float[Array, "nbody 4"]  #: Orientations of the bodies, ``wxyz``
+    com: Float[Array, " 3"]  #: Centre of mass [m]
+    force: Float[Array, "n_sites 3"]  #: Ground reaction force at each contact sphere, world [N]
+    point: Float[Array, "n_sites 3"]  #: Points of application [m]
+    #: End points of the rope, at the body and at the hand [m]; None without a rope
     rope: Float[Array, "2 3"] | None
-    pushes: Float[Array, "n 2 3"]
-    pack: SceneObject | None
-    pack_pose: Float[Array, " 7"]
-    drawings: tuple[Drawing, ...]
-    history: "RecentHistory"
-    end_message: str
+    pushes: Float[Array, "n 2 3"]  #: Points of pushes [m], and their forces [N]
+    pack: SceneObject | None  #: Pack on the back; None if there is none
+    pack_pose: Float[Array, " 7"]  #: Centre [m] and rotation ``wxyz`` of the pack
+    drawings: tuple[Drawing, ...]  #: Drawings of the controller
+    history: "RecentHistory"  #: The last seconds
+    end_message: str  #: Reason why the simulation has ended; empty while it runs
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RecentHistory:
-    """The last seconds of a session, one row per control step.
+    """The last seconds of a session, one row per control step."""
 
-    Attributes:
-        time: Time [s].
-        angles: Angles of the hinges [rad].
-        torques: Torques of the motors [N m].
-        vertical: Vertical ground reaction force on the right and the left foot [N].
-        cop: Centre of pressure of both feet, horizontal [m]; NaN in the air.
-    """
-
-    time: Float[Array, " n"]
-    angles: Float[Array, "n n_hinges"]
-    torques: Float[Array, "n n_hinges"]
+    time: Float[Array, " n"]  #: Time [s]
+    angles: Float[Array, "n n_hinges"]  #: Angles of the hinges [rad]
+    torques: Float[Array, "n n_hinges"]  #: Torques of the motors [N m]
+    #: Vertical ground reaction force on the right and the left foot [N]
     vertical: Float[Array, "n 2"]
-    cop: Float[Array, "n 2"]
+    cop: Float[Array, "n 2"]  #: Centre of pressure of both feet, horizontal [m]; NaN in the air
 
 
 class History:

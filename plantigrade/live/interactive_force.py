@@ -17,17 +17,11 @@ MAX_DAMPED_SHARE = 0.2  # of a body's velocity removed by damping per interval, 
 
 @dataclass(frozen=True, eq=False)
 class DragRope:
-    """A rope between a point of a body and the hand of the user.
+    """A rope between a point of a body and the hand of the user."""
 
-    Attributes:
-        body: Index of the body.
-        grip: Point of the body, in its own frame [m].
-        end: Position of the hand, world [m].
-    """
-
-    body: int
-    grip: Float[Array, " 3"]
-    end: Float[Array, " 3"]
+    body: int  #: Index of the body
+    grip: Float[Array, " 3"]  #: Point of the body, in its own frame [m]
+    end: Float[Array, " 3"]  #: Position of the hand, world [m]
 
     def position(self, data: mujoco.MjData) -> Float[Array, " 3"]:
         """Return the point of the body, world [m]."""

@@ -34,34 +34,21 @@ BODY_FRICTION = 0.3  # of trunk and limbs, at most that of the ground
 
 @dataclass(frozen=True)
 class Choice:
-    """Controller and body of a session.
+    """Controller and body of a session."""
 
-    Attributes:
-        controller: Name of a controller.
-        feet: Kind of feet.
-        joints: Joint set.
-    """
-
-    controller: str
-    feet: str
-    joints: str
+    controller: str  #: Name of a controller
+    feet: str  #: Kind of feet
+    joints: str  #: Joint set
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SessionWorld:
-    """World of a session and its parts that can be changed.
+    """World of a session and its parts that can be changed."""
 
-    Attributes:
-        world: The world with its disturbances.
-        controller: Function that returns a new controller by name.
-        slope: Plate by which the ground tilts; None if the ground is not level.
-        load: Load on the back.
-    """
-
-    world: World
-    controller: Callable[[str], Controller]
-    slope: Slope | None
-    load: Load = field(default_factory=lambda: Load(0.0))
+    world: World  #: The world with its disturbances
+    controller: Callable[[str], Controller]  #: Function that returns a new controller by name
+    slope: Slope | None  #: Plate by which the ground tilts; None if the ground is not level
+    load: Load = field(default_factory=lambda: Load(0.0))  #: Load on the back
 
 
 @runtime_checkable

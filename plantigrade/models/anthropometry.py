@@ -155,17 +155,12 @@ def check_range(name: str, value: float, low: float, high: float, unit: str) -> 
 
 @dataclass(frozen=True)
 class SegmentParameters:
-    """One row of de Leva's table 4.
+    """One row of de Leva's table 4."""
 
-    Attributes:
-        mass: Fraction of body mass.
-        com: Centre of mass from the first endpoint, fraction of the length between endpoints.
-        gyration: Radii of gyration about the sagittal (forward), transverse (sideways) and
-            longitudinal axis, fractions of that length.
-    """
-
-    mass: float
-    com: float
+    mass: float  #: Fraction of body mass
+    com: float  #: Centre of mass from the first endpoint, fraction of the length between endpoints
+    #: Radii of gyration about the sagittal (forward), transverse (sideways) and longitudinal axis,
+    #: fractions of that length
     gyration: tuple[float, float, float]
 
 
@@ -225,10 +220,7 @@ TRUNK_LANDMARKS = {
 # vertex, and shank: [DumasWojtusch2018]_, tables 1 and 9. Their thigh is not used: its offsets (4 %
 # behind the line in men, 8 % in women) follow mostly from hip joint centres 20 to 29 mm in front of
 # those of [Harrington2007]_.
-COM_FORWARD = {
-    "male": {"head": 0.020, "shank": -0.048},
-    "female": {"head": 0.008, "shank": -0.049},
-}
+COM_FORWARD = {"male": {"head": 0.020, "shank": -0.048}, "female": {"head": 0.008, "shank": -0.049}}
 # The centre of mass of the pelvis behind the anterior superior iliac spines along the plane of the
 # spines, as a fraction of the distance between the anterior ones [Dumas2007]_.
 PELVIS_COM_BEHIND = {"male": 0.336, "female": 0.371}

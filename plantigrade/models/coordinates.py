@@ -25,25 +25,15 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A rotational coordinate of a joint.
+    """A rotational coordinate of a joint."""
 
-    Attributes:
-        axis: Axis of the right side in the zero pose, unit length.
-        low: Lower limit [rad].
-        high: Upper limit [rad].
-        range_source: Source of the limits.
-        weakest: Largest moment in the negative sense, a negative number [N m].
-        strongest: Largest moment in the positive sense [N m].
-        strength_source: Source of the moments.
-    """
-
-    axis: tuple[float, float, float]
-    low: float
-    high: float
-    range_source: str
-    weakest: float
-    strongest: float
-    strength_source: str
+    axis: tuple[float, float, float]  #: Axis of the right side in the zero pose, unit length
+    low: float  #: Lower limit [rad]
+    high: float  #: Upper limit [rad]
+    range_source: str  #: Source of the limits
+    weakest: float  #: Largest moment in the negative sense, a negative number [N m]
+    strongest: float  #: Largest moment in the positive sense [N m]
+    strength_source: str  #: Source of the moments
 
     def axis_of(self, side: str) -> np.ndarray:
         """Return the unit axis for side ``"r"``, ``"l"`` (mirrored) or ``""``."""

@@ -55,7 +55,7 @@ FOREARM_RATIO = (
 
 _IGNORED_WORDS = frozenset(
     "bip biped valve valvebiped mixamorig mixamo rig b j jnt jt joint bone def org character char "
-    "cc base bnd bind sk skel skeleton sim actor subject jx ref hi m f jnts jts".split()
+    "cc base bnd bind sk skel skeleton sim actor subject jx ref hi m f jnts jts robot".split()
 )
 _SIDE = {"l": "l", "left": "l", "lt": "l", "r": "r", "right": "r", "rt": "r"}
 _VOCABULARY = frozenset(w for words in SPELLINGS.values() for w in words)
@@ -63,16 +63,12 @@ _VOCABULARY = frozenset(w for words in SPELLINGS.values() for w in words)
 
 @dataclass(frozen=True)
 class JointMap:
-    """Assignment of the joints of a skeleton.
+    """Assignment of the joints of a skeleton."""
 
-    Attributes:
-        joints: Our name (``"knee_l"``, ``"pelvis"``, ``"head"``) → index of the joint.
-        by: Method of identification, ``"names"`` or ``"shape"``.
-        swapped: Whether left and right were exchanged because the feet pointed backwards.
-    """
-
+    #: Our name (``"knee_l"``, ``"pelvis"``, ``"head"``) → index of the joint
     joints: dict[str, int] = field(default_factory=dict)
-    by: str = "names"
+    by: str = "names"  #: Method of identification, ``"names"`` or ``"shape"``
+    #: Whether left and right were exchanged because the feet pointed backwards
     swapped: bool = False
 
     def __getitem__(self, name: str) -> int:
@@ -254,8 +250,7 @@ def _wrist(tree: _Tree, words, found: dict[str, int], side: str) -> None:
     ]
     if candidates and upper > 0:
         found[f"wrist_{side}"] = min(
-            candidates,
-            key=lambda i: abs(np.log(tree.distance(i, elbow) / upper / FOREARM_RATIO)),
+            candidates, key=lambda i: abs(np.log(tree.distance(i, elbow) / upper / FOREARM_RATIO))
         )
 
 

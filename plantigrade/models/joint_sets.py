@@ -29,17 +29,11 @@ JOINT_SETS = ("42", "43", "58", "66")
 
 @dataclass(frozen=True)
 class MovingPart:
-    """A moving part with its body and coordinates.
+    """A moving part with its body and coordinates."""
 
-    Attributes:
-        part: Name in the anatomy, without side.
-        body: Name of the body, without side.
-        coordinates: Coordinates without side, in order of rotation.
-    """
-
-    part: str
-    body: str
-    coordinates: tuple[str, ...]
+    part: str  #: Name in the anatomy, without side
+    body: str  #: Name of the body, without side
+    coordinates: tuple[str, ...]  #: Coordinates without side, in order of rotation
 
 
 def _spine(joint: str) -> tuple[str, ...]:

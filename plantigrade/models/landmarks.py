@@ -33,34 +33,21 @@ MARKER_OFFSET = 0.012
 
 @dataclass(frozen=True)
 class Landmark:
-    """Position of a landmark and its uncertainty.
+    """Position of a landmark and its uncertainty."""
 
-    Attributes:
-        reference: Part in whose frame ``position`` is given, without side.
-        position: Position for the right side, zero pose [m].
-        parts: Parts it may move with, most distal first, without side.
-        spread: Standard deviation of the marker position about it [m].
-    """
-
-    reference: str
-    position: np.ndarray
-    parts: tuple[str, ...]
-    spread: float
+    reference: str  #: Part in whose frame ``position`` is given, without side
+    position: np.ndarray  #: Position for the right side, zero pose [m]
+    parts: tuple[str, ...]  #: Parts it may move with, most distal first, without side
+    spread: float  #: Standard deviation of the marker position about it [m]
 
 
 @dataclass(frozen=True)
 class Attachment:
-    """A point fixed to a body.
+    """A point fixed to a body."""
 
-    Attributes:
-        body: Body name.
-        position: In the body's frame [m].
-        spread: Standard deviation of the marker position about it [m].
-    """
-
-    body: str
-    position: np.ndarray
-    spread: float
+    body: str  #: Body name
+    position: np.ndarray  #: In the body's frame [m]
+    spread: float  #: Standard deviation of the marker position about it [m]
 
 
 _PELVIS = ("pelvis",)

@@ -27,16 +27,11 @@ from plantigrade.toml import parse_toml, read_toml
 
 @dataclass(frozen=True)
 class MarkerSet:
-    """Marker names and their landmarks.
+    """Marker names and their landmarks."""
 
-    Attributes:
-        name: Name of the set.
-        landmarks: Marker name → landmark name (with side).
-        fixed: Marker name → (body name, position in its frame [m]) for markers placed by hand.
-    """
-
-    name: str
-    landmarks: dict[str, str]
+    name: str  #: Name of the set
+    landmarks: dict[str, str]  #: Marker name → landmark name (with side)
+    #: Marker name → (body name, position in its frame [m]) for markers placed by hand
     fixed: dict[str, tuple[str, tuple[float, float, float]]]
 
 
@@ -296,8 +291,7 @@ def read_marker_set(path: str | Path) -> MarkerSet:
     return MarkerSet(str(content.get("name", path.stem)), named, fixed)
 
 
-MAX_MARKER_OFFSET = 1.0
-"""Maximum coordinate of a marker in the frame of its body [m]."""
+MAX_MARKER_OFFSET = 1.0  # [m] maximum coordinate of a marker in the frame of its body
 
 _EXAMPLE = (
     'write lines like RKNE = "knee_lateral_r" or '

@@ -12,52 +12,33 @@ Vector = Float[Array, "3"]
 
 @dataclass(frozen=True)
 class Solid:
-    """A visual shape in the frame of its part.
+    """A visual shape in the frame of its part."""
 
-    Attributes:
-        kind: ``"capsule"`` (from ``a`` to ``b``), ``"box"`` or ``"ellipsoid"`` (centre ``a``,
-            half sizes ``b``).
-        a: First point or centre [m].
-        b: Second point or half sizes [m].
-        radius: Radius of a capsule [m].
-    """
-
+    #: ``"capsule"`` (from ``a`` to ``b``), ``"box"`` or ``"ellipsoid"`` (centre ``a``, half sizes
+    #: ``b``)
     kind: str
-    a: Vector
-    b: Vector
-    radius: float = 0.0
+    a: Vector  #: First point or centre [m]
+    b: Vector  #: Second point or half sizes [m]
+    radius: float = 0.0  #: Radius of a capsule [m]
 
 
 @dataclass(frozen=True)
 class SoleSphere:
-    """A contact sphere of the sole.
+    """A contact sphere of the sole."""
 
-    Attributes:
-        name: Name without the side.
-        position: Centre in the frame of its part [m].
-        radius: Radius [m].
-        segment: Foot segment.
-    """
-
-    name: str
-    position: Vector
-    radius: float
-    segment: str
+    name: str  #: Name without the side
+    position: Vector  #: Centre in the frame of its part [m]
+    radius: float  #: Radius [m]
+    segment: str  #: Foot segment
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass, centre of mass and inertia about it, in one frame.
+    """Mass, centre of mass and inertia about it, in one frame."""
 
-    Attributes:
-        mass: Mass [kg].
-        com: Centre of mass [m].
-        tensor: Inertia about the centre of mass, axes of the frame [kg m^2].
-    """
-
-    mass: float
-    com: Vector
-    tensor: Float[Array, "3 3"]
+    mass: float  #: Mass [kg]
+    com: Vector  #: Centre of mass [m]
+    tensor: Float[Array, "3 3"]  #: Inertia about the centre of mass, axes of the frame [kg m^2]
 
     def shifted(self, offset: Vector) -> "Inertia":
         """Return the inertia in a frame with its origin at ``-offset``."""
@@ -104,24 +85,15 @@ def block(mass: float, centre: Vector, half_sizes: Vector) -> Inertia:
 
 @dataclass(frozen=True)
 class Part:
-    """One piece of the anatomy; parts without a movable joint are welded to their parent.
+    """One piece of the anatomy; parts without a movable joint are welded to their parent."""
 
-    Attributes:
-        name: Name, with side suffix.
-        parent: Name of the parent part; empty for the pelvis.
-        position: Origin in the parent's frame in the zero pose [m]; all frames are parallel in this
-            pose.
-        inertia: Mass properties in its own frame.
-        solids: Visual shapes.
-        contacts: Contact spheres.
-    """
-
-    name: str
-    parent: str
+    name: str  #: Name, with side suffix
+    parent: str  #: Name of the parent part; empty for the pelvis
+    #: Origin in the parent's frame in the zero pose [m]; all frames are parallel in this pose
     position: Vector
-    inertia: Inertia
-    solids: tuple[Solid, ...] = ()
-    contacts: tuple[SoleSphere, ...] = ()
+    inertia: Inertia  #: Mass properties in its own frame
+    solids: tuple[Solid, ...] = ()  #: Visual shapes
+    contacts: tuple[SoleSphere, ...] = ()  #: Contact spheres
 
 
 MIRROR = np.array([1.0, -1.0, 1.0])

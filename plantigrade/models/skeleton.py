@@ -25,40 +25,25 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Body:
-    """A moving segment with everything welded to it, in its own frame.
+    """A moving segment with everything welded to it, in its own frame."""
 
-    Attributes:
-        name: Name with side.
-        parent: Name of the parent body; empty for the pelvis.
-        position: Origin in the parent body's frame, zero pose [m].
-        hinges: Coordinates, proximal first.
-        inertia: Mass properties.
-        solids: Visual shapes.
-        contacts: Contact points.
-    """
-
-    name: str
-    parent: str
-    position: np.ndarray
-    hinges: tuple[Hinge, ...]
-    inertia: Inertia
-    solids: tuple[Solid, ...]
-    contacts: tuple[SoleSphere, ...]
+    name: str  #: Name with side
+    parent: str  #: Name of the parent body; empty for the pelvis
+    position: np.ndarray  #: Origin in the parent body's frame, zero pose [m]
+    hinges: tuple[Hinge, ...]  #: Coordinates, proximal first
+    inertia: Inertia  #: Mass properties
+    solids: tuple[Solid, ...]  #: Visual shapes
+    contacts: tuple[SoleSphere, ...]  #: Contact points
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Bodies of one person and the position of each anatomical part in them.
+    """Bodies of one person and the position of each anatomical part in them."""
 
-    Attributes:
-        bodies: Parents first.
-        parts: Part name → (body name, offset of the part's origin in the body's frame [m]).
-        origins: Part name → origin in the pelvis frame, zero pose [m].
-    """
-
-    bodies: tuple[Body, ...]
+    bodies: tuple[Body, ...]  #: Parents first
+    #: Part name → (body name, offset of the part's origin in the body's frame [m])
     parts: dict[str, tuple[str, np.ndarray]]
-    origins: dict[str, np.ndarray]
+    origins: dict[str, np.ndarray]  #: Part name → origin in the pelvis frame, zero pose [m]
 
 
 def split_side(name: str) -> tuple[str, str]:

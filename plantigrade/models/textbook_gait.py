@@ -60,29 +60,19 @@ PRONATION = 80.0
 
 @dataclass(frozen=True)
 class TextbookGait:
-    """A periodic walk; right heel strike at time zero.
+    """A periodic walk; right heel strike at time zero."""
 
-    Attributes:
-        time: Time of each frame [s].
-        coordinates: Joint coordinates over time [rad] under their names; and ``pelvis_tx``
-            (forward) and ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is
-            missing because the height of the pelvis follows from the feet on the ground.
-        heel_strikes: Heel strikes within the time, by side [s].
-        toe_offs: Toe offs within the time, by side [s].
-        speed: Walking speed [m/s].
-        stride_length: Length of a stride [m].
-        stride_time: Time of a stride [s].
-        foot_off: Toe off as a fraction of the cycle.
-    """
-
-    time: Float[Array, " n_frames"]
+    time: Float[Array, " n_frames"]  #: Time of each frame [s]
+    #: Joint coordinates over time [rad] under their names; and ``pelvis_tx`` (forward) and
+    #: ``pelvis_tz`` (to the right) [m], in OpenSim's axes. ``pelvis_ty`` is missing because the
+    #: height of the pelvis follows from the feet on the ground.
     coordinates: dict[str, np.ndarray]
-    heel_strikes: dict[str, np.ndarray]
-    toe_offs: dict[str, np.ndarray]
-    speed: float
-    stride_length: float
-    stride_time: float
-    foot_off: float
+    heel_strikes: dict[str, np.ndarray]  #: Heel strikes within the time, by side [s]
+    toe_offs: dict[str, np.ndarray]  #: Toe offs within the time, by side [s]
+    speed: float  #: Walking speed [m/s]
+    stride_length: float  #: Length of a stride [m]
+    stride_time: float  #: Time of a stride [s]
+    foot_off: float  #: Toe off as a fraction of the cycle
 
     @property
     def cadence(self) -> float:
@@ -99,12 +89,7 @@ class TextbookGait:
 
 
 def textbook_gait(
-    speed: float,
-    leg_length: float,
-    *,
-    rate: float = 100.0,
-    cycles: int = 3,
-    adult: bool = False,
+    speed: float, leg_length: float, *, rate: float = 100.0, cycles: int = 3, adult: bool = False
 ) -> TextbookGait:
     """Return a whole-body walk.
 

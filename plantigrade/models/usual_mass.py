@@ -7,10 +7,8 @@ the chart's medians at 20 years, 21.7 of women and 23.0 of men.
 
 import numpy as np
 
-ADULT_AGE = 18.0
-"""Age from which a person is an adult [years]."""
-ADULT_BMI = 22.0
-"""Body mass index of adults [kg/m²]."""
+ADULT_AGE = 18.0  # [years] age from which a person is an adult
+ADULT_BMI = 22.0  # [kg/m²] body mass index of adults
 ADULT_BMI_SPREAD = 0.15
 """Relative standard deviation of the body mass index of adults [1]; 0.14 to 0.15 in 6,068 soldiers
 [Gordon2014]_, 0.16 at 18 years in the chart."""

@@ -14,10 +14,8 @@ from plantigrade.motion.recording import GaitEvent
 PERCENT = np.linspace(0.0, 100.0, 101)
 """Default percentages of the cycle at which curves are sampled."""
 
-MAX_CYCLE = 3.0
-"""Maximum stride time [s]; a longer interval contains standing."""
-MIN_CYCLE = 0.4
-"""Minimum stride time [s], shorter than in sprinting."""
+MAX_CYCLE = 3.0  #: Maximum stride time [s]; a longer interval contains standing
+MIN_CYCLE = 0.4  #: Minimum stride time [s], shorter than in sprinting
 
 SPLINE_REACH = 50
 """Distance at which a frame has no effect on a cubic spline [frames]; the effect decays by 2 - √3
@@ -26,22 +24,15 @@ per frame, to 1e-28 here."""
 
 @dataclass(frozen=True)
 class Cycle:
-    """One stride of one foot: heel strike to its next heel strike.
+    """One stride of one foot: heel strike to its next heel strike."""
 
-    Attributes:
-        side: ``"l"`` or ``"r"``.
-        start: First heel strike [s].
-        stop: Next heel strike of the same foot [s].
-        toe_off: Toe-off in between [s]; None if not observed.
-        opposite_toe_off: Toe-off of the other foot [s], end of the first double support.
-        opposite_heel_strike: Heel strike of the other foot [s], start of the second double support.
-    """
-
-    side: str
-    start: float
-    stop: float
-    toe_off: float | None = None
+    side: str  #: ``"l"`` or ``"r"``
+    start: float  #: First heel strike [s]
+    stop: float  #: Next heel strike of the same foot [s]
+    toe_off: float | None = None  #: Toe-off in between [s]; None if not observed
+    #: Toe-off of the other foot [s], end of the first double support
     opposite_toe_off: float | None = None
+    #: Heel strike of the other foot [s], start of the second double support
     opposite_heel_strike: float | None = None
 
     @property

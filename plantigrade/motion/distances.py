@@ -12,15 +12,10 @@ MAX_FRAMES = 60  # that are evaluated
 
 @dataclass(frozen=True)
 class Distances:
-    """Distances between markers in a recording; NaN for pairs with too few common frames.
+    """Distances between markers in a recording; NaN for pairs with too few common frames."""
 
-    Attributes:
-        usual: Median over frames [m].
-        spread: Half of the range of the middle two thirds of the frames [m], a robust standard
-            deviation.
-    """
-
-    usual: Float[Array, "n_markers n_markers"]
+    usual: Float[Array, "n_markers n_markers"]  #: Median over frames [m]
+    #: Half of the range of the middle two thirds of the frames [m], a robust standard deviation
     spread: Float[Array, "n_markers n_markers"]
 
 

@@ -16,8 +16,7 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent
 MAX_EVENT_DIFFERENCE = 0.06
 """Maximum difference between events of plate and motion that are the same [s]."""
 
-MAX_CLOCK_DIFFERENCE = 0.15
-"""The same for the comparison of clocks [s]."""
+MAX_CLOCK_DIFFERENCE = 0.15  # [s] the same for the comparison of clocks
 
 MAX_RISE_TIME = 0.015
 """Maximum rise time of an unfiltered force at touchdown, from 20 to 100 N [s]. It is 5 to 13 ms

@@ -39,13 +39,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.event_timing import time_events
 from plantigrade.motion.filters import derivative, fill_gaps
-from plantigrade.motion.ground_velocity import (
-    CUTOFF,
-    MAX_GAP,
-    ground_velocity,
-    smooth_feet,
-    travel,
-)
+from plantigrade.motion.ground_velocity import CUTOFF, MAX_GAP, ground_velocity, smooth_feet, travel
 from plantigrade.motion.recording import GaitEvent
 from plantigrade.motion.swings import (
     Swing,

@@ -24,10 +24,7 @@ def runs(valid: Bool[Array, " n_frames"]) -> list[slice]:
 
 
 def fill_gaps(
-    time: Float[Array, " n_frames"],
-    values: Float[Array, " n_frames *channels"],
-    *,
-    longest: float,
+    time: Float[Array, " n_frames"], values: Float[Array, " n_frames *channels"], *, longest: float
 ) -> Float[Array, " n_frames *channels"]:
     """Return the signal with short gaps filled by monotone cubic interpolation (PCHIP).
 

@@ -14,17 +14,11 @@ NEIGHBOURS = (2, 3, 4)  # frames before and after; a spike has two rotations
 
 @dataclass(frozen=True)
 class Jump:
-    """A sudden rotation of a joint.
+    """A sudden rotation of a joint."""
 
-    Attributes:
-        joint: Name of the joint in the file.
-        time: Time of the first frame after the rotation [s].
-        angle: Rotation between two frames [rad].
-    """
-
-    joint: str
-    time: float
-    angle: float
+    joint: str  #: Name of the joint in the file
+    time: float  #: Time of the first frame after the rotation [s]
+    angle: float  #: Rotation between two frames [rad]
 
     def __str__(self) -> str:
         """Return a description for a message."""

@@ -21,11 +21,9 @@ MIN_CONTACT = 0.08
 PLATE_MARGIN = 0.02
 """Maximum distance of a marker outside the plate, because markers are offset from the foot [m]."""
 
-PULL_FACTOR = 5.0
-"""Minimum ratio of the threshold to the negative force of the plate."""
+PULL_FACTOR = 5.0  #: Minimum ratio of the threshold to the negative force of the plate
 
-MAX_THRESHOLD_FACTOR = 2.5
-"""Maximum factor of the threshold, to 50 N, as usual on treadmills."""
+MAX_THRESHOLD_FACTOR = 2.5  #: Maximum factor of the threshold, to 50 N, as usual on treadmills
 
 MAX_EDGE_TIME = 0.08
 """Maximum time between the threshold and :data:`EDGE_LEVEL` [s]."""
@@ -35,24 +33,17 @@ EDGE_LEVEL = 0.25
 lift-off it is reached within 10 to 60 ms; with a second foot or drift of the plate the force
 changes slowly."""
 
-TOE_TIP = 0.2
-"""Length of the foot beyond the toe point, as a fraction of heel to toe point."""
+TOE_TIP = 0.2  #: Length of the foot beyond the toe point, as a fraction of heel to toe point
 
 
 @dataclass(frozen=True)
 class PlateContact:
-    """One contact with a force plate.
+    """One contact with a force plate."""
 
-    Attributes:
-        start: Time at which the force rises above the threshold [s]; None if loaded from the first
-            sample.
-        stop: Time at which it falls below it [s]; None if loaded at the last sample.
-        peak: Maximum vertical force [N].
-    """
-
+    #: Time at which the force rises above the threshold [s]; None if loaded from the first sample
     start: float | None
-    stop: float | None
-    peak: float
+    stop: float | None  #: Time at which it falls below it [s]; None if loaded at the last sample
+    peak: float  #: Maximum vertical force [N]
 
 
 def contact_events(

@@ -140,7 +140,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class SkeletonMotion:
-    """Motion of another skeleton (ASF/AMC, BVH, DeepMimic), to be retargeted.
+    """Motion of another skeleton (ASF/AMC, BVH, DeepMimic, SMPL), to be retargeted.
 
     Attributes:
         names: Joint (or bone) names as in the file, parents before children.
@@ -152,6 +152,8 @@ class SkeletonMotion:
         rest_positions: Joint positions in the rest pose, root at the origin [m], same axes.
         ends: World position of the end of each bone (for ASF the bone's own far end; for BVH its
             ``End Site`` or NaN) [m].
+        lengths_assumed: Whether the path is measured and the bone lengths are a mean body's (AMASS
+            without a body model); a given height then changes the bones and not the path.
     """
 
     names: tuple[str, ...]
@@ -161,6 +163,7 @@ class SkeletonMotion:
     rotations: Float[Array, "n_frames n_joints 3 3"]
     rest_positions: Float[Array, "n_joints 3"]
     ends: Float[Array, "n_frames n_joints 3"]
+    lengths_assumed: bool = False
 
 
 @dataclass(frozen=True)

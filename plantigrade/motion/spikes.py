@@ -18,34 +18,23 @@ from plantigrade.printable import listed
 MAX_FRAMES = 2
 """Longest spike [frames]."""
 
-MIN_ROTATION = np.deg2rad(5.0)
-"""Smallest spike of an angle [rad]."""
+MIN_ROTATION = np.deg2rad(5.0)  # [rad] smallest spike of an angle
 
-MIN_DISPLACEMENT = 0.02
-"""Smallest spike of a position [m]."""
+MIN_DISPLACEMENT = 0.02  # [m] smallest spike of a position
 
-MIN_SMOOTHING = 5.0
-"""Size of a spike over the largest second difference that remains without it."""
+MIN_SMOOTHING = 5.0  # Size of a spike over the largest second difference that remains without it
 
-NEIGHBOURS = 4
-"""Frames before and after a spike in which the curve must be smooth."""
+NEIGHBOURS = 4  # Frames before and after a spike in which the curve must be smooth
 
 
 @dataclass(frozen=True)
 class Spike:
-    """Consecutive samples of a channel far off its curve.
+    """Consecutive samples of a channel far off its curve."""
 
-    Attributes:
-        name: Joint or coordinate.
-        time: Time of the first of them [s].
-        angle: Size of a spike of an angle [rad]; zero for a position.
-        distance: Size of a spike of a position [m]; zero for an angle.
-    """
-
-    name: str
-    time: float
-    angle: float = 0.0
-    distance: float = 0.0
+    name: str  #: Joint or coordinate
+    time: float  #: Time of the first of them [s]
+    angle: float = 0.0  #: Size of a spike of an angle [rad]; zero for a position
+    distance: float = 0.0  #: Size of a spike of a position [m]; zero for an angle
 
     def __str__(self) -> str:
         """Return a description for a message."""

@@ -45,18 +45,12 @@ class LoopSettings:
 
 @dataclass(frozen=True)
 class Loop:
-    """Closure of a motion that can be repeated.
+    """Closure of a motion that can be repeated."""
 
-    Attributes:
-        period: Duration until the motion closes [s].
-        repeats_first_frame: Whether the last frame repeats the first; otherwise the frame after
-            the last would.
-        mirrored: Whether the motion is half a cycle, which closes on its mirror image.
-    """
-
-    period: float
+    period: float  #: Duration until the motion closes [s]
+    #: Whether the last frame repeats the first; otherwise the frame after the last would
     repeats_first_frame: bool
-    mirrored: bool = False
+    mirrored: bool = False  #: Whether the motion is half a cycle, which closes on its mirror image
 
 
 def find_loop(

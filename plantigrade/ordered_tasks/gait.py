@@ -42,14 +42,7 @@ from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc.order import UPPER_BODY, TaskOrder
-from plantigrade.wbc.tasks import (
-    ComTask,
-    ContactTask,
-    FloorTask,
-    PassingPosture,
-    PointTask,
-    Task,
-)
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PassingPosture, PointTask, Task
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,15 +181,10 @@ def rates_through(
 
 @dataclass(frozen=True)
 class PhaseValues:
-    """Value and end time of the current phase.
+    """Value and end time of the current phase."""
 
-    Attributes:
-        ends: Ends of the phases [s].
-        values: Value of each phase.
-    """
-
-    ends: Float[Array, " n"]
-    values: Float[Array, "n dimension"]
+    ends: Float[Array, " n"]  #: Ends of the phases [s]
+    values: Float[Array, "n dimension"]  #: Value of each phase
 
     def __call__(self, time: float) -> tuple[Float[Array, " dimension"], float]:
         """Return value and end of the phase at a time [s]."""

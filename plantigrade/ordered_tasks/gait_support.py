@@ -57,23 +57,16 @@ class SupportSettings:
 
 @dataclass(frozen=True)
 class GaitSupport:
-    """Ground reactions of a recorded gait and paths consistent with them.
+    """Ground reactions of a recorded gait and paths consistent with them."""
 
-    Attributes:
-        reference: The recorded gait of the person with the corrected centre of mass of the trunk.
-        estimate: Estimated ground reactions at the frames of the recorded motion.
-        wrench: Wrench of both feet, r then l: force [N] and moment about the world's origin [N m].
-        com: Path of the centre of mass consistent with the forces [m].
-        momentum: Angular momentum about the centre of mass [kg m²/s].
-        turn: Time integral of the added angular momentum [kg m²].
-    """
-
+    #: The recorded gait of the person with the corrected centre of mass of the trunk
     reference: GaitReference
-    estimate: GroundForces
+    estimate: GroundForces  #: Estimated ground reactions at the frames of the recorded motion
+    #: Wrench of both feet, r then l: force [N] and moment about the world's origin [N m]
     wrench: Trajectory
-    com: Trajectory
-    momentum: Trajectory
-    turn: Trajectory
+    com: Trajectory  #: Path of the centre of mass consistent with the forces [m]
+    momentum: Trajectory  #: Angular momentum about the centre of mass [kg m²/s]
+    turn: Trajectory  #: Time integral of the added angular momentum [kg m²]
 
     def wrench_at(self, time: float) -> Float[Array, "2 6"]:
         """Return force [N] and moment about the world's origin [N m] of both feet, r then l."""

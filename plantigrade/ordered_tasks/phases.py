@@ -34,19 +34,12 @@ class PhaseSettings:
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase of gait.
+    """A phase of gait."""
 
-    Attributes:
-        start: [s].
-        stop: [s].
-        kind: ``"double"`` or ``"single"`` support.
-        swing: The swing foot of a single support; for a double support the one that swings next.
-    """
-
-    start: float
-    stop: float
-    kind: str
-    swing: str
+    start: float  #: [s]
+    stop: float  #: [s]
+    kind: str  #: ``"double"`` or ``"single"`` support
+    swing: str  #: The swing foot of a single support; for a double support the one that swings next
 
     @property
     def duration(self) -> float:

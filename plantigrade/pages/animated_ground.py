@@ -5,9 +5,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import convex_hull, mesh_of, shapes_of
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
 HALF_WIDTHS = (
@@ -25,11 +24,8 @@ def stage(
     model: mujoco.MjModel,
     com: Float[Array, "m 3"],
     forward: Float[Array, " 3"],
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
+    shot: Shot,
     *,
-    per_metre: float,
     loop: Float[Array, " 3"] | None,
     box: tuple[int, int, int, int],
     fine: bool = False,
@@ -41,15 +37,13 @@ def stage(
         model: The scene, with seats.
         com: Path of the centre of mass, world [m].
         forward: Horizontal direction of travel, unit vector.
-        centre: Point at which the camera looks in each frame, world [m].
-        camera: The camera.
-        clock: The clock of the picture.
-        per_metre: Drawing units per metre.
+        shot: The view.
         loop: How far a stride carries the body [m]: then marks divide it evenly, so that the end
             of the loop is its beginning.
         box: Visible area (left, top, right, bottom), around the camera's centre.
         fine: Whether marks are closer.
     """
+    centre, camera, per_metre = shot.centre, shot.camera, shot.per_metre
     middle = com.mean(axis=0)
     origin = middle - forward * float(middle @ forward)
     across = np.array([forward[1], -forward[0], 0.0])
@@ -98,7 +92,7 @@ def stage(
         *([] if fine else _seats(ground, model, camera, per_metre, surface, origin, forward)),
     ]
     whole = np.round(-camera.project(centre) * per_metre).astype(int)
-    return clock.shifted([f"{x} {y}" for x, y in whole], "".join(parts))
+    return shot.clock.shifted([f"{x} {y}" for x, y in whole], "".join(parts))
 
 
 def _corners(s: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ The file holds no script and asks for nothing, so that it also moves in a README
 one path whose data are animated (SMIL), far ones first: parts of the dressed skin, or the solids
 where there is no skin. Beside the body stands its foot enlarged, its bones seen through the skin,
 with the force at each place that touches the ground.
-Who asks their system for less motion sees one instant.
+Systems set to reduced motion show one instant.
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ from plantigrade.pages.playback import FRAME_RATE, Playback, playback
 from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
 from plantigrade.pages.skin_figure import SkinFigure, skin_of
 from plantigrade.pages.skin_layers import skin_layers
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import Clock, Shot
 from plantigrade.record import Record
 
 UNITS = 1000  # drawing units per metre
@@ -45,19 +45,12 @@ INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
 
 @dataclass(frozen=True)
 class MovingPicture:
-    """An animated picture and what it shows.
+    """An animated picture and what it shows."""
 
-    Attributes:
-        svg: The file.
-        frames: Number of instants.
-        seconds: Duration of one cycle [s].
-        loop: Whether it is a loop, of one stride of a steady gait.
-    """
-
-    svg: str
-    frames: int
-    seconds: float
-    loop: bool
+    svg: str  #: The file
+    frames: int  #: Number of instants
+    seconds: float  #: Duration of one cycle [s]
+    loop: bool  #: Whether it is a loop, of one stride of a steady gait
 
 
 def moving_picture(
@@ -202,11 +195,11 @@ def _scene(
     """Return the extent of the picture and its elements: ground, body, forces, enlarged foot."""
     forward = travel(drawn.com)
     camera = Camera.named(view, forward)
-    how: dict[str, Any] = {"prefix": prefix, "per_metre": UNITS}
+    shot = Shot(drawn.centre, camera, clock, prefix, UNITS)
     if drawn.skin is None:
-        layers, extent = figure_layers(drawn.figure, drawn.centre, camera, clock, **how)
+        layers, extent = figure_layers(drawn.figure, shot)
     else:
-        layers, extent = skin_layers(drawn.skin, drawn.centre, camera, clock, x_ray=x_ray, **how)
+        layers, extent = skin_layers(drawn.skin, shot, x_ray=x_ray)
     if side and not drawn.figure.has_foot(side):
         side = ""
     if box is None:
@@ -221,16 +214,7 @@ def _scene(
         if side:
             box = (box[0], box[1], box[2] + INSET_SIZE[0] + MARGIN, box[3])
     ground = stage(
-        record.ground,
-        drawn.figure.model,
-        drawn.com,
-        forward,
-        drawn.centre,
-        camera,
-        clock,
-        per_metre=UNITS,
-        loop=drawn.plays.loop,
-        box=box,
+        record.ground, drawn.figure.model, drawn.com, forward, shot, loop=drawn.plays.loop, box=box
     )
     parts = [ground, *layers]
     if drawn.total is not None and drawn.cop is not None:
@@ -254,15 +238,13 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
     rise = np.maximum(0.6 * rise + 0.02, rise - 0.06)
     follow = np.column_stack([follow[:, :2], low + rise])
     per_metre = UNITS * 2  # finer than the body, because it is magnified
-    how: dict[str, Any] = {"prefix": f"{prefix}z", "per_metre": per_metre}
-    seen = (side, follow, camera, clock)
-    layers = [] if drawn.skin is None else bone_layers(drawn.skin, *seen, **how)
+    shot = Shot(follow, camera, clock, f"{prefix}z", per_metre)
+    layers = [] if drawn.skin is None else bone_layers(drawn.skin, side, shot)
     bones = len(layers)
     if not layers:
-        layers, bones = foot_layers(drawn.figure, *seen, **how)
+        layers, bones = foot_layers(drawn.figure, side, shot)
     if drawn.skin is not None:
-        layers = [*layers, veil(drawn.skin, *seen, **how)]
-        layers.append(contact_dots(drawn.skin, *seen, per_metre=per_metre))
+        layers = [*layers, veil(drawn.skin, side, shot), contact_dots(drawn.skin, side, shot)]
     half = np.array([width, height]) / (2 * FOOT_SCALE * UNITS) * per_metre
     inner = (int(-half[0]), int(-half[1]), int(half[0]), int(half[1]))
     ground = stage(
@@ -270,10 +252,7 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
         drawn.figure.model,
         drawn.com,
         forward,
-        follow,
-        camera,
-        clock,
-        per_metre=per_metre,
+        shot,
         loop=drawn.plays.loop,
         box=inner,
         fine=True,

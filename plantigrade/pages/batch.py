@@ -15,6 +15,7 @@ from plantigrade.charts import Figure, Ribbon, Series, histogram_plot, line_plot
 from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
 from plantigrade.charts.theme import STROKES
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.notes import Repeated, repeated
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.text import rounded_text
 from plantigrade.record.batch import BatchFolder, Row
@@ -23,12 +24,10 @@ PAGE = "batch.html"
 MAX_TABLE_ROWS = 1_000
 """Maximum number of rows of the table, because browsers become slow; the table file has all
 items."""
-MAX_LISTED = 100
-"""Maximum number of listed outliers and of listed failures."""
-MAX_STATUS_LETTERS = 60
-"""Maximum length of a status in the table; failures are listed in full."""
-MIN_DISTRIBUTION = 5
-"""Minimum number of values for a distribution."""
+MAX_LISTED = 100  # Maximum number of listed outliers and of listed failures
+MAX_STATUS_LETTERS = 60  # Maximum length of a status in the table; failures are listed in full
+MAX_NAMES = 3  # Names of items that are listed with a warning; chosen
+MIN_DISTRIBUTION = 5  # Minimum number of values for a distribution
 OUTLIER_ROBUST_SD = 3.5
 """Distance from the median in robust standard deviations above which a value is an outlier
 ([Iglewicz1993]_)."""
@@ -66,21 +65,13 @@ class Ended(Protocol):
 
 @dataclass(frozen=True)
 class BatchKind:
-    """Texts and columns of a kind of batch.
+    """Texts and columns of a kind of batch."""
 
-    Attributes:
-        title: Heading of the page.
-        noun: Noun for an item.
-        done: Participle for its processing.
-        columns: Figures of the table, the distributions and the outliers.
-        note: Explanation of the figures.
-    """
-
-    title: str
-    noun: str
-    done: str
-    columns: tuple[Column, ...]
-    note: str = ""
+    title: str  #: Heading of the page
+    noun: str  #: Noun for an item
+    done: str  #: Participle for its processing
+    columns: tuple[Column, ...]  #: Figures of the table, the distributions and the outliers
+    note: str = ""  #: Explanation of the figures
 
     def fails(self, one: Ended) -> bool:
         """Return whether an item counts as failed."""
@@ -116,6 +107,12 @@ class BatchKind:
         count = counts[f"{self.noun}s_count"]
         return f"{count - counts['without_result_count']} of {count} {self.noun}s {self.done}."
 
+    def counted(self, warning: Repeated, counts: Mapping[str, Any]) -> str:
+        """Return a warning with the number of items that have it."""
+        count = counts[f"{self.noun}s_count"]
+        names = ", ".join(warning.names[:MAX_NAMES]) + " …" * (len(warning.names) > MAX_NAMES)
+        return f"{len(warning.names)} of {count} {self.noun}s ({names}): {warning.sentence}"
+
     def sections(self, rows: Sequence[Row]) -> list[Section]:
         """Return further sections, before all others."""
         return []
@@ -140,9 +137,8 @@ FITS = BatchKind(
     note=(
         "Error: RMS of the markers, mean over frames, or of the joint centres of a skeleton. "
         "Symmetry index: of step length (Robinson et al. 1987). GPS: Gait Profile Score; "
-        f"{MIN_IMPORTANT_DIFFERENCE}° are clinically important (Baker et al. 2009, 2012). Mean "
-        "and SD "
-        "are over recordings: give one per person."
+        f"{MIN_IMPORTANT_DIFFERENCE}° are clinically important (Baker et al. 2009, 2012). Mean and "
+        "SD are over recordings: give one per person."
     ),
 )
 MOTIONS = BatchKind(
@@ -257,6 +253,7 @@ def page_html_of(kind: BatchKind, store: BatchFolder, counts: Mapping[str, Any])
     return page_html(
         [
             *kind.sections(rows),
+            *_warnings(kind, rows, linked),
             *_distributions(kind, rows),
             *_outliers(kind, rows, linked),
             *_mean_curves(store),
@@ -274,6 +271,22 @@ def page_html_of(kind: BatchKind, store: BatchFolder, counts: Mapping[str, Any])
             "their files for --list."
         ),
     )
+
+
+def _warnings(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> list[Section]:
+    """Return every warning once, with the number of items that have it."""
+    from markupsafe import Markup
+
+    found = repeated((row.name, row.warnings) for row in rows)
+    lines = []
+    for each in found:
+        names = Markup(", ").join(_link(name, linked) for name in each.names[:MAX_NAMES])
+        more = len(each.names) - MAX_NAMES
+        names += f" and {more} more" if more > 0 else ""
+        lines.append([f"{len(each.names)} of {len(rows)}", each.sentence, names])
+    headers = (f"{kind.noun}s", "warning", "which")
+    text = "“…” is in the place of numbers that differ; the report of each item has them."
+    return [Section("Warnings", headers=headers, rows=lines, text=text)] if found else []
 
 
 def _distributions(kind: BatchKind, rows: Sequence[Row]) -> list[Section]:

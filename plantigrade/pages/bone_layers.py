@@ -2,65 +2,55 @@
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import rgb
 from plantigrade.pages.silhouette import spline_data
 from plantigrade.pages.skin_figure import PARTS, SkinFigure, outlines_of
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.pages.tones import RIM_TONE, tone, two_tones
 from plantigrade.skin import foot_bones
 from plantigrade.spatial.conventions import rotation_matrix
 
 GRAIN, SKIN_GRAIN = 0.0012, 0.002
-"""Step of the grids on which outlines of bones, and of the skin about them, are found [m]."""
+"""Step of the grids on which outlines of bones, and of the skin about them, are found [m]:
+about a pixel, and two."""
 LIGHT = np.array([-0.0022, -0.0018])
 """Offset of the lit tone of a bone: to the left and up [m]. Chosen."""
 RIM, SKIN_RIM = 0.0014, 0.003
-"""Width of the rim of a bone and of the skin [m], half of it outside."""
+"""Width of the rim of a bone and of the skin [m], half of it outside; about one and two pixels."""
 POINTS = 14
-"""Control points of the outline of a bone."""
+"""Control points of the outline of a bone that keep its head and base apart. Chosen."""
 VEIL = 0.26
-"""Opacity of the skin before bones. Chosen."""
+"""Opacity of the skin before bones [1]: both can be seen. Chosen."""
 CONTACT_DOT = 0.006
-"""Diameter of the dot at a contact point [m]."""
+"""Diameter of the dot at a contact point [m]. Chosen."""
 
 
 def bone_layers(
     figure: SkinFigure,
     side: str,
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
-    *,
-    prefix: str,
-    per_metre: float,
+    shot: Shot,
 ) -> list[str]:
     """Return the bones of a foot, the far ones first; none where the foot has no bones.
 
     Args:
         figure: The person.
         side: ``"r"`` or ``"l"``.
-        centre: Point at which the camera looks in each frame, world [m].
-        camera: The camera.
-        clock: Clock of the picture.
-        prefix: Beginning of the names of the elements.
-        per_metre: Drawing units per metre.
+        shot: The view.
     """
     layers, colour = [], rgb(theme.BONE)
     own = [bone for bone in foot_bones(figure.human) if bone.name.endswith(f"_{side}")]
     for k, bone in enumerate(own):
         turn = rotation_matrix(figure.quats[:, bone.body])
-        place = figure.positions[:, bone.body] - centre
+        place = figure.positions[:, bone.body] - shot.centre
         vertices = place[:, None] + bone.vertices @ np.swapaxes(turn, 1, 2)
-        outlines, depth = outlines_of(vertices, bone.faces, camera, POINTS, GRAIN)
-        name = f"{prefix}{k}"
-        path = clock.path(spline_data(outlines, per_metre=per_metre), f'id="{name}"')
+        outlines, depth = outlines_of(vertices, bone.faces, shot.camera, POINTS, GRAIN)
+        name = f"{shot.prefix}{k}"
+        path = shot.clock.path(spline_data(outlines, per_metre=shot.per_metre), f'id="{name}"')
         markup = (
             f'<defs>{path}</defs><use href="#{name}" fill="none" stroke="{tone(colour, RIM_TONE)}" '
-            f'stroke-width="{RIM * per_metre:.0f}"/>'
-            f"{''.join(two_tones(name, colour, LIGHT * per_metre))}"
+            f'stroke-width="{RIM * shot.per_metre:.0f}"/>'
+            f"{''.join(two_tones(name, colour, LIGHT * shot.per_metre))}"
         )
         layers.append((depth, markup))
     return [markup for _, markup in sorted(layers, key=lambda layer: layer[0])]
@@ -69,27 +59,24 @@ def bone_layers(
 def veil(
     figure: SkinFigure,
     side: str,
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
-    *,
-    prefix: str,
-    per_metre: float,
+    shot: Shot,
 ) -> str:
     """Return the skin of a foot and its shank, seen through; arguments as of bones."""
     defined, rims, fills = [], [], []
     for part in PARTS:
         if part.name not in (f"foot_{side}", f"shank_{side}"):
             continue
-        outlines, _ = figure.outlines(part, centre, camera, SKIN_GRAIN)
-        name = f"{prefix}{part.name}"
-        defined.append(clock.path(spline_data(outlines, per_metre=per_metre), f'id="{name}"'))
+        outlines, _ = figure.outlines(part, shot.centre, shot.camera, SKIN_GRAIN)
+        name = f"{shot.prefix}{part.name}"
+        defined.append(
+            shot.clock.path(spline_data(outlines, per_metre=shot.per_metre), f'id="{name}"')
+        )
         rims.append(f'<use href="#{name}"/>')
         fills.append(f'<use href="#{name}"/>')
     colour = rgb(theme.SKIN["skin"])
     return (
         f'<defs>{"".join(defined)}</defs><g opacity="{VEIL}"><g fill="none" '
-        f'stroke="{tone(colour, RIM_TONE)}" stroke-width="{SKIN_RIM * per_metre:.0f}">'
+        f'stroke="{tone(colour, RIM_TONE)}" stroke-width="{SKIN_RIM * shot.per_metre:.0f}">'
         f'{"".join(rims)}</g><g fill="{theme.SKIN["skin"]}">{"".join(fills)}</g></g>'
     )
 
@@ -97,11 +84,7 @@ def veil(
 def contact_dots(
     figure: SkinFigure,
     side: str,
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
-    *,
-    per_metre: float,
+    shot: Shot,
 ) -> str:
     """Return a dot at the lowest point of each contact sphere of a foot; arguments as of bones."""
     dots = []
@@ -112,10 +95,10 @@ def contact_dots(
         turn = rotation_matrix(figure.quats[:, index])
         for contact in body.contacts:
             local = contact.position - [0.0, 0.0, contact.radius]
-            at = camera.project(figure.positions[:, index] + turn @ local - centre)
-            data = [f"M{x} {y}l0 0" for x, y in np.round(at * per_metre).astype(int).tolist()]
-            dots.append(clock.path(data))
+            at = shot.camera.project(figure.positions[:, index] + turn @ local - shot.centre)
+            data = [f"M{x} {y}l0 0" for x, y in np.round(at * shot.per_metre).astype(int).tolist()]
+            dots.append(shot.clock.path(data))
     return (
         f'<g fill="none" stroke="{theme.FORCE}" stroke-linecap="round" '
-        f'stroke-width="{CONTACT_DOT * per_metre:.0f}">{"".join(dots)}</g>'
+        f'stroke-width="{CONTACT_DOT * shot.per_metre:.0f}">{"".join(dots)}</g>'
     )

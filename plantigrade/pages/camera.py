@@ -20,17 +20,12 @@ VIEWS = {
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """An orthographic camera.
+    """An orthographic camera."""
 
-    Attributes:
-        right: World direction that points to the right in the picture, unit vector.
-        up: World direction that points up in the picture, unit vector.
-        towards: World direction from the picture to the reader, unit vector.
-    """
-
+    #: World direction that points to the right in the picture, unit vector
     right: Float[Array, " 3"]
-    up: Float[Array, " 3"]
-    towards: Float[Array, " 3"]
+    up: Float[Array, " 3"]  #: World direction that points up in the picture, unit vector
+    towards: Float[Array, " 3"]  #: World direction from the picture to the reader, unit vector
 
     @classmethod
     def around(cls, forward: Float[Array, " 3"], *, azimuth: float, elevation: float) -> "Camera":

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
 from plantigrade.analyze.clinical import norms_for
 from plantigrade.analyze.curve_difference import MIN_CYCLES
 from plantigrade.analyze.curves import LOADED_JOINTS
@@ -17,7 +15,9 @@ from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
+from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.motion.filters import runs
 from plantigrade.pages.compare_figures import figure_section, verdict_of
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.clinical import NAMES, OWN_SIDE, grid_of
@@ -157,7 +157,7 @@ def more_sections(found: RunComparison, side: str, ending: str) -> list[Section]
 def overlay(found: RunComparison, name: str, height: int = 210) -> Figure:
     """Return a curve of all gaits: mean and standard deviation."""
     series, ribbons, marks, spans = [], [], [], []
-    base, side = _base(name)
+    base, side = split_side(name)
     who = _norm_of(found)
     if who is not None and PUBLISHED_NAMES.get(base, base) in names(who[0]):
         band = norm(base, who[1], population=who[0])
@@ -184,7 +184,7 @@ def overlay(found: RunComparison, name: str, height: int = 210) -> Figure:
 def difference(found: RunComparison, name: str, height: int = 210) -> Figure:
     """Return the differences of a curve from the first gait, each with its band."""
     series, ribbons, spans = [], [], []
-    base, _ = _base(name)
+    base, _ = split_side(name)
     for k, gait in enumerate(found.gaits[1:], start=1):
         colour = STROKE_MIDDLE if found.sides else colour_of(found, k)
         each = found.differences[gait.name][name]
@@ -211,10 +211,10 @@ def _cells(found: RunComparison, ending: str, draw: Draw) -> dict[str, Figure]:
 
 def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
     """Return the intervals of the cycle in which a difference exceeds its band."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], beyond.astype(int), [0]])))
+    last = len(PERCENT) - 1
     return [
-        (float(PERCENT[a]), float(PERCENT[min(b, len(PERCENT) - 1)]), colour)
-        for a, b in zip(edges[::2], edges[1::2], strict=True)
+        (float(PERCENT[run.start]), float(PERCENT[min(run.stop, last)]), colour)
+        for run in runs(beyond)
     ]
 
 
@@ -238,8 +238,7 @@ def _notes(found: RunComparison) -> list[str]:
         if slow is not None and fast is not None and abs(fast - slow) > MAX_SPEED_DIFFERENCE:
             notes.append(
                 f"{gait.name} has a speed of {fast:.2f} m/s, {found.gaits[0].name} of {slow:.2f} "
-                "m/s; "
-                "angles and forces depend on speed."
+                "m/s; angles and forces depend on speed."
             )
         a, b = (r.record.human for r in (first, run))
         if abs(a.height - b.height) > 0.03 or (a.joints, a.feet) != (b.joints, b.feet):
@@ -293,11 +292,6 @@ def _count(gait: Gait, name: str) -> str:
 
 def _difference_text(value: float | None, first: float | None, digits: int) -> str:
     return "–" if value is None or first is None else signed_text(value - first, digits)
-
-
-def _base(name: str) -> tuple[str, str]:
-    ends = name[-2:] in ("_r", "_l")
-    return (name[:-2], name[-1]) if ends else (name, "")
 
 
 def _label(base: str) -> str:

@@ -9,8 +9,7 @@ from plantigrade.charts.labels import side_of, title_of, without_side
 from plantigrade.pages.section import Section
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
 
-SIGNIFICANT = 0.05
-"""Error probability below which a difference is set in bold."""
+SIGNIFICANT = 0.05  # Error probability below which a difference is set in bold
 UNITS = {"deg": ("°", 1), "N m/kg": ("N m/kg", 2), "body weight": ("BW", 2), "%": ("% of cycle", 0)}
 """Unit on the page and decimals."""
 UNIT_WORDS = {

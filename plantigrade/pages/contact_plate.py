@@ -22,35 +22,25 @@ from plantigrade.models import Human
 from plantigrade.pages.shapes import convex_hull
 from plantigrade.record import Record
 
-SCALE = 560.0
-"""Scale of the drawing [px/m]."""
+SCALE = 560.0  # [px/m] scale of the drawing
 HEAVY, WIDE = 0.5, 0.034
 """A place that carries so much of the body weight has a disc of that radius [m]."""
-MARGIN = 0.034
-"""Margin around the sites of a foot [m]."""
-MIN_LOAD = 0.05
-"""Minimum load of a foot with a centre of pressure [body weights]."""
+MARGIN = 0.034  # [m] margin around the sites of a foot
+MIN_LOAD = 0.05  # [body weights] minimum load of a foot with a centre of pressure
 INK, SOFT = "var(--fg, #1c2430)", "var(--soft, #64707f)"
 
 
 @dataclass(frozen=True, eq=False)
 class Sole:
-    """One foot from above, in axes forward from its rear end and left from its middle [m].
+    """One foot from above, in axes forward from its rear end and left from its middle [m]."""
 
-    Attributes:
-        side: ``"r"`` or ``"l"``.
-        rings: The spheres of the foot.
-        index: Indices of its sites among those of the record or world.
-        place: Positions of these sites; NaN for measured forces, whose points move.
-        corner: Origin of these axes, in the world in quiet standing [m].
-        stands: Position and rotation of every body in quiet standing [m].
-    """
-
-    side: str
-    rings: Float[Array, "n_rings 2"]
-    index: Int[Array, " k"]
+    side: str  #: ``"r"`` or ``"l"``
+    rings: Float[Array, "n_rings 2"]  #: The spheres of the foot
+    index: Int[Array, " k"]  #: Indices of its sites among those of the record or world
+    #: Positions of these sites; NaN for measured forces, whose points move
     place: Float[Array, "k 2"]
-    corner: Float[Array, " 2"]
+    corner: Float[Array, " 2"]  #: Origin of these axes, in the world in quiet standing [m]
+    #: Position and rotation of every body in quiet standing [m]
     stands: tuple[Float[Array, "nbody 3"], Float[Array, "nbody 3 3"]]
 
     @classmethod

@@ -1,18 +1,17 @@
 """A moving body as layers of an SVG: the limbs as silhouettes, the bones of a foot one by one."""
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.pages.camera import Camera
 from plantigrade.pages.outlines import is_stroke, outlines, path_data
 from plantigrade.pages.shapes import Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
 from plantigrade.pages.strip import TINTS
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
 RIM, FINE_RIM = 0.012, 0.004  # width of the outline of a limb, and of a bone [m]
@@ -59,12 +58,7 @@ class Figure:
 
 def figure_layers(
     figure: Figure,
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
-    *,
-    prefix: str,
-    per_metre: float,
+    shot: Shot,
 ) -> tuple[list[str], tuple[float, float, float, float]]:
     """Return the layers of a body, the far ones first, and their extent (left, top, right, bottom).
 
@@ -74,32 +68,21 @@ def figure_layers(
     groups: dict[object, list[Shape]] = defaultdict(list)
     for k, shape in enumerate(figure.shapes):
         groups[("bone", k) if feet[shape.body] else _limb(figure.model, shape)].append(shape)
-    return _layers(
-        list(groups.values()), figure, centre, camera, clock,
-        prefix=prefix, per_metre=per_metre, rim=RIM,
-    )  # fmt: skip
+    return _layers(list(groups.values()), figure, shot, RIM)
 
 
 def foot_layers(
     figure: Figure,
     side: str,
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
-    *,
-    prefix: str,
-    per_metre: float,
+    shot: Shot,
 ) -> tuple[list[str], int]:
     """Return the layers of a foot with the shank above it, and the number of its bones."""
     bones = figure.bones(side)
     roots = {int(figure.model.body_parentid[bone.body]) for bone in bones}
     shank = roots - {bone.body for bone in bones}
-    how = {"per_metre": per_metre, "rim": FINE_RIM}
-    layers, _ = _layers(
-        [[bone] for bone in bones], figure, centre, camera, clock, prefix=prefix, **how
-    )
+    layers, _ = _layers([[bone] for bone in bones], figure, shot, FINE_RIM)
     above = [shape for shape in figure.shapes if shape.body in shank]
-    leg, _ = _layers([above], figure, centre, camera, clock, prefix=f"{prefix}k", **how)
+    leg, _ = _layers([above], figure, replace(shot, prefix=f"{shot.prefix}k"), FINE_RIM)
     faint = f'<g opacity=".3">{"".join(leg)}</g>' if above else ""
     return [faint, *layers], len(bones) if len(bones) > 4 else 0
 
@@ -116,7 +99,8 @@ def _limb(model: mujoco.MjModel, shape: Shape) -> object:
         body = parent
 
 
-def _layers(groups, figure, centre, camera, clock, *, prefix, per_metre, rim):
+def _layers(groups, figure, shot, rim):
+    per_metre = shot.per_metre
     layers, spans = [], []
     segments: dict[int, int] = {}
     feet = foot_bodies(figure.model, "r") | foot_bodies(figure.model, "l")
@@ -124,14 +108,14 @@ def _layers(groups, figure, centre, camera, clock, *, prefix, per_metre, rim):
     for shapes in groups:
         outer, inner, defined, depths = [], [], [], []
         for shape in shapes:
-            place = figure.positions[:, shape.body] - centre
-            points = outlines(shape, place, figure.quats[:, shape.body], camera)
-            name = f"{prefix}{count}"
+            place = figure.positions[:, shape.body] - shot.centre
+            points = outlines(shape, place, figure.quats[:, shape.body], shot.camera)
+            name = f"{shot.prefix}{count}"
             count += 1
             stroke = is_stroke(shape)
             width = 2 * shape.size[0] if stroke else 0.0
             data = path_data(points, per_metre=per_metre, closed=not stroke)
-            defined.append(clock.path(data, f'id="{name}"'))
+            defined.append(shot.clock.path(data, f'id="{name}"'))
             edge, fill = TINTS[shape.side]
             if shape.colour is not None:
                 fill = hexadecimal(shape.colour)
@@ -149,7 +133,7 @@ def _layers(groups, figure, centre, camera, clock, *, prefix, per_metre, rim):
                 outer.append(f'{use} stroke="{edge}" stroke-width="{thin * per_metre:.0f}"/>')
                 inner.append(f'{use} fill="{fill}"/>')
             depth = place + rotation_matrix(figure.quats[:, shape.body]) @ shape.position
-            depths.append(float((depth @ camera.towards).mean()))
+            depths.append(float((depth @ shot.camera.towards).mean()))
             reach = width / 2
             spans.append((*(points.min(axis=(0, 1)) - reach), *(points.max(axis=(0, 1)) + reach)))
         markup = (

@@ -1,5 +1,7 @@
 """The head of a report: lines on the person, and the figures of its tiles."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from plantigrade.constants import SIDES
@@ -7,45 +9,49 @@ from plantigrade.pages.section import Subject
 from plantigrade.pages.text import rounded_text
 from plantigrade.pages.verdict import acted_on_body
 
-Figures = tuple[tuple[str, str, str, int], ...]
-"""Name, unit, key and decimals of each figure."""
-
-FIT_FIGURES: Figures = (
-    ("walking speed", " m/s", "walking_speed_m_s", 2),
-    ("running speed", " m/s", "running_speed_m_s", 2),
-    ("cadence", " steps/min", "cadence_steps_min", 0),
-    ("RMS marker error", " mm", "marker_rms_mean_mm", 1),
-    ("RMS joint centre error", " mm", "joint_rms_mm", 1),
-)
-SIMULATION_FIGURES: Figures = (
-    ("speed", " m/s", "speed_m_s", 2),
-    ("speed of the recording", " m/s", "recorded_speed_m_s", 2),
-    ("steps", "", "landings", 0),
-    ("joint angles off the motion, RMS", "°", "tracking_error_rms_deg", 1),
-    ("trunk lean, mean", "°", "trunk_lean_mean_deg", 1),
-    ("distance from path, maximum", " m", "astray_max_m", 2),
-    ("vertical force, peak", " BW", "vertical_force_max_bw", 2),
-    ("joint strength used, peak", " %", "motor_torque_max_pct", 0),
-)
-REPRODUCTION_FIGURES: Figures = (
-    ("range of motion error, mean", "°", "rom_error_mean_deg", 1),
-    ("range of motion error, maximum", "°", "rom_error_max_deg", 1),
-    ("centre of mass error, maximum", " mm", "com_error_max_mm", 1),
-    ("contact drift, maximum", " mm", "contact_drift_max_mm", 1),
-    ("lowest point of the soles", " mm", "sole_lowest_mm", 1),
-    ("vertical force error, RMS", " BW", "vertical_force_rmse_bw", 3),
-)
-SYNTHESIS_FIGURES: Figures = (
-    ("walking speed", " m/s", "walking_speed_m_s", 2),
-    ("cadence", " steps/min", "cadence_steps_min", 0),
-    ("distance", " m", "displacement_m", 2),
-    ("duration", " s", "duration_s", 2),
-    ("rise in flight", " m", "flight_rise_m", 2),
-    ("take-off speed", " m/s", "take_off_speed_m_s", 2),
-    ("knee range", "°", "knee_angle_range_r_deg", 0),
-    ("vertical force, peak", " BW", "ground_force_max_bw", 2),
-    ("cost of transport", "", "cost_of_transport", 2),
-)
+FIGURES = {
+    "walking_speed_m_s": ("walking speed", " m/s", 2),
+    "running_speed_m_s": ("running speed", " m/s", 2),
+    "cadence_steps_min": ("cadence", " steps/min", 0),
+    "marker_rms_mean_mm": ("RMS marker error", " mm", 1),
+    "joint_rms_mm": ("RMS joint centre error", " mm", 1),
+    "speed_m_s": ("speed", " m/s", 2),
+    "recorded_speed_m_s": ("speed of the recording", " m/s", 2),
+    "landings": ("steps", "", 0),
+    "tracking_error_rms_deg": ("joint angles off the motion, RMS", "°", 1),
+    "trunk_lean_mean_deg": ("trunk lean, mean", "°", 1),
+    "astray_max_m": ("distance from path, maximum", " m", 2),
+    "vertical_force_max_bw": ("vertical force, peak", " BW", 2),
+    "motor_torque_max_pct": ("joint strength used, peak", " %", 0),
+    "rom_error_mean_deg": ("range of motion error, mean", "°", 1),
+    "rom_error_max_deg": ("range of motion error, maximum", "°", 1),
+    "com_error_max_mm": ("centre of mass error, maximum", " mm", 1),
+    "contact_drift_max_mm": ("contact drift, maximum", " mm", 1),
+    "sole_lowest_mm": ("lowest point of the soles", " mm", 1),
+    "vertical_force_rmse_bw": ("vertical force error, RMS", " BW", 3),
+    "displacement_m": ("distance", " m", 2),
+    "duration_s": ("duration", " s", 2),
+    "flight_rise_m": ("rise in flight", " m", 2),
+    "take_off_speed_m_s": ("take-off speed", " m/s", 2),
+    "knee_angle_range_r_deg": ("knee range", "°", 0),
+    "ground_force_max_bw": ("vertical force, peak", " BW", 2),
+    "cost_of_transport": ("cost of transport", "", 2),
+}
+"""Name, unit and decimals of each figure of a tile."""
+GAIT = ("walking_speed_m_s", "running_speed_m_s", "cadence_steps_min")
+FIT_ERRORS = ("marker_rms_mean_mm", "joint_rms_mm")
+SIMULATION = (
+    "speed_m_s", "recorded_speed_m_s", "landings", "tracking_error_rms_deg", "trunk_lean_mean_deg",
+    "astray_max_m", "vertical_force_max_bw", "motor_torque_max_pct",
+)  # fmt: skip
+REPRODUCTION = (
+    "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "contact_drift_max_mm",
+    "sole_lowest_mm", "vertical_force_rmse_bw",
+)  # fmt: skip
+SYNTHESIS = (
+    "walking_speed_m_s", "cadence_steps_min", "displacement_m", "duration_s", "flight_rise_m",
+    "take_off_speed_m_s", "knee_angle_range_r_deg", "ground_force_max_bw", "cost_of_transport",
+)  # fmt: skip
 
 
 def person_lines(subject: Subject) -> list[str]:
@@ -69,16 +75,16 @@ def headline_figures(subject: Subject) -> dict[str, str]:
     signals = subject.record.signals
     if "check.quantity" in signals:
         verdict = {"verdict": "passed" if subject.run.ok else "failed"}
-        found = verdict | _figures_of(subject, SYNTHESIS_FIGURES)
+        found = verdict | _figures_of(subject, SYNTHESIS)
         if "walking speed" in found:
             found.pop("distance", None)
         return found
     if "tasks.names" in signals:
-        return _figures_of(subject, REPRODUCTION_FIGURES)
+        return _figures_of(subject, REPRODUCTION)
     if subject.run.kind == "simulate":
-        return _survival(subject) | _figures_of(subject, SIMULATION_FIGURES)
-    found = _figures_of(subject, FIT_FIGURES[:3]) | _both_sides(subject)
-    return found | _figures_of(subject, FIT_FIGURES[3:])
+        return _survival(subject) | _figures_of(subject, SIMULATION)
+    found = _figures_of(subject, GAIT) | _both_sides(subject)
+    return found | _figures_of(subject, FIT_ERRORS)
 
 
 def _survival(subject: Subject) -> dict[str, str]:
@@ -116,9 +122,10 @@ def _both_sides(subject: Subject) -> dict[str, str]:
     return found
 
 
-def _figures_of(subject: Subject, figures: Figures) -> dict[str, str]:
-    return {
-        name: f"{rounded_text(value, digits)}{unit}"
-        for name, unit, key, digits in figures
-        if (value := subject.number(key)) is not None
-    }
+def _figures_of(subject: Subject, keys: Sequence[str]) -> dict[str, str]:
+    found = {}
+    for key in keys:
+        name, unit, digits = FIGURES[key]
+        if (value := subject.number(key)) is not None:
+            found[name] = f"{rounded_text(value, digits)}{unit}"
+    return found

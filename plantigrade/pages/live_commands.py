@@ -1,4 +1,4 @@
-"""What a browser may ask of a live session; anything else is refused.
+"""Commands that a browser may send to a live session; anything else is refused.
 
 A message is JSON: ``{"do": NAME, …}`` with exactly the arguments of the command of that name, each
 within its range. Our page sends no other; what is refused is damaged or comes from another program.
@@ -18,14 +18,13 @@ from plantigrade.live.session import SPEEDS, Session
 from plantigrade.models.feet import FEET
 from plantigrade.models.joint_sets import JOINT_SETS
 
-FORCE = (0.0, 1000.0)  # [N] of a push and of the rope
+FORCE = (0.0, 1000.0)  # [N] of a push and of the rope; 1000 N throws a person over
 DIRECTION = (-180.0, 180.0)  # [°] of a push, 0 forward, 90 to the left
-DURATION = (0.05, 1.0)  # [s] of a push
-SLOPE = (-15.0, 15.0)  # [°] of the ground
-MIN_FRICTION, MAX_FRICTION = 0.05, 1.5
-MAX_LOAD = 40.0  # [kg] on the back
-FIRST_JOINT = "ankle_angle_r"
-"""Joint whose curves are shown at first, with that of the other side."""
+DURATION = (0.05, 1.0)  # [s] of a push, from a blow to a shove
+SLOPE = (-15.0, 15.0)  # [°] of the ground; steeper than a ramp for wheelchairs (5°)
+FRICTION = (0.05, 1.5)  # [1] from wet ice to a rubber sole on a dry floor
+MAX_LOAD = 40.0  # [kg] on the back, a heavy trekking pack
+FIRST_JOINT = "ankle_angle_r"  # Joint whose curves are shown at first, with that of the other side
 
 Check = Callable[[Any], bool]
 
@@ -80,7 +79,7 @@ class Commands:
             "duration": DURATION,
             "slope": SLOPE,
             "cross_slope": SLOPE,
-            "friction": (min(MIN_FRICTION, friction), max(MAX_FRICTION, friction)),
+            "friction": (min(FRICTION[0], friction), max(FRICTION[1], friction)),
             "load": (0.0, max(MAX_LOAD, self.session.load)),
         }
 
@@ -92,8 +91,7 @@ class Commands:
             "restart": Command(lambda: session.submit(session.restart), {}),
             "release": Command(lambda: session.submit(lambda: session.hand.hold(None)), {}),
             "push": Command(
-                self._push,
-                {k: number(*ranges[k]) for k in ("force", "direction", "duration")},
+                self._push, {k: number(*ranges[k]) for k in ("force", "direction", "duration")}
             ),
             "hold": Command(self._hold, {"body": whole, "at": point, "end": point}),
             "pull": Command(self._pull, {"end": point}),

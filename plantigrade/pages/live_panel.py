@@ -1,4 +1,4 @@
-"""What the panels of the live page show: status, controls, the last seconds as curves."""
+"""Data of the panels of the live page: status, controls, the last seconds as curves."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,7 +16,7 @@ from plantigrade.pages.contact_plate import Sole, plate_svg
 from plantigrade.pages.live_scene import weight_of
 from plantigrade.world import Target
 
-MAX_POINTS = 125  # of a curve
+MAX_POINTS = 125  # of a curve: one for two pixels of its width
 
 
 def status_lines(session: Session, clock: Clock, frame: Frame) -> list[str]:

@@ -1,4 +1,4 @@
-"""What the live page draws: shapes and skin of a world once, and one message per frame."""
+"""Data that the live page draws: shapes and skin of a world once, and one message per frame."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,7 +16,7 @@ from plantigrade.pages.viewer_skin import foot_data, skin_data
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.world import World
 
-HEADROOM = 0.1  # [m] of the camera above the person
+HEADROOM = 0.1  # [m] of the view above the person; chosen
 DIGITS = 4  # of positions [m] and quaternions: 0.1 mm
 
 

@@ -21,8 +21,7 @@ from plantigrade.pages.live_commands import FIRST_JOINT, Commands
 from plantigrade.pages.live_panel import control_values, curves_data, soles_of, status_lines
 from plantigrade.pages.live_scene import frame_data, world_data
 from plantigrade.pages.page_server import PageServer
-from plantigrade.pages.section import template_text
-from plantigrade.pages.viewer import COLOURS, SHARED_SCRIPTS
+from plantigrade.pages.viewer import SHARED_SCRIPTS, stage_html
 from plantigrade.world import World
 
 PANEL_INTERVAL = 8  # frames between updates of figures and curves
@@ -129,36 +128,26 @@ class LiveWorld:
         self._page = self._html(world_data(frame.world) | {"world": self._worlds})
 
     def _html(self, data: dict[str, Any]) -> str:
-        from jinja2 import Environment
-        from markupsafe import Markup
-
         session = self.session
         coordinates = session.world.human.coordinates
-        names = {name: title_of(name) for name in coordinates if side_of(name) != "l"}
-        text = json.dumps(data, separators=(",", ":"))
-        return (
-            Environment(autoescape=True)
-            .from_string(template_text("live.html"))
-            .render(
-                title=self._title,
-                css=Markup(template_text("viewer.css") + template_text("live.css")),
-                js=Markup("".join(template_text(name) for name in SCRIPTS)),
-                scene=Markup(text.replace("<", "\\u003c")),
-                colours=COLOURS,
-                has_skin=data["skin"] is not None,
-                has_foot=data["foot"] is not None,
-                weight=round(data["weight"]),
-                ranges=self.commands.ranges(),
-                values=control_values(session),
-                speeds=SPEEDS,
-                controllers=list(dict.fromkeys([*CONTROLLERS, session.choice.controller])),
-                feet=list(FEET),
-                joints=list(JOINT_SETS),
-                coordinates=names,
-                joint=self.commands.joint,
-                tilts=session.tilts,
-                can_save=self._can_save,
-            )
+        return stage_html(
+            "live.html",
+            data,
+            styles=("viewer.css", "live.css"),
+            scripts=SCRIPTS,
+            title=self._title,
+            has={name: data[name] is not None for name in ("skin", "foot")},
+            weight=round(data["weight"]),
+            ranges=self.commands.ranges(),
+            values=control_values(session),
+            speeds=SPEEDS,
+            controllers=list(dict.fromkeys([*CONTROLLERS, session.choice.controller])),
+            feet=list(FEET),
+            joints=list(JOINT_SETS),
+            coordinates={name: title_of(name) for name in coordinates if side_of(name) != "l"},
+            joint=self.commands.joint,
+            tilts=session.tilts,
+            can_save=self._can_save,
         )
 
     def _receive(self, text: str) -> None:

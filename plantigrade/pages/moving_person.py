@@ -10,11 +10,11 @@ from plantigrade.pages.animation import moving_picture
 from plantigrade.pages.playback import playback
 from plantigrade.pages.section import Subject
 
-HEIGHT_PX = 330
-MAX_RATE = 15.0  # key frames per second [Hz]; a browser interpolates between them
+HEIGHT_PX = 330  # [px] of the picture: verdict and tiles fit on the same screen
+MAX_RATE = 15.0  # [Hz] key frames per second; a browser interpolates between them
 MAX_KEY_FRAMES = 40  # about 150 kB and two seconds of computing for a dressed person
 MAX_SHOWN = 3.0  # [s] of a motion that does not repeat
-BEFORE_PUSH, BEFORE_FALL, AFTER_FALL = 0.5, 2.0, 0.8  # [s] that are shown around an event
+BEFORE_PUSH, BEFORE_FALL, AFTER_FALL = 0.5, 2.0, 0.8  # [s] shown around an event; chosen
 MIN_MOTION = 0.1  # [s] below which nothing moves
 SAFE = " !$'()*+,-./:;=?@[]^_`{|}~"  # characters that the data of an address may hold
 

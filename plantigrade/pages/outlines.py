@@ -16,10 +16,7 @@ ROUND, EDGED = 20, 12  # corners of the polygon of an ellipsoid, and of other sh
 
 
 def outlines(
-    shape: Shape,
-    positions: Float[Array, "n 3"],
-    quats: Float[Array, "n 4"],
-    camera: Camera,
+    shape: Shape, positions: Float[Array, "n 3"], quats: Float[Array, "n 4"], camera: Camera
 ) -> Float[Array, "n m 2"]:
     """Return the outline of a geom in every frame.
 

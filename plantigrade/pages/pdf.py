@@ -20,8 +20,7 @@ PLACES = (
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
 """Browsers that are not on the path."""
-VARIABLE = "CHROMIUM"
-"""Environment variable that names the browser."""
+VARIABLE = "CHROMIUM"  # Environment variable that names the browser
 FLAGS = (
     *("--headless", "--disable-gpu", "--no-first-run", "--disable-extensions"),
     *("--disable-background-networking", "--disable-dev-shm-usage", "--no-pdf-header-footer"),

@@ -22,18 +22,12 @@ MAX_STILL_DISTANCE = 0.9  # [m] that a body moves without being followed
 
 @dataclass(frozen=True, eq=False)
 class Playback:
-    """Instants of an animation, and the path of its camera.
+    """Instants of an animation, and the path of its camera."""
 
-    Attributes:
-        time: Instants of the motion [s]; without a loop the last one is repeated.
-        seconds: Duration at real time [s].
-        centre: Point at which the camera looks at each instant, world [m].
-        loop: Displacement per stride, world [m]; None if the motion is not a loop.
-    """
-
-    time: Float[Array, " n"]
-    seconds: float
-    centre: Float[Array, "n 3"]
+    time: Float[Array, " n"]  #: Instants of the motion [s]; without a loop the last one is repeated
+    seconds: float  #: Duration at real time [s]
+    centre: Float[Array, "n 3"]  #: Point at which the camera looks at each instant, world [m]
+    #: Displacement per stride, world [m]; None if the motion is not a loop
     loop: Float[Array, " 3"] | None
 
 
@@ -77,11 +71,7 @@ def playback(
 
 
 def part_of(
-    time: Float[Array, " n"],
-    start: float | None,
-    stop: float | None,
-    *,
-    longest: float = np.inf,
+    time: Float[Array, " n"], start: float | None, stop: float | None, *, longest: float = np.inf
 ) -> tuple[float, float]:
     """Return the first and last instant of a part of a motion [s].
 

@@ -36,59 +36,37 @@ LOADED = 0.02  # a foot bears load above this fraction of body weight
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything to draw, on the drawn frames.
+    """Everything to draw, on the drawn frames."""
 
-    Attributes:
-        time: Time of each drawn frame [s].
-        stride: Frames of the motion from one drawn frame to the next.
-        ground: What the body stood on; its steps, relief and seats are among the shapes.
-        floor: Height of the ground under the centre of mass [m].
-        level: The same, smoothed, for the camera to follow [m].
-        shapes: Visual geoms.
-        positions: World position of each body [m].
-        quats: World rotation of each body, ``wxyz``.
-        com: Centre of mass [m].
-        weight: Body weight [N].
-        reference_positions: Positions of the reference body [m].
-        reference_quats: Rotations of the reference body, ``wxyz``.
-        reference_name: Name of the reference.
-        marker_names: Names of the markers.
-        recorded: Recorded markers [m]; NaN where not seen.
-        fitted: Markers on the body [m].
-        force: Ground reaction at each site, on the body [N].
-        point: Where it acts [m].
-        site_sides: ``"l"``, ``"r"`` or ``""`` of each site.
-        pushes: Which sites are where something pushed.
-        total_force: Ground reaction of each side, right then left, then unknown [N].
-        cop: Centre of pressure of each of them [m]; NaN where unloaded.
-        estimated: Where each of them was estimated, not measured; None where nothing was.
-        plate: Whether the ground moved, and is a plate, the last of the bodies.
-    """
-
-    time: Float[Array, " n"]
-    stride: int
-    ground: Ground
-    floor: Float[Array, " n"]
-    level: Float[Array, " n"]
-    shapes: tuple[Shape, ...]
-    positions: Float[Array, "n nbody 3"]
-    quats: Float[Array, "n nbody 4"]
-    com: Float[Array, "n 3"]
-    weight: float
+    time: Float[Array, " n"]  #: Time of each drawn frame [s]
+    stride: int  #: Frames of the motion from one drawn frame to the next
+    ground: Ground  #: What the body stood on; its steps, relief and seats are among the shapes
+    floor: Float[Array, " n"]  #: Height of the ground under the centre of mass [m]
+    level: Float[Array, " n"]  #: The same, smoothed, for the camera to follow [m]
+    shapes: tuple[Shape, ...]  #: Visual geoms
+    positions: Float[Array, "n nbody 3"]  #: World position of each body [m]
+    quats: Float[Array, "n nbody 4"]  #: World rotation of each body, ``wxyz``
+    com: Float[Array, "n 3"]  #: Centre of mass [m]
+    weight: float  #: Body weight [N]
+    #: Positions of the reference body [m]
     reference_positions: Float[Array, "n nbody 3"] | None = None
+    #: Rotations of the reference body, ``wxyz``
     reference_quats: Float[Array, "n nbody 4"] | None = None
-    reference_name: str = ""
-    marker_names: tuple[str, ...] = ()
-    recorded: Float[Array, "n m 3"] | None = None
-    fitted: Float[Array, "n m 3"] | None = None
-    force: Float[Array, "n k 3"] | None = None
-    point: Float[Array, "n k 3"] | None = None
-    site_sides: tuple[str, ...] = ()
-    pushes: tuple[int, ...] = ()
+    reference_name: str = ""  #: Name of the reference
+    marker_names: tuple[str, ...] = ()  #: Names of the markers
+    recorded: Float[Array, "n m 3"] | None = None  #: Recorded markers [m]; NaN where not seen
+    fitted: Float[Array, "n m 3"] | None = None  #: Markers on the body [m]
+    force: Float[Array, "n k 3"] | None = None  #: Ground reaction at each site, on the body [N]
+    point: Float[Array, "n k 3"] | None = None  #: Where it acts [m]
+    site_sides: tuple[str, ...] = ()  #: ``"l"``, ``"r"`` or ``""`` of each site
+    pushes: tuple[int, ...] = ()  #: Which sites are where something pushed
+    #: Ground reaction of each side, right then left, then unknown [N]
     total_force: Float[Array, "n 3 3"] | None = None
+    #: Centre of pressure of each of them [m]; NaN where unloaded
     cop: Float[Array, "n 3 3"] | None = None
+    #: Where each of them was estimated, not measured; None where nothing was
     estimated: Bool[Array, "n 3"] | None = None
-    plate: bool = False
+    plate: bool = False  #: Whether the ground moved, and is a plate, the last of the bodies
 
 
 def assumed_bodies(record: Record) -> set[str]:

@@ -9,11 +9,9 @@ from functools import cached_property, wraps
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
 from plantigrade.analyze import norms
 from plantigrade.analyze.at_limit import at_limit, cycles_at_limit
-from plantigrade.analyze.clinical import NormChoice, clinical_angles, norms_for
+from plantigrade.analyze.clinical import NormChoice, clinical_angles, norms_for, number_of
 from plantigrade.analyze.curves import GaitCurves, gait_curves
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
@@ -112,10 +110,7 @@ class Subject:
 
     def number(self, key: str) -> float | None:
         """Return a figure of the run; None if it is unknown."""
-        value = self.figures.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-            return None
-        return float(value) if np.isfinite(float(value)) else None
+        return number_of(self.figures, key)
 
     def text_signal(self, name: str, count: int = 0) -> tuple[str, ...]:
         """Return a signal of words; ``count`` empty ones where the record has no such signal."""
@@ -136,31 +131,19 @@ class Group:
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report.
+    """One part of a report."""
 
-    Attributes:
-        title: Heading.
-        figures: Plots.
-        text: Text before the plots.
-        headers: Headers of the table.
-        rows: Rows of the table.
-        groups: Small tables side by side.
-        grid: Rows of plots, or of texts in their place, with a row of column headings.
-        sheet: Whether it belongs to the first page in print.
-        folded: Whether it is folded at first; in print every section is open.
-        missing: Reason why there is nothing to show; the report then has one line.
-    """
-
-    title: str
-    figures: Sequence[Figure] = ()
-    text: str = ""
-    headers: Sequence[str] = ()
-    rows: Sequence[Sequence[str]] = field(default_factory=tuple)
-    groups: Sequence[Group] = ()
+    title: str  #: Heading
+    figures: Sequence[Figure] = ()  #: Plots
+    text: str = ""  #: Text before the plots
+    headers: Sequence[str] = ()  #: Headers of the table
+    rows: Sequence[Sequence[str]] = field(default_factory=tuple)  #: Rows of the table
+    groups: Sequence[Group] = ()  #: Small tables side by side
+    #: Rows of plots, or of texts in their place, with a row of column headings
     grid: Sequence[Sequence[Figure | str]] = ()
-    sheet: bool = False
-    folded: bool = False
-    missing: str = ""
+    sheet: bool = False  #: Whether it belongs to the first page in print
+    folded: bool = False  #: Whether it is folded at first; in print every section is open
+    missing: str = ""  #: Reason why there is nothing to show; the report then has one line
 
 
 def needs(
@@ -196,20 +179,16 @@ def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
 
 
 def page_html(
-    sections: Sequence[Section],
-    *,
-    provenance: Mapping[str, Any],
-    **variables: Any,
+    sections: Sequence[Section], *, provenance: Mapping[str, Any], **variables: Any
 ) -> str:
     """Return a page as one text; ``variables`` are the other variables of ``report.html``.
 
     Sections without content get one line each.
     """
-    from jinja2 import Environment
     from markupsafe import Markup
 
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(template_text("report.html")).render(
+    return rendered(
+        "report.html",
         css=Markup(template_text("report.css")),
         script=Markup(template_text("report.js")),
         sections=[section for section in sections if not section.missing],
@@ -219,6 +198,15 @@ def page_html(
         anchor=anchor,
         **variables,
     )
+
+
+def rendered(template: str, **variables: Any) -> str:
+    """Return a packaged template with its variables filled in."""
+    from jinja2 import Environment, FunctionLoader
+
+    loader = FunctionLoader(template_text)
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, loader=loader)
+    return environment.get_template(template).render(**variables)
 
 
 def template_text(name: str) -> str:

@@ -18,42 +18,29 @@ _KINDS = {
 PALE = 0.55  # share of white in paler shapes
 GROUND = ("floor", "bump", "relief")
 """Prefixes of the ground's geoms in :mod:`plantigrade.contact.scene`."""
-PLATE = "floor_plate"
-"""Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`."""
-THING = "thing"
-"""Prefix of scene objects."""
+PLATE = "floor_plate"  # Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`
+THING = "thing"  # Prefix of scene objects
 
 
 @dataclass(frozen=True)
 class Shape:
-    """One visual geom, fixed to a body.
+    """One visual geom, fixed to a body."""
 
-    Attributes:
-        kind: ``"sphere"``, ``"capsule"``, ``"ellipsoid"``, ``"cylinder"``, ``"box"``, ``"mesh"``.
-        size: MuJoCo's sizes: radius, half length, half axes [m].
-        position: In the body's frame [m].
-        quat: Rotation into the body's frame, ``wxyz``.
-        colour: Red, green, blue in 0–1; None where the side's colour is to be used (sided bodies)
-            or the model sets none.
-        body: Index of the body.
-        body_name: Name of the body.
-        vertices: Vertices of a mesh, in the shape's frame [m].
-        faces: Faces of a mesh.
-        name: Name of the geom.
-        pale: Whether it is drawn paler, because its motion is assumed.
-    """
-
+    #: ``"sphere"``, ``"capsule"``, ``"ellipsoid"``, ``"cylinder"``, ``"box"``, ``"mesh"``
     kind: str
-    size: Float[Array, " 3"]
-    position: Float[Array, " 3"]
-    quat: Float[Array, " 4"]
+    size: Float[Array, " 3"]  #: MuJoCo's sizes: radius, half length, half axes [m]
+    position: Float[Array, " 3"]  #: In the body's frame [m]
+    quat: Float[Array, " 4"]  #: Rotation into the body's frame, ``wxyz``
+    #: Red, green, blue in 0–1; None where the side's colour is to be used (sided bodies) or the
+    #: model sets none
     colour: tuple[float, float, float] | None
-    body: int
-    body_name: str
+    body: int  #: Index of the body
+    body_name: str  #: Name of the body
+    #: Vertices of a mesh, in the shape's frame [m]
     vertices: Float[Array, "n_vertices 3"] | None = None
-    faces: Int[Array, "n_faces 3"] | None = None
-    name: str = ""
-    pale: bool = False
+    faces: Int[Array, "n_faces 3"] | None = None  #: Faces of a mesh
+    name: str = ""  #: Name of the geom
+    pale: bool = False  #: Whether it is drawn paler, because its motion is assumed
 
     @property
     def side(self) -> str | None:

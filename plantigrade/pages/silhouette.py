@@ -10,13 +10,11 @@ from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float, Int
 
-FILL_STEP = 1.0
-"""Distance of the points that fill a triangle, in steps of the grid. Chosen."""
+FILL_STEP = 1.0  # Distance of the points that fill a triangle, in steps of the grid. Chosen.
 LEVEL = 0.4
 """Level of the smoothed mask on the border; below one half, which makes up for the spline's
 shrinking at bends. Chosen."""
-MARGIN = 3
-"""Empty cells about a mask."""
+MARGIN = 3  # Empty cells about a mask, for its smoothing. Chosen.
 
 _NONE, _TOP, _RIGHT, _BOTTOM, _LEFT = -1, 0, 1, 2, 3
 # From which side of a cell to which a border goes, by the corners inside: bits 1, 2, 4, 8 for upper
@@ -144,8 +142,8 @@ def _resampled(curve: Float[Array, "n 2"], count: int) -> Float[Array, "count 2"
     """Return points at equal distances along a closed curve."""
     closed = np.concatenate([curve, curve[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
-    wanted = along[-1] * np.arange(count) / count
-    return np.stack([np.interp(wanted, along, each) for each in closed.T], axis=1)
+    distance = along[-1] * np.arange(count) / count
+    return np.stack([np.interp(distance, along, each) for each in closed.T], axis=1)
 
 
 def _controls(points: Float[Array, "n 2"]) -> Float[Array, "n 2"]:

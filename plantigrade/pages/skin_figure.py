@@ -21,23 +21,14 @@ SHARED = 0.15
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the body with an outline of its own.
+    """A part of the body with an outline of its own."""
 
-    Attributes:
-        name: Its name.
-        limb: Limb whose rim it shares.
-        bones: How the names of its bones begin.
-        materials: Materials of its triangles.
-        count: Control points of its outline.
-        garment: Whether it covers other parts.
-    """
-
-    name: str
-    limb: str
-    bones: tuple[str, ...]
-    materials: tuple[str, ...]
-    count: int
-    garment: bool = False
+    name: str  #: Its name
+    limb: str  #: Limb whose rim it shares
+    bones: tuple[str, ...]  #: How the names of its bones begin
+    materials: tuple[str, ...]  #: Materials of its triangles
+    count: int  #: Control points of its outline
+    garment: bool = False  #: Whether it covers other parts
 
     @property
     def side(self) -> str:
@@ -85,23 +76,14 @@ PARTS = (
 
 @dataclass(frozen=True, eq=False)
 class SkinFigure:
-    """The skin of a person, cut into parts, in motion.
+    """The skin of a person, cut into parts, in motion."""
 
-    Attributes:
-        skin: The skin.
-        human: The person.
-        mesh: Its triangles, dressed.
-        positions: World position of each body in each frame [m].
-        quats: World rotation of each body, ``wxyz``.
-        pale: Bodies that are drawn paler.
-    """
-
-    skin: Skin
-    human: Human
-    mesh: DressedMesh
-    positions: Float[Array, "n nbody 3"]
-    quats: Float[Array, "n nbody 4"]
-    pale: frozenset[str] = frozenset()
+    skin: Skin  #: The skin
+    human: Human  #: The person
+    mesh: DressedMesh  #: Its triangles, dressed
+    positions: Float[Array, "n nbody 3"]  #: World position of each body in each frame [m]
+    quats: Float[Array, "n nbody 4"]  #: World rotation of each body, ``wxyz``
+    pale: frozenset[str] = frozenset()  #: Bodies that are drawn paler
 
     @staticmethod
     def of(

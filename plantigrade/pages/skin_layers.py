@@ -5,33 +5,28 @@ part is filled in its darker tone; the same outline, moved towards the light and
 leaves it as a crescent of shade. Sleeves and shorts have the colours of the sides.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.pages.bone_layers import bone_layers
-from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import PALE, rgb, whiter
 from plantigrade.pages.silhouette import spline_data
 from plantigrade.pages.skin_figure import PARTS, Part, SkinFigure
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.pages.tones import RIM_TONE, tone, two_tones
 
-GRAIN = 0.005
-"""Step of the grid on which outlines are found [m]: about a pixel."""
-LIGHT = np.array([-0.009, -0.007])
-"""Offset of the lit tone: to the left and up [m]. Chosen."""
-RIM = 0.007
-"""Width of the rim of a limb [m], half of it outside."""
+GRAIN = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
+LIGHT = np.array([-0.009, -0.007])  # Offset of the lit tone: to the left and up [m]. Chosen.
+RIM = 0.007  # Width of the rim of a limb [m], half of it outside; chosen
 FAR_TONE, BEYOND = 0.88, 0.08
 """Factor of the colour of a limb that is farther than that of the other side, and by how much [m].
 Chosen."""
 GARMENT_AHEAD = 0.05
 """Distance by which a garment counts as nearer than what it covers [m]. Chosen."""
-SEEN_THROUGH = 0.34
-"""Opacity of the skin of a foot before its bones."""
+SEEN_THROUGH = 0.34  # Opacity of the skin of a foot before its bones [1]; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,32 +40,20 @@ class _Drawn:
 
 
 def skin_layers(
-    figure: SkinFigure,
-    centre: Float[Array, "n 3"],
-    camera: Camera,
-    clock: Clock,
-    *,
-    prefix: str,
-    per_metre: float,
-    x_ray: bool = False,
-    colour: str = "",
+    figure: SkinFigure, shot: Shot, *, x_ray: bool = False, colour: str = ""
 ) -> tuple[list[str], tuple[float, float, float, float]]:
     """Return the layers of a person, the far ones first, and their extent.
 
     Args:
         figure: The person.
-        centre: Point at which the camera looks in each frame, world [m].
-        camera: The camera.
-        clock: Clock of the picture.
-        prefix: Beginning of the names of its elements.
-        per_metre: Drawing units per metre.
+        shot: The view.
         x_ray: Whether the feet are transparent before their bones.
         colour: One colour for everything and no shade, of a shadow of a motion; none if empty.
 
     Returns:
         Layers, and left, top, right and bottom in drawing units.
     """
-    drawn = [_drawn(figure, part, centre, camera) for part in PARTS]
+    drawn = [_drawn(figure, part, shot) for part in PARTS]
     limbs: dict[str, list[_Drawn]] = {}
     for each in drawn:
         limbs.setdefault(each.part.limb, []).append(each)
@@ -81,21 +64,11 @@ def skin_layers(
         far = FAR_TONE if depth < depths[other] - BEYOND else 1.0
         bones = ""
         if x_ray and limb.startswith("leg"):
-            bones = "".join(
-                bone_layers(
-                    figure,
-                    limb[-1],
-                    centre,
-                    camera,
-                    clock,
-                    prefix=f"{prefix}{limb}b",
-                    per_metre=per_metre,
-                )
-            )
-        layers.append(
-            (depth, _limb(parts, bones, clock, f"{prefix}{limb}", per_metre, far, colour))
-        )
-    ends = np.concatenate([each.outlines.reshape(-1, 2) for each in drawn]) * per_metre
+            inner = replace(shot, prefix=f"{shot.prefix}{limb}b")
+            bones = "".join(bone_layers(figure, limb[-1], inner))
+        own = replace(shot, prefix=f"{shot.prefix}{limb}")
+        layers.append((depth, _limb(parts, bones, own, far, colour)))
+    ends = np.concatenate([each.outlines.reshape(-1, 2) for each in drawn]) * shot.per_metre
     extent = (*ends.min(axis=0), *ends.max(axis=0))
     return [markup for _, markup in sorted(layers, key=lambda layer: layer[0])], extent
 
@@ -106,26 +79,18 @@ def _other(limb: str) -> str:
     return limb[:-2] + sides[limb[-2:]] if limb[-2:] in sides else limb
 
 
-def _drawn(figure: SkinFigure, part: Part, centre: Array, camera: Camera) -> _Drawn:
-    outlines, depth = figure.outlines(part, centre, camera, GRAIN)
+def _drawn(figure: SkinFigure, part: Part, shot: Shot) -> _Drawn:
+    outlines, depth = figure.outlines(part, shot.centre, shot.camera, GRAIN)
     colour = rgb(theme.SKIN[part.materials[0]])
     return _Drawn(part, outlines, depth, whiter(colour, PALE) if figure.is_pale(part) else colour)
 
 
-def _limb(
-    parts: list[_Drawn],
-    bones: str,
-    clock: Clock,
-    prefix: str,
-    per_metre: float,
-    far: float,
-    colour: str,
-) -> str:
+def _limb(parts: list[_Drawn], bones: str, shot: Shot, far: float, colour: str) -> str:
     """Return the markup of parts that share a rim, the bones of a foot within it."""
     ordered = sorted(parts, key=lambda each: each.depth + GARMENT_AHEAD * each.part.garment)
-    names = [f"{prefix}{k}" for k in range(len(ordered))]
+    names = [f"{shot.prefix}{k}" for k in range(len(ordered))]
     defined = [
-        clock.path(spline_data(each.outlines, per_metre=per_metre), f'id="{name}"')
+        shot.clock.path(spline_data(each.outlines, per_metre=shot.per_metre), f'id="{name}"')
         for name, each in zip(names, ordered, strict=True)
     ]
     if colour:
@@ -136,7 +101,7 @@ def _limb(
         through = f' opacity="{SEEN_THROUGH}"' if bones and each.part.is_foot else ""
         rim = tone(each.colour, RIM_TONE * far)
         rims.append(f'<use href="#{name}" stroke="{rim}"{through}/>')
-        clip, shade, lit = two_tones(name, each.colour, LIGHT * per_metre, far=far)
+        clip, shade, lit = two_tones(name, each.colour, LIGHT * shot.per_metre, far=far)
         if through:
             garments.insert(0, f"{bones}<g{through}>{clip}{shade}{lit}</g>")
         elif each.part.garment:
@@ -144,6 +109,6 @@ def _limb(
         else:  # of parts that meet, all that is lit comes last: no shade where they overlap
             skin = [both + new for both, new in zip(skin, (clip, shade, lit), strict=True)]
     return (
-        f'<defs>{"".join(defined)}</defs><g stroke-width="{RIM * per_metre:.0f}" fill="none" '
+        f'<defs>{"".join(defined)}</defs><g stroke-width="{RIM * shot.per_metre:.0f}" fill="none" '
         f'stroke-linejoin="round">{"".join(rims)}</g>{"".join(skin)}{"".join(garments)}'
     )

@@ -21,7 +21,7 @@ from plantigrade.pages.scene import poses, travel
 from plantigrade.pages.shapes import PALE, Shape, hexadecimal, rgb, shapes_of, silhouette, whiter
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import Clock, Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
 GROUND = "#8a94a3"
@@ -220,7 +220,7 @@ def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
 
 @dataclass(frozen=True, eq=False)
 class _Drawing:
-    """What a body is drawn with, seen along a horizontal line."""
+    """Drawing of a body, seen along a horizontal line."""
 
     shapes: Sequence[Shape]
     along: Float[Array, " 3"]
@@ -242,10 +242,11 @@ class _Drawing:
         found = []
         for i in range(len(positions)):
             layers, (left, top, right, _) = skin_layers(
-                figure.frames(slice(i, i + 1)), np.zeros((1, 3)), camera, Clock(1.0),
-                prefix=f"b{i}" + "g" * bool(colour), per_metre=UNITS, x_ray=self.x_ray,
+                figure.frames(slice(i, i + 1)),
+                Shot(np.zeros((1, 3)), camera, Clock(1.0), f"b{i}" + "g" * bool(colour), UNITS),
+                x_ray=self.x_ray,
                 colour=colour,
-            )  # fmt: skip
+            )
             elements = [f'<g transform="scale({1 / UNITS:g})">', *layers, "</g>"]
             found.append((elements, (left / UNITS, right / UNITS, -top / UNITS)))
         return found

@@ -3,16 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from plantigrade.arrays import Array, Float
+from plantigrade.pages.camera import Camera
+
 
 @dataclass(frozen=True)
 class Clock:
-    """The repeating clock of a picture.
+    """The repeating clock of a picture."""
 
-    Attributes:
-        seconds: Duration of one cycle [s].
-    """
-
-    seconds: float
+    seconds: float  #: Duration of one cycle [s]
 
     def path(self, data: Sequence[str], attributes: str = "") -> str:
         """Return a path that takes successive shapes at equal intervals.
@@ -36,3 +35,14 @@ class Clock:
 
     def _when(self, values: Sequence[str]) -> str:
         return f'dur="{self.seconds:.3f}s" repeatCount="indefinite" values="{";".join(values)}"'
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A view of something that moves: point of view, clock, and scale of the drawing."""
+
+    centre: Float[Array, "n 3"]  #: Point at which the camera looks in each frame, world [m]
+    camera: Camera  #: The camera
+    clock: Clock  #: Clock of the picture
+    prefix: str  #: Beginning of the names of the elements
+    per_metre: float  #: Drawing units per metre

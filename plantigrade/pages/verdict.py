@@ -1,15 +1,13 @@
 """The verdict of a run in one sentence about the person, for the head of its report."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.gait_profile import MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.pushes import push_intervals
 from plantigrade.pages.section import Subject
-
-GPS_DIFFERENCE = 1.6
-"""Difference of Gait Profile Scores that is clinically important [°] (Baker et al. 2012)."""
+from plantigrade.printable import joined
 
 
 def verdict_sentence(subject: Subject) -> str:
@@ -114,7 +112,7 @@ def _recorded(subject: Subject) -> str:
     people = subject.population.name
     if score <= usual:
         how = f"differ from the mean of healthy {people} no more than is usual among them"
-    elif score <= usual + GPS_DIFFERENCE:
+    elif score <= usual + MIN_IMPORTANT_DIFFERENCE:
         how = f"differ slightly more from the mean of healthy {people} than is usual among them"
     else:
         how = f"differ clearly from those of healthy {people}"
@@ -152,17 +150,6 @@ def _vaulted(subject: Subject) -> str:
     speed = subject.number("take_off_speed_m_s")
     text = "The gymnast leaves the table"
     return f"{text}." if speed is None else f"{text} upward at {speed:.2f} m/s."
-
-
-def joined(words: Sequence[str]) -> str:
-    """Return phrases as an enumeration.
-
-    Example:
-        >>> joined(["a push", "a slope", "steps"])
-        'a push, a slope and steps'
-    """
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _count(value: Any) -> int:

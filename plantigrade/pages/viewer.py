@@ -6,6 +6,7 @@ The page draws with its own few hundred lines of WebGL 2, which the page of a ru
 
 import base64
 import json
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from plantigrade.pages.scene import (
     side_forces,
     standing_height,
 )
-from plantigrade.pages.section import template_text
+from plantigrade.pages.section import rendered, template_text
 from plantigrade.pages.shapes import Shape
 from plantigrade.pages.viewer_skin import foot_data, skin_data
 from plantigrade.record import Record
@@ -71,9 +72,6 @@ def viewer_html(
     Raises:
         ParameterError: If the record cannot be drawn.
     """
-    from jinja2 import Environment
-    from markupsafe import Markup
-
     scene = build_scene(record, forces=forces, rate=rate)
     panels = panels_of(curves_of(record.motion, coordinates or record.motion.joint_names[1:]))
     curves = [_curve(panel, record.motion.time, scene.time) for panel in panels]
@@ -92,20 +90,47 @@ def viewer_html(
         "skin": (skin := skin_data(record.human, assumed_bodies(record))) is not None,
         "foot": (foot := foot_data(record.human)) is not None,
     }
-    template = Environment(autoescape=True).from_string(template_text("viewer.html"))
-    payload = page_data(record, scene) | {"curves": curves, "skin": skin, "foot": foot}
-    text = json.dumps(payload, separators=(",", ":"))
-    return template.render(
+    return stage_html(
+        "viewer.html",
+        page_data(record, scene) | {"curves": curves, "skin": skin, "foot": foot},
+        styles=("viewer.css",),
+        scripts=SCRIPTS,
         title=title,
         subtitle=subtitle,
-        css=Markup(template_text("viewer.css")),
-        js=Markup("".join(template_text(name) for name in SCRIPTS)),
-        scene=Markup(text.replace("<", "\\u003c")),
-        colours=COLOURS,
         has=has,
         weight=round(scene.weight),
         thinned=_thinned(record, scene, rate),
         reference_label=scene.reference_name.capitalize(),
+    )
+
+
+def stage_html(
+    template: str,
+    data: Mapping[str, Any],
+    *,
+    styles: Sequence[str],
+    scripts: Sequence[str],
+    **variables: Any,
+) -> str:
+    """Return a page with a body in three dimensions.
+
+    Args:
+        template: Template that extends ``stage.html``.
+        data: Data of the scripts.
+        styles: Style sheets among the packaged templates.
+        scripts: Scripts among the packaged templates.
+        variables: Other variables of the template.
+    """
+    from markupsafe import Markup
+
+    text = json.dumps(data, separators=(",", ":"))
+    return rendered(
+        template,
+        css=Markup("".join(template_text(name) for name in styles)),
+        js=Markup("".join(template_text(name) for name in scripts)),
+        scene=Markup(text.replace("<", "\\u003c")),
+        colours=COLOURS,
+        **variables,
     )
 
 

@@ -27,8 +27,7 @@ from plantigrade.record.journal import NAME, Journal
 from plantigrade.record.metrics import METRICS, metrics_json, read_metrics
 from plantigrade.record.tables import Kind, columns_of, write_tables
 
-KIND = "batch"
-"""Kind of the folder."""
+KIND = "batch"  # Kind of the folder
 ITEMS, CURVES, FAILED = "items.jsonl", "curves.jsonl", "failed.txt"
 PRINTED = ("batch.pdf", "study.pdf")  # pages printed after an earlier end of the batch
 TABLE, CURVE_TABLE = "batch", "curves"
@@ -37,30 +36,20 @@ CURVE_COLUMNS: dict[str, Kind] = {
     **{"percent": "float", "mean": "float", "sd": "float", "cycles": "int"},
 }
 """Columns of the table of curves, one row per percent of the gait cycle."""
-UNFINISHED = "not finished; run the same command to continue"
-"""Status of a batch that has begun."""
-FIRST = ("name", "file", "status")
-"""Columns of the table that come first."""
-HEADER = ""
-"""Name of the first line of the journal, which holds what makes two batches the same."""
+UNFINISHED = "not finished; run the same command to continue"  # Status of a batch that has begun
+FIRST = ("name", "file", "status")  # Columns of the table that come first
+HEADER = ""  # Name of the first line of the journal, which holds what makes two batches the same
 _PACKED = np.dtype("<f4")
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The mean of a curve over the gait cycles of one item.
+    """The mean of a curve over the gait cycles of one item."""
 
-    Attributes:
-        unit: Its unit.
-        cycles: Number of cycles.
-        mean: Mean at every percent.
-        sd: Standard deviation over cycles; NaN for a single cycle.
-    """
-
-    unit: str
-    cycles: int
-    mean: Float[Array, " n_percent"]
-    sd: Float[Array, " n_percent"]
+    unit: str  #: Its unit
+    cycles: int  #: Number of cycles
+    mean: Float[Array, " n_percent"]  #: Mean at every percent
+    sd: Float[Array, " n_percent"]  #: Standard deviation over cycles; NaN for a single cycle
 
     def packed(self) -> list[Any]:
         """Return it as a line of the journal holds it: single precision, as text."""
@@ -78,33 +67,21 @@ class Curve:
 
 @dataclass(frozen=True)
 class Row:
-    """Result of one item.
+    """Result of one item."""
 
-    Attributes:
-        name: Its name, and that of its folder in that of the batch.
-        number: Its place in the table.
-        file: Where it came from; empty where it came from no file.
-        key: Content hash of what decides the result.
-        status: ``"ok"``, what is wrong with the result, or why there is none.
-        failed: Whether there is no result.
-        left_out: Whether it was found in a folder and holds nothing to work on.
-        seconds: How long it took [s].
-        sha256: Of the file.
-        varied: What it has of its own, by option.
-        figures: Every figure: numbers, words and booleans by name.
-    """
-
-    name: str
-    number: int = 0
-    file: str = ""
-    key: str = ""
-    status: str = ""
-    failed: bool = False
-    left_out: bool = False
-    seconds: float = 0.0
-    sha256: str = ""
-    varied: Mapping[str, Any] = field(default_factory=dict)
+    name: str  #: Its name, and that of its folder in that of the batch
+    number: int = 0  #: Its place in the table
+    file: str = ""  #: Where it came from; empty where it came from no file
+    key: str = ""  #: Content hash of what decides the result
+    status: str = ""  #: ``"ok"``, what is wrong with the result, or why there is none
+    failed: bool = False  #: Whether there is no result
+    left_out: bool = False  #: Whether it was found in a folder and holds nothing to work on
+    seconds: float = 0.0  #: How long it took [s]
+    sha256: str = ""  #: Of the file
+    varied: Mapping[str, Any] = field(default_factory=dict)  #: What it has of its own, by option
+    #: Every figure: numbers, words and booleans by name
     figures: Mapping[str, Any] = field(default_factory=dict)
+    warnings: Sequence[str] = ()  #: Every warning, a sentence
 
     @classmethod
     def of(cls, line: Mapping[str, Any]) -> "Row":
@@ -121,6 +98,11 @@ class Row:
             for name, value in values.items():
                 if not isinstance(value, kind):
                     raise TypeError(f"{name} is {shown(value)}")
+        warnings = line.get("warnings", ())
+        if not isinstance(warnings, list | tuple) or any(
+            type(each) is not str for each in warnings
+        ):
+            raise TypeError(f"warnings are {shown(warnings)}")
         for name, value in (*tables["varied"].items(), *tables["figures"].items()):
             if isinstance(value, dict | list):
                 raise TypeError(f"{name} is {shown(value)}")
@@ -129,6 +111,7 @@ class Row:
         return cls(
             **words,
             **tables,
+            warnings=tuple(warnings),
             number=int(line.get("number", 0)),
             failed=bool(line.get("failed")),
             left_out=bool(line.get("left_out")),

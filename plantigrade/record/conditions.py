@@ -25,7 +25,7 @@ Quantity = Literal[
     "power",
     "muscle torque",
 ]
-"""What is bounded:
+"""Kind of the bounded quantity.
 
 - ``"coordinate"``: the coordinate ``of``, pelvis or hinge [rad, m];
 - ``"speed"``: its rate [rad/s, m/s];
@@ -47,31 +47,22 @@ AXES = ("x", "y", "z")
 class Condition:
     """A quantity stays between bounds for a while.
 
-    Attributes:
-        name: What it is called in a report: ``"knee_angle_r"``, ``"clearance of toe_1_r"``.
-        quantity: What is bounded, see :data:`Quantity`.
-        time: When [s]: one instant, or two or more times between which bounds are linear; the last
-            may be infinite. Frames outside are not judged.
-        lower: Lower bound at each of ``time``; -inf for none.
-        upper: Upper bound at each of ``time``; inf for none.
-        of: Coordinate, hinge or body.
-        axis: One of :data:`AXES`, for a place or its velocity.
-        position: Point, or centre of the sphere, in the frame of the body [m].
-        radius: Of the sphere [m].
-
     Raises:
         ParameterError: If bounds and times do not go together.
     """
 
-    name: str
-    quantity: Quantity
+    name: str  #: What it is called in a report: ``"knee_angle_r"``, ``"clearance of toe_1_r"``
+    quantity: Quantity  #: What is bounded, see :data:`Quantity`
+    #: When [s]: one instant, or two or more times between which bounds are linear; the last may be
+    #: infinite. Frames outside are not judged.
     time: tuple[float, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    of: str = ""
-    axis: str = ""
+    lower: tuple[float, ...]  #: Lower bound at each of ``time``; -inf for none
+    upper: tuple[float, ...]  #: Upper bound at each of ``time``; inf for none
+    of: str = ""  #: Coordinate, hinge or body
+    axis: str = ""  #: One of :data:`AXES`, for a place or its velocity
+    #: Point, or centre of the sphere, in the frame of the body [m]
     position: Sequence[float] | Float[Array, " 3"] = (0.0, 0.0, 0.0)
-    radius: float = 0.0
+    radius: float = 0.0  #: Of the sphere [m]
 
     def __post_init__(self):
         """Refuse what cannot be judged."""

@@ -22,12 +22,9 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment of a worker: items run side by side, so each computes on one thread."""
 IDLE_SECONDS = 60
 """Time after which an idle process ends [s]: long enough to be used by the next call."""
-PARENT_CHECK_SECONDS = 1.0
-"""Interval at which a worker checks that its parent is alive [s]."""
-CONNECT_SECONDS = 10.0
-"""Time within which a Dask scheduler has to answer [s]."""
-TERMINATED = 143
-"""Exit code of a worker that outlived its parent: that of SIGTERM."""
+PARENT_CHECK_SECONDS = 1.0  # [s] interval at which a worker checks that its parent is alive
+CONNECT_SECONDS = 10.0  # [s] time within which a Dask scheduler has to answer
+TERMINATED = 143  # Exit code of a worker that outlived its parent: that of SIGTERM
 
 
 class WorkerDied(Exception):

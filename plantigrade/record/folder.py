@@ -25,8 +25,7 @@ from plantigrade.io.writing import write_bytes
 from plantigrade.printable import UNSAFE, printable, short_name
 from plantigrade.record.metrics import METRICS, metrics_json, read_metrics
 
-FORMAT = 2
-"""Version of the folder; results of another one are not read."""
+FORMAT = 2  #: Version of the folder; results of another one are not read
 
 _CLUTTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file browsers
 _REMEDY = "choose another folder with --out, or free disk space"

@@ -1,4 +1,4 @@
-"""What a user names: files, folders, patterns and lists of them, as the files they stand for."""
+"""Files, folders, patterns and lists that a user names, as the files they stand for."""
 
 import glob
 from collections.abc import Callable, Iterable, Sequence
@@ -10,26 +10,21 @@ from plantigrade.io.text import read_text
 from plantigrade.options import as_path
 from plantigrade.record.metrics import METRICS
 
-LIST_LIMIT = 200e6
-"""Largest list that is read [bytes]: a million paths."""
+LIST_LIMIT = 200e6  # Largest list that is read [bytes]: a million paths
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """Files, each once.
+    """Files, each once."""
 
-    Attributes:
-        files: The files, in the order in which they were named; those of a folder by name.
-        named: Those that were named themselves. One of them that holds nothing is an error; one
-            that was only found in a folder is left out.
-        several: Whether folders, patterns, a list or more than one file were given.
-        title: What they are called together: the folder or list, or the first file and their
-            number (``walk-and-2-more``).
-    """
-
+    #: The files, in the order in which they were named; those of a folder by name
     files: tuple[Path, ...]
+    #: Those that were named themselves. One of them that holds nothing is an error; one that was
+    #: only found in a folder is left out.
     named: frozenset[Path]
-    several: bool
+    several: bool  #: Whether folders, patterns, a list or more than one file were given
+    #: What they are called together: the folder or list, or the first file and their number
+    #: (``walk-and-2-more``)
     title: str
 
 

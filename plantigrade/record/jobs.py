@@ -18,8 +18,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 BACKENDS = tuple(ENGINES)
-ALONE = (1, "loky")
-"""Number of jobs and backend that need no other process."""
+ALONE = (1, "loky")  #: Number of jobs and backend that need no other process
 RETRIES = 2
 """Number of times an item is tried again after its worker died: once may be chance or another
 item's fault, three times in a row is its own."""
@@ -27,21 +26,13 @@ item's fault, three times in a row is its own."""
 
 @dataclass(frozen=True)
 class Done(Generic[Item, Result]):
-    """The result of one item.
+    """The result of one item."""
 
-    Attributes:
-        item: The item.
-        result: What the work returned; None where it failed.
-        problem: Why it failed, in words; empty where it did not.
-        seconds: How long it took [s].
-        error: Class of the error; empty where there is none.
-    """
-
-    item: Item
-    result: Result | None
-    problem: str = ""
-    seconds: float = 0.0
-    error: str = ""
+    item: Item  #: The item
+    result: Result | None  #: What the work returned; None where it failed
+    problem: str = ""  #: Why it failed, in words; empty where it did not
+    seconds: float = 0.0  #: How long it took [s]
+    error: str = ""  #: Class of the error; empty where there is none
 
     @property
     def ok(self) -> bool:

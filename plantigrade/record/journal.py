@@ -16,8 +16,7 @@ from plantigrade.io.writing import not_written
 from plantigrade.locks import lock
 from plantigrade.record.metrics import plain
 
-NAME = "name"
-"""Key by which a line replaces an earlier one."""
+NAME = "name"  # Key by which a line replaces an earlier one
 
 
 class Journal:

@@ -20,7 +20,7 @@ _SIZE_LIMIT = 20 * 2**20  # [bytes] the figures of the largest batch are a twent
 def metrics_json(metrics: Mapping[str, Any]) -> str:
     """Return ``metrics`` as JSON that every parser reads: NaN and infinity become null.
 
-    What a terminal would obey, and bytes of file names that are no UTF-8, are escaped in its way.
+    Control characters, and bytes of file names that are no UTF-8, are escaped.
 
     Example:
         >>> print(metrics_json({"status": "ok", "speed_m_s": float("nan")}))

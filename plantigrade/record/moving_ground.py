@@ -11,23 +11,16 @@ from plantigrade.record.record import Record
 PLACE = "ground.place"
 """Shift forward and left [m], tilt up in front and up on the left [rad], of every frame."""
 
-MOVED = 1e-3
-"""Ground that moves less is at rest [m, rad]."""
+MOVED = 1e-3  # [m, rad] ground that moves less is at rest
 
 
 @dataclass(frozen=True, eq=False)
 class GroundPath:
-    """How level ground moved.
+    """How level ground moved."""
 
-    Attributes:
-        time: Time of each frame [s].
-        shift: Where its origin was, world [m].
-        rotation: How it was turned.
-    """
-
-    time: Float[Array, " n"]
-    shift: Float[Array, "n 3"]
-    rotation: Float[Array, "n 3 3"]
+    time: Float[Array, " n"]  #: Time of each frame [s]
+    shift: Float[Array, "n 3"]  #: Where its origin was, world [m]
+    rotation: Float[Array, "n 3 3"]  #: How it was turned
 
     @classmethod
     def of(cls, record: Record) -> "GroundPath | None":

@@ -1,8 +1,9 @@
 """``motion.npz``: a Record as plain NumPy arrays, one per key, without pickles.
 
 Keys that are always present: ``time`` (n,), ``qpos`` (n, nq), ``qvel`` (n, nv), ``joint_names``,
-``human`` and ``ground`` (JSON text), ``clock`` [s]. Where known: ``qacc``, ``qfrc_actuator`` (n,
-nv), ``contact_force``, ``contact_point``, ``contact_torque`` (n, k, 3), ``contact_known``,
+``human`` and ``ground`` (JSON text), ``clock`` [s]. Where known: ``qacc``, ``qfrc_actuator``, and
+with armature and damping of ``model.xml`` ``qfrc_motor`` (n, nv), ``contact_force``,
+``contact_point``, ``contact_torque`` (n, k, 3), ``contact_known``,
 ``contact_planned`` (n, k) of zeros and ones; of the contact sites ``contact_name``,
 ``contact_side``, ``contact_segment`` (the body of ``model.xml`` that is touched), ``contact_part``
 (k,), ``contact_position`` in that body's frame (k, 3), ``contact_radius``, ``contact_measured``
@@ -25,6 +26,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from plantigrade.contact.ground import Ground
+from plantigrade.contact.scene import motor_forces
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import MAX_NUMBER, Arrays
@@ -36,8 +38,7 @@ from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
 from plantigrade.record.signal_registry import USER, signal_of
 
-SIGNAL = "signal/"
-"""Beginning of the key of a signal."""
+SIGNAL = "signal/"  #: Beginning of the key of a signal
 
 _T = TypeVar("_T")
 _ARRAYS = ("qfrc_actuator", "contact_force", "contact_point", "contact_torque")
@@ -86,6 +87,10 @@ def _arrays(record: Record) -> dict[str, Any]:
         "limit_force": None if limits.force is None else np.array(limits.force),
         "limit_overlap": None if limits.overlap is None else np.array(limits.overlap),
     }
+    if record.qfrc_actuator is not None and motion.qacc is not None:
+        arrays["qfrc_motor"] = motor_forces(
+            record.human, record.qfrc_actuator, motion.qvel, motion.qacc
+        )
     if sites:
         arrays |= {key: np.array([getattr(s, name) for s in sites]) for key, name in _SITES.items()}
     if record.conditions:

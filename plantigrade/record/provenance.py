@@ -11,19 +11,14 @@ from plantigrade.io.text import reading
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a result comes from.
+    """Where a result comes from."""
 
-    Attributes:
-        command: The command line.
-        settings: Every setting that decides the result.
-        source_files: SHA-256 of every file that was read, by name.
-        seed: Seed of the random numbers.
-    """
-
-    command: str = ""
+    command: str = ""  #: The command line
+    #: Every setting that decides the result
     settings: Mapping[str, Any] = field(default_factory=dict)
+    #: SHA-256 of every file that was read, by name
     source_files: Mapping[str, str] = field(default_factory=dict)
-    seed: int | None = None
+    seed: int | None = None  #: Seed of the random numbers
 
 
 def source_files(paths: Iterable[str | Path]) -> dict[str, str]:

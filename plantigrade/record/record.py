@@ -1,4 +1,4 @@
-"""What happened: a Human's motion with its forces, and all that should be known about it.
+"""A record: a Human's motion with its forces, and all that should be known about it.
 
 Every engine returns a Record, and everything above the engines (the checker, the report, the
 viewer, export, comparison) reads nothing else.
@@ -27,46 +27,35 @@ from plantigrade.record.signals import check_signals
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """Limits of a motion; None for those of the Human, or for no limit.
+    """Limits of a motion; None for those of the Human, or for no limit."""
 
-    Attributes:
-        coordinate: Lower and upper limits of the hinges [rad]; None: the Human's own.
-        velocity: Largest speed of the hinges, one number or one each [rad/s]; None: no limit.
-        torque: Lower and upper limits of the hinges' torques [N m]; None: the Human's own.
-        force: Largest normal force at one site [N]; None: no limit.
-        overlap: Largest penetration between parts of the body [m]; None: not checked, as in fitted
-            motions, whose solids are not the person's.
-    """
-
+    #: Lower and upper limits of the hinges [rad]; None: the Human's own
     coordinate: Float[Array, "2 n_hinges"] | None = None
+    #: Largest speed of the hinges, one number or one each [rad/s]; None: no limit
     velocity: float | Float[Array, " n_hinges"] | None = None
+    #: Lower and upper limits of the hinges' torques [N m]; None: the Human's own
     torque: Float[Array, "2 n_hinges"] | None = None
-    force: float | None = None
+    force: float | None = None  #: Largest normal force at one site [N]; None: no limit
+    #: Largest penetration between parts of the body [m]; None: not checked, as in fitted motions,
+    #: whose solids are not the person's
     overlap: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class FootForce:
-    """Ground reaction on one foot.
+    """Ground reaction on one foot."""
 
-    Attributes:
-        force: Sum of the forces, world [N].
-        centre_of_pressure: Where it acts, world [m]; NaN without load.
-        torque: Free moment about that point, world [N m].
-        known: Where the force is known at all, measured or estimated.
-        measured: Where the force was measured, not estimated (``forces.measured``).
-    """
-
-    force: Float[Array, "n_frames 3"]
-    centre_of_pressure: Float[Array, "n_frames 3"]
-    torque: Float[Array, "n_frames 3"]
-    known: Bool[Array, " n_frames"]
+    force: Float[Array, "n_frames 3"]  #: Sum of the forces, world [N]
+    centre_of_pressure: Float[Array, "n_frames 3"]  #: Where it acts, world [m]; NaN without load
+    torque: Float[Array, "n_frames 3"]  #: Free moment about that point, world [N m]
+    known: Bool[Array, " n_frames"]  #: Where the force is known at all, measured or estimated
+    #: Where the force was measured, not estimated (``forces.measured``)
     measured: Bool[Array, " n_frames"]
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """What happened.
+    """A motion and its forces.
 
     Attributes:
         human: The person.

@@ -23,8 +23,7 @@ from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
 
-RUNS = Path("runs")
-"""Where a run goes for which no folder is named."""
+RUNS = Path("runs")  #: Where a run goes for which no folder is named
 
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
          "source_files", "notes", "warnings", "files", "seconds")  # fmt: skip
@@ -203,7 +202,7 @@ class Run:
             options: Those of the format.
 
         Returns:
-            What the file does not hold, one sentence each.
+            One sentence for each thing that the file does not hold.
 
         Raises:
             FileError: If the file cannot be written, or the run has not what the format stores.

@@ -17,23 +17,14 @@ Kind = Literal["number", "word", "flag"]
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal that the package knows, or a family of them.
+    """A signal that the package knows, or a family of them."""
 
-    Attributes:
-        name: Its name; ``*`` at the end stands for any word.
-        kind: What it holds.
-        shape: Names or lengths of its axes, with spaces; ``...`` for any shape.
-        unit: SI unit, ``°`` or ``%``; empty for words, flags and pure numbers.
-        meaning: What it is.
-        section: Title of the section of the report that draws it, ``viewer``, or empty.
-    """
-
-    name: str
-    kind: Kind
-    shape: str
-    unit: str
-    meaning: str
-    section: str = ""
+    name: str  #: Its name; ``*`` at the end stands for any word
+    kind: Kind  #: What it holds
+    shape: str  #: Names or lengths of its axes, with spaces; ``...`` for any shape
+    unit: str  #: SI unit, ``°`` or ``%``; empty for words, flags and pure numbers
+    meaning: str  #: What it is
+    section: str = ""  #: Title of the section of the report that draws it, ``viewer``, or empty
 
     @property
     def axes(self) -> tuple[str | int, ...]:

@@ -17,7 +17,7 @@ CHUNK_ROWS = 5_000
 """Rows that are written at a time, a row group of Parquet: some MB of a table of 200 columns."""
 
 Kind = Literal["bool", "int", "float", "word"]
-"""What a column holds; all of it may be absent."""
+"""Type of the values of a column; any value may be absent."""
 Row = Mapping[str, Any]
 
 

@@ -15,15 +15,10 @@ PLACES = "things.place"
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """An object and its path.
+    """An object and its path."""
 
-    Attributes:
-        thing: Shape and size.
-        pose: Its middle, world [m], and rotation ``wxyz`` in every frame; NaN while it is not
-            there.
-    """
-
-    thing: SceneObject
+    thing: SceneObject  #: Shape and size
+    #: Its middle, world [m], and rotation ``wxyz`` in every frame; NaN while it is not there
     pose: Float[Array, "n 7"]
 
     @property

@@ -1,6 +1,6 @@
 """A human surface over the solids of a Human: fitted to the person, moved with the bodies.
 
-What physics sees are capsules, boxes and spheres; a :class:`Skin` is what people look at. It is
+Physics sees capsules, boxes and spheres; people look at a :class:`Skin`. It is
 fitted once and posed from the positions and orientations of MuJoCo's bodies::
 
     skin = Skin.of(human)

@@ -33,19 +33,14 @@ PART_OF = {
 
 @dataclass(frozen=True, eq=False)
 class Bones:
-    """The bones of a skin on the bodies of a person.
+    """The bones of a skin on the bodies of a person."""
 
-    Attributes:
-        body: Body that each bone rides on, by its index in MuJoCo.
-        offset: Its origin in the frame of this body [m].
-        recipes: How orientations between two bones are made, in this order: what it is, the bone,
-            and the two it follows from.
-        resting_recipes: The same in the pose of the surface, where the forearm is not one part.
-    """
-
-    body: Int[Array, " n_bones"]
-    offset: Float[Array, "n_bones 3"]
+    body: Int[Array, " n_bones"]  #: Body that each bone rides on, by its index in MuJoCo
+    offset: Float[Array, "n_bones 3"]  #: Its origin in the frame of this body [m]
+    #: How orientations between two bones are made, in this order: what it is, the bone, and the two
+    #: it follows from
     recipes: tuple[tuple[int, int, int, int], ...]
+    #: The same in the pose of the surface, where the forearm is not one part
     resting_recipes: tuple[tuple[int, int, int, int], ...]
 
     @staticmethod

@@ -19,21 +19,13 @@ ARM = ("shoulder", "humerus", "elbow", "ulna", "forearm", "radius")
 
 @dataclass(frozen=True, eq=False)
 class DressedMesh:
-    """Triangles of a dressed person in the pose of the surface.
+    """Triangles of a dressed person in the pose of the surface."""
 
-    Attributes:
-        vertices: Vertices, pelvis frame [m].
-        bones: The four bones of every vertex, by index.
-        weights: Their weights, which add up to 1.
-        faces: Triangles, outward by the right-hand rule.
-        materials: Material of every triangle, one of :data:`MATERIALS`.
-    """
-
-    vertices: Float[Array, "n 3"]
-    bones: Int[Array, "n 4"]
-    weights: Float[Array, "n 4"]
-    faces: Int[Array, "n_faces 3"]
-    materials: Array
+    vertices: Float[Array, "n 3"]  #: Vertices, pelvis frame [m]
+    bones: Int[Array, "n 4"]  #: The four bones of every vertex, by index
+    weights: Float[Array, "n 4"]  #: Their weights, which add up to 1
+    faces: Int[Array, "n_faces 3"]  #: Triangles, outward by the right-hand rule
+    materials: Array  #: Material of every triangle, one of :data:`MATERIALS`
 
     def posed(self, motions: Float[Array, "n_bones 3 4"]) -> Float[Array, "n 3"]:
         """Return the vertices in the world, by linear blend skinning [m].

@@ -28,8 +28,7 @@ shoulders, forward elsewhere. With them it is 13 mm RMS off the skin landmarks o
 :mod:`plantigrade.models.landmarks`, whose points stand off 12 mm; without them 22 mm."""
 SHOULDER_BLEND = (-0.05, 0.06)
 """Levels about the neck between which girth gives way to stature for breadth [m]. Chosen."""
-ANKLE_MARGIN = 0.02
-"""How far below the ankle the surface is all foot [m]. Chosen."""
+ANKLE_MARGIN = 0.02  # How far below the ankle the surface is all foot [m]. Chosen.
 BESIDE_ARMS, BELOW_SHOULDER = 0.025, (0.10, 0.22)
 """Distance before hanging arms from which trunk and thighs get narrower, and below the shoulders
 over which this begins [m]. Chosen: mass goes forward and back instead of through the arms."""
@@ -55,16 +54,11 @@ Map = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class RestingSkin:
-    """A surface with the lengths of a person.
+    """A surface with the lengths of a person."""
 
-    Attributes:
-        vertices: Its vertices, pelvis frame [m].
-        position: Origin of every bone in it [m].
-        rotation: Orientation of every bone in it, in that of the zero pose.
-    """
-
-    vertices: Float[Array, "n 3"]
-    position: Float[Array, "n_bones 3"]
+    vertices: Float[Array, "n 3"]  #: Its vertices, pelvis frame [m]
+    position: Float[Array, "n_bones 3"]  #: Origin of every bone in it [m]
+    #: Orientation of every bone in it, in that of the zero pose
     rotation: Float[Array, "n_bones 3 3"]
 
 

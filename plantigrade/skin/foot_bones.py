@@ -24,10 +24,9 @@ if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
 RINGS, AROUND = 20, 16
-"""Rings of a bone between its two poles, and corners of a ring."""
+"""Rings of a bone between its two poles, and corners of a ring. Chosen."""
 
-End = Mapping[str, float] | str
-"""A point of the foot's table, or a mean of them by share."""
+End = Mapping[str, float] | str  # A point of the foot's table, or a mean of them by share
 Station = tuple[float, float, float, float, float]
 """Share of the axis; offset to lateral and upward; half width and half height. The last four are
 in radii of the contact spheres."""
@@ -47,25 +46,15 @@ class _Form:
 
 @dataclass(frozen=True, eq=False)
 class FootBone:
-    """One bone of a foot, rigid on a body.
+    """One bone of a foot, rigid on a body."""
 
-    Attributes:
-        name: Name, with side.
-        part: Anatomical part that it belongs to, with side.
-        body: Index of its body in MuJoCo.
-        start: Proximal end of its axis, body frame [m].
-        end: Distal end of its axis, body frame [m].
-        vertices: Vertices, body frame [m]: proximal pole, rings, distal pole.
-        faces: Triangles, outward by the right-hand rule.
-    """
-
-    name: str
-    part: str
-    body: int
-    start: Float[Array, " 3"]
-    end: Float[Array, " 3"]
-    vertices: Float[Array, "n 3"]
-    faces: Int[Array, "n_faces 3"]
+    name: str  #: Name, with side
+    part: str  #: Anatomical part that it belongs to, with side
+    body: int  #: Index of its body in MuJoCo
+    start: Float[Array, " 3"]  #: Proximal end of its axis, body frame [m]
+    end: Float[Array, " 3"]  #: Distal end of its axis, body frame [m]
+    vertices: Float[Array, "n 3"]  #: Vertices, body frame [m]: proximal pole, rings, distal pole
+    faces: Int[Array, "n_faces 3"]  #: Triangles, outward by the right-hand rule
 
 
 def _metatarsal(ray: int, base: tuple[float, float], head: tuple[float, float]) -> _Form:

@@ -13,34 +13,24 @@ from plantigrade.skin.surface import Surface, baked_surface
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
-BODY_DENSITY = 1010.0
-"""Density of the whole body, lungs half full [kg/m³]."""
+BODY_DENSITY = 1010.0  # [kg/m³] density of the whole body, lungs half full
 BUILD_RANGE = (-0.2, 3.4)
 """Builds that are extrapolated without folds; beyond, girth is scaled. Found by looking."""
-IRIS_DEPTH = 0.82
-"""Share of an eye's depth, from behind, at which its iris begins. Chosen."""
-VOLUME_TOLERANCE = 1e-4
-"""Relative error of the volume."""
+IRIS_DEPTH = 0.82  # Share of an eye's depth, from behind, at which its iris begins. Chosen.
+VOLUME_TOLERANCE = 1e-4  # Relative error of the volume
 
-KEPT = 8
-"""Skins that are kept: pages, pictures and films of one person fit it once."""
+KEPT = 8  # Skins that are kept. Chosen: pages, pictures and films of one person fit it once.
 _KNOWN: dict[tuple, "Skin"] = {}
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The surface of a person; every bone is rigid, as glTF and graphics cards want it.
+    """The surface of a person; every bone is rigid, as glTF and graphics cards want it."""
 
-    Attributes:
-        surface: Faces, weights and garments.
-        bones: What its bones ride on.
-        resting: Vertices and bones in the pose of the surface.
-        build: 0 for thin, 1 average, 2 full, 3 fat: at which it encloses the mass of the person.
-    """
-
-    surface: Surface
-    bones: Bones
-    resting: RestingSkin
+    surface: Surface  #: Faces, weights and garments
+    bones: Bones  #: What its bones ride on
+    resting: RestingSkin  #: Vertices and bones in the pose of the surface
+    #: 0 for thin, 1 average, 2 full, 3 fat: at which it encloses the mass of the person
     build: float
 
     @staticmethod

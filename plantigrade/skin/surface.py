@@ -16,34 +16,22 @@ from plantigrade.arrays import Array, Bool, Float, Int
 
 SEXES, AGES, N_BUILDS = ("female", "male"), ("young", "old"), 4
 """Order of the baked bodies: sex, age, build."""
-MIRRORED = np.array([1.0, -1.0, 1.0])
-"""Factors that map a point to the other side."""
-GARMENT_STEP = 0.002
-"""Step in which the distance to a hem is stored [m]."""
+MIRRORED = np.array([1.0, -1.0, 1.0])  # Factors that map a point to the other side
+GARMENT_STEP = 0.002  # [m] step in which the distance to a hem is stored
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A closed surface of a dressed person, and the bones that move it.
+    """A closed surface of a dressed person, and the bones that move it."""
 
-    Attributes:
-        bodies: Vertices of every body [m].
-        faces: Triangles, outward by the right-hand rule.
-        bone_names: Names of the bones.
-        bones: The four bones of every vertex, by index.
-        weights: Their weights, which add up to 1.
-        eyes: Which vertices belong to an eye.
-        garments: Distance inside the shirt and the shorts, negative outside [m].
-        joints: Joint centres of the left side and the middle, of every body [m].
-    """
-
-    bodies: Float[Array, "n_bodies n 3"]
-    faces: Int[Array, "n_faces 3"]
-    bone_names: tuple[str, ...]
-    bones: Int[Array, "n 4"]
-    weights: Float[Array, "n 4"]
-    eyes: Bool[Array, " n"]
-    garments: Float[Array, "n 2"]
+    bodies: Float[Array, "n_bodies n 3"]  #: Vertices of every body [m]
+    faces: Int[Array, "n_faces 3"]  #: Triangles, outward by the right-hand rule
+    bone_names: tuple[str, ...]  #: Names of the bones
+    bones: Int[Array, "n 4"]  #: The four bones of every vertex, by index
+    weights: Float[Array, "n 4"]  #: Their weights, which add up to 1
+    eyes: Bool[Array, " n"]  #: Which vertices belong to an eye
+    garments: Float[Array, "n 2"]  #: Distance inside the shirt and the shorts, negative outside [m]
+    #: Joint centres of the left side and the middle, of every body [m]
     joints: Mapping[str, Float[Array, "n_bodies 3"]]
 
     def blended(

@@ -23,17 +23,11 @@ BOUNDS = {"step_length": 0.15, "stance": 0.03, "heel_off": 0.06}
 
 @dataclass(frozen=True)
 class OptimisedTiming:
-    """A walk on times of its own.
+    """A walk on times of its own."""
 
-    Attributes:
-        solution: The motion that costs least; its stages are those of every trial.
-        parameters: Its lengths and times.
-        costs: Cost of a metre of every trial, in order; inf where none was found.
-    """
-
-    solution: Solution
-    parameters: GaitParameters
-    costs: tuple[float, ...]
+    solution: Solution  #: The motion that costs least; its stages are those of every trial
+    parameters: GaitParameters  #: Its lengths and times
+    costs: tuple[float, ...]  #: Cost of a metre of every trial, in order; inf where none was found
 
 
 def optimise_timing(

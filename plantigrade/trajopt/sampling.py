@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.plan import ContactPlan
+from plantigrade.motion.resample import interpolate
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.forces_between import explaining
@@ -14,24 +15,15 @@ from plantigrade.trajopt.transcription.forces_between import explaining
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """A motion at many times.
+    """A motion at many times."""
 
-    Attributes:
-        time: Times [s].
-        qpos: MuJoCo's configuration (n_times, nq).
-        qvel: MuJoCo's velocity (n_times, nv).
-        qacc: MuJoCo's acceleration (n_times, nv).
-        q: Coordinates in OpenSim's order (n_times, nv).
-        force: Contact forces, world (n_times, n_sites, 3) [N].
-        standing: Which sites the plan has on the ground (n_times, n_sites).
-    """
-
-    time: Float[Array, " n_times"]
-    qpos: Float[Array, "n_times nq"]
-    qvel: Float[Array, "n_times nv"]
-    qacc: Float[Array, "n_times nv"]
-    q: Float[Array, "n_times nv"]
-    force: Float[Array, "n_times n_sites 3"]
+    time: Float[Array, " n_times"]  #: Times [s]
+    qpos: Float[Array, "n_times nq"]  #: MuJoCo's configuration (n_times, nq)
+    qvel: Float[Array, "n_times nv"]  #: MuJoCo's velocity (n_times, nv)
+    qacc: Float[Array, "n_times nv"]  #: MuJoCo's acceleration (n_times, nv)
+    q: Float[Array, "n_times nv"]  #: Coordinates in OpenSim's order (n_times, nv)
+    force: Float[Array, "n_times n_sites 3"]  #: Contact forces, world (n_times, n_sites, 3) [N]
+    #: Which sites the plan has on the ground (n_times, n_sites)
     standing: Bool[Array, "n_times n_sites"]
 
 
@@ -59,7 +51,7 @@ def sample(
         knots = np.append(knots, span)
         values = np.vstack([values, values[:1][:, closure.u_source] * closure.u_sign])
     q, v, a = problem.states(coefficients, inside)
-    u = np.stack([np.interp(inside, knots, x) for x in values.T], axis=1)
+    u = interpolate(inside, knots, values)
     standing = (
         np.stack([plan.standing(s, inside) for s in body.sites], axis=1)
         if n_sites

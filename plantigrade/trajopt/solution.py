@@ -22,15 +22,13 @@ from plantigrade.trajopt.solvers.result import Iterate, Multipliers
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.limits import Limits, PowerLimit
-from plantigrade.trajopt.terms.solid import ARMS, LEGS, ROW_SCALE, SolidLimbs
+from plantigrade.trajopt.terms.solid import ARMS, GROUND, LEGS, ROW_SCALE
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 from plantigrade.trajopt.transcription.forces_between import remainder
 
-SAMPLES_PER_INTERVAL = 10
-"""Frames of a Record between two nodes [1]."""
+SAMPLES_PER_INTERVAL = 10  #: Frames of a Record between two nodes [1]
 
-MAX_NOTED_VIOLATIONS = 5
-"""Maximum number of violations in the notes [1]."""
+MAX_NOTED_VIOLATIONS = 5  #: Maximum number of violations in the notes [1]
 
 
 @dataclass(frozen=True)
@@ -51,29 +49,17 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A motion from a task.
+    """A motion from a task."""
 
-    Attributes:
-        body: The person.
-        task: The task.
-        problem: The problem that was solved last.
-        coefficients: Coefficients of the spline.
-        forces: Contact forces at nodes [body weights].
-        status: How the last solver ended.
-        success: Whether every constraint is met at the nodes; the checker judges between them.
-        stages: Every run of a solver.
-        multipliers: For a warm start.
-    """
-
-    body: ContactBody
-    task: MotionTask
-    problem: Problem
-    coefficients: Float[Array, "n_coefficients nv"]
-    forces: Float[Array, "n_nodes n_unknowns"]
-    status: str
-    success: bool
-    stages: tuple[Stage, ...]
-    multipliers: Multipliers | None = None
+    body: ContactBody  #: The person
+    task: MotionTask  #: The task
+    problem: Problem  #: The problem that was solved last
+    coefficients: Float[Array, "n_coefficients nv"]  #: Coefficients of the spline
+    forces: Float[Array, "n_nodes n_unknowns"]  #: Contact forces at nodes [body weights]
+    status: str  #: How the last solver ended
+    success: bool  #: Whether every constraint is met at the nodes; the checker judges between them
+    stages: tuple[Stage, ...]  #: Every run of a solver
+    multipliers: Multipliers | None = None  #: For a warm start
 
     @cached_property
     def objective(self) -> float:
@@ -154,7 +140,7 @@ class Solution:
         """
         times, body = self.times(samples_per_interval)[:-1], self.body
         limit, speed = self.limits.torque, self.limits.velocity
-        if limit is None or speed is None:
+        if limit is None or speed is None or not self._limited:
             return times, np.zeros(len(times))
         states = self.problem.states(self.coefficients, times)
         force = (self.sample(times).force @ self.task.plan.to_world).reshape(len(times), -1)
@@ -178,7 +164,7 @@ class Solution:
         Negative where all are within them, by no more than that; -inf if nothing keeps them so.
         """
         times, limit = self.times(samples_per_interval)[:-1], self.limits.coordinate
-        if limit is None:
+        if limit is None or not self._limited:
             return times, np.full(len(times), -np.inf)
         q = self.problem.states(self.coefficients, times)[0][:, 6:]
         return times, np.maximum(q - limit[1], limit[0] - q).max(axis=1, initial=-np.inf)
@@ -196,7 +182,7 @@ class Solution:
             self.problem.states(self.coefficients, times),
         )
         for family in self.problem.rows:
-            if family.name in (LEGS, ARMS):
+            if family.name in (LEGS, ARMS, GROUND):
                 u = np.zeros((len(times), family.function.size1_in(3)))
                 free = replace(family, parameters=np.zeros((len(times), 0)))
                 depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / ROW_SCALE)
@@ -248,18 +234,26 @@ class Solution:
 
     @property
     def limits(self) -> RecordLimits:
-        """Limits of joints and forces from the task's terms."""
+        """Limits of joints, forces and overlap for the check.
+
+        Terms can change the values; a task without them has the default limits.
+        """
         terms, human = self.task.terms, self.body.human
-        forces = [t.force * self.body.weight for t in terms if isinstance(t, Contact)]
-        joints = [t for t in terms if isinstance(t, Limits)]
-        solid = any(isinstance(t, SolidLimbs) for t in terms)
+        contacts = [t for t in terms if isinstance(t, Contact)] or [Contact()]
+        forces = [t.force * self.body.weight for t in contacts]
+        joints = [t for t in terms if isinstance(t, Limits)] or [Limits()]
         return RecordLimits(
             coordinate=_narrowest([t.coordinates(human) for t in joints]),
-            velocity=min((t.speed for t in joints), default=None),
+            velocity=min(t.speed for t in joints),
             torque=_narrowest([t.torques(human) for t in joints]),
-            force=min(forces, default=None),
-            overlap=0.0 if solid else None,
+            force=min(forces),
+            overlap=0.0 if self.task.solid else None,
         )
+
+    @property
+    def _limited(self) -> bool:
+        """Whether the problem itself limits joints."""
+        return any(isinstance(t, Limits) for t in self.task.terms)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -293,10 +287,8 @@ class Solution:
         return kept | {f"spline.multipliers.{name}": x for name, x in pushing.items()}
 
 
-def _narrowest(limits: Sequence[Float[Array, "2 n"]]) -> Float[Array, "2 n"] | None:
-    """Return what is within all lower and upper limits; None where there are none."""
-    if not limits:
-        return None
+def _narrowest(limits: Sequence[Float[Array, "2 n"]]) -> Float[Array, "2 n"]:
+    """Return what is within all lower and upper limits."""
     return np.stack(
         [np.max([x[0] for x in limits], axis=0), np.min([x[1] for x in limits], axis=0)]
     )

@@ -16,23 +16,14 @@ _NEEDED = ("coefficients", "forces", "nodes", "coordinates", "unknowns", "switch
 
 @dataclass(frozen=True, eq=False)
 class WarmStart:
-    """A motion to start from.
+    """A motion to start from."""
 
-    Attributes:
-        problem: Its spline, nodes and how it repeats; no rows.
-        coefficients: Coefficients of the spline.
-        forces: Contact forces at nodes [body weights].
-        nodes: Times of the nodes, start and end among them [s].
-        switches: Times at which contact changes [s].
-        multipliers: Multipliers of the rows, if known.
-    """
-
-    problem: Problem
-    coefficients: Float[Array, "n_coefficients nv"]
-    forces: Float[Array, "n_nodes n_unknowns"]
-    nodes: Float[Array, " n"]
-    switches: Float[Array, " n_switches"]
-    multipliers: Multipliers | None = None
+    problem: Problem  #: Its spline, nodes and how it repeats; no rows
+    coefficients: Float[Array, "n_coefficients nv"]  #: Coefficients of the spline
+    forces: Float[Array, "n_nodes n_unknowns"]  #: Contact forces at nodes [body weights]
+    nodes: Float[Array, " n"]  #: Times of the nodes, start and end among them [s]
+    switches: Float[Array, " n_switches"]  #: Times at which contact changes [s]
+    multipliers: Multipliers | None = None  #: Multipliers of the rows, if known
 
     @classmethod
     def of_record(cls, record: Record) -> "WarmStart":

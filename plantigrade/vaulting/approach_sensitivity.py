@@ -1,6 +1,6 @@
 """Sensitivity of the take-off velocity to the approach."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,20 +20,14 @@ REFINEMENT_EVALUATIONS = 1500
 
 @dataclass(frozen=True)
 class ApproachChange:
-    """Effect of a change of one field of the approach.
+    """Effect of a change of one field of the approach."""
 
-    Attributes:
-        name: The changed field.
-        share: Relative change of its value [1].
-        same: Upward velocity at take-off with unchanged activations [m/s]; NaN without take-off or
-            for an impossible approach.
-        anew: Upward velocity at take-off with activations optimised again [m/s].
-    """
-
-    name: str
-    share: float
+    name: str  #: The changed field
+    share: float  #: Relative change of its value [1]
+    #: Upward velocity at take-off with unchanged activations [m/s]; NaN without take-off or for an
+    #: impossible approach
     same: float
-    anew: float
+    anew: float  #: Upward velocity at take-off with activations optimised again [m/s]
 
 
 @dataclass(frozen=True)
@@ -65,6 +59,7 @@ def sensitivity(
     *,
     max_activation: float = 1.0,
     parallel: Mapping[str, Any] | None = None,
+    reached: Callable[[float], None] = lambda share: None,
 ) -> tuple[ApproachChange, ...]:
     """Return the effects of changing each field of the approach by ±:data:`RELATIVE_CHANGE`.
 
@@ -76,6 +71,7 @@ def sensitivity(
         found: The best activations.
         max_activation: Maximum activation.
         parallel: As in :func:`~plantigrade.vaulting.search.search_activations`.
+        reached: Called after each change with the share of them that are done.
 
     Returns:
         Two changes for each of :data:`~plantigrade.vaulting.approach.APPROACH_FIELDS`, down and up.
@@ -89,6 +85,7 @@ def sensitivity(
         if done.result is None:
             raise SolverError(f"a changed approach could not be searched: {done.problem}")
         changes.append(done.result)
+        reached(len(changes) / len(tasks))
     return tuple(changes)
 
 

@@ -15,14 +15,10 @@ from plantigrade.vaulting.table import Table
 
 MAX_CONTACT_TIME = 0.4
 """Maximum duration of hand contact [s]; longer contacts count as no take-off. Chosen."""
-TIME_STEP = 1e-3
-"""Time step of the integration [s]. Chosen."""
-NODE_INTERVAL = 0.05
-"""Interval between activation nodes [s]. Chosen."""
-N_NODES = 6
-"""Number of activation nodes per joint; the last value is held. Chosen."""
-OVERLOAD_COST = 1.0
-"""Cost of a joint load of twice the strength [m/s]. Chosen."""
+TIME_STEP = 1e-3  #: Time step of the integration [s]. Chosen
+NODE_INTERVAL = 0.05  #: Interval between activation nodes [s]. Chosen
+N_NODES = 6  #: Number of activation nodes per joint; the last value is held. Chosen
+OVERLOAD_COST = 1.0  #: Cost of a joint load of twice the strength [m/s]. Chosen
 MIN_COM_HEIGHT = 0.1
 """Minimum height of the centre of mass above the hands at touchdown [m]. Chosen."""
 _FORCE_Z, _VX, _VZ, _HAND_X, _HAND_Z, _USE = (
@@ -32,21 +28,15 @@ _FORCE_Z, _VX, _VZ, _HAND_X, _HAND_Z, _USE = (
 
 @dataclass(frozen=True, eq=False)
 class HandContact:
-    """A contact phase.
+    """A contact phase."""
 
-    Attributes:
-        time: Time from touchdown [s].
-        state: theta, its rate and the accumulated work, for the moving coordinates.
-        extras: Outputs in the order of :data:`~plantigrade.vaulting.equations.EXTRAS`.
-        activation: Activation of each joint.
-        left: Whether the hands left the table; the last frame is then the take-off.
-    """
-
-    time: Float[Array, " n"]
+    time: Float[Array, " n"]  #: Time from touchdown [s]
+    #: theta, its rate and the accumulated work, for the moving coordinates
     state: Float[Array, "n ny"]
+    #: Outputs in the order of :data:`~plantigrade.vaulting.equations.EXTRAS`
     extras: Float[Array, "n ne"]
-    activation: Float[Array, "n 5"]
-    left: bool
+    activation: Float[Array, "n 5"]  #: Activation of each joint
+    left: bool  #: Whether the hands left the table; the last frame is then the take-off
 
     @property
     def rise(self) -> float:

@@ -29,10 +29,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
 from plantigrade.vaulting.segments import COORDINATES
 
-OMEGA_0 = 20.0
-"""Maximum angular velocity of a joint under muscle torque [rad/s], from the report."""
-GAMMA = 2.5
-"""Shape parameter of the velocity factor [1], from the report."""
+OMEGA_0 = 20.0  #: Maximum angular velocity of a joint under muscle torque [rad/s], from the report
+GAMMA = 2.5  #: Shape parameter of the velocity factor [1], from the report
 MAX_ECCENTRIC_FACTOR = 1.4
 """Maximum torque of lengthening muscle relative to isometric strength [1], [Yeadon2006]_."""
 
@@ -71,8 +69,7 @@ JOINT_STOPS = (
 STOP_STIFFNESS = 300.0
 """Stiffness of a stop in the form of the report's Eq. 3, relative to joint strength [1/rad²].
 Estimate; full strength at 3.3°."""
-STOP_DAMPING = 3.0
-"""Damping of a stop relative to joint strength [s/rad²]. Estimate."""
+STOP_DAMPING = 3.0  #: Damping of a stop relative to joint strength [s/rad²]. Estimate
 
 
 def velocity_factor(ratio: Any, ca: Any = np) -> Any:

@@ -10,7 +10,7 @@ evaluations for 30 unknowns, two searches each, it reached 2.571 and 2.573 m/s i
 2.562 m/s.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import process_time
 from typing import Any
@@ -23,38 +23,26 @@ from plantigrade.record.jobs import run_jobs
 from plantigrade.vaulting.hand_contact import N_NODES, Vault
 
 OPTIMISERS = ("simplex", "evolution")
-NO_TAKE_OFF_COST = 10.0
-"""Cost of a vault without take-off [m/s]; worse than any vault."""
-SIMPLEX_EDGE = 0.5
-"""Edge of the initial simplex, in units of activation [1]. Chosen."""
-MIN_RESTART_GAIN = 1e-3
-"""Minimum gain of a restarted simplex for another restart [m/s]. Chosen."""
+NO_TAKE_OFF_COST = 10.0  #: Cost of a vault without take-off [m/s]; worse than any vault
+SIMPLEX_EDGE = 0.5  #: Edge of the initial simplex, in units of activation [1]. Chosen
+MIN_RESTART_GAIN = 1e-3  #: Minimum gain of a restarted simplex for another restart [m/s]. Chosen
 MEMBERS_PER_UNKNOWN = 2
 """Population size of differential evolution per unknown [1]; SciPy rounds 48 and 60 up to 64."""
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """Result of one search.
+    """Result of one search."""
 
-    Attributes:
-        optimiser: One of :data:`OPTIMISERS`.
-        seed: Random seed of the initial guess.
-        nodes: Activation at each node, one column per moving joint.
-        rise: Best value of :meth:`~plantigrade.vaulting.hand_contact.Vault.objective` [m/s];
-            -inf if the hands never leave the table.
-        evaluations: Number of evaluated vaults.
-        restarts: Number of restarts of the simplex.
-        seconds: Processor time [s].
-    """
-
-    optimiser: str
-    seed: int
-    nodes: Float[Array, "k j"]
+    optimiser: str  #: One of :data:`OPTIMISERS`
+    seed: int  #: Random seed of the initial guess
+    nodes: Float[Array, "k j"]  #: Activation at each node, one column per moving joint
+    #: Best value of :meth:`~plantigrade.vaulting.hand_contact.Vault.objective` [m/s]; -inf if the
+    #: hands never leave the table
     rise: float
-    evaluations: int
-    restarts: int
-    seconds: float
+    evaluations: int  #: Number of evaluated vaults
+    restarts: int  #: Number of restarts of the simplex
+    seconds: float  #: Processor time [s]
 
 
 @dataclass(frozen=True)
@@ -163,6 +151,7 @@ def search_activations(
     *,
     seed: int = 0,
     parallel: Mapping[str, Any] | None = None,
+    reached: Callable[[float], None] = lambda share: None,
 ) -> tuple[SearchResult, ...]:
     """Return the results of all searches, best first.
 
@@ -173,6 +162,7 @@ def search_activations(
         seed: Random seed of the first start; later starts use consecutive seeds.
         parallel: ``jobs``, ``backend`` and ``address`` of
             :func:`~plantigrade.record.jobs.run_jobs`; sequential if absent.
+        reached: Called after each search with the share of them that have ended.
 
     Raises:
         SolverError: If a search fails.
@@ -183,4 +173,5 @@ def search_activations(
         if done.result is None:
             raise SolverError(f"a search failed: {done.problem}")
         found.append(done.result)
+        reached(len(found) / len(tasks))
     return tuple(sorted(found, key=lambda each: -each.rise))

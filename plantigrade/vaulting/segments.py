@@ -30,6 +30,7 @@ from plantigrade.dynamics.links import Link, links_of
 from plantigrade.dynamics.recursions import LinkTree
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
+from plantigrade.models.skeleton import split_side
 from plantigrade.spatial.conventions import PELVIS
 
 COORDINATES = ("arm_flex", "elbow_flex", "hip_flexion", "knee_angle", "ankle_angle")
@@ -181,7 +182,7 @@ class Segments:
         body = SymbolicHuman(self.human)
         S, zero = np.zeros((body.nv, 8)), np.zeros(body.nv)
         for i, name in enumerate(body.names):
-            stem = name[:-2] if name[-2:] in ("_r", "_l") else name
+            stem, _ = split_side(name)
             if name in PELVIS and name in ROOT_COORDINATES:
                 S[i, ROOT_COORDINATES.index(name)] = 1.0
             elif stem in COORDINATES:

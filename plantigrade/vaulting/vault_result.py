@@ -35,9 +35,7 @@ class VaultResult:
     contact: HandContact
 
     @cached_property
-    def coordinates(
-        self,
-    ) -> tuple[Float[Array, "n 8"], Float[Array, "n 8"], Float[Array, "n 8"]]:
+    def coordinates(self) -> tuple[Float[Array, "n 8"], Float[Array, "n 8"], Float[Array, "n 8"]]:
         """Root and joint coordinates of the six segments with rates and accelerations."""
         moving, n = list(self.vault.segments.moving), self.vault.equations.n
         size = len(self.contact.time), len(ROOT_COORDINATES) + len(JOINT_NAMES)

@@ -83,23 +83,15 @@ class Footing:
 
 @dataclass(frozen=True)
 class ReducedDynamics:
-    r"""The equations of motion at one state, in the unknowns :math:`y`.
+    r"""The equations of motion at one state, in the unknowns :math:`y`."""
 
-    Attributes:
-        matrix: :math:`T`.
-        offset: :math:`t`.
-        moment_matrix: Joint moments are ``moment_matrix @ y + moment_offset`` [N m].
-        moment_offset: The same.
-        push: Generalised force of each unit of :math:`\lambda`.
-        n_joints: Number of joint accelerations in :math:`y`.
-    """
-
-    matrix: Float[Array, "nv n"]
-    offset: Float[Array, " nv"]
+    matrix: Float[Array, "nv n"]  #: :math:`T`
+    offset: Float[Array, " nv"]  #: :math:`t`
+    #: Joint moments are ``moment_matrix @ y + moment_offset`` [N m]
     moment_matrix: Float[Array, "n_joints n"]
-    moment_offset: Float[Array, " n_joints"]
-    push: Float[Array, "nv n_shares"]
-    n_joints: int
+    moment_offset: Float[Array, " n_joints"]  #: The same
+    push: Float[Array, "nv n_shares"]  #: Generalised force of each unit of :math:`\lambda`
+    n_joints: int  #: Number of joint accelerations in :math:`y`
 
     def rows(self, level: Level) -> Level:
         """Return rows of the acceleration as rows of :math:`y`."""
@@ -124,10 +116,7 @@ class ReducedDynamics:
 
 
 def reduced_dynamics(
-    state: State,
-    points: SitePoints,
-    touching: np.ndarray,
-    edges: Float[Array, "3 n_edges"],
+    state: State, points: SitePoints, touching: np.ndarray, edges: Float[Array, "3 n_edges"]
 ) -> ReducedDynamics:
     """Return the equations of motion at a state.
 

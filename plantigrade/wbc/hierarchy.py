@@ -83,21 +83,13 @@ class Level:
 
 @dataclass(frozen=True)
 class HierarchySolution:
-    """The answer of a hierarchical program.
+    """The answer of a hierarchical program."""
 
-    Attributes:
-        x: The unknowns.
-        levels: The levels, as given.
-        ranks: Number of directions that each level's equations determined.
-        exact: Whether the recursion alone gave the answer (no inequality was in the way).
-        iterations: Iterations of the active-set methods; 0 where they were not needed.
-    """
-
-    x: Float[Array, " n"]
-    levels: Sequence[Level]
-    ranks: tuple[int, ...]
-    exact: bool
-    iterations: int
+    x: Float[Array, " n"]  #: The unknowns
+    levels: Sequence[Level]  #: The levels, as given
+    ranks: tuple[int, ...]  #: Number of directions that each level's equations determined
+    exact: bool  #: Whether the recursion alone gave the answer (no inequality was in the way)
+    iterations: int  #: Iterations of the active-set methods; 0 where they were not needed
 
     @property
     def residuals(self) -> tuple[float, ...]:

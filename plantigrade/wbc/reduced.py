@@ -23,21 +23,13 @@ _SIX = np.eye(6)
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """The equations of motion at one instant.
+    """The equations of motion at one instant."""
 
-    Attributes:
-        M: Joint-space inertia.
-        h: Gravity, centrifugal and Coriolis terms.
-        armature: Inertia added to each hinge by the plant [kg m²].
-        given: Passive torques of the joints [N m].
-        W: Jacobian of the bodies that touch, six rows for each.
-    """
-
-    M: Float[Array, "nv nv"]
-    h: Float[Array, " nv"]
-    armature: Float[Array, " n"]
-    given: Float[Array, " n"]
-    W: Float[Array, "d nv"]
+    M: Float[Array, "nv nv"]  #: Joint-space inertia
+    h: Float[Array, " nv"]  #: Gravity, centrifugal and Coriolis terms
+    armature: Float[Array, " n"]  #: Inertia added to each hinge by the plant [kg m²]
+    given: Float[Array, " n"]  #: Passive torques of the joints [N m]
+    W: Float[Array, "d nv"]  #: Jacobian of the bodies that touch, six rows for each
 
     def torque(self, qacc: Float[Array, " nv"], wrench: Float[Array, " d"]) -> Float[Array, " n"]:
         """Return the motor torques of accelerations, with wrenches on the bodies."""
@@ -61,15 +53,10 @@ class Dynamics:
 
 @dataclass(frozen=True, eq=False)
 class TorqueCost:
-    """The cost of torques off the desired ones.
+    """The cost of torques off the desired ones."""
 
-    Attributes:
-        desired: Torques [N m].
-        weight: Cost of a squared newton metre off them.
-    """
-
-    desired: Float[Array, " n"]
-    weight: Float[Array, " n"]
+    desired: Float[Array, " n"]  #: Torques [N m]
+    weight: Float[Array, " n"]  #: Cost of a squared newton metre off them
 
 
 class Reduced:

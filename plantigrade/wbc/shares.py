@@ -30,12 +30,9 @@ from plantigrade.arrays import Array, Bool, Float
 
 (gesv,) = get_lapack_funcs(("gesv",), dtype=np.float64)
 
-STEPS = 40
-"""Newton steps, at most."""
-FEW = 64
-"""Number of shares up to which DAQP is faster."""
-WARM = 3
-"""DAQP's code of a bound that is active at the lower end."""
+STEPS = 40  # Newton steps, at most
+FEW = 64  # Number of shares up to which DAQP is faster
+WARM = 3  # DAQP's code of a bound that is active at the lower end
 NONE = 1e-7
 """Share below which it is zero: internal forces hardly cost anything, and are known no better."""
 
@@ -49,23 +46,14 @@ def _one(n: int) -> Float[Array, "n n"]:
 
 @dataclass(frozen=True, eq=False)
 class ShareProgram:
-    r"""The cost of shares.
+    r"""The cost of shares."""
 
-    Attributes:
-        K: Map from shares to what they carry.
-        S: Hessian of the cost of that, times ``E``.
-        E: Its divisor: of something very stiff the inverse is known better.
-        u: Load of least cost.
-        diagonal: Hessian of their own cost.
-        q: Slope of that where all are zero.
-    """
-
-    K: Float[Array, "c m"]
-    S: Float[Array, "c c"]
-    E: Float[Array, "c c"]
-    u: Float[Array, " c"]
-    diagonal: Float[Array, " m"]
-    q: Float[Array, " m"]
+    K: Float[Array, "c m"]  #: Map from shares to what they carry
+    S: Float[Array, "c c"]  #: Hessian of the cost of that, times ``E``
+    E: Float[Array, "c c"]  #: Its divisor: of something very stiff the inverse is known better
+    u: Float[Array, " c"]  #: Load of least cost
+    diagonal: Float[Array, " m"]  #: Hessian of their own cost
+    q: Float[Array, " m"]  #: Slope of that where all are zero
 
     @classmethod
     def of(

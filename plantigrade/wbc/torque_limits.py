@@ -16,10 +16,8 @@ from plantigrade.wbc.shares import FEW, NONE, WARM, ShareProgram, ShareSolver
 
 OVER = 1e-6
 """Tolerance of a limit, as a part of the limits' range."""
-EXCHANGES = 8
-"""Exchanges of torques at their limits, at most."""
-PULL = 1e-9
-"""A pull back into the limits that is none."""
+EXCHANGES = 8  # Exchanges of torques at their limits, at most
+PULL = 1e-9  # A pull back into the limits that is none
 ROUNDS = 8
 """Greatest number of further calls of DAQP, with torques that have passed their limits since."""
 _SENSE = np.array([0, 1, WARM])

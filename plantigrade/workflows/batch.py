@@ -15,6 +15,7 @@ from typing import Any, Literal, NamedTuple
 
 from plantigrade.errors import NothingToFit, ParameterError
 from plantigrade.extras import require
+from plantigrade.notes import repeated
 from plantigrade.options import as_path
 from plantigrade.pages.batch import PAGE, BatchKind, page_html_of
 from plantigrade.record.batch import BatchFolder, Row
@@ -28,8 +29,7 @@ from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpac
 ITEMS_AHEAD = 32
 """Items per worker in one round. At its end each worker waits for about half an item, until the
 starting points of the next round (the body of a subject, a fit) are computed: below 2 % of 32."""
-Begin = Callable[[Any], Any]
-"""Computes the starting point of a group."""
+Begin = Callable[[Any], Any]  #: Computes the starting point of a group
 
 
 class Concluded(NamedTuple):
@@ -45,31 +45,20 @@ Conclude = Callable[[BatchFolder, Mapping[str, Any]], Concluded]
 
 @dataclass(frozen=True)
 class Plan:
-    """What a batch consists of.
+    """The parts of a batch."""
 
-    Attributes:
-        kind: Words and columns of its page.
-        work: Computes the run of an item.
-        begin: Computes the starting point of a group.
-        groups: Returns the groups; it may use the workers to find them.
-        names: Names of the items.
-        spec: Settings, method and variation; equal for equal batches.
-        default: What is kept of each item unless an option chooses otherwise.
-        folders: Names of further folders in that of the batch.
-        passes_over: Error classes with which a file that was found, not named, is left out instead
-            of failing.
-        conclude: Computes pages and figures over all items, once they have ended.
-    """
-
-    kind: BatchKind
-    work: Work
+    kind: BatchKind  #: Words and columns of its page
+    work: Work  #: Computes the run of an item
+    #: Returns the groups; it may use the workers to find them
     groups: Callable[[Workers], Iterable[Group]]
-    names: Sequence[str]
-    spec: Mapping[str, Any]
-    begin: Begin | None = None
-    default: Keep = "pages"
-    folders: Sequence[str] = ()
+    names: Sequence[str]  #: Names of the items
+    spec: Mapping[str, Any]  #: Settings, method and variation; equal for equal batches
+    begin: Begin | None = None  #: Computes the starting point of a group
+    default: Keep = "pages"  #: What is kept of each item unless an option chooses otherwise
+    folders: Sequence[str] = ()  #: Names of further folders in that of the batch
+    #: Error classes with which a file that was found, not named, is left out instead of failing
     passes_over: tuple[str, ...] = (NothingToFit.__name__,)
+    #: Computes pages and figures over all items, once they have ended
     conclude: Conclude | None = None
 
 
@@ -139,11 +128,12 @@ class Batch(Iterable[Result]):
             self._store.announce([*plan.names, *plan.folders])
             self._kept = self._kept._replace(folder=self.folder)
         self.lines: tuple[str, ...] = ()
-        """What is to be printed of all items together, once they have ended."""
+        """Return the text printed about all items together after they have ended."""
         self._held: dict[str, Result] = {}
         self._metrics: dict[str, Any] = {}
         self._arriving: Iterator[Result] | None = None
         self._begun = self._ended = False
+        self._pace = Pace(len(plan.names), self._say)
 
     def __iter__(self) -> Iterator[Result]:
         """Yield results as they arrive; all of them in order once they have been computed."""
@@ -179,6 +169,11 @@ class Batch(Iterable[Result]):
         return tuple(self._from_row(row) for row in self._store.rows())
 
     @property
+    def share(self) -> float:
+        """Share of the items that are done [1]."""
+        return self._pace.share
+
+    @property
     def metrics(self) -> dict[str, Any]:
         """Status and counts; all of ``metrics.json`` where there is a folder."""
         self.finish()
@@ -191,7 +186,7 @@ class Batch(Iterable[Result]):
 
     @property
     def sentence(self) -> str:
-        """What was done, in one sentence."""
+        """Return one sentence that says what was done."""
         return self._plan.kind.sentence(self.metrics)
 
     def finish(self) -> None:
@@ -209,7 +204,7 @@ class Batch(Iterable[Result]):
         return pandas.DataFrame([one.row() for one in self.members]).set_index("name")
 
     def _computed(self) -> Iterator[Result]:
-        pace = Pace(len(self._plan.names), self._say)
+        pace = self._pace = Pace(len(self._plan.names), self._say)
         with self._workers as workers:
             for groups in _rounds(self._left(pace), ITEMS_AHEAD * workers.count):
                 yield from self._round(groups, workers, pace)
@@ -283,7 +278,8 @@ class Batch(Iterable[Result]):
             row = replace(row, left_out=True)
         if made is not None:
             curves, run = made.curves, made.run
-            row = replace(row, status=made.status, failed=False, figures=made.figures)
+            row = replace(row, status=made.status, failed=False, figures=made.figures,
+                          warnings=made.warnings)  # fmt: skip
             if made.archive and self.folder is not None:
                 unpack(made.archive, self.folder / item.name)
         result = replace(self._from_row(row), run=run)
@@ -301,14 +297,22 @@ class Batch(Iterable[Result]):
         problem = row.status if row.failed else ""
         source = Path(row.file) if row.file else None
         return Result(row.name, source, row.varied, row.figures, row.status, problem, folder,
-                      left_out=row.left_out)  # fmt: skip
+                      left_out=row.left_out, warnings=tuple(row.warnings))  # fmt: skip
+
+    def _results(self) -> Iterator[Result]:
+        """Yield all results without holding those that are in a folder."""
+        if self._store is None:
+            return iter(self._held.values())
+        return map(self._from_row, self._store.rows())
 
     def _end(self, pace: "Pace") -> None:
         pace.close()
         kind = self._plan.kind
-        rows = self._held.values() if self._store is None else map(
-            self._from_row, self._store.rows())  # fmt: skip
-        counts = kind.counts(rows)
+        counts = kind.counts(self._results())
+        failed = ((one.name, (one.problem,)) for one in self._results() if _failed(one))
+        warned = ((one.name, one.warnings) for one in self._results())
+        for name, sentences in (("failures", failed), ("warnings", warned)):
+            counts[name] = [kind.counted(each, counts) for each in repeated(sentences)]
         self._metrics = counts
         if self._store is not None:
             more = Concluded({}, {}, ())
@@ -319,6 +323,10 @@ class Batch(Iterable[Result]):
             found = {**counts, **more.figures}
             self._metrics = self._store.finish(found, pages, self._plan.folders)
         self._ended = True
+
+
+def _failed(result: Result) -> bool:
+    return bool(result.problem) and not result.left_out
 
 
 def _rounds(groups: Iterable[Group], count: int) -> Iterator[list[Group]]:

@@ -13,68 +13,43 @@ from plantigrade.record.metrics import metrics_json, read_metrics
 
 @dataclass(frozen=True)
 class Item:
-    """One item of a batch.
+    """One item of a batch."""
 
-    Attributes:
-        name: Its name, and that of its folder in that of the batch.
-        number: Its place in the table.
-        key: Content hash of all that decides its result.
-        what: What the work is done for.
-        source: The file it comes from.
-        varied: What it has of its own, by option.
-        named: Whether it was asked for; an item that was only found is left out if it holds
-            nothing to work on.
-    """
-
-    name: str
-    number: int
-    key: str
-    what: Any
-    source: Path | None = None
-    varied: Mapping[str, Any] = field(default_factory=dict)
+    name: str  #: Its name, and that of its folder in that of the batch
+    number: int  #: Its place in the table
+    key: str  #: Content hash of all that decides its result
+    what: Any  #: What the work is done for
+    source: Path | None = None  #: The file it comes from
+    varied: Mapping[str, Any] = field(default_factory=dict)  #: What it has of its own, by option
+    #: Whether it was asked for; an item that was only found is left out if it holds nothing to work
+    #: on
     named: bool = True
 
 
 @dataclass(frozen=True)
 class Group:
-    """Items that start from the same: trials of one subject, simulations of one recording.
+    """Items that start from the same: trials of one subject, simulations of one recording."""
 
-    Attributes:
-        items: The items.
-        begin: What they start from is made from this; None where nothing is to be made.
-        start: What they start from, where it was made before.
-    """
-
-    items: tuple[Item, ...]
-    begin: Any = None
-    start: Any = None
+    items: tuple[Item, ...]  #: The items
+    begin: Any = None  #: What they start from is made from this; None where nothing is to be made
+    start: Any = None  #: What they start from, where it was made before
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Result of one item.
+    """Result of one item."""
 
-    Attributes:
-        name: Its name, and that of its folder.
-        source: The file it comes from; None where there is none.
-        varied: What it has of its own, by option.
-        figures: Every figure, flat.
-        status: ``"ok"``, what is wrong with the result, or why there is none.
-        problem: Why there is no result; empty where there is one.
-        folder: Its run folder; None where none is kept.
-        run: The run; None where it lies in a folder, or there is none.
-        left_out: Whether it was found in a folder and holds nothing to work on.
-    """
-
-    name: str
-    source: Path | None
-    varied: Mapping[str, Any]
-    figures: Mapping[str, Any]
-    status: str
-    problem: str = ""
-    folder: Path | None = None
+    name: str  #: Its name, and that of its folder
+    source: Path | None  #: The file it comes from; None where there is none
+    varied: Mapping[str, Any]  #: What it has of its own, by option
+    figures: Mapping[str, Any]  #: Every figure, flat
+    status: str  #: ``"ok"``, what is wrong with the result, or why there is none
+    problem: str = ""  #: Why there is no result; empty where there is one
+    folder: Path | None = None  #: Its run folder; None where none is kept
+    #: The run; None where it lies in a folder, or there is none
     run: Run | None = field(default=None, repr=False)
-    left_out: bool = False
+    left_out: bool = False  #: Whether it was found in a folder and holds nothing to work on
+    warnings: tuple[str, ...] = ()  #: Its warnings, sentences
 
     @property
     def ok(self) -> bool:

@@ -6,12 +6,9 @@ from collections.abc import Callable
 from plantigrade.pages.batch import BatchKind
 from plantigrade.workflows.batch_items import Result
 
-MAX_LINES = 200
-"""Items up to which each is a line of progress."""
-SECONDS_BETWEEN = 5.0
-"""Time between two lines of progress of a larger batch [s]."""
-MIN_PACE_SECONDS = 10.0
-"""Time after which the rest can be estimated [s]."""
+MAX_LINES = 200  # Items up to which each is a line of progress
+SECONDS_BETWEEN = 5.0  # [s] time between two lines of progress of a larger batch
+MIN_PACE_SECONDS = 10.0  # [s] time after which the rest can be estimated
 
 
 class Pace:
@@ -37,6 +34,11 @@ class Pace:
             rate = self.done / passed
             line += f" ({rate:.2g}/s, {_duration(left / rate)} left)"
         self.say(line)
+
+    @property
+    def share(self) -> float:
+        """Share of the items that have ended [1]."""
+        return (self.done + self.found) / max(self.count, 1)
 
     def close(self) -> None:
         """Print how many items were done before, once."""

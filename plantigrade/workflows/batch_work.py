@@ -23,7 +23,7 @@ from plantigrade.workflows.batch_items import Item
 from plantigrade.workflows.save import save
 
 Keep = Literal["pages", "runs", "figures"]
-"""What is kept of each item in the folder of a batch: its run with report and viewer, its run, or
+"""Files kept of each item in the folder of a batch: its run with report and viewer, its run, or
 its line of the table alone."""
 MAX_RETURNED_BYTES = 64 * 2**20
 """Largest result that a worker sends back; Ray and Dask copy it in memory several times."""
@@ -40,11 +40,12 @@ class Kept(NamedTuple):
 
 
 class Made(NamedTuple):
-    """What a worker returns of one item."""
+    """The result of one item, as a worker returns it."""
 
     figures: dict[str, Any]
     status: str
     curves: dict[str, Curve]
+    warnings: tuple[str, ...]
     run: Run | None = None
     archive: bytes = b""
 
@@ -53,7 +54,8 @@ def made(work: Work, kept: Kept, task: tuple[Item, Any]) -> Made:
     """Compute the run of an item and keep the chosen part of it."""
     item, start = task
     run = replace(work(item.what, start), name=item.name)
-    found = Made(figures_of(run.metrics), run.status, curves_of(run))
+    metrics = run.metrics
+    found = Made(figures_of(metrics), run.status, curves_of(run), tuple(metrics["warnings"]))
     if kept.folder is None:
         return found._replace(run=run)
     if kept.what == "figures":

@@ -7,7 +7,7 @@ from typing import Any
 from plantigrade.trajopt.solve import Progress
 from plantigrade.trajopt.solvers.result import Iterate
 
-INTERVAL = 0.2  # [s] between two updates
+INTERVAL = 0.2  # [s] between two updates; chosen
 
 
 def cell_progress() -> Progress | None:

@@ -19,8 +19,7 @@ from plantigrade.record.provenance import source_files
 from plantigrade.record.run import MOTION, RUNS
 
 PAGE, TABLE, FIGURES = "compare.html", "compare.csv", "differences.csv"
-Given = Run | str | Path
-"""A run, its folder, or a folder of runs that are trials of one person."""
+Given = Run | str | Path  # A run, its folder, or a folder of runs that are trials of one person
 
 
 def compare(*runs: Given | Sequence[Given], affected: Affected | None = None) -> RunComparison:

@@ -75,7 +75,7 @@ CLASSES: Mapping[str, type] = {
 OPTIONS: Mapping[str, Any] = {f.name: f.default for kind in CLASSES.values() for f in fields(kind)}
 """Name of every option of a controller → its default."""
 WORDS = ("speed", "path", "stoop", "then", "upper_body")
-"""What a walk is commanded in words; all other options are settings of the controller."""
+"""Words that command a walk; all other options are settings of the controller."""
 
 
 def given(options: Any) -> dict[str, Any]:

@@ -49,13 +49,14 @@ from plantigrade.world.grounds import ground_named
 MAX_HEADING = 45.0
 """Largest angle between the rise of a given slope and the walking direction [deg]."""
 
-Step = Callable[[str], contextlib.AbstractContextManager]
-"""Opened around each step of a job, with what is done in it: shows progress."""
+Step = Callable[[str], contextlib.AbstractContextManager[Callable[[float], None]]]
+"""Opened around each step of a job, with its name; yields a function that is called with the share
+of the step that is done."""
 
 
-def silent(_: str) -> contextlib.AbstractContextManager:
+def silent(_: str) -> contextlib.AbstractContextManager[Callable[[float], None]]:
     """Show nothing of a step."""
-    return contextlib.nullcontext()
+    return contextlib.nullcontext(lambda share: None)
 
 
 def load(path: str | Path, settings: RecordingSettings) -> Recording:
@@ -69,7 +70,10 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
     skeleton = settings.skeleton
     if skeleton is None and path.suffix.lower() == ".amc" and path.exists():
         skeleton = find_asf(path)
-    recording = read(path, **({"skeleton": skeleton} if skeleton else {}))
+    options = {"skeleton": skeleton, "rate": getattr(settings, "rate", None)}
+    if not isinstance(settings, FitSettings):  # the rate of a simulation is another
+        del options["rate"]
+    recording = read(path, **options)
     if recording.markers is None or not recording.markers.names:
         for name in ("static", "marker_set", "swap_sides", "mirror_axis"):
             if getattr(settings, name):
@@ -239,17 +243,8 @@ def run_fit(
 ) -> Run:
     """Fit a recording with given settings: what :func:`fit` and the command do.
 
-    Args:
-        path: The recording.
-        how: What decides the result.
-        step: Shows progress.
-        command: The command line, for the provenance.
-        shared: Body and mass of the subject, from several trials
-            (:func:`plantigrade.workflows.one_subject.share`).
-
-    Raises:
-        FileError: If a file cannot be read.
-        FitError: If the recording cannot be fitted; the message says why.
+    ``step`` shows progress, ``command`` is for the provenance, and ``shared`` are body and mass of
+    the subject from several trials (:func:`plantigrade.workflows.one_subject.share`).
     """
     began = time.perf_counter()
     run = run_of(*fit_trial(path, how, step, shared), how, command=command)

@@ -48,8 +48,7 @@ BY_HAND = Info(
 )
 
 
-TURN = 1e-3
-"""So long a thread of Python may go on when another one waits [s]."""
+TURN = 1e-3  # [s] switch interval of Python threads while another one waits
 
 
 class Stage:
@@ -59,7 +58,7 @@ class Stage:
         begin: The start.
         mismatch: Differences from the plan, the ground included.
         how: The settings.
-        acting: What acts besides.
+        acting: Other disturbances.
         own: Controller of one's own; one of the table if absent.
     """
 
@@ -81,7 +80,7 @@ class Stage:
 
     @property
     def choice(self) -> Choice:
-        """What is chosen by the settings."""
+        """Return the choices that the settings make."""
         word = self.how.controller or usual(self.first.motion, self.first.record, self.first.script)
         if self.own is not None:
             word = self.own.name
@@ -125,17 +124,11 @@ def another(human: Human, feet: str, joints: str) -> Human:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Live:
-    """A session and what it was made of.
+    """A session and what it was made of."""
 
-    Attributes:
-        session: The session.
-        stage: What makes its worlds.
-        began: When it began, by the clock of this process [s].
-    """
-
-    session: Session
-    stage: Stage
-    began: float
+    session: Session  #: The session
+    stage: Stage  #: Maker of its worlds
+    began: float  #: When it began, by the clock of this process [s]
 
     def run(self) -> Run:
         """Return the run so far.

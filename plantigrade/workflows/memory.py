@@ -8,12 +8,10 @@ from plantigrade.errors import FitError
 from plantigrade.io.length import REMEDY, free_memory
 from plantigrade.motion import Recording
 
-FIT_BASE_BYTES = 150e6
-"""Memory of a fit besides its frames [bytes], measured."""
+FIT_BASE_BYTES = 150e6  # Memory of a fit besides its frames [bytes], measured
 FIT_BYTES_PER_FRAME = 12e3
 """Memory of a fit for each frame [bytes], measured on 10 minutes at 100 Hz."""
-RECORDING_COPIES = 2
-"""Copies of the recording that a fit makes: turned to face forward, and cut."""
+RECORDING_COPIES = 2  # Copies of the recording that a fit makes: turned to face forward, and cut
 
 
 def require_memory(recording: Recording) -> None:

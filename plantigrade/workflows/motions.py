@@ -82,20 +82,7 @@ def run_synthesis(
 ) -> Run:
     """Generate a motion: what :func:`synthesize` and the command do.
 
-    Args:
-        task: A task, a task file, or a motion by name.
-        settings: How it is solved.
-        options: Parameters of the task and fields of ``settings``.
-        progress: Called with every iteration; returning True stops with the best so far.
-        step: Shows progress of the fit, for ``"track"``.
-        command: The command line, for the provenance.
-
-    Raises:
-        ParameterError: If there is no such task or option, or a value is not allowed.
-        FileError: If a file or the run to start from cannot be read.
-        FitError: If a recording to track cannot be fitted.
-        ReproduceError: If a recording to track is not on level ground.
-        MissingExtra: If the extra ``synthesis`` is not installed.
+    ``step`` shows progress of the fit of ``"track"``, and ``command`` is for the provenance.
     """
     require("casadi", "synthesis")
     word, options = str(as_path(task, "a task")), {**options}

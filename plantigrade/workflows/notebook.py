@@ -15,24 +15,20 @@ from plantigrade.workflows.live import live
 from plantigrade.workflows.simulate import SIMULATION_OPTIONS
 from plantigrade.world import AnyController, Disturbance
 
-HEIGHT = 640  # [px] of a frame in a cell
-MIN_HEIGHT, MAX_HEIGHT = 200, 4000  # [px]
+HEIGHT = 640  # [px] of a frame in a cell; chosen
+MIN_HEIGHT, MAX_HEIGHT = 200, 4000  # [px] allowed heights; chosen
 
 
 @dataclass(frozen=True)
 class PageFrame:
     """A page in a cell: what a notebook shows of it.
 
-    Attributes:
-        source: Attribute of the frame that holds the page or names its address, as HTML.
-        height: Height of the frame [px].
-
     Raises:
         ParameterError: If the height is out of range.
     """
 
-    source: str
-    height: int
+    source: str  #: Attribute of the frame that holds the page or names its address, as HTML
+    height: int  #: Height of the frame [px]
 
     def __post_init__(self):
         """Check the height."""

@@ -146,11 +146,7 @@ def _weighed(
     for recording in _with_plates(recordings, settings):
         ground = None if recording.source in calm else given_ground(settings)
         fit = fit_markers(
-            shared.into(recording),
-            person,
-            static=recording.static,
-            ground=ground,
-            body=shared.body,
+            shared.into(recording), person, static=recording.static, ground=ground, body=shared.body
         )
         weighed = analyse(fit, cutoff=settings.cutoff or "usual").weighed
         found += [] if weighed is None else [weighed]

@@ -11,11 +11,7 @@ from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
 from plantigrade.analyze.recorded_walk import RecordedWalk, walk_to_reproduce
 from plantigrade.analyze.reproduction import Comparison, compare
-from plantigrade.analyze.reproduction_status import (
-    force_figures,
-    gait_figures,
-    run_status,
-)
+from plantigrade.analyze.reproduction_status import force_figures, gait_figures, run_status
 from plantigrade.analyze.trial import Trial
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.motion import Recording
@@ -37,8 +33,7 @@ from plantigrade.workflows.fit import (
 )
 from plantigrade.workflows.settings import ReproduceSettings
 
-TREADMILL = 0.5
-"""Ground that moves further than this during a recording is a treadmill's [m]."""
+TREADMILL = 0.5  #: Ground that moves further than this during a recording is a treadmill's [m]
 
 
 @takes(ReproduceSettings)
@@ -69,16 +64,7 @@ def run_reproduction(
 ) -> Run:
     """Reproduce a recording with given settings: what :func:`reproduce` and the command do.
 
-    Args:
-        path: The recording.
-        how: What decides the result.
-        step: Shows progress.
-        command: The command line, for the provenance.
-
-    Raises:
-        FileError: If the file cannot be read.
-        FitError: If it cannot be fitted; the message says why.
-        ReproduceError: If it shows no walking, or uneven ground.
+    ``step`` shows progress, and ``command`` is for the provenance.
     """
     recording, trial = fit_trial(path, how, step)
     with step("reproducing"):

@@ -29,8 +29,7 @@ TRACK, PAPER = "track", "zhakatayev2023"
 OF_RECORDINGS = ("static", "skeleton", "forces", "marker_set", "swap_sides", "mirror_axis",
                  "cutoff", "without_plates")  # fmt: skip
 """Options that say how a recording is read and fitted."""
-DEFAULT_JOINTS = "43"
-"""Joint set of a person who does a task."""
+DEFAULT_JOINTS = "43"  # Joint set of a person who does a task
 SLOWEST, FASTEST = 0.5, 500.0
 """Allowed cut-off frequencies [Hz]; a stride takes about a second."""
 
@@ -93,7 +92,7 @@ class RecordingSettings(Settings):
     static: OptionalPath = None
     """Standing trial of the same person."""
     skeleton: OptionalPath = None
-    """Skeleton (.asf) of an AMC file."""
+    """Skeleton (.asf) of an AMC file, or body model (.npz) for the betas of an SMPL file."""
     forces: OptionalPath = None
     """Ground reaction file of the same trial (.mot, .sto, .forces)."""
     marker_set: OptionalPath = None
@@ -125,9 +124,13 @@ class RecordingSettings(Settings):
 class FitSettings(RecordingSettings):
     """Everything that decides the result of a fit, as written into ``metrics.json``."""
 
+    ranges = {"rate": (1, 1000, "Hz")}
+
     ground: OptionalWord = None
     """Ground under the feet: slope:DEG (up along the way, negative down), slope:DEG,HEADING (up to
     the left of it), steps:CM (height of each step)."""
+    rate: Number = None
+    """Frame rate of an SMPL or AMC file that does not store it [Hz]; by default 30 and 120."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,11 +203,7 @@ class SolveSettings(Impairments, Settings):
     """
 
     activity = "a mesh"
-    ranges = {
-        "nodes_per_second": (2, 500, "1/s"),
-        "restarts": (1, 1000, ""),
-        "seed": SEEDS,
-    }
+    ranges = {"nodes_per_second": (2, 500, "1/s"), "restarts": (1, 1000, ""), "seed": SEEDS}
 
     solver: Literal["interior-point", "ipopt"] = "interior-point"
     """Built-in banded interior-point solver, or IPOPT as a reference."""

@@ -9,19 +9,12 @@ from plantigrade.motion import Recording, Subject
 
 @dataclass(frozen=True)
 class Shared:
-    """Body and body mass that the trials of one subject have in common.
+    """Body and body mass that the trials of one subject have in common."""
 
-    Attributes:
-        body: Lengths, marker places, soles.
-        subject: What their files say of the subject; the mass is that of all trials.
-        files: The trials, by name.
-        notes: What the user should know, one sentence each.
-    """
-
-    body: ScaledBody
-    subject: Subject
-    files: tuple[Path, ...]
-    notes: tuple[str, ...] = ()
+    body: ScaledBody  #: Lengths, marker places, soles
+    subject: Subject  #: What their files say of the subject; the mass is that of all trials
+    files: tuple[Path, ...]  #: The trials, by name
+    notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
 
     def into(self, recording: Recording) -> Recording:
         """Return one of the recordings as one of this subject's."""

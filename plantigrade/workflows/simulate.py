@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.constants import SIDES
+from plantigrade.analyze.impact import force_on_feet, impact_notes
 from plantigrade.control.choices import STANDING, usual
 from plantigrade.control.gait.reference import period_of
 from plantigrade.control.numbers import numbers_of
@@ -43,14 +43,10 @@ from plantigrade.world import (
 )
 from plantigrade.world.model_mismatch import ModelMismatch
 
-STANDS = 5.0
-"""How long a person stands where no duration is named [s]."""
-AFTER_FALL = 1.0
-"""How long a simulation goes on after a fall, for the body to come to lie [s]."""
-SHORTEST = 0.01
-"""Shortest simulation of a motion [s]."""
-FOLLOWED = "motion"
-"""Name of the reference that is followed."""
+STANDS = 5.0  # [s] how long a person stands where no duration is named
+AFTER_FALL = 1.0  # [s] how long a simulation goes on after a fall, for the body to come to lie
+SHORTEST = 0.01  # [s] shortest simulation of a motion
+FOLLOWED = "motion"  # Name of the reference that is followed
 CONTROLLER_SETTINGS = Option(
     "controller_settings",
     Any,
@@ -116,18 +112,7 @@ def run_simulation(
 ) -> Run:
     """Simulate with given settings: what :func:`simulate` and the command do.
 
-    Args:
-        source: A recording, a run or its folder, or None for a person who stands.
-        how: What decides the result.
-        controller: A controller in place of the one that the settings name.
-        disturbances: Disturbances besides those of the settings.
-        step: Shows progress.
-        command: The command line, for the provenance.
-
-    Raises:
-        ParameterError: If a value is not allowed.
-        FileError: If a file or run cannot be read.
-        FitError: If a recording cannot be fitted.
+    ``step`` shows progress, and ``command`` is for the provenance.
     """
     by_hand = [
         word for word in how.words.then if timed(word, "walk to go over to", THEN)[1] is None
@@ -152,11 +137,13 @@ def run_simulation(
                 f"{what} would begin at {first:g} s, but the simulation lasts {lasts:g} s: give it "
                 "a longer duration or an earlier time"
             )
-    with step("simulating"):
+    with step("simulating") as reached:
         began = clock.perf_counter()
         world = world_of(begin, mismatch, how, (*acting, *disturbances), moved_by)
         try:
-            record = world.simulate(mismatch.wrapped(moved_by), lasts, after_fall=AFTER_FALL)
+            record = world.simulate(
+                mismatch.wrapped(moved_by), lasts, after_fall=AFTER_FALL, reached=reached
+            )
         except (ArithmeticError, ValueError, IndexError) as error:  # LinAlgError is a ValueError
             if not how.values or isinstance(error, PlantigradeError):
                 raise
@@ -214,7 +201,8 @@ def run_of(
     sentences = map(Info, summary.sentences)
     waited = [d.missed(world) for d in world.disturbances if isinstance(d, PhasePush)]
     missed = [sentence for sentence in waited if sentence]
-    record = replace(record, notes=(*record.notes, *sentences, *missed, *_passed(record)))
+    said = (*sentences, *missed, *_passed(record), *impact_notes(record))
+    record = replace(record, notes=(*record.notes, *said))
     record, status = mismatch.corrected(record), "ok"
     if world.fall is not None:
         status = f"the person {world.fall}"
@@ -267,9 +255,9 @@ def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]
         until: Time of a fall [s], after which no motion is followed.
     """
     figures: dict[str, float | bool] = {}
-    feet = sum(record.foot(side).force[:, 2] for side in SIDES)
-    figures["vertical_force_mean_bw"] = float(np.mean(feet) / record.weight)
-    figures["vertical_force_max_bw"] = float(np.max(feet) / record.weight)
+    feet = force_on_feet(record)
+    figures["vertical_force_mean_bw"] = float(np.mean(feet))
+    figures["vertical_force_max_bw"] = float(np.max(feet))
     low, high = np.array(record.human.model.jnt_actfrcrange[1:]).T
     motor = record.signals["world.motor"]
     use = np.abs(motor) / np.where(motor > 0, high, -low)

@@ -26,25 +26,18 @@ from plantigrade.workflows.simulation_start import surroundings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
 from plantigrade.world import Controller, Disturbance
 
-FITTED = "fit"
-"""Folder of the recording that was fitted; after its name where there are several."""
+FITTED = "fit"  #: Folder of the recording that was fitted; after its name where there are several
 
 Source = Path | Run | None
 
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """What a simulation has of its own.
+    """Settings of one simulation of a batch."""
 
-    Attributes:
-        shown: Option → value, as a table shows it.
-        settings: Its settings.
-        controller: Its controller, where that is no word.
-    """
-
-    shown: Mapping[str, Any]
-    settings: SimulateSettings
-    controller: Controller | None
+    shown: Mapping[str, Any]  #: Option → value, as a table shows it
+    settings: SimulateSettings  #: Its settings
+    controller: Controller | None  #: Its controller, where that is no word
 
 
 class Simulations(Batch):
@@ -263,9 +256,5 @@ def _simulated(
     disturbances: Sequence[Disturbance], command: str, what: Variant, start: Source
 ) -> Run:
     return run_simulation(
-        start,
-        what.settings,
-        controller=what.controller,
-        disturbances=disturbances,
-        command=command,
+        start, what.settings, controller=what.controller, disturbances=disturbances, command=command
     )

@@ -18,13 +18,7 @@ from plantigrade.options import (
     optional,
     refuse_unknown,
 )
-from plantigrade.workflows.controller_options import (
-    CLASSES,
-    OPTIONS,
-    WORDS,
-    WalkOptions,
-    given,
-)
+from plantigrade.workflows.controller_options import CLASSES, OPTIONS, WORDS, WalkOptions, given
 from plantigrade.workflows.controller_options import users as options_of
 from plantigrade.workflows.settings import RecordingSettings
 
@@ -164,7 +158,7 @@ class SimulateSettings(RecordingSettings):
 
     @property
     def words(self) -> WalkOptions:
-        """What a walk is commanded, in words."""
+        """Return the words that command a walk."""
         return WalkOptions(**{name: value for name, value in self.own if name in WORDS})
 
     def plain(self) -> dict[str, Any]:

@@ -53,48 +53,31 @@ from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING_TIME = 1.0
 """Time for which a person stands before the first frame, until soles and springs rest [s]."""
-LEARNED_WALK = 10.0
-"""Default duration of the walk of a policy [s]."""
-MAX_START_DEPTH = 0.3
-"""Largest depth of the feet below the ground at the start [m]. Chosen."""
+LEARNED_WALK = 10.0  # [s] default duration of the walk of a policy
+MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 MAX_SETTLED_SPEED = 0.05
 """Largest speed of the centre of mass of a person who has settled [m/s]. Chosen."""
-MAX_SETTLED_SHIFT = 0.05
-"""Largest displacement of the centre of mass while settling [m]. Chosen."""
+MAX_SETTLED_SHIFT = 0.05  # Largest displacement of the centre of mass while settling [m]. Chosen.
 
 
 @dataclass(frozen=True)
 class Start:
-    """Start of a simulation.
+    """Start of a simulation."""
 
-    Attributes:
-        human: The person.
-        ground: Ground of the motion.
-        motion: Motion; None for standing.
-        sites: Further sites of the body that seats carry.
-        name: Name of the source.
-        provenance: Its provenance.
-        figures: Known figures of the person.
-        notes: Notes for the user.
-        place: Position [m] and heading [rad] of a person who stands.
-        record: The motion with its forces.
-        script: Reference of balance: a foot motion, or a motion brought over the feet.
-        policy: Learned controller.
-        walk: Command of the walk.
-    """
-
-    human: Human
-    ground: Ground
-    name: str
-    provenance: Provenance
-    motion: Motion | None = None
-    sites: tuple[ContactSite, ...] = ()
-    figures: Mapping[str, Any] | None = None
-    notes: tuple[str, ...] = ()
-    record: Record | None = None
+    human: Human  #: The person
+    ground: Ground  #: Ground of the motion
+    name: str  #: Name of the source
+    provenance: Provenance  #: Its provenance
+    motion: Motion | None = None  #: Motion; None for standing
+    sites: tuple[ContactSite, ...] = ()  #: Further sites of the body that seats carry
+    figures: Mapping[str, Any] | None = None  #: Known figures of the person
+    notes: tuple[str, ...] = ()  #: Notes for the user
+    record: Record | None = None  #: The motion with its forces
+    #: Reference of balance: a foot motion, or a motion brought over the feet
     script: MotionReference | None = None
-    policy: Controller | None = None
-    walk: WalkCommand | None = None
+    policy: Controller | None = None  #: Learned controller
+    walk: WalkCommand | None = None  #: Command of the walk
+    #: Position [m] and heading [rad] of a person who stands
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def standing(self, ground: Ground) -> Array:

@@ -20,7 +20,7 @@ PAGE, TABLE = "study.html", "study.csv"
 class Member:
     """One reproduced gait of a study."""
 
-    name: str  #: What it is called, and its folder in that of the study
+    name: str  #: Its name, and that of its folder in the study
     path: Path  #: The recording
     comparison: Comparison = field(repr=False)  #: The reproduced gait against the recorded one
     metrics: dict[str, Any] = field(repr=False)  #: Those of its run

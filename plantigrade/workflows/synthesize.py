@@ -11,6 +11,7 @@ import numpy as np
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.check import check
 from plantigrade.analyze.movement import movement_figures
+from plantigrade.analyze.plausibility import motion_notes
 from plantigrade.analyze.verdict import Verdict
 from plantigrade.control.replay.trials import certificate, certified
 from plantigrade.errors import ParameterError
@@ -31,17 +32,13 @@ from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import paper_motion
-from plantigrade.workflows.settings import (
-    DEFAULT_JOINTS,
-    PaperSettings,
-    SolveSettings,
-)
+from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MAX_STATUS_SENTENCES = 3  # violations of the status; the report has all of them
 NOT_DONE = 1e-3  # a row further off than this, in its own unit, is not what was asked for
 UNITS = {name: unit for kind in TASKS.values() for name, (_, _, unit) in kind.ranges.items()}
-"""Of the parameters of tasks, by name."""
+"""Name of each task parameter → its unit."""
 
 
 @dataclass(frozen=True)
@@ -281,7 +278,7 @@ def checked(
     record = replace(
         record,
         signals={**record.signals, **verdict.signals()},
-        notes=(*record.notes, *limit_notes(record)),
+        notes=(*record.notes, *motion_notes(record), *limit_notes(record)),
     )
     state = status(verdict, violations)
     passed = "the check passed" if state == "ok" else "the check failed"
@@ -315,7 +312,7 @@ def status(verdict: Verdict, violations: Sequence[Violation]) -> str:
 
     The checker decides whether the motion is physical and does what the task demands. One that
     passes may still violate constraints of the problem: those further off than :data:`NOT_DONE`.
-    Of one that does not, the worst of them says what stands in the way.
+    If it fails, the largest violation names the obstacle.
     """
     words = [v.sentence() for v in violations if v.relative > NOT_DONE][:MAX_STATUS_SENTENCES]
     if not verdict.ok:

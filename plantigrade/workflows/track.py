@@ -59,31 +59,18 @@ EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too li
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A tracked recording.
+    """A tracked recording."""
 
-    Attributes:
-        walk: The recorded motion, as fitted.
-        human: The person, on the soles the recorded feet stand on.
-        motion: The recorded motion over level ground, lifted onto its soles.
-        lift: How far it was lifted [m].
-        estimate: Ground reactions estimated from it, on its frames.
-        solution: The physical motion.
-        begin: Time zero of the solution, on the clock of the recording [s].
-        start: Start of the comparison, after the lead-in [s].
-        stop: End of the comparison [s].
-        seconds: Computing time without the fit [s].
-    """
-
-    walk: RecordedWalk
-    human: Human
-    motion: Motion
-    lift: float
-    estimate: GroundForces
-    solution: Solution
-    begin: float
-    start: float
-    stop: float
-    seconds: float
+    walk: RecordedWalk  #: The recorded motion, as fitted
+    human: Human  #: The person, on the soles the recorded feet stand on
+    motion: Motion  #: The recorded motion over level ground, lifted onto its soles
+    lift: float  #: How far it was lifted [m]
+    estimate: GroundForces  #: Ground reactions estimated from it, on its frames
+    solution: Solution  #: The physical motion
+    begin: float  #: Time zero of the solution, on the clock of the recording [s]
+    start: float  #: Start of the comparison, after the lead-in [s]
+    stop: float  #: End of the comparison [s]
+    seconds: float  #: Computing time without the fit [s]
 
     @cached_property
     def _solved(self) -> Record:

@@ -30,25 +30,17 @@ if TYPE_CHECKING:
 PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
 """The person of [Park2020]_, who walks where no recording is named."""
 FILES = ("checkpoint.pt", "curve.csv", "policy.npz")
-SPREAD = "curves.csv"
-"""The learning curves of all seeds as one."""
+SPREAD = "curves.csv"  # The learning curves of all seeds as one
 
 
 @dataclass(frozen=True)
 class Taught:
-    """What came of one seed.
+    """The result of one seed."""
 
-    Attributes:
-        seed: The seed.
-        folder: Where its policy, learning curve and checkpoint are.
-        reached: Whether the goal was.
-        last: Last row of its learning curve.
-    """
-
-    seed: int
-    folder: Path
-    reached: bool
-    last: "Progress"
+    seed: int  #: The seed
+    folder: Path  #: Where its policy, learning curve and checkpoint are
+    reached: bool  #: Whether the goal was
+    last: "Progress"  #: Last row of its learning curve
 
 
 @on_one_thread

@@ -1,4 +1,4 @@
-"""What varies from simulation to simulation of a batch: all combinations, their names."""
+"""The settings that vary from simulation to simulation of a batch: combinations and names."""
 
 import itertools
 import re
@@ -16,17 +16,14 @@ from plantigrade.workflows.settings import RecordingSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
 
-MOST = 100_000
-"""Most simulations of a batch."""
-NOTHING = "none"
-"""Word for no push, no rope, nothing said."""
+MOST = 100_000  # Most simulations of a batch
+NOTHING = "none"  # Word for no push, no rope, nothing said
 _FITTED = {f.name for f in fields(RecordingSettings)}
 OWN = tuple(f.name for f in fields(SimulateSettings) if f.name not in _FITTED)
 """Options of a simulation alone; ``own`` are those of its controller."""
 _PERSON = tuple(f.name for f in fields(Person))
 
-Variant = dict[str, Any]
-"""Option → its value in one simulation."""
+Variant = dict[str, Any]  # Option → its value in one simulation
 
 
 def variants(
@@ -135,6 +132,12 @@ def name_of(index: int, count: int, shown: Mapping[str, Any]) -> str:
         >>> name_of(7, 20, {"ground": "slope:5", "seed": 3})
         '07-slope-5-seed-3'
     """
-    words = [f"{value}" if isinstance(value, str) else f"{k}-{value}" for k, value in shown.items()]
-    slug = re.sub(r"[^A-Za-z0-9.,-]+", "-", "-".join(words))[:60].strip("-.")
+    words = []
+    for option, value in shown.items():
+        if value == NOTHING:
+            words.append(f"no-{option}")
+        else:  # a word speaks for itself; a number does not
+            alone = isinstance(value, str) and value[:1].isalpha()
+            words.append(value if alone else f"{option}-{value}")
+    slug = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(words))[:60].strip("-.")
     return f"{index:0{len(str(count - 1))}d}" + (f"-{slug}" if slug else "")

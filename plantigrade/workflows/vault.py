@@ -24,9 +24,8 @@ from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
 
 HEIGHT, MASS = 1.66, 63.0
-"""Of the gymnast where nothing is said [m, kg]: about the mean of elite men, an estimate."""
-FINE = 1e-4
-"""Step of the vault that is recorded: 10 times finer than those of the search [s]."""
+"""Default height and mass of the gymnast [m, kg]: about the mean of elite men, an estimate."""
+FINE = 1e-4  # [s] step of the vault that is recorded: 10 times finer than those of the search
 
 
 @takes(VaultSettings, without=("joints", "feet", "age"))
@@ -75,17 +74,7 @@ def run_vault(
 ) -> Run:
     """Search with given settings: what :func:`vault` and the command do.
 
-    Args:
-        how: What decides the result.
-        jobs: Number of searches side by side; -1 for one per core.
-        backend: Where they are computed.
-        address: Address of a running cluster.
-        step: Shows progress.
-        command: The command line, for the provenance.
-
-    Raises:
-        ParameterError: If the hands would never touch the table.
-        MissingExtra: If the extra ``synthesis`` is not installed.
+    ``step`` shows progress, and ``command`` is for the provenance.
     """
     require("casadi", "synthesis")
     gymnast = the_vault(how)
@@ -98,18 +87,24 @@ def run_vault(
         words = (
             f"searching with {who.segments.count} segments from {how.starts * len(names)} starts"
         )
-        with step(words):
+        with step(words) as reached:
             how_to = Search(who, how.evaluations, how.activation)
-            return search_activations(how_to, names, how.starts, seed=how.seed, parallel=parallel)
+            return search_activations(
+                how_to, names, how.starts, seed=how.seed, parallel=parallel, reached=reached
+            )
 
     every = search(gymnast)
     other = the_vault(replace(how, five_segments=not how.five_segments)) if how.compare else None
     other_model = None if other is None else (other, search(other))
     changes: tuple[ApproachChange, ...] = ()
     if how.sensitivity:
-        with step("changing the approach"):
+        with step("changing the approach") as reached:
             changes = sensitivity(
-                gymnast, every[0], max_activation=how.activation, parallel=parallel
+                gymnast,
+                every[0],
+                max_activation=how.activation,
+                parallel=parallel,
+                reached=reached,
             )
     seconds = clock.perf_counter() - began
     with step("recording and checking"):

@@ -1,6 +1,6 @@
 """The physics simulation: a person on a ground, with disturbances, stepped by any controller.
 
-What is named here is public: a :class:`World` with a ``controller(state) -> command``::
+The names of this package are public: a :class:`World` with a ``controller(state) -> command``::
 
     world = World(Human.create(), disturbances=(Push(force=100.0, duration=0.2, time=1.0),))
     record = world.simulate(lambda state: StablePD(state.human.standing()[7:]), 3.0)

@@ -17,6 +17,7 @@ from plantigrade.dynamics.passive import (
 )
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.models.skeleton import split_side
 from plantigrade.world.command import (
     PD,
     Acceleration,
@@ -30,8 +31,7 @@ from plantigrade.world.motor_limits import MotorLimits
 
 STIFFNESS_PER_TORQUE = 4.0
 """Default stiffness per maximum joint torque [1/rad], sufficient for quiet standing."""
-DAMPING_TIME = 0.1
-"""Default ratio of damping to stiffness [s], as in [Park2020]_."""
+DAMPING_TIME = 0.1  # Default ratio of damping to stiffness [s], as in [Park2020]_
 PRESCRIBING_ARMATURE = 1000.0
 """Armature for prescribed accelerations [kg m²], far above the inertia of a limb."""
 PASSIVE_RANGE_MARGIN = np.deg2rad(15.0)
@@ -101,7 +101,7 @@ class Actuators:
         """Set the damping of the joints, and springs where the passive moment is linear."""
         factor = self._passive_scale
         for i, name in enumerate(human.coordinates):
-            stem = name[:-2] if name[-2:] in ("_r", "_l") else name
+            stem, _ = split_side(name)
             rate = next(d for start, d in DAMPING.items() if stem.startswith(start))
             self.model.dof_damping[6 + i] = factor * rate
             self.model.jnt_stiffness[1 + i] = factor * STIFFNESS.get(stem, 0.0)

@@ -16,36 +16,23 @@ Wrench = tuple[int, Float[Array, " 3"], Float[Array, " 3"]]
 
 @dataclass(frozen=True, eq=False)
 class StepContacts:
-    """External contacts of the person in one step, in MuJoCo's form.
+    """External contacts of the person in one step, in MuJoCo's form."""
 
-    Attributes:
-        geom: Indices of both geoms.
-        frame: Contact axes, the normal first, from the first geom to the second.
-        position: Contact point, world [m].
-        force: Force on the second geom, in contact axes [N].
-    """
-
-    geom: Int[Array, "n 2"]
-    frame: Float[Array, "n 9"]
-    position: Float[Array, "n 3"]
-    force: Float[Array, "n 3"]
+    geom: Int[Array, "n 2"]  #: Indices of both geoms
+    frame: Float[Array, "n 9"]  #: Contact axes, the normal first, from the first geom to the second
+    position: Float[Array, "n 3"]  #: Contact point, world [m]
+    force: Float[Array, "n 3"]  #: Force on the second geom, in contact axes [N]
 
 
 @dataclass(frozen=True, eq=False)
 class ExternalForces:
-    """External forces in several steps.
+    """External forces in several steps."""
 
-    Attributes:
-        force: Force at each contact sphere, world [N].
-        point: Point of application, world [m]; zero without contact.
-        others: Contacts of other body parts with the ground, in each step.
-        objects: Contacts of any body part with scene objects, in each step.
-    """
-
-    force: Float[Array, "n_steps n_sites 3"]
+    force: Float[Array, "n_steps n_sites 3"]  #: Force at each contact sphere, world [N]
+    #: Point of application, world [m]; zero without contact
     point: Float[Array, "n_steps n_sites 3"]
-    others: list[list[Wrench]]
-    objects: list[list[Wrench]]
+    others: list[list[Wrench]]  #: Contacts of other body parts with the ground, in each step
+    objects: list[list[Wrench]]  #: Contacts of any body part with scene objects, in each step
 
 
 class Contacts:

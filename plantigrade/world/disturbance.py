@@ -228,17 +228,11 @@ class PhasePush(Push):
 
 @dataclass
 class StrikeTimer:
-    """Detects heel strikes of a foot and times a push.
+    """Detects heel strikes of a foot and times a push."""
 
-    Attributes:
-        push_time: Start time of the push [s].
-        last_strike: Time of the last heel strike [s].
-        liftoff: Time since which the foot has been off the ground [s].
-    """
-
-    push_time: float | None = None
-    last_strike: float | None = None
-    liftoff: float | None = None
+    push_time: float | None = None  #: Start time of the push [s]
+    last_strike: float | None = None  #: Time of the last heel strike [s]
+    liftoff: float | None = None  #: Time since which the foot has been off the ground [s]
 
     def update(self, time: float, load: float, push: PhasePush) -> None:
         """Update with the load of the foot [body weights] at a time [s]."""

@@ -19,8 +19,7 @@ from plantigrade.world.command import AnyCommand
 
 MAX_FOOT_GAP = 0.05
 """Distance of the feet from the ground above which a motion starts in flight [m]. Chosen."""
-MAX_STANDING_SPEED = 0.1
-"""Largest velocity of a person who stands [m/s, rad/s]. Chosen."""
+MAX_STANDING_SPEED = 0.1  # Largest velocity of a person who stands [m/s, rad/s]. Chosen.
 MAX_STANDING_GAP = 0.02
 """Largest distance of both feet from the ground of a person who stands [m]. Chosen."""
 RATE_NOISE = 10.0
@@ -29,25 +28,16 @@ RATE_NOISE = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class ModelMismatch:
-    """Model mismatch of a simulation; a controller knows only the friction of the ground.
+    """Model mismatch of a simulation; a controller knows only the friction of the ground."""
 
-    Attributes:
-        mass: Mass of every segment over the planned one; strength is as planned.
-        friction: Friction coefficient of the ground; None: as planned.
-        ground: Ground of the simulation; None: as planned.
-        delay: Delay of every command [s].
-        sensors: Standard deviation of white noise on the angles that the controller observes [rad];
-            on
-            their rates, and on those of the pelvis, :data:`RATE_NOISE` times that [rad/s, m/s].
-        start: Standard deviation of the noise of every initial velocity [rad/s, m/s].
-    """
-
-    mass: float = 1.0
-    friction: float | None = None
-    ground: Ground | None = None
-    delay: float = 0.0
+    mass: float = 1.0  #: Mass of every segment over the planned one; strength is as planned
+    friction: float | None = None  #: Friction coefficient of the ground; None: as planned
+    ground: Ground | None = None  #: Ground of the simulation; None: as planned
+    delay: float = 0.0  #: Delay of every command [s]
+    #: Standard deviation of white noise on the angles that the controller observes [rad]; on their
+    #: rates, and on those of the pelvis, :data:`RATE_NOISE` times that [rad/s, m/s]
     sensors: float = 0.0
-    start: float = 0.0
+    start: float = 0.0  #: Standard deviation of the noise of every initial velocity [rad/s, m/s]
 
     def ground_of(self, planned: Ground) -> Ground:
         """Return the ground of the simulation; seats stay where they are planned."""

@@ -18,10 +18,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-MAX_REPEATS = 8
-"""Maximum number of repetitions of a step."""
-TOLERANCE = 1e-6
-"""Relative tolerance of a limit."""
+MAX_REPEATS = 8  # Maximum number of repetitions of a step
+TOLERANCE = 1e-6  # Relative tolerance of a limit
 
 
 class MotorLimits:

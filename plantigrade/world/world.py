@@ -12,7 +12,7 @@ The physics runs at ``rate``, the controller at ``control_rate``; its command is
 """
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
@@ -251,6 +251,7 @@ class World(SimulatedWorld):
         *,
         seed: int | None = None,
         after_fall: float = np.inf,
+        reached: Callable[[float], None] | None = None,
     ) -> Record:
         """Restart the simulation, run a controller and return the Record.
 
@@ -260,6 +261,7 @@ class World(SimulatedWorld):
             seed: Seed, as in :meth:`reset`.
             after_fall: Duration of the simulation after a fall [s]. If it is finite, joints are
                 passive after the fall, because controllers assume a person on their feet.
+            reached: Called after every control step with the share of the duration that is over.
 
         Raises:
             ParameterError: If the duration is not positive, or a command does not fit.
@@ -275,6 +277,8 @@ class World(SimulatedWorld):
                 state = self.step(Command())
             else:
                 state = self.step(control(state))
+            if reached is not None:
+                reached(self.time / end)
         return self.record()
 
     def record(self) -> Record:

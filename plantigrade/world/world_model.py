@@ -14,8 +14,7 @@ from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
 
-LIMB_BIT = 4
-"""Bit of ``contype`` for contact of the ground with all bodies except the feet."""
+LIMB_BIT = 4  # Bit of ``contype`` for contact of the ground with all bodies except the feet
 GROUND_PREFIXES = ("floor", "bump", "relief")
 """Prefixes of the ground's geoms; a seat supports the seat sites only."""
 FOOT_PREFIXES = (

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from plantigrade import check
-from plantigrade.analyze.overlap import may_overlap, overlap
+from plantigrade.analyze.overlap import ground_overlap, may_overlap, overlap
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.models import Human
 from tests.analyze.bodies import having
 from tests.analyze.standing import standing_record
@@ -70,3 +71,59 @@ def test_a_record_is_judged_only_where_it_says_that_bodies_are_solid():
         .measures["overlap"]
         .bad
     )
+
+
+def fallen(human, n=8):
+    """Return positions and rotations of a person who lies in the ground at random, and MuJoCo's
+    own depth of each body, name → (n,) [m]."""
+    rng, data, model = np.random.default_rng(2), mujoco.MjData(human.model), human.model
+    floor = model.geom("floor").id
+    position, rotation, depth = [], [], {}
+    for _ in range(n):
+        data.qpos[:] = human.standing()
+        data.qpos[2] = rng.uniform(0.0, 0.5)
+        data.qpos[3:7] = rng.normal(size=4)
+        data.qpos[3:7] /= np.linalg.norm(data.qpos[3:7])
+        mujoco.mj_kinematics(model, data)
+        position.append(data.xpos.copy())
+        rotation.append(data.xmat.reshape(-1, 3, 3).copy())
+        deepest = {}
+        for g in np.flatnonzero(model.geom_group == 1):
+            name = model.body(int(model.geom_bodyid[g])).name
+            away = mujoco.mj_geomDistance(model, data, int(g), floor, 5.0, None)
+            deepest[name] = max(deepest.get(name, -np.inf), -away)
+        for name, deep in deepest.items():
+            depth.setdefault(name, []).append(deep)
+    return np.array(position), np.array(rotation), depth
+
+
+def test_depths_in_the_ground_are_those_of_mujoco():
+    human = Human.create()
+    position, rotation, depth = fallen(human)
+    found = ground_overlap(human, position, rotation, Ground())
+    assert "hand_r in the ground" in found.names and "pelvis in the ground" in found.names
+    assert not any(name.startswith(("foot", "toes")) for name in found.names)
+    for name, deep in zip(found.names, found.depth.T, strict=True):
+        np.testing.assert_allclose(deep, depth[name.removesuffix(" in the ground")], atol=1e-4)
+
+
+def test_treads_and_slopes_are_ground_too():
+    human = Human.create()
+    position, rotation, _ = fallen(human, 2)
+    level = ground_overlap(human, position, rotation, Ground()).depth
+    raised = Ground(steps=(GroundStep(-50.0, 0.2),))
+    np.testing.assert_allclose(
+        ground_overlap(human, position, rotation, raised).depth, level + 0.2, atol=1e-9
+    )
+    turn = Ground(slope=0.2).to_world
+    leaning = ground_overlap(human, position @ turn.T, turn @ rotation, Ground(slope=0.2))
+    np.testing.assert_allclose(leaning.depth, level, atol=1e-9)
+
+
+def test_a_hand_in_the_ground_is_found_where_bodies_are_solid():
+    record = standing_record()
+    qpos = record.motion.qpos.copy()
+    qpos[:, 2:7] = [0.35, np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]  # prone above the ground
+    qpos[:, 7 + record.human.hinge("arm_flex_r")] = np.pi / 2  # an arm points down
+    sunk = having(record, qpos=qpos, limits=replace(record.limits, overlap=0.0))
+    assert any("hand r in the ground is" in words for words in check(sunk).sentences())

@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.plausibility import Plausibility
+from plantigrade.analyze.plausibility import Plausibility, motion_notes
 from plantigrade.kinematics import exchanged_labels
+from plantigrade.motion import GaitEvent
 from plantigrade.workflows.fit import run_of
 from plantigrade.workflows.settings import FitSettings
+from tests.analyze.bodies import having
 from tests.analyze.plated_walk import analyse, plated_walk
+from tests.analyze.standing import standing_record
 
 
 @pytest.fixture
@@ -83,3 +86,46 @@ def test_a_mirror_image_that_was_fitted_after_all_is_not_ok(data, monkeypatch, r
     plausibility = Plausibility.of(analyse(fitted, cutoff=6.0))
     assert plausibility.mirrored != reverse
     assert ("--swap-sides" in plausibility.failure) != reverse
+
+
+# Motions that were computed ----------------------------------------------------------------------
+
+
+def walked(record, interval):
+    """Return a record in which feet strike in turn at an interval [s]."""
+    times = np.arange(0.0, record.motion.time[-1], interval)
+    events = [GaitEvent(float(t), "rl"[k % 2], "heel_strike") for k, t in enumerate(times)]
+    return replace(record, motion=replace(record.motion, events=tuple(events)))
+
+
+def test_a_person_who_stands_or_steps_upright_is_plausible():
+    record = standing_record()
+    assert motion_notes(record) == [] and motion_notes(walked(record, 0.25)) == []
+
+
+def test_a_cadence_beyond_runners_is_named():
+    (note,) = motion_notes(walked(standing_record(), 0.2))
+    assert "300 steps/min" in note and "more than 250" in note
+
+
+def test_a_trunk_that_leans_in_walking_is_named_with_its_angle():
+    record = standing_record()
+    qpos = record.motion.qpos.copy()
+    qpos[:, 7 + record.human.hinge("lumbar_extension")] -= np.deg2rad(28.0)
+    bent = having(record, qpos=qpos)
+    assert motion_notes(bent) == []  # in standing people bend
+    (note,) = motion_notes(walked(bent, 0.5))
+    assert "leans 28° forward" in note
+
+
+def test_power_and_strength_beyond_people_are_named():
+    record = standing_record()
+    k = record.human.hinge("knee_angle_r")
+    tau, qvel = record.qfrc_actuator.copy(), record.motion.qvel.copy()
+    most = record.human.model.jnt_actfrcrange[1 + k, 1]
+    tau[5, 6 + k], qvel[5, 6 + k] = 0.9 * most, 50.0 * record.human.mass / (0.9 * most)
+    (note,) = motion_notes(having(replace(record, qfrc_actuator=tau), qvel=qvel))
+    assert "knee_angle_r works at 50 W/kg" in note
+    tau[5, 6 + k], qvel[5, 6 + k] = 1.5 * most, 0.0
+    (note,) = motion_notes(having(replace(record, qfrc_actuator=tau), qvel=qvel))
+    assert "knee_angle_r needs 150 %" in note

@@ -133,7 +133,7 @@ def test_contacts_of_many_bones_add_up():
 
 
 def test_the_plates_weigh_a_walker():
-    """Whoever is fitted too light is weighed by the impulse of a stride."""
+    """A person fitted too light is weighed by the impulse of a stride."""
     trial = analyse(plated_walk().fit(known_mass=False, mass=55.0))
     assert trial.fit.human.mass == pytest.approx(MASS, rel=0.01)
     assert trial.figures["mass_kg"] == trial.fit.human.mass
@@ -141,14 +141,16 @@ def test_the_plates_weigh_a_walker():
     assert trial.fit.human.height == pytest.approx(1.74)
 
 
-@pytest.mark.parametrize("told", [None, 55.0])
-def test_a_given_mass_is_kept(told):
-    fit = plated_walk().fit(known_mass=told is None)
-    trial = analyse(fit, mass=told)
-    assert trial.fit.human.mass == pytest.approx(told or MASS)
+@pytest.mark.parametrize("given_mass", [None, 55.0])
+def test_a_given_mass_is_kept(given_mass):
+    fit = plated_walk().fit(known_mass=given_mass is None)
+    trial = analyse(fit, mass=given_mass)
+    assert trial.fit.human.mass == pytest.approx(given_mass or MASS)
     doubted = [w for w in trial.notes if "mass" in w]
     assert (
-        not doubted if told is None else "55.0 kg, but the force plates measured 71" in doubted[0]
+        not doubted
+        if given_mass is None
+        else "55.0 kg, but the force plates measured 71" in doubted[0]
     )
 
 

@@ -1,4 +1,4 @@
-"""What tests of walks share."""
+"""Fixtures of the tests of walks."""
 
 import numpy as np
 import pytest

@@ -50,7 +50,7 @@ def wide(**settings):
 
 
 def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
-    """Of offsets that shrink from step to step, each is found again at its own step."""
+    """Offsets that shrink from step to step are each found again at their own step."""
     n = round(SINGLE / STEP)
     feet = np.array([[0.4 * k, 0.1 * (-1.0) ** k] for k in range(STEPS)])
     planned = feet[-1]  # the divergent component of the motion itself, at each touchdown

@@ -1,4 +1,4 @@
-"""What somebody may set of a controller while it runs: knees, hips, where the weight is."""
+"""Targets that may be set while a controller runs: knees, hips, where the weight is."""
 
 import numpy as np
 import pytest

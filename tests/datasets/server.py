@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 @dataclass
 class Fault:
-    """What goes wrong in one answer; nothing if nothing is said."""
+    """Faults of one answer; none by default."""
 
     status: int | None = None  # answered in place of the file
     stop: int | None = None  # bytes after which the connection is closed
@@ -26,7 +26,7 @@ class Fault:
 
 @dataclass
 class Server:
-    """What is served, what goes wrong with the next answers to a path, and what was asked."""
+    """Files served, faults of the next answers to a path, and requests received."""
 
     files: dict[str, bytes]
     faults: dict[str, list[Fault]] = field(default_factory=dict)

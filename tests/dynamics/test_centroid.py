@@ -40,8 +40,8 @@ def test_sliding_pelvis_moves_it_as_the_inverted_pendulum_says():
     push = still.copy()
     push[0, 0], push[0, 1] = 1.5, -0.7
     c = centroid(HUMAN, qpos, still, push, ground=0.1)
-    wanted = c.com[0, :2] - (c.com[0, 2] - 0.1) / 9.81 * push[0, :2]
-    np.testing.assert_allclose(c.zmp[0, :2], wanted, atol=1e-12)
+    expected = c.com[0, :2] - (c.com[0, 2] - 0.1) / 9.81 * push[0, :2]
+    np.testing.assert_allclose(c.zmp[0, :2], expected, atol=1e-12)
 
 
 def test_no_zero_moment_point_in_flight():

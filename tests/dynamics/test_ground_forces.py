@@ -113,9 +113,9 @@ def test_the_foot_off_the_plate_carries_the_rest(human):
     n, weight = motion.n_frames, human.mass * G
     share = 0.5 + 0.2 * np.sin(2 * np.pi * 0.5 * motion.time)[:, None]  # that no motion tells
     point = estimate_forces(human, motion).forces.point
-    told, valid = np.zeros((n, 2, 3)), np.zeros((n, 2), bool)
-    told[:, 1], valid[:, 1] = share * force * weight, True
-    plates = FootForces(told, point, np.zeros((n, 2, 3)), valid, np.zeros(n, bool))
+    given, valid = np.zeros((n, 2, 3)), np.zeros((n, 2), bool)
+    given[:, 1], valid[:, 1] = share * force * weight, True
+    plates = FootForces(given, point, np.zeros((n, 2, 3)), valid, np.zeros(n, bool))
     found = estimate_forces(human, motion, measured=plates)
     rest = (1.0 - share[:, 0]) * force[:, 2]
     np.testing.assert_allclose(found.forces.force[:, 0, 2] / weight, rest, atol=0.03)

@@ -104,8 +104,8 @@ def test_standing_still_is_statics():
         # Moment of vertical forces about the ankle: (x, y) x F = (y F, -x F, 0), y is zero.
         moment_y = -external
         y_part = human.model.body_mass[foot] * G * -(data.xipos[foot] - ankles[k])[1]
-        wanted = -(axis[0] * y_part + axis[1] * moment_y)
-        np.testing.assert_allclose(m[f"ankle_angle_{side}"], wanted, rtol=1e-9)
+        expected = -(axis[0] * y_part + axis[1] * moment_y)
+        np.testing.assert_allclose(m[f"ankle_angle_{side}"], expected, rtol=1e-9)
         assert np.sign(m[f"ankle_angle_{side}"][0]) == -np.sign(external)
         # The same from above: a leg's hip moment from everything below it.
         leg = [human.model.body(f"{b}_{side}").id for b in ("femur", "tibia", "foot")]
@@ -163,9 +163,9 @@ def test_division_over_segments_keeps_the_wrench(joints, feet):
             assert {human.body_names[load.body - 1][-1] for load in loads} == {side}
             total = sum(load.force for load in loads)
             moment = sum(np.cross(load.point, load.force) + load.torque for load in loads)
-            wanted = np.cross(forces.point[f, k], forces.force[f, k]) + forces.torque[f, k]
+            expected = np.cross(forces.point[f, k], forces.force[f, k]) + forces.torque[f, k]
             np.testing.assert_allclose(total, forces.force[f, k], atol=1e-9)
-            np.testing.assert_allclose(moment, wanted, atol=1e-9)
+            np.testing.assert_allclose(moment, expected, atol=1e-9)
 
 
 def test_shares_balance_on_the_centre_of_pressure():
@@ -315,8 +315,8 @@ def test_opensim_pelvis_coordinates_have_the_same_power():
     speed = np.gradient(q, t, axis=0)
     inside = slice(2, -2)
     power = (values * speed)[inside, :6].sum(axis=1)
-    wanted = m.power[inside, :6].sum(axis=1)
-    np.testing.assert_allclose(power, wanted, atol=1e-4 * np.abs(wanted).max())
+    expected = m.power[inside, :6].sum(axis=1)
+    np.testing.assert_allclose(power, expected, atol=1e-4 * np.abs(expected).max())
 
 
 def test_residual_is_what_the_ground_should_have_supplied():

@@ -37,11 +37,11 @@ def of_leg(hip: float, knee: float, ankle: float, rates=(0.0, 0.0, 0.0), factor:
     ],
 )
 def test_the_published_curves(angles, moments):
-    """By hand from Eqs. 1 to 3 of Riener and Edrich (1999)."""
+    """Computed by hand from Eqs. 1 to 3 of Riener and Edrich (1999)."""
     found = of_leg(*angles)
-    for one, wanted in zip(found, moments, strict=True):
-        if wanted is not None:
-            assert one == pytest.approx(wanted, abs=2e-3)
+    for one, expected in zip(found, moments, strict=True):
+        if expected is not None:
+            assert one == pytest.approx(expected, abs=2e-3)
 
 
 def test_ends_of_ranges_are_pushed_back_from():

@@ -98,7 +98,7 @@ def test_marker_sets_are_checked(walk, tmp_path):
 
 @pytest.mark.slow
 def test_a_fit_of_virtual_markers_finds_the_motion_again(data, tmp_path):
-    """Of a real walk: angles of pelvis and legs within half a degree, forces within a percent."""
+    """Angles of pelvis and legs are found within half a degree, forces within a percent."""
     run = pg.fit(data / "c3d/HC038A11.c3d")
     human = run.record.human
     run.export(tmp_path / "again.c3d", marker_set="oxford-foot-model")

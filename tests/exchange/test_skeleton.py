@@ -93,7 +93,7 @@ def test_limbs_end_at_the_tips_of_the_body(tmp_path):
 
 @pytest.mark.parametrize("rig", RIGS)
 def test_a_rig_has_the_same_bones_for_every_body(rig):
-    """So one mapping serves all: only the foot's own parts come and go."""
+    """One mapping serves all: only the foot's own parts come and go."""
     plain = [
         tuple(b.name for b in bones_of(Human.create(joints=joints, feet="two-segment"), rig))
         for joints in JOINT_SETS

@@ -129,6 +129,15 @@ def test_random_walks_are_in_range_and_repeat():
     assert cases.random_walk(7) == cases.random_walk(7)
 
 
+def test_stairs_go_up_and_down_with_every_number_of_treads():
+    keys = [key for key, _ in cases.stairs(cases.Extent())]
+    assert len(set(keys)) == 40
+    for treads in range(2, 7):
+        own = [key for key in keys if f"/{treads} treads" in key]
+        assert len(own) == 8 and sum("+" in key for key in own) == 4
+    assert len(list(cases.stairs(cases.QUICK))) == 2
+
+
 def test_goals_are_those_that_were_set():
     goals = {n: (p.seconds, p.share) for n, p in cases.PARTS.items()}
     assert goals["crude walk"] == (4.0, 0.95) and goals["ipopt"][0] == 20.0

@@ -36,7 +36,7 @@ WALKED = {
 
 @pytest.fixture
 def made(monkeypatch):
-    """What was walked and pushed."""
+    """Calls of the walks and pushes."""
     done = []
 
     def does(module, name, result):

@@ -24,9 +24,9 @@ from tests.nasty.targets import TARGETS
 LIMIT_BYTES = 500e6
 READERS = [
     "C3D", "TRC", "MOT/STO", "STO of forces", "CSV", "BVH", "AMC", "ASF", "DeepMimic", "forces",
-    "npz",
+    "npz", "SMPL", "SMPL pickle",
 ]  # fmt: skip
-TEXTS = [name for name in READERS if name not in ("C3D", "npz")]
+TEXTS = [name for name in READERS if name not in ("C3D", "npz", "SMPL", "SMPL pickle")]
 
 
 @pytest.fixture(scope="module")

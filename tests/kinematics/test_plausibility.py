@@ -1,4 +1,4 @@
-"""What is no person is refused with the likely cause; a person in any place or turn is not."""
+"""Markers of no person are refused with the likely cause; a person in any place or turn is not."""
 
 from dataclasses import replace
 from pathlib import Path

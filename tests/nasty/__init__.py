@@ -7,6 +7,7 @@ time for.
 """
 
 import json
+import pickletools
 import random
 import re
 import struct
@@ -164,6 +165,15 @@ def encoded(rng: random.Random, raw: bytes) -> tuple[str, bytes]:
     return f"as {encoding}, {lost} bytes lost", other[: len(other) - lost]
 
 
+def instruction_changed(rng: random.Random, raw: bytes) -> tuple[str, bytes]:
+    """Other instructions of the machine that reads pickles, with what may follow them."""
+    code = rng.choice(pickletools.opcodes).code.encode("latin1")
+    code += rng.choice((b"", b"\0", b"\x01\0\0\0", b"os\nsystem\n", b"\xff" * 8))
+    at = int(rng.random() ** 2 * len(raw))
+    kept = raw[at + rng.choice((0, 1, len(code))) :]
+    return f"instruction {code!r} at {at}", raw[:at] + code + kept
+
+
 def value_changed(rng: random.Random, raw: bytes) -> tuple[str, bytes]:
     """Any value of a JSON text, the whole among them, is another."""
     what, changed = leaf_changed(rng, json.loads(raw))
@@ -220,5 +230,6 @@ TEXT = (*ANY, *LINES, *[word_changed] * 5, *[head_word_changed] * 5)
 """Ways to damage a text file; those that tell most come more than once."""
 JSON = (*TEXT, *[value_changed] * 15)
 C3D = (*ANY, *[header_word] * 8, *[head_changed] * 4)
+PICKLE = (*ANY, *[head_changed] * 8, *[instruction_changed] * 8)
 JSON_VALUES = (value_changed,)
 """Ways that leave the file whole, so that more than its reader sees what was changed."""

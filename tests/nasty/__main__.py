@@ -30,14 +30,14 @@ SMALL = 200
 """Mutants of a small seed in a round, for a target of cost 1."""
 WHOLE_BYTES = 200e3
 """About so many bytes of a whole file are read in a round, for a target of cost 1."""
-TOLD_S = 60.0
-"""So often it is told how many there were [s]."""
+REPORT_INTERVAL = 60.0
+"""Time between two lines of progress [s]."""
 FOUND, INTERRUPTED = 1, 130
 
 
 @dataclass
 class Table:
-    """What has come of all mutants so far.
+    """Counts and findings of all mutants so far.
 
     Attributes:
         keep: Where the mutants of findings are kept.
@@ -91,12 +91,12 @@ class Table:
             for name, count in counts.items()
         ]
         title = f"{self.total:,} mutants in {seconds:.0f} s"
-        told = [
+        findings = [
             f"{found.kind}: {found.where}\n  said: {found.said[:300]!r}\n  mutant: {what[:300]}\n"
             f"  again: python -m tests.nasty --again {str(path)!r} --targets {target!r}"
             for found, what, target, path in self.findings.values()
         ]
-        return "\n".join([sheet(title, header, lines), *told])
+        return "\n".join([sheet(title, header, lines), *findings])
 
 
 @contextlib.contextmanager
@@ -134,7 +134,7 @@ def fuzz(table: Table, queue: Iterator[Job], most: float, until: float, how: arg
     """Have jobs done until there are so many mutants, or until that time on the clock."""
     workers = [Worker(how.seed) for _ in range(how.jobs)]
     again: list[Job] = []
-    given, told = 0, time.monotonic() + TOLD_S
+    given, next_report = 0, time.monotonic() + REPORT_INTERVAL
     try:
         while True:
             for worker in workers:
@@ -147,8 +147,8 @@ def fuzz(table: Table, queue: Iterator[Job], most: float, until: float, how: arg
                     job = replace(job, count=int(min(job.count, most - given)))
                     given += job.count
                     worker.give(job)
-            if time.monotonic() > told:
-                told = time.monotonic() + TOLD_S
+            if time.monotonic() > next_report:
+                next_report = time.monotonic() + REPORT_INTERVAL
                 print(f"{table.total:,} mutants", file=sys.stderr, flush=True)
             busy = [worker for worker in workers if worker.job is not None]
             if not busy:

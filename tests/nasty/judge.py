@@ -1,4 +1,4 @@
-"""What a mutant may end in: it is read, or refused by one sentence of our own; else a finding."""
+"""Outcomes of a mutant: it is read, or refused by one sentence of our own; else a finding."""
 
 import os
 import re
@@ -24,7 +24,7 @@ PACKAGE = f"{os.sep}plantigrade{os.sep}"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutant.
+    """Outcome of a mutant.
 
     Attributes:
         kind: ``"read"``, ``"refused"`` or one of :data:`FINDINGS`.

@@ -6,6 +6,7 @@ the one that is damaged.
 
 import base64
 import json
+import pickle
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, fields
@@ -228,6 +229,27 @@ def npz(folder: Path) -> Path:
     return path
 
 
+def smpl(name: str, *keys: str) -> Make:
+    """Return what makes a motion of SMPL's poses, within dictionaries of these keys."""
+
+    def make(folder: Path) -> Path:
+        rng, path = np.random.default_rng(0), folder / name
+        poses = 0.2 * rng.normal(size=(8, 72))
+        poses[:, 0] += np.pi / 2
+        arrays = {"poses": poses, "trans": 0.01 * rng.normal(size=(8, 3)), "betas": np.zeros(10)}
+        arrays |= {"gender": np.array("male"), "mocap_framerate": np.array(60.0)}
+        if path.suffix == ".npz":
+            np.savez(path, **arrays)
+        else:
+            contents: dict = {**arrays, "gender": b"male", "fps": np.float64(60.0)}
+            for key in keys:
+                contents = {key: contents}
+            path.write_bytes(pickle.dumps(contents, protocol=2 if keys else 4))
+        return path
+
+    return make
+
+
 def copy_of(path: Path) -> Make:
     """Return what copies a file."""
     return lambda folder: Path(shutil.copyfile(path, folder / path.name))
@@ -252,8 +274,8 @@ def tasks(_: Path | None) -> Iterator[tuple[str, Make]]:
     """List the file of every task, with the parameters that it has and some terms more."""
     for name, kind in TASKS.items():
         known = {each.name: each.default for each in fields(kind)}
-        told = {key: value for key, value in known.items() if value not in (None, MISSING)}
-        yield name, text("a.toml", TaskFile(name, name, told).toml() + TERMS)
+        options = {key: value for key, value in known.items() if value not in (None, MISSING)}
+        yield name, text("a.toml", TaskFile(name, name, options).toml() + TERMS)
 
 
 def long_text(name: str, content: str) -> Wholes:

@@ -1,4 +1,4 @@
-"""What is damaged, and what then reads it: every format, run folders, task files, option files.
+"""Targets, the damaged data and their readers: every format, run folders, task files, option files.
 
 A reader returns, or raises one of our own errors, or :class:`BadValue` where it let through what
 nobody can have measured. New formats join by adding a line to :data:`TARGETS`.
@@ -264,6 +264,10 @@ TARGETS = {
         Target("forces", motion_file, seeds.text("a.forces", seeds.PLATES),
                wholes=seeds.long_text("a.forces", seeds.LONG_PLATES)),
         Target("npz", motion_file, seeds.npz, npz.NPZ, runs.stored_runs("motion.npz")),
+        Target("SMPL", motion_file, seeds.smpl("a.npz"), npz.NPZ, cost=3.0),
+        Target("SMPL pickle", motion_file, seeds.smpl("a.pkl"), nasty.PICKLE, cost=3.0),
+        Target("SMPL pickle of people", motion_file, seeds.smpl("a.pkl", "1"), nasty.PICKLE,
+               cost=3.0),
         *(
             Target(f"converted: {name}", converted, make, ways, cost=3.0)
             for name, make, ways in (

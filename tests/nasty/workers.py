@@ -58,7 +58,7 @@ class Job:
 
 @dataclass
 class Report:
-    """What became of the mutants of a job: how many of each kind, and each finding once."""
+    """Result of the mutants of a job: how many of each kind, and each finding once."""
 
     job: Job
     counts: Counter = field(default_factory=Counter)

@@ -1,4 +1,4 @@
-"""What no force can change: momentum and energy of a body that is left alone."""
+"""Momentum and energy of a body are conserved without external forces."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""What a task demands, as data."""
+"""Demands of a task, as data."""
 
 import json
 

@@ -12,7 +12,7 @@ SPEED = 1.2
 
 @cache
 def person() -> Human:
-    """Who walks."""
+    """The walking person."""
     return Human.create(1.72, 68.0, joints="42", feet="two-segment")
 
 

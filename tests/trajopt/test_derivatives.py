@@ -102,8 +102,8 @@ def test_threads_do_not_share_arrays(leg):
 
     alone = [both(state) for state in every]
     with ThreadPoolExecutor(6) as pool:
-        for ours, wanted in zip(pool.map(both, every), alone, strict=True):
-            for one, other in zip(ours, wanted, strict=True):
+        for ours, expected in zip(pool.map(both, every), alone, strict=True):
+            for one, other in zip(ours, expected, strict=True):
                 np.testing.assert_array_equal(one, other)
 
 

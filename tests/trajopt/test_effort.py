@@ -1,4 +1,4 @@
-"""What costs of effort weigh, beside what mechanics says."""
+"""Costs of effort agree with mechanics."""
 
 import numpy as np
 import pytest

@@ -195,8 +195,8 @@ def test_as_many_rows_are_fixed_as_motions_are_stopped(feet, heading):
         i = int(np.argmin(np.abs(nodes - time)))
         there = {s.part for s in body.sites if s.part in parts}
         fixed = np.flatnonzero(place.equations[i])
-        wanted = still_rank(body, heading, parts) if there else 0
-        assert len(fixed) == wanted
+        expected = still_rank(body, heading, parts) if there else 0
+        assert len(fixed) == expected
         assert not speed.equations[i].any()
         if len(fixed):  # and they stop them well
             assert smallest(body, heading, fixed) > 1e-3
@@ -334,7 +334,7 @@ def test_force_in_the_pyramid_is_in_the_cone():
 
 @pytest.mark.parametrize("slope", [0.0, 0.15, -0.3])
 def test_on_a_slope_gravity_leans(slope):
-    """Who is at rest must be held upwards in the world, which leans in the axes of the ground."""
+    """A person at rest is held upwards in the world, which leans in the axes of the ground."""
     human = person("42", "rigid")
     plan = ContactPlan(1.0, (), slope=slope)
     body = ContactBody(human, foot_sites(human), plan=plan)
@@ -351,10 +351,10 @@ def test_rows_of_the_motion_are_the_motion():
     body = body_with("rigid")
     q, v, a = np.random.default_rng(1).normal(size=(3, body.symbolic.nv))
     builder = ProblemBuilder(body, ContactPlan(1.0, ()), np.array([0.0, 1.0]))
-    for what, wanted in (("coordinates", q), ("speeds", v), ("accelerations", a)):
+    for what, expected in (("coordinates", q), ("speeds", v), ("accelerations", a)):
         rows = builder.family(what)
-        np.testing.assert_array_equal(at(rows, q, v, a), wanted)
-        assert len(rows.names) == len(wanted)
+        np.testing.assert_array_equal(at(rows, q, v, a), expected)
+        assert len(rows.names) == len(expected)
 
 
 def test_a_body_of_other_tissue_shares_no_rows():

@@ -209,21 +209,21 @@ def test_a_leg_reaches_what_it_can():
     for side in "rl":
         leg = Leg(human, side)
         hinges = np.tile(human.standing()[7:], (20, 1))
-        wanted = hinges.copy()
+        expected = hinges.copy()
         low, high = leg.limits
-        wanted[:, leg.columns] = np.clip(rng.uniform(-0.4, 0.8, (20, 6)), low, high)
+        expected[:, leg.columns] = np.clip(rng.uniform(-0.4, 0.8, (20, 6)), low, high)
         pelvis, upright = rng.normal(size=(20, 3)), np.tile(np.eye(3), (20, 1, 1))
-        ankle, foot, J = leg.forward(pelvis, upright, wanted)
+        ankle, foot, J = leg.forward(pelvis, upright, expected)
         # the chain is MuJoCo's
         data = mujoco.MjData(human.model)
-        data.qpos[:3], data.qpos[7:] = pelvis[0], wanted[0]
+        data.qpos[:3], data.qpos[7:] = pelvis[0], expected[0]
         data.qpos[3:7] = [1, 0, 0, 0]
         mujoco.mj_kinematics(human.model, data)
         b = human.body(f"foot_{side}")
         np.testing.assert_allclose(ankle[0], data.xpos[b], atol=1e-12)
         np.testing.assert_allclose(foot[0], data.xmat[b].reshape(3, 3), atol=1e-12)
         for i, column in enumerate(leg.columns):
-            moved = wanted.copy()
+            moved = expected.copy()
             moved[:, column] += 1e-6
             x, R, _ = leg.forward(pelvis, upright, moved)
             np.testing.assert_allclose((x - ankle) / 1e-6, J[:, :3, i], atol=1e-5)

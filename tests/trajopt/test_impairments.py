@@ -54,6 +54,7 @@ def test_words_are_terms_in_radians_and_their_names_may_be_short():
         ({"brace": "ankle_r=stiff"}, "a number is needed"),
         ({"brace": "ankle_r=90"}, "must be 0–50 N m/deg"),
         ({"sole": "left=0.02"}, "the side is r or l"),
+        ({"sole": "l=-0.02"}, "a left leg that is 20 mm shorter, thicken the other sole: r=0.02"),
         ({"sole": "l=20"}, "must be -0.05–0.05 m"),
     ],
 )
@@ -105,20 +106,20 @@ def test_terms_of_a_file_that_do_not_exist_are_explained(tmp_path):
 def test_one_side_makes_a_whole_stride():
     walk = make_task("walk", HUMAN, {"periodic": True})
     assert walk.plan.mirrored
-    words = {"limit": ("knee_r=0:20",)}, {"brace": ("ankle_l=3",)}, {"sole": ("l=-0.02",)}
+    words = {"limit": ("knee_r=0:20",)}, {"brace": ("ankle_l=3",)}, {"sole": ("r=0.02",)}
     for each in words:
         assert not Impairments(**each).task(HUMAN, walk).plan.mirrored
     both = Impairments(joint_strength=("ankle=0.5",), sole=("l=0.01", "r=0.01"))
     assert both.task(HUMAN, walk).plan.mirrored
 
 
-def test_a_thinner_sole_shortens_one_leg():
-    shod = Impairments(sole=("l=-0.02",)).person(HUMAN)
+def test_a_thicker_sole_lengthens_one_leg():
+    shod = Impairments(sole=("r=0.02",)).person(HUMAN)
     heights = {}
     for name, side, _ in HUMAN.contact_points:
         before, after = (h.model.geom(name).pos[2] for h in (HUMAN, shod))
         heights.setdefault(side, set()).add(round(float(after - before), 6))
-    assert heights == {"r": {0.0}, "l": {0.02}}
+    assert heights == {"r": {-0.02}, "l": {0.0}}
 
 
 def test_a_brace_is_a_spring_beside_the_muscles():

@@ -108,14 +108,14 @@ def test_a_quadratic_problem_has_the_solution_of_a_dense_solver(seed, periodic):
     t = Transcription(problem)
     result = InteriorPoint(problem, FINE).solve(np.zeros((problem.basis.n_coefficients, 2)))
     assert result.status == "solved"
-    wanted = t.local(by_daqp(problem))
+    expected = t.local(by_daqp(problem))
     found = t.local(t.join(result.c, result.u))
-    np.testing.assert_allclose(found, wanted, atol=2e-5 * np.abs(wanted).max())
+    np.testing.assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
     assert result.u[2, 0] == 0.1
 
 
 def test_the_least_force_from_rest_to_rest_falls_linearly():
-    """Of all ways from 0 to 1 with the least squared force, the force is 6 - 12 t."""
+    """The least squared force from 0 to 1 is 6 - 12 t."""
     problem = mass_on_a_line(41)
     result = InteriorPoint(problem, FINE).solve(np.zeros((43, 1)))
     assert result.status == "solved"
@@ -289,9 +289,9 @@ def test_a_recentred_step_is_the_newton_step_towards_other_products():
     assert kkt.factorise(x)
     gaps = [s.gap(s.block.r, s.s) for s in slacks]
     changes = [np.where(s.limited, 0.04, 0.0) for s in slacks]
-    found, wanted = kkt.recentred(kkt.step(x, gaps, 0.01), changes), kkt.step(x, gaps, 0.05)
-    np.testing.assert_allclose(found.x, wanted.x, atol=1e-5)  # equations are kept to that
-    for one, other in ((found.s, wanted.s), (found.y, wanted.y), (found.z, wanted.z)):
+    found, expected = kkt.recentred(kkt.step(x, gaps, 0.01), changes), kkt.step(x, gaps, 0.05)
+    np.testing.assert_allclose(found.x, expected.x, atol=1e-5)  # equations are kept to that
+    for one, other in ((found.s, expected.s), (found.y, expected.y), (found.z, expected.z)):
         for a, b in zip(one, other, strict=True):
             np.testing.assert_allclose(a, b, atol=1e-4)
 

@@ -126,13 +126,13 @@ def test_rows_see_what_the_problem_says_a_spline_is():
 
 
 def test_the_least_force_from_rest_to_rest_falls_linearly():
-    """Of all ways from 0 to 1 with the least squared force, the force is 6 - 12 t."""
+    """The least squared force from 0 to 1 is 6 - 12 t."""
     problem = mass_on_a_line()
     result = solve(problem, np.zeros((23, 1)))
     assert result.success and result.violation < 1e-6
     q, _, force = problem.states(result.c, problem.nodes)
-    wanted = 6.0 - 12.0 * problem.nodes
-    np.testing.assert_allclose(force[1:-1, 0], wanted[1:-1], atol=0.05)
+    expected = 6.0 - 12.0 * problem.nodes
+    np.testing.assert_allclose(force[1:-1, 0], expected[1:-1], atol=0.05)
     np.testing.assert_allclose(force, result.u, atol=1e-6)
     assert q[10, 0] == pytest.approx(0.5, abs=1e-6)  # symmetric
 

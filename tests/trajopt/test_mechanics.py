@@ -1,4 +1,4 @@
-"""What simple mechanics rules out: jumps, falls, crouches, rests that nobody gets to in time."""
+"""Simple mechanics rules out jumps, falls, crouches, rests that nobody gets to in time."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def person() -> Human:
 
 
 @pytest.mark.parametrize(
-    ("name", "told", "words"),
+    ("name", "options", "words"),
     [
         ("jump", {"jump_height": 1.2}, r"takes 126 W/kg on average, nobody .* at most 0\.57"),
         ("jump", {"push": 0.4}, r"countermovement by 0.26 m in 0.24 s is too soon.* 0.27 s"),
@@ -29,9 +29,9 @@ def person() -> Human:
         ("side-step", {"distance": 0.45, "duration": 0.8}, "push 11 cm outside of the feet"),
     ],
 )
-def test_an_impossible_motion_is_refused_with_the_limit_it_exceeds(name, told, words):
+def test_an_impossible_motion_is_refused_with_the_limit_it_exceeds(name, options, words):
     with pytest.raises(ParameterError, match=words):
-        make_task(name, person(), told)
+        make_task(name, person(), options)
 
 
 def test_small_children_do_not_walk_as_fast_as_adults():
@@ -46,14 +46,14 @@ def test_what_healthy_adults_do_is_not_refused():
         asked = random_request(seed)
         make_task(asked.task, asked.human, asked.options)
     small = Human.create(1.45, 45.0, "female")
-    for name, told in (
+    for name, options in (
         ("jump", {"jump_height": 0.4}),
         ("sit-to-stand", {"chair_height": 0.25, "duration": 1.2}),
         ("sit-to-stand", {"seat_off": 0.1}),
         ("walk", {"speed": 2.2}),
         ("walk", {"speed": 0.3, "step_length": 0.8}),
     ):
-        make_task(name, small, told)
+        make_task(name, small, options)
 
 
 def test_a_seat_may_be_left_late():

@@ -81,12 +81,12 @@ def test_values_of_settings_that_numpy_cannot_hold(key, value):
 
 
 @pytest.mark.parametrize(
-    ("task", "told", "rate"),
+    ("task", "options", "rate"),
     [("walk", {"steps": 200, "speed": 0.3}, 500.0), ("standing", {"duration": 60.0}, 500.0)],
 )
-def test_a_mesh_no_machine_has_memory_for_is_refused(task, told, rate):
+def test_a_mesh_no_machine_has_memory_for_is_refused(task, options, rate):
     """Each number is within its bounds, all of them together are not."""
-    made = replace(make_task(task, HUMAN, told), nodes_per_second=rate)
+    made = replace(make_task(task, HUMAN, options), nodes_per_second=rate)
     with pytest.raises(ParameterError, match=r"takes \d+ nodes of about 1 MB; allowed are 5000"):
         made.nodes()
     assert len(replace(made, nodes_per_second=5.0).nodes()) < 5000

@@ -125,9 +125,9 @@ def test_edge_rows_are_the_moment_of_the_weight_about_the_edges(body):
     com = np.array(body.symbolic.com()(body.neutral)).ravel()
     feet = {s: body.resting[6 * i : 6 * i + 6, :2] for i, s in enumerate("rl")}
     half_planes = edges(corners(feet))
-    wanted = body.weight * (half_planes[:, :2] @ com[:2] - half_planes[:, 2])
-    np.testing.assert_allclose(200.0 * values[43:], wanted, rtol=1e-9)
-    assert (wanted < 0).all()
+    expected = body.weight * (half_planes[:, :2] @ com[:2] - half_planes[:, 2])
+    np.testing.assert_allclose(200.0 * values[43:], expected, rtol=1e-9)
+    assert (expected < 0).all()
     assert 200.0 * values[2] == pytest.approx(body.weight)
 
 

@@ -34,7 +34,7 @@ def human():
     return Human.create(1.75, 70.0, joints="42")
 
 
-def told(human: Human, load: float) -> GroundForces:
+def recorded(human: Human, load: float) -> GroundForces:
     """Return forces of three frames: the right foot is loaded in the first two, the left is not."""
     n, nv = 3, human.model.nv
     force, point = np.zeros((n, 2, 3)), np.full((n, 2, 3), np.nan)
@@ -62,7 +62,7 @@ def told(human: Human, load: float) -> GroundForces:
 
 def test_bands_become_standard_errors(human):
     weight = human.mass * 9.81
-    found = expected_wrenches(human, told(human, 350.0), np.array([0.0, 0.1, 0.2]))
+    found = expected_wrenches(human, recorded(human, 350.0), np.array([0.0, 0.1, 0.2]))
     np.testing.assert_allclose(found.force[:2, 0, 2], 350.0 / weight, rtol=1e-3)
     np.testing.assert_allclose(found.force_error, 30.0 / weight / HALF_WIDTH_90, rtol=1e-3)
     np.testing.assert_allclose(found.point_error[:2, 0], 0.02 / HALF_WIDTH_90)
@@ -76,7 +76,7 @@ def test_bands_become_standard_errors(human):
 
 
 def test_sites_share_a_wrench(human):
-    """Loads push, sum up, and have the centre of pressure where it is wanted."""
+    """Loads push, sum up, and have the centre of pressure where it is recorded."""
     body = ContactBody(human, foot_sites(human))
     q = human.to_coordinates(human.standing()[None])[1]
     carrying = np.array([[s.side == "r" for s in body.sites]])
@@ -155,8 +155,8 @@ def test_sites_of_a_seat_are_held_at_each_place(human):
 
 
 def test_replaced_forces_are_another_estimate(human):
-    """Where a force is not told, it has no weight."""
-    found = told(human, 350.0)
+    """Where a force is not recorded, it has no weight."""
+    found = recorded(human, 350.0)
     unknown = replace(found.forces, valid_side=np.zeros((3, 2), bool))
     wrenches = expected_wrenches(human, replace(found, forces=unknown), np.arange(3.0))
     assert np.isinf(wrenches.force_error).all() and not wrenches.force.any()

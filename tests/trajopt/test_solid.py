@@ -1,5 +1,7 @@
 """Limbs are solid: rows of the optimiser beside MuJoCo's own distances."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -14,9 +16,18 @@ from plantigrade.trajopt.guess.postures import (
     standing_stances,
 )
 from plantigrade.trajopt.problem.contact import soles_of
+from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.heading import path_heading
+from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.terms.momentum import AngularMomentum
-from plantigrade.trajopt.terms.solid import ARMS, ROW_SCALE, SolidLimbs, arms, legs
+from plantigrade.trajopt.terms.solid import (
+    ARMS,
+    ROW_SCALE,
+    SolidLimbs,
+    arms,
+    arms_above_ground,
+    legs,
+)
 from tests.trajopt.coarse_walk import body, solved
 
 pytestmark = pytest.mark.solver
@@ -45,7 +56,7 @@ def bodies(human, stems, side=""):
     "feet", ["rigid", "two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]
 )
 def test_limbs_that_the_rows_keep_apart_are_apart(feet):
-    """Of legs that swing past each other, and arms beside the trunk, at random."""
+    """Legs swing past each other and arms beside the trunk, at random."""
     human = Human.create(1.74, 71.0, joints="43", feet=feet)
     given = ContactBody(human, ())
     rng = np.random.default_rng(3)
@@ -77,7 +88,7 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
 
 
 def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
-    """Of arms that swing inwards in front of the body, at random."""
+    """Arms swing inwards in front of the body, at random."""
     human = Human.create(joints="43")
     given = ContactBody(human, ())
     rng, names = np.random.default_rng(5), given.symbolic.names
@@ -103,7 +114,7 @@ def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
 
 
 def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
-    """Of people who bend deep, at random."""
+    """People bend deep, at random."""
     human = Human.create(1.74, 71.0, joints="43")
     given = ContactBody(human, ())
     rng, names = np.random.default_rng(7), given.symbolic.names
@@ -189,9 +200,62 @@ def test_a_heel_that_turns_inwards_is_seen_in_the_ground():
     assert soles_of(plain, 1) == (None, ())
 
 
-def test_the_walk_says_that_its_limbs_are_solid_and_a_task_without_the_term_does_not():
-    assert solved().record().limits.overlap == 0.0
-    assert any(isinstance(t, SolidLimbs) for t in solved().task.terms)
+def test_limits_of_the_check_do_not_depend_on_the_terms_of_a_task():
+    made = solved()
+    left_out = (SolidLimbs, Limits, Contact)
+    terms = tuple(t for t in made.task.terms if not isinstance(t, left_out))
+    loose = replace(made, task=replace(made.task, terms=terms)).limits
+    assert loose.overlap == 0.0
+    for name in ("coordinate", "velocity", "torque", "force"):
+        np.testing.assert_array_equal(getattr(loose, name), getattr(made.limits, name))
+
+
+def test_a_raised_foot_that_the_row_keeps_off_the_other_thigh_is_off_it():
+    """Of people who stand on one leg, at random."""
+    human = Human.create(1.74, 71.0, joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(4), given.symbolic.names
+    q = np.tile(standing_posture(human), (80, 1))
+    for name, low, high in (
+        ("hip_flexion_r", 0.2, 1.0), ("knee_angle_r", 1.0, 2.2), ("hip_rotation_r", -0.7, 0.2),
+        ("hip_adduction_r", -0.2, 0.3),
+    ):  # fmt: skip
+        q[:, names.index(name)] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(legs(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 0] / ROW_SCALE
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    raised = bodies(human, ("tibia", "foot", "toes"), "_r")
+    distance = np.array([apart(human, x, raised, ["femur_l"]) for x in qpos])
+    assert (distance < -0.01).any() and (row > 0.0).sum() > 10
+    assert distance[row > 0.0].min() > -0.005  # the knee itself is not looked at
+
+
+def test_arms_that_the_row_keeps_above_the_ground_are_above_it():
+    """Of people who bend down, at random."""
+    human = Human.create(1.74, 71.0, joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(6), given.symbolic.names
+    q = np.tile(standing_posture(human), (40, 1))
+    q[:, names.index("pelvis_ty")] *= 0.45
+    for name, low, high in (
+        ("pelvis_tilt", -1.5, 0.0), ("arm_flex_r", 0.0, 1.5), ("elbow_flex_r", 0.0, 1.5),
+    ):  # fmt: skip
+        q[:, names.index(name)] = rng.uniform(low, high, len(q))
+    zero = np.zeros_like(q)
+    row = values(arms_above_ground(given, 40), q, zero, zero, np.zeros((40, 0))) / ROW_SCALE
+    arm, model = ("humerus", "ulna", "radius", "hand"), human.model
+    names = [model.body(int(b)).name for b in model.geom_bodyid]
+    drawn, these = model.geom_group == 1, bodies(human, arm, "_r")
+    own = [g for g, name in enumerate(names) if drawn[g] and name in these]
+    data, lowest, floor = mujoco.MjData(model), [], model.geom("floor").id
+    for x in given.symbolic.to_mujoco(q, zero, zero)[0]:
+        data.qpos[:] = x
+        mujoco.mj_kinematics(model, data)
+        lowest.append(min(mujoco.mj_geomDistance(model, data, g, floor, 5.0, None) for g in own))
+    distance = np.array(lowest)
+    assert (distance < 0.0).any() and (distance > 0.1).any()
+    assert distance[row[:, 0] > 0.0].min() > -0.002
+    assert np.median(np.abs(distance - row[:, 0])) < 0.01
 
 
 def test_angular_momentum_is_that_of_mujoco():

@@ -125,14 +125,14 @@ def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
 
 
 def test_a_person_who_is_too_weak_does_not_walk_and_the_message_says_why():
-    told = []
+    reported = []
     s = synthesize(
-        body(), weak(), options=Options(iterations=6), progress=lambda n, i: told.append(n)
+        body(), weak(), options=Options(iterations=6), progress=lambda n, i: reported.append(n)
     )
     assert not s.success
     names = [x.name for x in s.stages]
     assert names == ["first try", "coarse mesh", "smooth first"]
-    assert list(dict.fromkeys(told)) == names
+    assert list(dict.fromkeys(reported)) == names
     assert s.stages[1].nodes < s.stages[0].nodes
     for stage in s.stages:
         assert stage.status in ("too many iterations", "stalled")
@@ -146,7 +146,7 @@ def test_a_person_who_is_too_weak_does_not_walk_and_the_message_says_why():
 
 @pytest.mark.parametrize("kind", ["muscle torque", "joint torque", "work rate"])
 def test_missing_torques_are_reported_in_newton_metres(kind):
-    """Of this person, not of the one whose torque is 100 N m in a row of 1."""
+    """Torques are scaled for this person, not for one whose torque is 100 N m in a row of 1."""
     s = solved()
     assert abs(s.body.torque - 100.0) > 3.0
     (dynamics,) = (r for r in s.problem.rows if r.name == "dynamics")

@@ -1,4 +1,4 @@
-"""What terms demand reaches the checker, terms of one's own and one-sided ones included."""
+"""Demands of terms reach the checker, terms of one's own and one-sided ones included."""
 
 from dataclasses import dataclass, replace
 

@@ -62,8 +62,8 @@ def test_stances_are_those_of_the_events(human, walk):
             s.heel_strike if struck else s.toe_off for s in stances if s.footprint.side == e.side
         ]
         if 0.1 < e.time < walk.time[-1] - 0.2:
-            wanted = e.time - EARLY_LOAD if struck else e.time - TOE_ROLL_TIME
-            assert np.abs(np.array(times) - wanted).min() <= 0.5 * GRID + 1e-9
+            expected = e.time - EARLY_LOAD if struck else e.time - TOE_ROLL_TIME
+            assert np.abs(np.array(times) - expected).min() <= 0.5 * GRID + 1e-9
     for s in stances:
         assert s.footprint.position[2] == 0.0
         assert np.all(np.diff(s.times) > 0)
@@ -121,12 +121,12 @@ def test_forces_keep_near_the_estimated_ones(human, walk, tracked):
         m = s.sample(s.problem.nodes)
         own = [i for i, site in enumerate(s.body.sites) if site.side == side]
         load = m.force[:, own].sum(axis=1) / weight
-        wanted = interpolate(m.time + begin, walk.time, found.forces.force[:, k] / weight)
+        expected = interpolate(m.time + begin, walk.time, found.forces.force[:, k] / weight)
         band = interpolate(m.time + begin, walk.time, found.force_band[:, k] / weight)
-        stands = wanted[:, 2] > 0.3
-        apart = np.abs(load - wanted)[stands]
+        stands = expected[:, 2] > 0.3
+        apart = np.abs(load - expected)[stands]
         assert np.mean(apart <= band[stands] + 0.03, axis=0).min() > 0.7
-        assert np.corrcoef(load[stands, 0], wanted[stands, 0])[0, 1] > 0.97
+        assert np.corrcoef(load[stands, 0], expected[stands, 0])[0, 1] > 0.97
 
 
 def test_no_joint_is_overloaded_and_half_the_strength_would_not_do(tracked):
@@ -341,5 +341,5 @@ def test_a_recorded_rise_from_a_chair_passes_the_check(data):
     for side in "rl":
         theirs = plates.foot(side).force[:, 2] / weight
         own = [site.side == side for site in record.sites]
-        wanted = np.interp(time[stood], plates.motion.time, theirs)
-        assert np.abs(load[stood][:, own].sum(axis=1) - wanted).mean() < 0.12
+        expected = np.interp(time[stood], plates.motion.time, theirs)
+        assert np.abs(load[stood][:, own].sum(axis=1) - expected).mean() < 0.12

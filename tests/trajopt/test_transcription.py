@@ -30,7 +30,7 @@ def maps(t: Transcription) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cost_of_steps_and_jerk(t: Transcription, x: np.ndarray) -> float:
-    """What steps of unknowns and third derivatives cost, from the motion itself."""
+    """Costs of steps of unknowns and of third derivatives, from the motion itself."""
     p = t.problem
     c, u = t.split(x)
     breaks = p.basis.breaks

@@ -1,16 +1,16 @@
 """A walk from nothing but a speed: what physics says of any periodic, symmetric gait."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from plantigrade import check
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.plan import Footprint
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt import ContactBody, ProblemBuilder, make_task
-from plantigrade.trajopt.guess.postures import smooth_step
 from plantigrade.trajopt.problem.contact import site_targets, soles_of
 from plantigrade.trajopt.tasks.walking import PELVIS_LEAN
 from plantigrade.trajopt.terms.contact import Clearance, Contact
@@ -200,31 +200,35 @@ def test_parts_of_the_sole_that_carry_nothing_clear_a_step_too():
     assert own and low[late][:, own].min() > 0.09
 
 
-def test_both_ends_of_an_interval_in_which_a_step_is_crossed_are_above_it():
+@pytest.mark.parametrize("rise", [0.17, -0.17])
+def test_a_swing_foot_passes_every_edge_of_a_stair_round_its_corner(rise):
+    """At one node it is above the tread and not yet beyond the edge, or no longer before it."""
     human = Human.create(joints="43")
-    task = make_task("walk", human, {"step_height": -0.1})
+    heights = (rise, 2 * rise, 3 * rise, 3 * rise)
+    task = make_task("walk", human, {"heights": heights, "speed": 0.8})
     given = ContactBody.for_plan(human, task.plan)
     builder = ProblemBuilder(given, task.plan, task.nodes())
     Clearance(0.01).add_to(builder)
-    low = builder.family("contact").lower[:, 2::3]
-    ground = Ground.of_plan(task.plan)
-    edge, level = ground.steps[0].x, ground.height
-    crossings = 0
+    contact, nodes = builder.family("contact"), builder.nodes
+    low, near, far = contact.lower[:, 2::3], contact.upper[:, ::3], contact.lower[:, ::3]
+    steps, corners = Ground.of_plan(task.plan).steps, 0
     for side in "rl":
-        one, two = [s for s in task.plan.stances if s.footprint.side == side][1:3]
-        (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
-        if not after < before:
-            continue
-        part = np.clip((builder.nodes - one.toe_off) / (two.heel_strike - one.toe_off), 0.0, 1.0)
-        flat = site_targets(given, Footprint(side, (0.0, 0.0, 0.0)))
-        for k, site in enumerate(given.sites):
-            if site.side == side:
-                x = flat[site.name][0] + here + (there - here) * smooth_step(part)
-                i = int(np.searchsorted(x, edge))  # the first node beyond the edge
-                assert 0.0 < part[i - 1] < part[i] < 1.0
-                assert low[i - 1, k] >= level and low[i, k] >= level
-                crossings += 1
-    assert crossings == 2 * len([s for s in given.sites if s.side == "r"])
+        stances = [s for s in task.plan.stances if s.footprint.side == side]
+        for one, two in pairwise(stances):
+            swing = (nodes > one.toe_off) & (nodes < two.heel_strike)
+            here, there = one.footprint.position, two.footprint.position
+            passed = [s for s in steps if here[0] < s.x < there[0]]
+            assert len(passed) == round(abs(there[2] - here[2]) / abs(rise))
+            for site in (k for k, s in enumerate(given.sites) if s.side == side):
+                z = low[swing, site]
+                assert np.all(np.diff(z) * np.sign(rise) > -0.02)  # up or down all the way
+                for step in passed:
+                    if rise > 0:
+                        corner = (near[swing, site] < step.x) & (z >= step.height)
+                    else:
+                        corner = (far[swing, site] > step.x) & (z >= step.height - rise)
+                    corners += corner.any()
+    assert corners == 2 * 3 * len([s for s in given.sites if s.side == "r"])
 
 
 def test_palms_face_the_thighs():

@@ -105,7 +105,7 @@ def test_a_posture_on_its_curve_is_asked_for_the_bend_of_the_curve():
 
 
 def test_a_heel_is_placed_further_where_the_body_is_off_its_path():
-    """By as much as the extrapolated centre of mass is off, and at most 15 cm."""
+    """The shift equals the error of the extrapolated centre of mass, at most 15 cm."""
     state = random_state(6).moved_to(person("42", "two-segment").standing())
     heel, path = PointSet(state.human, ["foot_r"], np.zeros((1, 3))), Trajectory.fixed(np.ones(3))
     plain = PointTask(heel, path, np.eye(3)[:2]).error(state, 0.0)

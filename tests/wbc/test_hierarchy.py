@@ -42,7 +42,7 @@ def null_space_formula(levels, preferred):
 
 
 def gradients_left(levels, lower, upper, x):
-    """What is left of each level's gradient when all rows above push as they may [size of x].
+    """Return the rest of each level's gradient when all rows above push as they may [size of x].
 
     A level of least-squares violation :math:`r` is optimal when :math:`A^T r + C^T m = 0` with
     :math:`m \\ge 0` for the rows :math:`C` above that are at their limits (a row that had to be
@@ -264,7 +264,7 @@ def test_violations_of_one_level_weigh_alike_in_any_metric():
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_levels_that_can_all_be_met_leave_the_preference_to_the_last_digit(seed):
-    """What is off the preference is pushed there by equations and by bounds that are reached."""
+    """Only equations and active bounds push a value off its preference."""
     rng = np.random.default_rng(seed)
     n, (m, k) = 10, rng.integers(1, 5, size=2)
     inside, size = rng.uniform(-0.8, 0.8, size=n), 1.0

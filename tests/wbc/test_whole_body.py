@@ -209,7 +209,7 @@ def test_few_shares_meet_the_conditions_as_many_do(n):
 
 
 def test_wanted_forces_and_torques_come_back(state):
-    """What mechanics leaves open goes where it is desired: the motion of one answer, its forces."""
+    """Motion and forces that mechanics leaves open follow the desired values."""
     human, where = state.human, touching(state)
     program, desired = WholeBody(human), np.zeros(human.model.nv)
     first = program.solve(state, where, desired=desired)

@@ -53,7 +53,7 @@ def test_a_batch_goes_on_where_it_was_left(tmp_path):
     how = {"vary": {"push": PUSHES}, "seeds": 2, "out": out, "say": said.append, **SMALL}
     first = pg.simulate_many(**how)
     names = [one.name for one in first.members]
-    assert names[3] == "3-300,0.02,0,0-seed-1" and first.members[3].metrics["seed"] == 1
+    assert names[3] == "3-push-300-0.02-0-0-seed-1" and first.members[3].metrics["seed"] == 1
     table = (out / "batch.csv").read_text("utf-8")
     rows = list(csv.DictReader(io.StringIO(table)))
     assert [row["name"] for row in rows] == names and rows[0]["on_feet"] == "True"
@@ -128,6 +128,20 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     folder = tmp_path / "runs" / "simulations-standing"
     assert len([p for p in folder.iterdir() if p.is_dir()]) == 4
     assert pg.load_run(folder / "3-slope-5-stiffness-2.0").record.ground.slope > 0.08
+
+
+def test_warnings_are_counted_once_with_the_number_of_simulations(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["simulate", *WORDS, "--quiet", "--vary", "push", "none", "300,0.02,0,r25",
+             "300,0.02,0,r45"]  # fmt: skip
+    assert cli.main([*words, "--out", "phases", "--json"]) == 0
+    out, err = capsys.readouterr()
+    (warning,) = json.loads(out)["warnings"]
+    names = "1-push-300-0.02-0-r25, 2-push-300-0.02-0-r45"
+    assert warning.startswith(f"2 of 3 simulations ({names}): ") and "… %" in warning
+    assert [line for line in err.splitlines() if "warning" in line] == [f"warning: {warning}"]
+    page = (tmp_path / "phases" / "batch.html").read_text("utf-8")
+    assert page.count(warning.partition(": ")[2][:20]) == 1 and "2 of 3" in page
 
 
 def test_seeds_without_randomness_give_a_note(tmp_path, monkeypatch, capsys):

@@ -308,7 +308,7 @@ def test_a_treadmill_and_the_ground_give_one_gait(fitted, made):
 
 
 def test_a_stop_leaves_the_longest_run_of_steps(fitted):
-    """Of the events before and after a pause, those after it are more."""
+    """More events follow a pause than precede it."""
     recording, trial = fitted
     events = walking_events(trial.motion.events)
     early = [replace(e, time=e.time - 20.0) for e in events[:4]]

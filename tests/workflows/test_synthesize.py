@@ -107,14 +107,14 @@ def test_every_iteration_is_reported(synthesized):
     kept = [it.number for s in solution.stages for it in s.history]
     assert {it.number for _, it in iterations} <= set(kept)
     assert len(iterations) >= len(kept) - len(solution.stages)
-    assert iterations[-1][1].violation < 1e-4
+    assert iterations[-1][1].violation < 1e-3
     history = synthesized.run.record.signals["solver.history"]
     assert history.shape == (len(kept), 5)
     np.testing.assert_array_equal(history[:, 1], kept)
 
 
 def test_a_run_can_be_started_from(synthesized):
-    """What is read from its folder is the solution, without person or task made anew."""
+    """Its folder holds the solution; person and task are not made anew."""
     solution = synthesized.solution
     warm = WarmStart.of_record(Run.load(synthesized.run.folder).record)
     np.testing.assert_array_equal(warm.coefficients, solution.coefficients)

@@ -186,8 +186,8 @@ def test_a_plate_tilts_as_specified(direction):
     place = swaying.data.qpos[HUMAN.model.nq : HUMAN.model.nq + 4]
     np.testing.assert_allclose(place, plate.position(swaying.time), atol=2e-4)
     level = swaying.data.geom("floor_plate").xmat.reshape(3, 3)
-    wanted = {0.0: level[2, 0], np.pi / 2: level[2, 1]}[direction]
-    assert wanted > 0.005  # up in front, or on the left
+    expected = {0.0: level[2, 0], np.pi / 2: level[2, 1]}[direction]
+    assert expected > 0.005  # up in front, or on the left
     assert sum(state.foot_force(side)[2] for side in "rl") > 300.0
 
 

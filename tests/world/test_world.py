@@ -113,8 +113,8 @@ def test_commands_hold_a_joint_each_in_its_way():
     start[2] += 1.0
     target = start[7:].copy()
     target[knee] += 0.3
-    wanted = np.zeros(n)
-    wanted[knee] = 2.0
+    expected = np.zeros(n)
+    expected[knee] = 2.0
 
     def after(command, steps):
         state = world.reset(qpos=start, qvel=np.zeros(HUMAN.model.nv))
@@ -122,8 +122,8 @@ def test_commands_hold_a_joint_each_in_its_way():
             state = world.step(command)
         return state
 
-    state = after(Acceleration(wanted), 30)
-    np.testing.assert_allclose(state.rates, 0.1 * wanted, atol=5e-3)
+    state = after(Acceleration(expected), 30)
+    np.testing.assert_allclose(state.rates, 0.1 * expected, atol=5e-3)
     state = after(StablePD(target), 300)
     assert abs(state.angles[knee] - target[knee]) < 0.02
     tau = np.zeros(n)

@@ -24,19 +24,12 @@ class GroundContactSettings:
 
 @dataclass(frozen=True, eq=False)
 class FootContacts:
-    """Contacts of the feet at one instant.
+    """Contacts of the feet at one instant."""
 
-    Attributes:
-        spheres: Index of the contact sphere of each point that touches.
-        touching: The points.
-        gap: Distance to the ground; negative where it gives way [m].
-        ground_velocity: Velocity of the ground there [m/s].
-    """
-
-    spheres: Int[Array, " k"]
-    touching: Touching
-    gap: Float[Array, " k"]
-    ground_velocity: Float[Array, "k 3"]
+    spheres: Int[Array, " k"]  #: Index of the contact sphere of each point that touches
+    touching: Touching  #: The points
+    gap: Float[Array, " k"]  #: Distance to the ground; negative where it gives way [m]
+    ground_velocity: Float[Array, "k 3"]  #: Velocity of the ground there [m/s]
 
     def at(self, which: Int[Array, " m"] | Bool[Array, " k"]) -> "FootContacts":
         """Return some of the points."""

@@ -24,29 +24,17 @@ PLATFORM = "platform"  # name of the body that moves in worlds that have one
 
 @dataclass(frozen=True, eq=False)
 class ReferenceState:
-    """The state of a reference at one time.
+    """The state of a reference at one time."""
 
-    Attributes:
-        qpos: Configuration.
-        qvel: Its velocity.
-        qacc: Its acceleration.
-        com: Centre of mass [m].
-        com_velocity: Its velocity [m/s].
-        com_acceleration: Its acceleration [m/s²].
-        spheres: Positions of the contact spheres of the feet [m].
-        contact: Which of them are to be on the ground.
-        force_cost: Factor of the cost of the force of each.
-    """
-
-    qpos: Float[Array, " nq"]
-    qvel: Float[Array, " nv"]
-    qacc: Float[Array, " nv"]
-    com: Float[Array, " 3"]
-    com_velocity: Float[Array, " 3"]
-    com_acceleration: Float[Array, " 3"]
-    spheres: Float[Array, "n_sites 3"]
-    contact: Bool[Array, " n_sites"]
-    force_cost: float | Float[Array, " n_sites"] = 1.0
+    qpos: Float[Array, " nq"]  #: Configuration
+    qvel: Float[Array, " nv"]  #: Its velocity
+    qacc: Float[Array, " nv"]  #: Its acceleration
+    com: Float[Array, " 3"]  #: Centre of mass [m]
+    com_velocity: Float[Array, " 3"]  #: Its velocity [m/s]
+    com_acceleration: Float[Array, " 3"]  #: Its acceleration [m/s²]
+    spheres: Float[Array, "n_sites 3"]  #: Positions of the contact spheres of the feet [m]
+    contact: Bool[Array, " n_sites"]  #: Which of them are to be on the ground
+    force_cost: float | Float[Array, " n_sites"] = 1.0  #: Factor of the cost of the force of each
 
     def com_goal(
         self,

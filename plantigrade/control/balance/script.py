@@ -13,8 +13,8 @@ A script is a TOML file that anyone can edit (those of :data:`MOTIONS` are in ``
 A frame has the feet at a time: ``right``, ``left`` or ``both``, with ``ankle``, the offset of the
 ankle from standing, forward, to the left and up, in metres of a person of 1.74 m; and ``presses``,
 the segments on the ground (names of :data:`~plantigrade.kinematics.foot_pose.MARKS`), ``[]`` for a
-foot in the air. What a frame does not mention stays as it was; before the first one the person
-stands. ``body`` offsets the centre of mass likewise. ``toward`` is
+foot in the air. Values that a frame does not mention stay as they were; before the first one the
+person stands. ``body`` offsets the centre of mass likewise. ``toward`` is
 the desired pressure within what presses of a foot, forward and to the left, from -1 to 1:
 ``[0, 1]`` for its left border; a foot without it presses as evenly as it can. From one frame to the
 next those segments press that do at both ends. Between frames where no foot does the body flies for
@@ -78,21 +78,15 @@ class ScriptSettings:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Desired feet at a time.
+    """Desired feet at a time."""
 
-    Attributes:
-        time: The time [s].
-        ankle: Offset of each ankle from standing, right first [m].
-        presses: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot.
-        body: Offset of the centre of mass from its default [m].
-        toward: Desired pressure within what presses of each foot, forward and to the left, from -1
-            to 1; NaN where that is left open.
-    """
-
-    time: float
-    ankle: Float[Array, "2 3"]
+    time: float  #: The time [s]
+    ankle: Float[Array, "2 3"]  #: Offset of each ankle from standing, right first [m]
+    #: Which of :data:`~plantigrade.kinematics.foot_pose.MARKS` press, for each foot
     presses: Bool[Array, "2 n_marks"]
-    body: Float[Array, " 3"]
+    body: Float[Array, " 3"]  #: Offset of the centre of mass from its default [m]
+    #: Desired pressure within what presses of each foot, forward and to the left, from -1 to 1; NaN
+    #: where that is left open
     toward: Float[Array, "2 2"]
 
 

@@ -13,7 +13,7 @@ and of the landing after it, is the one that needs the least force.
 import numpy as np
 from scipy.interpolate import BPoly, PchipInterpolator
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.postures import PostureSolver, velocities_of
 from plantigrade.control.balance.reference import MotionReference
@@ -22,6 +22,7 @@ from plantigrade.control.gait.support import inside
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.motion.filters import runs
 
 N_SAMPLES = 60  # between two frames, where the force is looked at
 N_ACCELERATIONS = 31  # tried at the bottom of a crouch
@@ -50,7 +51,7 @@ def scripted(
     segment = np.clip(np.searchsorted(at, time, side="right") - 1, 0, len(frames) - 2)
     presses = np.array([f.presses for f in frames])
     between = presses[:-1] & presses[1:]  # from each frame to the next
-    flights = flights_of(np.atleast_1d(~between.any(axis=(1, 2))))
+    flights = [(run.start, run.stop) for run in runs(np.atleast_1d(~between.any(axis=(1, 2))))]
     if flights and flights[-1][1] == len(frames) - 1:
         raise ParameterError(f"{script.title} ends in the air: say which segments press in the end")
     if flights and flights[0][0] == 0:
@@ -77,7 +78,7 @@ def scripted(
     motion = Motion(time, qpos, velocities_of(human, qpos, s.rate), human.joint_names)
     spheres = solver.spheres_of(marked)
     reference = MotionReference(
-        human, motion, spheres, flights=[(at[a], at[b]) for a, b in flights]
+        human, motion, spheres, flights=[(float(at[a]), float(at[b])) for a, b in flights]
     )
     toward = np.array([f.toward for f in frames])
     for k, side in enumerate(SIDES):
@@ -152,16 +153,6 @@ def _slopes(at: Array, values: Array) -> Array:
     slopes = np.asarray(PchipInterpolator(at, values).derivative()(at))
     slopes[[0, -1]] = 0.0
     return slopes
-
-
-def flights_of(flies: Bool[Array, " k"]) -> list[tuple[int, int]]:
-    """Return the first and last frame of every flight.
-
-    Args:
-        flies: Whether the body flies from each frame to the next.
-    """
-    edges = np.flatnonzero(np.diff(np.r_[False, flies, False].astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def com_height(

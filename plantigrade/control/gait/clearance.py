@@ -35,17 +35,11 @@ class ClearanceSettings:
 
 @dataclass(frozen=True)
 class Clearance:
-    """How a motion is kept from passing through itself.
+    """How a motion is kept from passing through itself."""
 
-    Attributes:
-        abduction: Added abduction of each arm, right first [rad].
-        legs: Greatest depth of one leg in the other [m].
-        arms: Greatest depth of the arms in the body, as the motion has them [m].
-    """
-
-    abduction: tuple[float, float]
-    legs: float
-    arms: float
+    abduction: tuple[float, float]  #: Added abduction of each arm, right first [rad]
+    legs: float  #: Greatest depth of one leg in the other [m]
+    arms: float  #: Greatest depth of the arms in the body, as the motion has them [m]
 
 
 def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> Clearance:

@@ -14,29 +14,18 @@ from plantigrade.record import Record
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Positions and velocities at every instant, world axes; feet right first.
+    """Positions and velocities at every instant, world axes; feet right first."""
 
-    Attributes:
-        com: Centre of mass [m].
-        com_velocity: Its velocity [m/s].
-        foot_position: Origins of the feet [m].
-        foot_velocity: Their velocities [m/s].
-        foot_rotation: Rotation matrices of the feet, foot to world.
-        foot_angular_velocity: Their angular velocities [rad/s].
-        contact_position: Lowest points of the contact spheres [m].
-        contact_height: Their heights above the ground; 0 of points on a seat [m].
-        contact_speed: Their speeds [m/s].
-    """
-
-    com: Float[Array, "n 3"]
-    com_velocity: Float[Array, "n 3"]
-    foot_position: Float[Array, "n 2 3"]
-    foot_velocity: Float[Array, "n 2 3"]
-    foot_rotation: Float[Array, "n 2 3 3"]
-    foot_angular_velocity: Float[Array, "n 2 3"]
-    contact_position: Float[Array, "n k 3"]
+    com: Float[Array, "n 3"]  #: Centre of mass [m]
+    com_velocity: Float[Array, "n 3"]  #: Its velocity [m/s]
+    foot_position: Float[Array, "n 2 3"]  #: Origins of the feet [m]
+    foot_velocity: Float[Array, "n 2 3"]  #: Their velocities [m/s]
+    foot_rotation: Float[Array, "n 2 3 3"]  #: Rotation matrices of the feet, foot to world
+    foot_angular_velocity: Float[Array, "n 2 3"]  #: Their angular velocities [rad/s]
+    contact_position: Float[Array, "n k 3"]  #: Lowest points of the contact spheres [m]
+    #: Their heights above the ground; 0 of points on a seat [m]
     contact_height: Float[Array, "n k"]
-    contact_speed: Float[Array, "n k"]
+    contact_speed: Float[Array, "n k"]  #: Their speeds [m/s]
 
     @classmethod
     def of(

@@ -10,6 +10,7 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.schedule import settled
 from plantigrade.motion.filters import runs
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 
@@ -35,13 +36,6 @@ class LoadSettings:
     not met)."""
 
 
-def interpolated(time: Array, values: Array, at: Array) -> Array:
-    """Return values at other times, on straight lines between the given ones."""
-    flat = values.reshape(len(values), -1)
-    found = np.stack([np.interp(at, time, column) for column in flat.T], axis=1)
-    return found.reshape(len(at), *values.shape[1:])
-
-
 def site_forces(
     record: Record, sites: tuple[ContactSite, ...], time: Float[Array, " n"]
 ) -> Float[Array, "n k 3"]:
@@ -57,7 +51,7 @@ def site_forces(
         own = [k for k, s in enumerate(sites) if s.name.endswith(site.name)]
         if own and not site.measured:
             known = record.contact_force[:, i]
-            force[:, own[0]] += interpolated(record.motion.time, known, time)
+            force[:, own[0]] += interpolate(time, record.motion.time, known)
     return np.nan_to_num(force)
 
 

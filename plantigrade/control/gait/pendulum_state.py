@@ -13,24 +13,15 @@ from plantigrade.kinematics.state import State
 
 @dataclass(frozen=True, eq=False)
 class PendulumState:
-    """The state a plan starts from; positions over the ground.
+    """The state a plan starts from; positions over the ground."""
 
-    Attributes:
-        com: Centre of mass [m].
-        velocity: Its velocity [m/s].
-        height: Height of the centre of mass above the ground [m].
-        feet: Middle of the sole of each foot, right first [m].
-        pressure: Best centre of pressure in each foot [m].
-        heading: Direction in which the person faces.
-        disturbance: Acceleration by forces other than the ground's [m/s²].
-    """
-
-    com: Float[Array, " 2"]
-    velocity: Float[Array, " 2"]
-    height: float
-    feet: Float[Array, "2 2"]
-    pressure: Float[Array, "2 2"]
-    heading: Float[Array, " 2"]
+    com: Float[Array, " 2"]  #: Centre of mass [m]
+    velocity: Float[Array, " 2"]  #: Its velocity [m/s]
+    height: float  #: Height of the centre of mass above the ground [m]
+    feet: Float[Array, "2 2"]  #: Middle of the sole of each foot, right first [m]
+    pressure: Float[Array, "2 2"]  #: Best centre of pressure in each foot [m]
+    heading: Float[Array, " 2"]  #: Direction in which the person faces
+    #: Acceleration by forces other than the ground's [m/s²]
     disturbance: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
 
     @classmethod

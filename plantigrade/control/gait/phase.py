@@ -62,31 +62,20 @@ class GaitSettings:
 
 @dataclass
 class Foot:
-    """A foot of a gait.
+    """A foot of a gait."""
 
-    Attributes:
-        side: Its side.
-        stance: Number of its stance, or of the next one while it swings; None if there is none.
-        in_stance: Whether it is in stance.
-        touchdown: Beginning of that stance, on the clock of the phase [s].
-        lift_off: Time of lift-off, likewise [s].
-        swing: Its offset from the motion while it swings.
-        descent: Descent below the motion, for missing ground [m].
-        wait: Time for which the phase has waited for it [s].
-        early: Whether it is in stance before its time.
-        recovering: Whether it swings in a recovery step that the motion does not have.
-    """
-
-    side: str
+    side: str  #: Its side
+    #: Number of its stance, or of the next one while it swings; None if there is none
     stance: int | None
-    in_stance: bool = True
-    touchdown: float = -np.inf
-    lift_off: float = 0.0
+    in_stance: bool = True  #: Whether it is in stance
+    touchdown: float = -np.inf  #: Beginning of that stance, on the clock of the phase [s]
+    lift_off: float = 0.0  #: Time of lift-off, likewise [s]
+    #: Its offset from the motion while it swings
     swing: SwingOffset = field(default_factory=lambda: SwingOffset(np.zeros(2)))
-    descent: float = 0.0
-    wait: float = 0.0
-    early: bool = False
-    recovering: bool = False
+    descent: float = 0.0  #: Descent below the motion, for missing ground [m]
+    wait: float = 0.0  #: Time for which the phase has waited for it [s]
+    early: bool = False  #: Whether it is in stance before its time
+    recovering: bool = False  #: Whether it swings in a recovery step that the motion does not have
 
     @property
     def side_sign(self) -> float:
@@ -96,21 +85,14 @@ class Foot:
 
 @dataclass(frozen=True)
 class Touchdown:
-    """A touchdown.
+    """A touchdown."""
 
-    Attributes:
-        time: Time [s].
-        side: Side of the foot.
-        early: Time before the planned touchdown on the clock of the phase, negative after it [s].
-        offset: Offset from the motion, world [m].
-        axes: Ahead and to the left then, as columns.
-    """
-
-    time: float
-    side: str
+    time: float  #: Time [s]
+    side: str  #: Side of the foot
+    #: Time before the planned touchdown on the clock of the phase, negative after it [s]
     early: float
-    offset: Float[Array, " 3"]
-    axes: Float[Array, "2 2"]
+    offset: Float[Array, " 3"]  #: Offset from the motion, world [m]
+    axes: Float[Array, "2 2"]  #: Ahead and to the left then, as columns
 
 
 class Gait:

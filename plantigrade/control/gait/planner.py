@@ -91,17 +91,11 @@ class FootstepSettings:
 
 @dataclass(frozen=True)
 class StepAdjustment:
-    """How a step differs from that of the motion.
+    """How a step differs from that of the motion."""
 
-    Attributes:
-        offset: Offset of its footstep, world [m].
-        unconstrained: The offset without limits [m].
-        rate: Rate of the phase until touchdown.
-    """
-
-    offset: Float[Array, " 2"]
-    unconstrained: Float[Array, " 2"]
-    rate: float
+    offset: Float[Array, " 2"]  #: Offset of its footstep, world [m]
+    unconstrained: Float[Array, " 2"]  #: The offset without limits [m]
+    rate: float  #: Rate of the phase until touchdown
 
 
 def next_step(
@@ -175,27 +169,16 @@ def least_cost(
 
 @dataclass(frozen=True)
 class FootstepLimits:
-    """Limits of the next footstep, from the stance foot.
+    """Limits of the next footstep, from the stance foot."""
 
-    Attributes:
-        axes: Ahead and to the left, as columns.
-        nominal: Footstep of the motion, from where the stance foot really is [m].
-        side: 1 for the left foot, -1 for the right.
-        leg_length: Length of the leg [m].
-        min_width: Least step width [m].
-        swing_offset: Offset at which the foot would land where it is now [m].
-        settings: Limits and costs.
-        max_foot_speed: Greatest mean speed of the swing foot [m/s].
-    """
-
-    axes: Float[Array, "2 2"]
-    nominal: Float[Array, " 2"]
-    side: float
-    leg_length: float
-    min_width: float
-    swing_offset: Float[Array, " 2"]
-    settings: FootstepSettings = FootstepSettings()
-    max_foot_speed: float = np.inf
+    axes: Float[Array, "2 2"]  #: Ahead and to the left, as columns
+    nominal: Float[Array, " 2"]  #: Footstep of the motion, from where the stance foot really is [m]
+    side: float  #: 1 for the left foot, -1 for the right
+    leg_length: float  #: Length of the leg [m]
+    min_width: float  #: Least step width [m]
+    swing_offset: Float[Array, " 2"]  #: Offset at which the foot would land where it is now [m]
+    settings: FootstepSettings = FootstepSettings()  #: Limits and costs
+    max_foot_speed: float = np.inf  #: Greatest mean speed of the swing foot [m/s]
 
     @cached_property
     def rates(self) -> Float[Array, " m"]:

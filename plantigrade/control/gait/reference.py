@@ -21,7 +21,7 @@ from plantigrade.control.gait.instant import (
     width_of,
 )
 from plantigrade.control.gait.kinematics import Kinematics
-from plantigrade.control.gait.loads import LoadSettings, interpolated, site_forces, site_loads
+from plantigrade.control.gait.loads import LoadSettings, site_forces, site_loads
 from plantigrade.control.gait.person import world_sites
 from plantigrade.control.gait.schedule import (
     StanceSchedule,
@@ -31,6 +31,7 @@ from plantigrade.control.gait.schedule import (
     schedule_of,
 )
 from plantigrade.errors import ParameterError
+from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 STEP = 0.002  # [s] time step of the grid
@@ -161,19 +162,8 @@ def reference_of(
     rows.a = even.qacc if even.qacc is not None else np.gradient(qvel, STEP, axis=0)
     rows.tau = 0.0
     if record.qfrc_actuator is not None:
-        rows.tau = np.nan_to_num(interpolated(motion.time, record.qfrc_actuator, time))[:, 6:]
-    rows.com, rows.com_velocity = swept.com, swept.com_velocity
-    if force.any():
-        acceleration = force.sum(axis=1) / human.mass - [0.0, 0.0, GRAVITY]
-    else:
-        acceleration = np.gradient(swept.com_velocity, STEP, axis=0)
-    rows.com_acceleration = acceleration
-    cop = swept.com - acceleration * swept.com[:, 2:] / GRAVITY
-    vertical = load.sum(axis=1)
-    loaded = vertical > settings.min_cop_load * weight
-    moment = np.einsum("nk,nkc->nc", load, swept.contact_position)
-    cop[loaded] = moment[loaded] / vertical[loaded, None]
-    rows.cop = cop
+        rows.tau = np.nan_to_num(interpolate(time, motion.time, record.qfrc_actuator))[:, 6:]
+    _fill_com(rows, swept, force, load, human.mass, settings.min_cop_load * weight)
     rows.foot_position, rows.foot_velocity = swept.foot_position, swept.foot_velocity
     rows.foot_acceleration = np.gradient(swept.foot_velocity, STEP, axis=0)
     rows.foot_rotation = swept.foot_rotation
@@ -195,6 +185,24 @@ def reference_of(
         advance=advance,
         ends=ends,
     )
+
+
+def _fill_com(
+    rows: Instant, swept: Kinematics, force: Array, load: Array, mass: float, min_load: float
+) -> None:
+    """Set the centre of mass and the centre of pressure; that of the spheres from a load [N] on."""
+    rows.com, rows.com_velocity = swept.com, swept.com_velocity
+    if force.any():
+        acceleration = force.sum(axis=1) / mass - [0.0, 0.0, GRAVITY]
+    else:
+        acceleration = np.gradient(swept.com_velocity, STEP, axis=0)
+    rows.com_acceleration = acceleration
+    cop = swept.com - acceleration * swept.com[:, 2:] / GRAVITY
+    vertical = load.sum(axis=1)
+    loaded = vertical > min_load
+    moment = np.einsum("nk,nkc->nc", load, swept.contact_position)
+    cop[loaded] = moment[loaded] / vertical[loaded, None]
+    rows.cop = cop
 
 
 def translation_of(layout: Layout) -> Float[Array, "n_columns 3"]:

@@ -31,24 +31,15 @@ class StanceSchedule:
 
     A periodic motion is looked up in its second period, so that there are stances before it and
     after; stances of later periods have higher numbers.
-
-    Attributes:
-        stances: Stances of feet and seat, in order of their start.
-        alpha: Share of the load of each of them, at every time of a grid.
-        beta: Weight of its offset in the divergent component, likewise.
-        step: Time step of the grid [s].
-        period: Period of the motion [s], or None.
-        per_period: Number of stances in a period.
-        first: Time of the first row on the clock of the stances [s].
     """
 
-    stances: tuple[ContactInterval, ...]
-    alpha: Float[Array, "n k"]
-    beta: Float[Array, "n k"]
-    step: float
-    period: float | None
-    per_period: int
-    first: float
+    stances: tuple[ContactInterval, ...]  #: Stances of feet and seat, in order of their start
+    alpha: Float[Array, "n k"]  #: Share of the load of each of them, at every time of a grid
+    beta: Float[Array, "n k"]  #: Weight of its offset in the divergent component, likewise
+    step: float  #: Time step of the grid [s]
+    period: float | None  #: Period of the motion [s], or None
+    per_period: int  #: Number of stances in a period
+    first: float  #: Time of the first row on the clock of the stances [s]
 
     def cycle(self, phase: float) -> tuple[int, float]:
         """Return the number of the period, and the phase in it."""
@@ -137,11 +128,7 @@ def carrying(
 
 
 def contact_intervals(
-    sites,
-    on: Bool[Array, "n k"],
-    step: float,
-    period: float | None,
-    min_duration: float,
+    sites, on: Bool[Array, "n k"], step: float, period: float | None, min_duration: float
 ) -> tuple[ContactInterval, ...]:
     """Return the stances of feet and seat, by start.
 

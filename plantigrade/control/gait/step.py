@@ -97,23 +97,15 @@ class StepSettings:
 
 @dataclass(frozen=True, eq=False)
 class Footstep:
-    """A planned step.
+    """A planned step."""
 
-    Attributes:
-        side: The foot, 0 for the right one, 1 for the left one.
-        position: Position of the middle of its sole at touchdown, over the ground [m].
-        duration: Time until then [s].
-        capture_error: Distance of the desired pressure from what both feet span [m].
-        remaining_error: The same after the steps that follow [m].
-        cost: Cost by which footsteps are compared [m].
-    """
-
-    side: int
+    side: int  #: The foot, 0 for the right one, 1 for the left one
+    #: Position of the middle of its sole at touchdown, over the ground [m]
     position: Float[Array, " 2"]
-    duration: float
-    capture_error: float
-    remaining_error: float = 0.0
-    cost: float = 0.0
+    duration: float  #: Time until then [s]
+    capture_error: float  #: Distance of the desired pressure from what both feet span [m]
+    remaining_error: float = 0.0  #: The same after the steps that follow [m]
+    cost: float = 0.0  #: Cost by which footsteps are compared [m]
 
 
 class StepPlanner:

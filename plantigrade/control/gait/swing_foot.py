@@ -37,19 +37,12 @@ class SwingSettings:
 
 @dataclass(frozen=True, eq=False)
 class SwingFoot:
-    """A foot on its way to a footstep.
+    """A foot on its way to a footstep."""
 
-    Attributes:
-        planner: The planner of the person.
-        settings: Its motion.
-        footstep: The footstep, its duration from lift-off on.
-        start: Time of lift-off [s].
-    """
-
-    planner: StepPlanner
-    settings: SwingSettings
-    footstep: Footstep
-    start: float
+    planner: StepPlanner  #: The planner of the person
+    settings: SwingSettings  #: Its motion
+    footstep: Footstep  #: The footstep, its duration from lift-off on
+    start: float  #: Time of lift-off [s]
 
     def phase(self, time: float) -> float:
         """Return the part of the swing that is over, 1 at touchdown."""

@@ -1,7 +1,7 @@
 """A recorded walk whose swing feet are lifted where their soles pass too near to the ground.
 
 Fitted soles are in the ground by up to a centimetre somewhere in a swing and well above it
-elsewhere. What is missing is known from the recording, and nothing is added where nothing is
+elsewhere. The missing clearance is known from the recording, and none is added where none is
 missing: a foot that is lifted by the same amount in every swing comes down from too high and
 strikes the ground.
 """

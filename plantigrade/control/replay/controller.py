@@ -234,10 +234,7 @@ class Replay(Controller):
         if held.any():
             rows.append(tasks.held(points, held, gap[active], normal))
         touching = Touching(
-            self.points.body[active],
-            low[active],
-            self.normals[: len(active)],
-            self.friction,
+            self.points.body[active], low[active], self.normals[: len(active)], self.friction
         )
         weights = tasks.settings
         force_weight = np.where(held, weights.planned_force_weight, weights.unplanned_force_weight)

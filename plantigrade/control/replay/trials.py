@@ -15,41 +15,27 @@ from plantigrade.threads import on_one_thread
 from plantigrade.world import Command, Disturbance, InitialState, Push, world_for
 from plantigrade.world.model_mismatch import ModelMismatch
 
-NOISE = 0.05
-"""Standard deviation of the noise of every initial velocity [m/s, rad/s]. Chosen."""
-HOLD = 1.0
-"""Time for which a motion that ends at rest is held [s]. Chosen."""
-PUSH = 0.2
-"""Duration of a push [s]. Chosen."""
-CERTIFICATE_FORCES = (50.0, 100.0)
-"""Forces of the pushes of a certificate [N]. Chosen."""
+NOISE = 0.05  # Standard deviation of the noise of every initial velocity [m/s, rad/s]. Chosen.
+HOLD = 1.0  # Time for which a motion that ends at rest is held [s]. Chosen.
+PUSH = 0.2  # Duration of a push [s]. Chosen.
+CERTIFICATE_FORCES = (50.0, 100.0)  # Forces of the pushes of a certificate [N]. Chosen.
 CERTIFICATE_WATCH = 1.5
 """Time for which the person must stay upright after such a push began [s]. Chosen."""
-LATEST_PUSH = 2.0
-"""Latest time of such a push [s]. Chosen."""
+LATEST_PUSH = 2.0  # Latest time of such a push [s]. Chosen.
 DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
 """Direction of a push → its angle from the heading, counter-clockwise [rad]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a replay.
+    """Outcome of a replay."""
 
-    Attributes:
-        survived: Whether the person was upright at the end.
-        seconds: Time for which they were [s].
-        error: RMS error of the joint angles [rad].
-        off_path: Horizontal error of the centre of mass at the end [m].
-        figures: Figures of the touchdowns.
-        overlap: Largest depth of one leg in the other [m].
-    """
-
-    survived: bool
-    seconds: float
-    error: float
-    off_path: float
-    figures: dict[str, float | int]
-    overlap: float = 0.0
+    survived: bool  #: Whether the person was upright at the end
+    seconds: float  #: Time for which they were [s]
+    error: float  #: RMS error of the joint angles [rad]
+    off_path: float  #: Horizontal error of the centre of mass at the end [m]
+    figures: dict[str, float | int]  #: Figures of the touchdowns
+    overlap: float = 0.0  #: Largest depth of one leg in the other [m]
 
 
 @on_one_thread
@@ -115,7 +101,8 @@ def largest_push(
 ) -> float:
     """Return the largest push at the upper trunk that is survived from every start [N].
 
-    By bisection: who survives a force is taken to survive smaller ones. 0: not even the first. A
+    Found by bisection: a person who survives a force is assumed to survive smaller ones. 0: not
+    even the first. A
     push is not survived where one leg goes through the other (:data:`MAX_LEG_OVERLAP`).
 
     Args:
@@ -123,7 +110,7 @@ def largest_push(
         time: When it begins [s].
         direction: Where to: 0 forward, a quarter turn to the left [rad].
         forces: To be tried, in rising order [N].
-        after: So long the person must stay on the feet after it began [s].
+        after: Time that the person must stay on the feet after it began [s].
         starts: Seeds of the starts.
     """
 

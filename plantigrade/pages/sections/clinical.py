@@ -32,8 +32,7 @@ OWN_SIDE = {
     "pelvis_rotation": "own side back ← [°] → front",
 }
 """Axis labels for angles of the pelvis, which are drawn for each side."""
-FIGURE_HEIGHT = 188
-"""Height of a plot, so that five rows with headings fill one printed page [px]."""
+FIGURE_HEIGHT = 188  # [px] height of a plot, so that five rows with headings fill one printed page
 
 
 def clinical_section(subject: Subject) -> list[Section]:

@@ -31,9 +31,8 @@ def ground_section(subject: Subject) -> list[Section]:
     shades = push_shades(subject)
     figures = [Figure(_over_time(record, total, axis, shades)) for axis in AXES]
     text = (
-        "Ground reaction on each foot, divided by body weight "
-        f"(BW, {record.weight:.0f} N). Forward is negative while the foot brakes and positive "
-        "while it pushes off."
+        f"Ground reaction on each foot, divided by body weight (BW, {record.weight:.0f} N). "
+        "Forward is negative while the foot brakes and positive while it pushes off."
     )
     if nothing_measured(record):
         text += " All forces are estimated from the motion; none were measured."
@@ -74,12 +73,7 @@ def _over_time(record: Record, total: Array, axis: int, shades: list) -> str:
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight
             series.append(Series(record.motion.time, values, name, STROKES[side]))
     return line_plot(
-        series,
-        title=AXES[axis],
-        y_label="[BW]",
-        zero=True,
-        least=SPAN["BW"],
-        shades=shades,
+        series, title=AXES[axis], y_label="[BW]", zero=True, least=SPAN["BW"], shades=shades
     )
 
 

@@ -51,10 +51,8 @@ def measure_section(subject: Subject) -> list[Section]:
     text = (
         "A step is from heel strike of one foot to that of the other and is named after the foot "
         "that lands; a stride is between heel strikes of the same foot. Mean ± standard deviation "
-        "of "
-        "several. Symmetry index: right minus left, relative to their mean (Robinson et al. 1987, "
-        "J "
-        "Manipulative Physiol Ther 10:172)."
+        "of several. Symmetry index: right minus left, relative to their mean (Robinson et al. "
+        "1987, J Manipulative Physiol Ther 10:172)."
     )
     who = subject.population
     if published and who is norms.ADULTS:
@@ -100,7 +98,4 @@ def _published(subject: Subject) -> dict[str, str]:
     foot_off, both = (
         table[subject.speed_class] for table in (norms.FOOT_OFF, norms.DOUBLE_SUPPORT)
     )
-    return {
-        "stance": f"{foot_off[0]} ± {foot_off[1]}",
-        "double support": f"{both[0]} ± {both[1]}",
-    }
+    return {"stance": f"{foot_off[0]} ± {foot_off[1]}", "double support": f"{both[0]} ± {both[1]}"}

@@ -6,15 +6,14 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid
 from plantigrade.charts.labels import SIDE_NAMES, without_side
 from plantigrade.constants import SIDES
+from plantigrade.motion.filters import runs
 from plantigrade.pages.contact_plate import MIN_LOAD, Sole, centre, foot_svg
 from plantigrade.pages.section import Group, Section, Subject
 from plantigrade.record import Record
 
 TITLE = "Virtual contact plate"
-DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)
-"""Phases of a contact at which the foot is drawn."""
-PATH_POINTS = 80
-"""Points of the path of the centre of pressure."""
+DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)  # Phases of a contact at which the foot is drawn
+PATH_POINTS = 80  # Points of the path of the centre of pressure
 
 
 def plate_section(subject: Subject) -> list[Section]:
@@ -50,8 +49,7 @@ def longest(loaded: Array) -> tuple[int, int] | None:
         >>> longest(np.array([True, True, True, False, True, True, False]))
         (4, 5)
     """
-    edges = np.flatnonzero(np.diff(np.r_[False, loaded, False].astype(int)))
-    found = [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
+    found = [(run.start, run.stop - 1) for run in runs(loaded)]
     whole = [(a, b) for a, b in found if a > 0 and b < len(loaded) - 1]
     return max(whole or found, key=lambda span: span[1] - span[0], default=None)
 

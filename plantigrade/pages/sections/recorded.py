@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_study import PAPER_TABLE
 from plantigrade.analyze.reproduction import ROTATIONS, compare
+from plantigrade.analyze.reproduction_status import MAX_FORCED_COM_ERROR
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
@@ -32,7 +33,6 @@ SEPARATE_MOTION = (
 FELL_NOTE = (
     " They belong to a separate motion (forces.npz) and are shown until the fall of the body."
 )
-MAX_COM_ERROR = 0.15  # [m] from its path; beyond it the body has fallen
 
 
 @needs(reference="recorded")
@@ -276,7 +276,7 @@ def _standing(subject: Subject) -> int:
     moved = _moved(subject)
     if subject.forces is moved or "recorded" not in moved.references:
         return moved.motion.n_frames
-    fell = compare(moved).com_error > MAX_COM_ERROR
+    fell = compare(moved).com_error > MAX_FORCED_COM_ERROR
     return int(np.argmax(fell)) if fell.any() else moved.motion.n_frames
 
 

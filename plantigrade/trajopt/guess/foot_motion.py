@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import Stance
 from plantigrade.models import Human
 from plantigrade.models.feet import point, sphere_radius
@@ -27,24 +28,18 @@ TOE_OFF_ANGLES = tuple(np.deg2rad([10.0, 50.0]))
 MAX_RIGID_TOE_OFF_ANGLE = float(np.deg2rad(35.0))
 CLEARANCE = 0.015  # [m] clearance of the sole in mid-swing; people have 1 to 2 cm at the toes
 TOE_RETURN_SHARE = 0.5  # [1] share of the swing until extended toes are straight
+EDGE_MARGIN = 0.03  # [m] distance from the edge of a tread within which the sole is above it
 _STEP = 1e-4  # [s] time step of finite differences
 
 
 @dataclass(frozen=True)
 class FootMotion:
-    """A foot over time.
+    """A foot over time."""
 
-    Attributes:
-        ankle: Ankle joint centre, world [m].
-        heading: Where the foot points, from x towards y [rad].
-        pitch: Heel up positive, toes up negative [rad].
-        toes: Dorsiflexion of the toes [rad].
-    """
-
-    ankle: Float[Array, "n_times 3"]
-    heading: Float[Array, " n_times"]
-    pitch: Float[Array, " n_times"]
-    toes: Float[Array, " n_times"]
+    ankle: Float[Array, "n_times 3"]  #: Ankle joint centre, world [m]
+    heading: Float[Array, " n_times"]  #: Where the foot points, from x towards y [rad]
+    pitch: Float[Array, " n_times"]  #: Heel up positive, toes up negative [rad]
+    toes: Float[Array, " n_times"]  #: Dorsiflexion of the toes [rad]
 
     def rotations(self) -> Float[Array, "n_times 3 3"]:
         """Return the matrices that turn foot axes to world axes."""
@@ -57,21 +52,13 @@ class FootMotion:
 
 @dataclass(frozen=True)
 class FootCurves:
-    """How a foot moves in walking, evenly sampled over the swing from toe off to heel strike.
+    """How a foot moves in walking, evenly sampled over the swing from toe off to heel strike."""
 
-    Attributes:
-        strike: Toe-up angle at heel strike [rad].
-        off: Heel-up angle at toe off [rad].
-        pitch: Heel-up angle in swing [rad].
-        forward: Forward travel of the ankle, 0 to 1.
-        up: Height of the ankle above any level [m].
-    """
-
-    strike: float
-    off: float
-    pitch: Float[Array, " n_swing"]
-    forward: Float[Array, " n_swing"]
-    up: Float[Array, " n_swing"]
+    strike: float  #: Toe-up angle at heel strike [rad]
+    off: float  #: Heel-up angle at toe off [rad]
+    pitch: Float[Array, " n_swing"]  #: Heel-up angle in swing [rad]
+    forward: Float[Array, " n_swing"]  #: Forward travel of the ankle, 0 to 1
+    up: Float[Array, " n_swing"]  #: Height of the ankle above any level [m]
 
 
 def foot_motion(
@@ -79,8 +66,12 @@ def foot_motion(
     stances: Sequence[Stance],
     times: Float[Array, " n_times"],
     curves: FootCurves,
+    ground: Ground,
 ) -> FootMotion:
-    """Return how a foot moves through all its stances; it rests before and after them."""
+    """Return how a foot moves through all its stances; it rests before and after them.
+
+    In swing the sole is clear of the ``ground`` with all its treads.
+    """
     stands = [_Standing(human, s, curves) for s in stances]
     out = np.full((len(times), 6), np.nan)
     for k, stand in enumerate(stands):
@@ -92,7 +83,7 @@ def foot_motion(
         if not last:
             swing = (times > stance.toe_off) & (times < stands[k + 1].stance.heel_strike)
             if swing.any():
-                out[swing] = _swing(human, stand, stands[k + 1], curves, times[swing])
+                out[swing] = _swing(human, stand, stands[k + 1], curves, times[swing], ground)
     return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
 
 
@@ -161,6 +152,7 @@ def _swing(
     ahead: _Standing,
     curves: FootCurves,
     times: Float[Array, " n"],
+    ground: Ground,
 ) -> Float[Array, "n 6"]:
     """Return ankle, heading, pitch and toe angle between two footprints."""
     off, strike = behind.stance.toe_off, ahead.stance.heel_strike
@@ -189,8 +181,7 @@ def _swing(
 
     # raised until the sole is clear, on a grid independent of the evaluation times
     grid = np.linspace(0.0, 1.0, 41)
-    levels = [x.stance.footprint.position[2] for x in (behind, ahead)]
-    lacking = _ground(grid, *levels) + CLEARANCE * _bump(grid) - _lowest(human, path(grid))
+    lacking = CLEARANCE * _bump(grid) - _clear(human, path(grid), ground)
     inner = (grid >= 0.15) & (grid <= 0.85)
     lift = max(0.0, float((lacking[inner] / _bump(grid[inner])).max()))
     lacking -= (lift + CLEARANCE) * _bump(grid)  # what may be left of it near the ends
@@ -215,22 +206,18 @@ def _quintic(s, span, x0, v0, x1, v1):
     return x0 + s * (a + s * s * (c3 + s * (c4 + s * c5)))
 
 
-def _ground(s, behind, ahead):
-    """Return the height to clear along a swing from one level to another."""
-    if ahead > behind:  # up before the edge
-        return np.where(s > 0.35, ahead, behind)
-    return np.where(s < 0.65, behind, ahead)
+def _clear(human: Human, path: Float[Array, "n 6"], ground: Ground) -> Float[Array, " n"]:
+    """Return the height of the lowest point of the sole above the ground near it [m].
 
-
-def _lowest(human: Human, path: Float[Array, "n 6"]) -> Float[Array, " n"]:
-    """Return the height of the lowest point of the sole, bent toes included [m]."""
+    Bent toes belong to the sole.
+    """
     d = human.dimensions
-    ankle, pitch, toes = path[:, 2], path[:, 4], path[:, 5]
+    x, ankle, pitch, toes = path[:, 0], path[:, 2], path[:, 4], path[:, 5]
+    along, c, s = np.cos(path[:, 3]), np.cos(pitch), np.sin(pitch)
     heel, ball, tip = (point(n, d) for n in ("heel_back_medial", "metatarsal_1", "toe_1"))
-
-    def height(p: np.ndarray) -> np.ndarray:
-        return ankle - np.sin(pitch) * p[0] + np.cos(pitch) * p[2]
-
-    heights = [height(heel), height(ball)]
-    heights.append(heights[1] - np.sin(pitch - toes) * (tip[0] - ball[0]))
+    places = [(x + along * (c * p[0] + s * p[2]), ankle - s * p[0] + c * p[2])
+              for p in (heel, ball)]  # fmt: skip
+    far, (x, z) = tip[0] - ball[0], places[1]
+    places.append((x + along * np.cos(pitch - toes) * far, z - np.sin(pitch - toes) * far))
+    heights = [z - ground.along(x, EDGE_MARGIN) for x, z in places]
     return np.min(heights, axis=0) - sphere_radius(d)

@@ -23,17 +23,11 @@ _ROTATION_LENGTH = 0.25  # [m] distance equivalent to a foot rotation of one rad
 
 @dataclass(frozen=True, eq=False)
 class _Hinge:
-    """A hinge of the chain.
+    """A hinge of the chain."""
 
-    Attributes:
-        index: Its place among the person's hinges.
-        axis: In the axes of its body.
-        moved: Its column in the Jacobian; -1 for a hinge left as it is.
-    """
-
-    index: int
-    axis: Float[Array, " 3"]
-    moved: int
+    index: int  #: Its place among the person's hinges
+    axis: Float[Array, " 3"]  #: In the axes of its body
+    moved: int  #: Its column in the Jacobian; -1 for a hinge left as it is
 
 
 class Leg:

@@ -6,18 +6,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import textbook_gait
-from plantigrade.spatial.conventions import (
-    PELVIS,
-)
-from plantigrade.trajopt.guess.foot_motion import (
-    STRIKE_ANGLES,
-    TOE_OFF_ANGLES,
-    FootCurves,
-)
+from plantigrade.spatial.conventions import PELVIS
+from plantigrade.trajopt.guess.foot_motion import STRIKE_ANGLES, TOE_OFF_ANGLES, FootCurves
 from plantigrade.trajopt.guess.postures import standing_hinges
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
-MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing
+MAX_HEEL_UP_ANGLE = float(np.deg2rad(65.0))  # [rad] maximum heel-up angle in swing; chosen
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 
 

@@ -25,17 +25,12 @@ HOLD_SHARE = 0.4  # [1] share of a rest with a motionless body
 
 @dataclass(frozen=True)
 class DoubleSupport:
-    """Both feet on the ground [s].
-
-    Attributes:
-        place: Between the feet: x, y, ground [m], heading [rad].
-        rest: ``"before"`` or ``"after"`` the walk, or empty in between.
-    """
+    """Both feet on the ground [s]."""
 
     start: float
     stop: float
-    place: Float[Array, " 4"]
-    rest: str = ""
+    place: Float[Array, " 4"]  #: Between the feet: x, y, ground [m], heading [rad]
+    rest: str = ""  #: ``"before"`` or ``"after"`` the walk, or empty in between
 
     @property
     def held(self) -> float:

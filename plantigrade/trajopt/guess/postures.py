@@ -151,19 +151,13 @@ def reaching(
 
 @dataclass(frozen=True)
 class KeyPostures:
-    """A first guess: postures at times, smooth in between, legs reaching for the feet.
+    """A first guess: postures at times, smooth in between, legs reaching for the feet."""
 
-    Attributes:
-        times: When the postures are taken [s].
-        postures: Coordinates (n_times, nv).
-        lift: How high a foot is lifted between two of its stances [m].
-        bent: Part of their length that legs are short of stretched, but near the ends: a leg that
-            is stretched while the hip moves away has a knee of any speed.
-    """
-
-    times: tuple[float, ...]
-    postures: tuple[Float[Array, " nv"], ...] = field(repr=False)
-    lift: float = 0.05
+    times: tuple[float, ...]  #: When the postures are taken [s]
+    postures: tuple[Float[Array, " nv"], ...] = field(repr=False)  #: Coordinates (n_times, nv)
+    lift: float = 0.05  #: How high a foot is lifted between two of its stances [m]
+    #: Part of their length that legs are short of stretched, but near the ends: a leg that is
+    #: stretched while the hip moves away has a knee of any speed
     bent: float = 0.0
 
     def __call__(

@@ -12,6 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -21,11 +22,7 @@ from plantigrade.spatial.conventions import (
     within_half_turn,
     xyzw_to_wxyz,
 )
-from plantigrade.trajopt.guess.foot_motion import (
-    FootMotion,
-    foot_motion,
-    toe_coordinates,
-)
+from plantigrade.trajopt.guess.foot_motion import FootMotion, foot_motion, toe_coordinates
 from plantigrade.trajopt.guess.legs import Leg
 from plantigrade.trajopt.guess.mean_gait import SAGITTAL, MeanGait
 from plantigrade.trajopt.guess.pelvis_path import (
@@ -42,15 +39,12 @@ from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
 MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
 _RATE = 100.0  # [Hz] rate of the grid for the pelvis height
-NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles
-HARMONICS = 4  # number of waves that make up the noise
+NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles; chosen
+HARMONICS = 4  # number of waves that make up the noise; chosen
 
 
 def walking_guess(
-    human: Human,
-    plan: ContactPlan,
-    parameters: GaitParameters,
-    times: Float[Array, " n_times"],
+    human: Human, plan: ContactPlan, parameters: GaitParameters, times: Float[Array, " n_times"]
 ) -> Float[Array, "n_times n_coordinates"]:
     """Return the coordinates of a walk whose feet follow a plan, at times [s].
 
@@ -68,13 +62,14 @@ def walking_guess(
     gait = MeanGait(human, parameters, phases(stances, supports), walking_share(supports))
     path = PelvisPath(human, supports, stances, parameters)
     curves = gait.foot_curves(parameters)
+    ground = Ground.of_plan(plan)
     begin, end = min(0.0, float(times.min())), max(plan.duration, float(times.max()))
     margin = plan.duration if plan.periodic else 0.0
     n = int(np.ceil((end - begin + 2 * margin) * _RATE)) + 1
     grid = np.linspace(begin - margin, end + margin, n)
 
     def feet(at: np.ndarray) -> dict[str, FootMotion]:
-        return {s: foot_motion(human, foot_stances(stances, s), at, curves) for s in SIDES}
+        return {s: foot_motion(human, foot_stances(stances, s), at, curves, ground) for s in SIDES}
 
     legs = {side: Leg(human, side) for side in SIDES}
     heights = _height(legs, *path.pelvis(gait, grid), feet(grid))

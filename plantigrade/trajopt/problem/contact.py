@@ -106,8 +106,8 @@ def hold_contacts(
 ) -> None:
     """Fix every standing site where the plan has it, and keep the others above the ground.
 
-    Of the rows of a foot only as many are fixed as are independent: the others follow, because the
-    segments of a foot are rigid. At nodes where a contact begins or ends, the speed of what begins
+    Only the independent rows of a foot are fixed: the others follow, because the segments of a foot
+    are rigid. At nodes where a contact begins or ends, the speed of what begins
     or ends is zero too; between nodes it is the positions at neighbouring ones that keep it.
     """
     index = {site.name: k for k, site in enumerate(body.sites)}

@@ -17,8 +17,7 @@ from plantigrade.trajopt.transcription.derivatives import derivatives_of
 if TYPE_CHECKING:
     import casadi
 
-WORK_RATE_ROUNDING = 0.5
-"""Rounding of work rates, in units of rows [1]."""
+WORK_RATE_ROUNDING = 0.5  #: Rounding of work rates, in units of rows [1]
 
 ENDURANCE_ROUNDING = 0.05
 """Rounding of endurance, in units of rows [1]."""

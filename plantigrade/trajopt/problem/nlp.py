@@ -36,51 +36,37 @@ class PeriodicClosure:
     coordinate ``source[j]``. The translation is not part of the spline (trigonometric splines of
     odd degree cannot represent constants): it is added at a constant rate. Node unknowns continue
     in the same way. Without mirroring, the same class describes a full stride.
-
-    Attributes:
-        source: Coordinate that continues each one (n_coordinates,).
-        sign: 1 or -1 (n_coordinates,).
-        shift: Translation in one period (n_coordinates,) [rad, m]; unchanged by mirroring, so that
-            velocities are continuous.
-        u_source: As ``source``, for node unknowns (n_unknowns,).
-        u_sign: 1 or -1 (n_unknowns,).
     """
 
-    source: Int[Array, " n_coordinates"]
-    sign: Float[Array, " n_coordinates"]
+    source: Int[Array, " n_coordinates"]  #: Coordinate that continues each one (n_coordinates,)
+    sign: Float[Array, " n_coordinates"]  #: 1 or -1 (n_coordinates,)
+    #: Translation in one period (n_coordinates,) [rad, m]; unchanged by mirroring, so that
+    #: velocities are continuous
     shift: Float[Array, " n_coordinates"]
-    u_source: Int[Array, " n_unknowns"]
-    u_sign: Float[Array, " n_unknowns"]
+    u_source: Int[Array, " n_unknowns"]  #: As ``source``, for node unknowns (n_unknowns,)
+    u_sign: Float[Array, " n_unknowns"]  #: 1 or -1 (n_unknowns,)
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A trajectory optimisation problem, as solvers take it.
+    """A trajectory optimisation problem, as solvers take it."""
 
-    Attributes:
-        basis: The spline basis; periodic if there is a ``closure``.
-        nodes: Times of the nodes [s].
-        names: Names of the coordinates.
-        rows: Constraints and costs.
-        u_names: Names of the node unknowns.
-        u_lower: Their lower limits (n_nodes, n_unknowns).
-        u_upper: Their upper limits; where equal, the unknown is fixed there.
-        u_smooth: Weight of the squared step of each unknown from a node to the next
-            (n_nodes - 1, n_unknowns); (n_nodes, n_unknowns) with a closure.
-        closure: Periodic boundary condition; None for a motion that ends.
-        jerk: Weight of the squared third derivative of each coordinate, integrated over time, which
-            keeps the spline smooth between nodes (n_coordinates,); empty for none.
-    """
-
-    basis: Basis
-    nodes: Float[Array, " n_nodes"]
-    names: tuple[str, ...]
-    rows: tuple[ConstraintFamily, ...]
-    u_names: tuple[str, ...] = ()
+    basis: Basis  #: The spline basis; periodic if there is a ``closure``
+    nodes: Float[Array, " n_nodes"]  #: Times of the nodes [s]
+    names: tuple[str, ...]  #: Names of the coordinates
+    rows: tuple[ConstraintFamily, ...]  #: Constraints and costs
+    u_names: tuple[str, ...] = ()  #: Names of the node unknowns
+    #: Their lower limits (n_nodes, n_unknowns)
     u_lower: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
+    #: Their upper limits; where equal, the unknown is fixed there
     u_upper: Float[Array, "n_nodes n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
+    #: Weight of the squared step of each unknown from a node to the next (n_nodes - 1, n_unknowns);
+    #: (n_nodes, n_unknowns) with a closure
     u_smooth: Float[Array, "n_steps n_unknowns"] = field(default_factory=lambda: np.zeros((0, 0)))
+    #: Periodic boundary condition; None for a motion that ends
     closure: PeriodicClosure | None = None
+    #: Weight of the squared third derivative of each coordinate, integrated over time, which keeps
+    #: the spline smooth between nodes (n_coordinates,); empty for none
     jerk: Float[Array, " n_coordinates"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self):

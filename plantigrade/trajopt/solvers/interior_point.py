@@ -51,11 +51,9 @@ PATIENCE = 5
 """Number of iterations after which a nearly feasible point no longer waits for a smaller barrier
 [1]."""
 
-MAX_STALLED_ITERATIONS = 12
-"""Maximum number of iterations without an accepted step [1]."""
+MAX_STALLED_ITERATIONS = 12  #: Maximum number of iterations without an accepted step [1]
 
-EQUATION_WEIGHT = 1e6
-"""Weight of linear equations relative to the distance from a guess [1]."""
+EQUATION_WEIGHT = 1e6  #: Weight of linear equations relative to the distance from a guess [1]
 
 
 @dataclass

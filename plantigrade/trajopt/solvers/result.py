@@ -7,31 +7,23 @@ from typing import Literal
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.motion.resample import interpolate
 
 Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
 
 
 @dataclass(frozen=True)
 class Options:
-    r"""Settings of the solver; the defaults serve every task.
+    r"""Settings of the solver; the defaults serve every task."""
 
-    Attributes:
-        tolerance: Largest scaled error of the optimality conditions.
-        feasibility: Largest violation of a row, in its own unit (where 1 is large).
-        acceptable: Optimality error at which a feasible point is good enough once it stalls.
-        iterations: Most iterations.
-        initial_barrier: First barrier parameter, at most: less near a solution.
-        constraint_regularisation: :math:`\delta_c`.
-        seconds: Most time [s].
-    """
-
-    tolerance: float = 1e-3
-    feasibility: float = 1e-6
+    tolerance: float = 1e-3  #: Largest scaled error of the optimality conditions
+    feasibility: float = 1e-6  #: Largest violation of a row, in its own unit (where 1 is large)
+    #: Optimality error at which a feasible point is good enough once it stalls
     acceptable: float = 1e-1
-    iterations: int = 150
-    initial_barrier: float = 1e-3
-    constraint_regularisation: float = 1e-8
-    seconds: float = np.inf
+    iterations: int = 150  #: Most iterations
+    initial_barrier: float = 1e-3  #: First barrier parameter, at most: less near a solution
+    constraint_regularisation: float = 1e-8  #: :math:`\delta_c`
+    seconds: float = np.inf  #: Most time [s]
 
 
 @dataclass(frozen=True)
@@ -51,13 +43,10 @@ class Iterate:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """Lagrange multipliers of all constraints: a warm start for a similar problem.
+    """Lagrange multipliers of all constraints: a warm start for a similar problem."""
 
-    Attributes:
-        rows: Name of a family → multipliers of its rows, of their lower and of their upper limits
-            (3, n_nodes, n_rows).
-    """
-
+    #: Name of a family → multipliers of its rows, of their lower and of their upper limits (3,
+    #: n_nodes, n_rows)
     rows: Mapping[str, Float[Array, "3 n_nodes n_rows"]]
 
     def moved(
@@ -74,12 +63,11 @@ class Multipliers:
         spacing = (
             np.gradient(after)[:, None] / np.interp(after, before, np.gradient(before))[:, None]
         )
-
-        def interpolated(values: Array) -> Array:
-            return np.stack([np.interp(after, before, x) for x in values.T], axis=1) * spacing
-
         return Multipliers(
-            {name: np.stack([interpolated(x) for x in each]) for name, each in self.rows.items()}
+            {
+                name: np.stack([interpolate(after, before, x) * spacing for x in each])
+                for name, each in self.rows.items()
+            }
         )
 
 

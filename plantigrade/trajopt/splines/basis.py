@@ -31,18 +31,13 @@ MAX_CACHED = 64  # [1] maximum number of matrices cached by a basis
 
 @dataclass(frozen=True, eq=False)
 class BandedMatrix:
-    """The non-zero entries of a collocation matrix, row by row.
+    """The non-zero entries of a collocation matrix, row by row."""
 
-    Attributes:
-        values: Entries, the leftmost function first [1/s^derivative].
-        first: Coefficient of the first entry of each row; the others follow it, wrapping round if
-            the basis is periodic.
-        n_coefficients: Number of columns.
-    """
-
-    values: Float[Array, "n_times order"]
+    values: Float[Array, "n_times order"]  #: Entries, the leftmost function first [1/s^derivative]
+    #: Coefficient of the first entry of each row; the others follow it, wrapping round if the basis
+    #: is periodic
     first: Int[Array, " n_times"]
-    n_coefficients: int
+    n_coefficients: int  #: Number of columns
 
     @property
     def columns(self) -> Int[Array, "n_times order"]:

@@ -43,7 +43,7 @@ class TrigonometricBasis(Basis):
       :math:`\pi`. At a difference of :math:`\pi` the sine in Eq. 6 vanishes too, though that is no
       0/0; it is refused here.
 
-    What holds instead of a partition of unity, for :math:`\gamma + 1` knots of a support less than
+    These replace the partition of unity, for :math:`\gamma + 1` knots of a support less than
     :math:`\pi` apart:
 
     - Functions are positive inside their support and zero outside.

@@ -35,8 +35,7 @@ from plantigrade.models import Human
 from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
 from plantigrade.trajopt.tasks.settings import MAX_WALKING_SPEED, MIN_WALKING_SPEED
 
-STEP_TIMES = (0.15, 3.0)
-"""Minimum and maximum step time [s]."""
+STEP_TIMES = (0.15, 3.0)  # [s] minimum and maximum step time
 
 STEP_LENGTH_COEFFICIENT = 1.16  # [leg lengths] step length at a dimensionless speed of 1
 STEP_WIDTH_SHARE = 0.13  # [leg lengths] step width
@@ -50,31 +49,18 @@ MAX_STEP_LENGTH = 1.15  # [leg lengths] maximum step length; legs 70° apart
 
 @dataclass(frozen=True)
 class GaitParameters:
-    """Lengths and times of a walk.
+    """Lengths and times of a walk."""
 
-    Attributes:
-        speed: Walking speed [m/s].
-        step_length: From foot to foot along the path [m].
-        step_time: From heel strike to the other foot's heel strike [s].
-        stance_fraction: Foot off as a fraction of the stride.
-        step_width: Between the lines on which the ankles step [m].
-        toe_out: How far each foot points outwards [rad].
-        foot_flat: When the whole foot is down, fraction of the stride from heel strike.
-        heel_off: When the heel leaves, fraction of the stride.
-        forefoot_off: When all but the toes leave, fraction of the stride.
-        leg_length: Hip to ground [m].
-    """
-
-    speed: float
-    step_length: float
-    step_time: float
-    stance_fraction: float
-    step_width: float
-    toe_out: float
-    foot_flat: float
-    heel_off: float
-    forefoot_off: float
-    leg_length: float
+    speed: float  #: Walking speed [m/s]
+    step_length: float  #: From foot to foot along the path [m]
+    step_time: float  #: From heel strike to the other foot's heel strike [s]
+    stance_fraction: float  #: Foot off as a fraction of the stride
+    step_width: float  #: Between the lines on which the ankles step [m]
+    toe_out: float  #: How far each foot points outwards [rad]
+    foot_flat: float  #: When the whole foot is down, fraction of the stride from heel strike
+    heel_off: float  #: When the heel leaves, fraction of the stride
+    forefoot_off: float  #: When all but the toes leave, fraction of the stride
+    leg_length: float  #: Hip to ground [m]
 
     def __post_init__(self):
         """Refuse a stance out of order."""
@@ -82,8 +68,7 @@ class GaitParameters:
         if not (np.all(np.diff(order) >= 0) and 0.5 <= self.stance_fraction < 1):
             raise ParameterError(
                 "a walking stance goes from 0 over foot flat, heel off and ball off to foot off at "
-                "0.5 to 1 of the stride; these are "
-                f"{', '.join(f'{x:.3g}' for x in order[1:])}"
+                f"0.5 to 1 of the stride; these are {', '.join(f'{x:.3g}' for x in order[1:])}"
             )
         if not (self.speed > 0 and self.step_length > 0 and self.step_time > 0):
             raise ParameterError(

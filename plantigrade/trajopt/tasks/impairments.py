@@ -21,20 +21,18 @@ if TYPE_CHECKING:
     from plantigrade.trajopt.terms.term import Term
 
 MAX_ANGLE = 360.0
-"""Largest angle of a range or a brace [deg]."""
-MAX_STRENGTH = 3.0
-"""Largest strength, as part of the person's own; chosen."""
+"""Largest angle of a range or a brace [deg]: a full turn."""
+MAX_STRENGTH = 3.0  # Largest strength, as part of the person's own [1]; chosen
 MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
-MAX_SOLE = 0.05
-"""Largest change of a sole [m], half of what a contact sphere may be moved by."""
+MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
 
 Words = tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Impairments(Bounded):
-    """What limits a person, each as NAME=VALUE, in degrees.
+    """Limits of a person, each as NAME=VALUE, in degrees.
 
     A name is that of a coordinate (``knee_angle_r``), or its beginning (``knee_r``, ``hip`` for all
     of both hips).
@@ -52,8 +50,7 @@ class Impairments(Bounded):
     """Spring across a joint: stiffness [N m/deg] and neutral angle, such as ankle_r=3@0;
     repeatable."""
     sole: Annotated[Words, tyro.conf.UseAppendAction, optional("SIDE=METRES")] = ()
-    """Thicker sole of a foot (r or l), or with a minus sign a thinner one, which shortens the leg
-    [m]; repeatable."""
+    """Thicker sole of a foot (r or l), which lengthens its leg [m], such as r=0.02; repeatable."""
 
     def __post_init__(self):
         """Refuse words that say nothing."""
@@ -133,10 +130,17 @@ class Impairments(Bounded):
         return name, stiffness, angle
 
     def _sole(self, word: str) -> tuple[str, float]:
-        side, value = _split("sole", word, "r=METRES or l=METRES, such as l=-0.02")
+        side, value = _split("sole", word, "r=METRES or l=METRES, such as r=0.02")
         if side not in ("r", "l"):
             raise ParameterError(f"sole={shown(word)}: the side is r or l")
         (thicker,) = _numbers("sole", word, [value], 1, -MAX_SOLE, MAX_SOLE, "m")
+        if thicker < 0.0:  # the ball would be above the axis of the toes and press into the ground
+            name, other = ("right", "l") if side == "r" else ("left", "r")
+            raise ParameterError(
+                f"sole={shown(word)}: a bare foot has no sole to take away; for a "
+                f"{name} leg that is {-1e3 * thicker:g} mm shorter, thicken the "
+                f"other sole: {other}={-thicker:g}"
+            )
         return side, thicker
 
 
@@ -155,8 +159,8 @@ def _numbers(
     except ValueError:
         values = []
     if len(values) != n:
-        wanted = "a number is" if n == 1 else f"{n} numbers with a colon are"
-        raise ParameterError(f"{option}={shown(word)}: {wanted} needed")
+        needed = "a number is" if n == 1 else f"{n} numbers with a colon are"
+        raise ParameterError(f"{option}={shown(word)}: {needed} needed")
     for value in values:
         number(f"{option} {word.partition('=')[0]}", value, low, high, unit, "an impairment")
     return values

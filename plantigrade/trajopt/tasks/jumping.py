@@ -130,9 +130,7 @@ def take_off(human: Human, parameters: TakeOff) -> MotionTask:
         *(Limits(strength=parameters.strength) if isinstance(t, Limits) else t for t in basics()),
         *at_rest(human, 0.0, before),
         CentreOfMass(
-            push,
-            position=(np.nan, np.nan, _stretched(human)),
-            gain=(gain, gain * usual / GRAVITY),
+            push, position=(np.nan, np.nan, _stretched(human)), gain=(gain, gain * usual / GRAVITY)
         ),
         PowerLimit(JOINT_POWER),
         *_countermovement(human, push, depth),

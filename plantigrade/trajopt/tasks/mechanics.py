@@ -38,8 +38,7 @@ MAX_LEG_FORCE = 4.0
 MAX_OUTSIDE_SUPPORT = 0.1
 """Maximum distance of the centre of pressure of a point mass outside the feet [m], the effect of
 hip flexion, arm swing and vertical motion. Estimate."""
-HEEL_SHARE = 0.25
-"""Distance from the ankle to the back of the heel relative to foot length [1]."""
+HEEL_SHARE = 0.25  # [1] distance from the ankle to the back of the heel relative to foot length
 MAX_TIME_STEP = 0.05  # [s] maximum time step of the linear program
 
 Rests = tuple[tuple[float, float, float], tuple[float, float, float]]

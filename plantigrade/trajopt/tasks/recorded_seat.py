@@ -18,11 +18,7 @@ MAX_SEATED_HEIGHT = 0.01  # [m] maximum height of the ischia above their rest in
 
 
 def supports_of(
-    human: Human,
-    motion: Motion,
-    contacts: Sequence[ContactInterval],
-    start: float,
-    duration: float,
+    human: Human, motion: Motion, contacts: Sequence[ContactInterval], start: float, duration: float
 ) -> tuple[PointSupport, ...]:
     """Return the seat of a recorded motion, one support for each ischium and each sit.
 

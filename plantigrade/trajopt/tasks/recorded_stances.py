@@ -19,8 +19,7 @@ from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 
-NODES_PER_SECOND = 50.0
-"""Nodes per second of a tracked motion [1/s]."""
+NODES_PER_SECOND = 50.0  # [1/s] nodes per second of a tracked motion
 
 GRID = 1.0 / NODES_PER_SECOND  # [s] contact changes are multiples of this, for evenly spaced nodes
 MIN_CHANGE_INTERVAL = 2 * GRID  # [s] minimum interval between two contact changes of one foot

@@ -9,14 +9,7 @@ from typing import Annotated, Any, Literal
 
 from plantigrade.bounds import Bounded, number, word
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.options import (
-    Cadence,
-    Degrees,
-    Flag,
-    Metres,
-    optional,
-    refuse_unknown,
-)
+from plantigrade.options import Cadence, Degrees, Flag, Metres, optional, refuse_unknown
 
 Side = Literal["r", "l"]
 Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]
@@ -25,12 +18,9 @@ Basis = Annotated[
     Literal["trigonometric", "polynomial"] | None, optional("{trigonometric,polynomial}")
 ]
 
-MIN_WALKING_SPEED = 0.3
-"""Minimum walking speed [m/s]."""
-MAX_WALKING_SPEED = 2.2
-"""Maximum walking speed [m/s]."""
-MAX_DURATION = 20.0
-"""Maximum duration of a movement in place [s]."""
+MIN_WALKING_SPEED = 0.3  #: Minimum walking speed [m/s]
+MAX_WALKING_SPEED = 2.2  #: Maximum walking speed [m/s]
+MAX_DURATION = 20.0  #: Maximum duration of a movement in place [s]
 
 
 @dataclass(frozen=True, kw_only=True)

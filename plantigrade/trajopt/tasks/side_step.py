@@ -19,8 +19,7 @@ PHASE_SHARES = (0.28, 0.17, 0.10, 0.17, 0.28)
 """Shares of the duration [1]: weight shift to the stance foot, first swing, double support, second
 swing, and settling. In 2.4 s the swings take 0.4 s each, as in walking."""
 _TRUNK = ("pelvis_list", "pelvis_tilt", "lumbar_bending", "thorax_bending", "lower_thorax_bending")
-UPRIGHT_WEIGHTS = dict.fromkeys(_TRUNK, 5.0)
-"""Weights of an upright trunk [1/(s rad²)]."""
+UPRIGHT_WEIGHTS = dict.fromkeys(_TRUNK, 5.0)  # [1/(s rad²)] weights of an upright trunk
 # [1/(s m²)] weight of the deviation of the pelvis height from standing
 PELVIS_HEIGHT_WEIGHT = 300.0
 MAX_STEP_LENGTH = 0.55  # [leg lengths] maximum step; about 20° of hip abduction each

@@ -37,24 +37,19 @@ class MotionTask:
 
     A periodic plan of half a stride, mirrored, becomes one of a whole stride where a term is about
     one side only, because the term would otherwise also apply to the other side.
-
-    Attributes:
-        name: Name.
-        plan: Contacts.
-        terms: Conditions and costs.
-        guess: Coordinates to start from.
-        force_guess: Contact forces to start from; body weight shared by what stands if absent.
-        nodes_per_second: Nodes a second.
-        basis: ``"trigonometric"`` or ``"polynomial"``.
     """
 
-    name: str
-    plan: ContactPlan
-    terms: tuple[Term, ...]
-    guess: Guess
-    nodes_per_second: float = 20.0
-    basis: str = "trigonometric"
+    name: str  #: Name
+    plan: ContactPlan  #: Contacts
+    terms: tuple[Term, ...]  #: Conditions and costs
+    guess: Guess  #: Coordinates to start from
+    nodes_per_second: float = 20.0  #: Nodes a second
+    basis: str = "trigonometric"  #: ``"trigonometric"`` or ``"polynomial"``
+    #: Contact forces to start from; body weight shared by what stands if absent
     force_guess: ForceGuess | None = None
+    #: Whether the check refuses parts of the body inside each other or inside the ground; false
+    #: where a recording is tracked, whose limbs are not as thick as the person's
+    solid: bool = True
 
     def __post_init__(self):
         """Take a whole stride where terms are one-sided."""

@@ -68,8 +68,7 @@ _KINDS: tuple[type[Term], ...] = (
 TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
 """Name of a term in a file → its class, whose fields are the keys."""
 
-RENAMED = {"head-stability": "upright"}
-"""Former name of a term → today's."""
+RENAMED = {"head-stability": "upright"}  #: Former name of a term → today's
 STANDING = "standing"
 _TASK = ("name", "base", "without", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
@@ -79,29 +78,19 @@ _TOP = ("task", "parameters", "impairments", "term", "stance")
 
 @dataclass(frozen=True)
 class TaskFile:
-    """Content of a task file.
+    """Content of a task file."""
 
-    Attributes:
-        name: Name of the task.
-        base: A task of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
-        parameters: Parameters of the base.
-        impairments: Options of the person's impairments, as words.
-        without: Names of terms of the base that are left out.
-        added: Names and arguments of terms that are added.
-        stances: Stances as written; the base's if empty.
-        nodes_per_second: The base's if None.
-        basis: ``"trigonometric"`` or ``"polynomial"``; the base's if None.
-    """
-
-    name: str
-    base: str = STANDING
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    name: str  #: Name of the task
+    base: str = STANDING  #: A task of :data:`~plantigrade.trajopt.tasks.settings.TASKS`
+    parameters: Mapping[str, Any] = field(default_factory=dict)  #: Parameters of the base
+    #: Options of the person's impairments, as words
     impairments: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    without: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()  #: Names of terms of the base that are left out
+    #: Names and arguments of terms that are added
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
-    stances: tuple[Mapping[str, Any], ...] = ()
-    nodes_per_second: float | None = None
-    basis: str | None = None
+    stances: tuple[Mapping[str, Any], ...] = ()  #: Stances as written; the base's if empty
+    nodes_per_second: float | None = None  #: The base's if None
+    basis: str | None = None  #: ``"trigonometric"`` or ``"polynomial"``; the base's if None
 
     def task(self, human: Human) -> MotionTask:
         """Return the task of a person.

@@ -12,8 +12,7 @@ from plantigrade.bounds import shown
 from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 
-MAX_NUMBER = 1e300
-"""Maximum magnitude of a number; larger ones overflow in use."""
+MAX_NUMBER = 1e300  # Maximum magnitude of a number; larger ones overflow in use
 _POINT = {"body": str, "position": tuple[float, float, float], "radius": float}
 _NEEDED = {bool: "true or false", str: "a word in quotes", float: "a number"}
 

@@ -193,6 +193,7 @@ def track(
         guess,
         nodes_per_second=NODES_PER_SECOND,
         force_guess=force_guess,
+        solid=False,
     )
 
 

@@ -33,11 +33,7 @@ import numpy as np
 
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
-from plantigrade.trajopt.tasks.gait_parameters import (
-    GaitParameters,
-    gait_parameters,
-    leg_length,
-)
+from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters, leg_length
 from plantigrade.trajopt.tasks.mechanics import check_froude, check_support
 from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.trajopt.tasks.task import Guess, MotionTask
@@ -118,7 +114,7 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
         Clearance(CLEARANCE),
         Limits(),
-        SolidLimbs(MIN_LEG_DISTANCE),
+        SolidLimbs(MIN_LEG_DISTANCE, ground=np.inf),  # the hands of a walker are far above it
         Torque(
             1.0,
             {

@@ -6,10 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan, Footprint, Stance
+from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
@@ -19,18 +20,14 @@ from plantigrade.trajopt.problem.contact import (
     hold_contacts,
     keep_soles_up,
     site_forces,
-    site_targets,
     soles_of,
 )
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.term import Term
 
-STEP_MARGIN = 0.06
-"""Lateral margin for the clearance of a swing foot over a step [m]."""
-
-TILT_MARGIN = 0.005
-"""Additional height of this clearance [m], because some spheres of a tilted foot are not contact
-sites."""
+EDGE_MARGIN = 0.02
+"""Distance that a swing foot keeps from the edge of a tread until it is as high as the tread [m];
+2 cm leaves a few millimetres to the motion between nodes."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +72,10 @@ class Contact(Term):
 
 @dataclass(frozen=True)
 class Above(Term):
-    """A site stays above a level whenever it does not rest there: a seat.
+    """A site stays above a level whenever it does not rest there: a seat."""
 
-    Attributes:
-        site: Name of the contact site.
-        height: Height of the level [m].
-    """
-
-    site: str
-    height: float
+    site: str  #: Name of the contact site
+    height: float  #: Height of the level [m]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the height of the lowest point."""
@@ -118,50 +110,60 @@ class Above(Term):
 class Clearance(Term):
     r"""A foot in the air is at least :math:`h \sin^4(\pi s)` high at part :math:`s` of its swing.
 
-    Steps in the ground are cleared where a smoothly moving foot meets them, by the spheres of its
-    soles that carry no force, too.
-
-    Attributes:
-        height: In the middle of the swing [m].
+    Every edge of a tread on the way is passed round its corner: up, a point of the foot stays
+    before the edge up to one node and is above the tread from that node on; down, it is above the
+    tread up to one node and beyond the edge from that node on. At the node both hold, so that
+    nothing cuts the corner between two nodes. It is the node nearest to the instant at which a
+    foot that moves smoothly from footprint to footprint meets the edge.
     """
 
-    height: float = 0.02
+    height: float = 0.02  #: In the middle of the swing [m]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit heights of the sites of a swinging foot."""
         family, ground = b.family("contact"), Ground.of_plan(b.plan)
-        flat = {s: site_targets(b.body, Footprint(s, (0.0, 0.0, 0.0))) for s in SIDES}
-        soles, spheres = soles_of(b.body, len(b.nodes)) if ground.steps else (None, ())
         for side, one, two in _swings(b.plan):
             swing = (b.nodes > one.toe_off) & (b.nodes < two.heel_strike)
             at = np.flatnonzero(swing).tolist()
             part = (b.nodes[swing] - one.toe_off) / (two.heel_strike - one.toe_off)
-            (here, _, before), (there, _, after) = one.footprint.position, two.footprint.position
-            gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
-            above = self.height * np.sin(np.pi * part) ** 4
-            # Both ends of an interval in which a step is crossed are above it.
-            moved = np.abs(np.diff(np.concatenate([[here], gone, [there]])))
-            margin = np.maximum(STEP_MARGIN, np.maximum(moved[:-1], moved[1:]))
-            margin = np.where((part > 0.02) & (part < 0.98), margin, 0.0)
-            for k, site in enumerate(b.body.sites):
-                if site.side == side:
-                    x = gone + float(flat[side][site.name][0])
-                    edge = ground.along(x - margin) != ground.along(x + margin)
-                    low = ground.along(x, margin) + above + TILT_MARGIN * edge
-                    b.limit(family, low[:, None], columns=[3 * k + 2], nodes=at)
-                    if after < before:  # it does not lag behind
-                        b.limit(family, (x - STEP_MARGIN)[:, None], columns=[3 * k], nodes=at)
-            if soles is not None:
-                under = flat_sites(b.body.human, (*b.body.sites, *spheres), side)
-                for k, sphere in enumerate(spheres):
-                    if sphere.side == side:
-                        x, _, deep = under[sphere.name]
-                        low = (
-                            ground.along(gone + float(x), margin)
-                            + min(float(deep), 0.0)
-                            - MAX_UNLOADED_DEPTH
-                        )
-                        b.limit(b.add(soles), low[:, None], columns=[k], nodes=at)
+            if ground.steps:
+                self._round_edges(b, ground, (one, two), part, at)
+                continue
+            low = ground.height + self.height * np.sin(np.pi * part) ** 4
+            columns = [3 * k + 2 for k, site in enumerate(b.body.sites) if site.side == side]
+            b.limit(family, low[:, None], columns=columns, nodes=at)
+
+    def _round_edges(
+        self,
+        b: ProblemBuilder,
+        ground: Ground,
+        stances: tuple[Stance, Stance],
+        part: Float[Array, " n"],
+        nodes: list[int],
+    ) -> None:
+        """Limit places of all spheres of a foot between two stances."""
+        one, two = stances
+        side, family = one.footprint.side, b.family("contact")
+        here, there = one.footprint.position[0], two.footprint.position[0]
+        gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
+        above = self.height * np.sin(np.pi * part) ** 4
+        soles, spheres = soles_of(b.body, len(b.nodes))
+        under = b.body.cache.get(
+            ("flat spheres", side),
+            lambda: flat_sites(b.body.human, (*b.body.sites, *spheres), side),
+        )
+        for k, site in enumerate(b.body.sites):
+            if site.side == side:
+                x = gone + float(under[site.name][0])
+                low, near, far = _corners(ground, x, site.radius)
+                b.limit(family, (low + above)[:, None], columns=[3 * k + 2], nodes=nodes)
+                b.limit(family, far[:, None], near[:, None], columns=[3 * k], nodes=nodes)
+        for k, sphere in enumerate(spheres):
+            if sphere.side == side and soles is not None:
+                x, _, deep = under[sphere.name]
+                low = _corners(ground, gone + float(x), 0.0)[0]
+                low += min(float(deep), 0.0) - MAX_UNLOADED_DEPTH
+                b.limit(b.add(soles), low[:, None], columns=[k], nodes=nodes)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return how high each site is at least over its swings."""
@@ -191,17 +193,38 @@ def _swings(plan: ContactPlan) -> Iterator[tuple[str, Stance, Stance]]:
         yield from ((side, one, two) for one, two in pairwise(stances))
 
 
+def _corners(
+    ground: Ground, x: Float[Array, " n"], radius: float
+) -> tuple[Float[Array, " n"], Float[Array, " n"], Float[Array, " n"]]:
+    """Return least heights, and largest and least places along x, of a point on its way [m].
+
+    Args:
+        ground: Treads.
+        x: Where the point is at the nodes of a swing if it moves smoothly [m].
+        radius: Radius of the sphere that rolls, which places along x leave out [m].
+    """
+    low = ground.along(x)
+    near, far = np.full(len(x), np.inf), np.full(len(x), -np.inf)
+    before = ground.height
+    for step in ground.steps:
+        if x[0] < step.x < x[-1]:
+            node = int(np.argmin(np.abs(x - step.x)))
+            low[node] = max(low[node], before, step.height)
+            if step.height > before:
+                near[: node + 1] = np.minimum(near[: node + 1], step.x - EDGE_MARGIN - radius)
+            else:
+                far[node:] = np.maximum(far[node:], step.x + EDGE_MARGIN)
+        before = step.height
+    return low, near, far
+
+
 @dataclass(frozen=True)
 class Forces(Term):
-    r"""Cost of contact forces [body weights]: :math:`\int w |f|^2 + w_s |\dot f|^2 dt`.
+    r"""Cost of contact forces [body weights]: :math:`\int w |f|^2 + w_s |\dot f|^2 dt`."""
 
-    Attributes:
-        size: Weight of the forces themselves, which shares a load between neighbours [1/s].
-        rate: Weight of their rates [s].
-    """
-
+    #: Weight of the forces themselves, which shares a load between neighbours [1/s]
     size: float = 1e-3
-    rate: float = 5e-3
+    rate: float = 5e-3  #: Weight of their rates [s]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh forces."""

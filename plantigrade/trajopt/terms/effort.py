@@ -15,17 +15,12 @@ from plantigrade.trajopt.terms.term import Term, per_coordinate
 
 @dataclass(frozen=True)
 class Effort(Term):
-    """A cost of every joint.
+    """A cost of every joint."""
 
-    Attributes:
-        weight: Weight of every joint.
-        joints: Factor of single coordinates, by name without or with side.
-        others: Factor of all other coordinates.
-    """
-
-    weight: float
+    weight: float  #: Weight of every joint
+    #: Factor of single coordinates, by name without or with side
     joints: Mapping[str, float] = field(default_factory=dict)
-    others: float = 1.0
+    others: float = 1.0  #: Factor of all other coordinates
 
     def weights(self, names: tuple[str, ...]) -> Float[Array, " n"]:
         """Return the weight of every coordinate."""
@@ -68,12 +63,9 @@ class Endurance(Term):
     :math:`e_j` is the muscles' torque over :attr:`ContactBody.torque`; where the weaker muscles
     make it, the dorsiflexors, it is as much greater as they are weaker (216 against 54 N m).
     It is rounded off at :data:`~plantigrade.trajopt.problem.dynamics.ENDURANCE_ROUNDING`.
-
-    Attributes:
-        weight: :math:`w` [1/s].
     """
 
-    weight: float = 0.3
+    weight: float = 0.3  #: :math:`w` [1/s]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the rows."""

@@ -64,16 +64,12 @@ class Brace(Term):
     r"""A spring across a joint, as of an orthosis; the moment :math:`-k (q - q_0)`.
 
     The task makes the body with it (:meth:`~plantigrade.trajopt.tasks.task.MotionTask.body_of`).
-
-    Attributes:
-        coordinate: Name of the coordinate.
-        stiffness: :math:`k` [N m/rad]; of ankle-foot orthoses about 40 (flexible) to 400 (rigid).
-        neutral: :math:`q_0` [rad].
     """
 
-    coordinate: str
+    coordinate: str  #: Name of the coordinate
+    #: :math:`k` [N m/rad]; of ankle-foot orthoses about 40 (flexible) to 400 (rigid)
     stiffness: float
-    neutral: float = 0.0
+    neutral: float = 0.0  #: :math:`q_0` [rad]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Check that the body wears it.
@@ -95,13 +91,9 @@ class Brace(Term):
 
 @dataclass(frozen=True)
 class Uneven(Term):
-    """The sole of one foot is another than that of the other, so no half stride mirrors the other.
+    """The sole of one foot differs from that of the other: no half stride mirrors the other."""
 
-    Attributes:
-        side: The foot, ``"r"`` or ``"l"``.
-    """
-
-    side: str
+    side: str  #: The foot, ``"r"`` or ``"l"``
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Add nothing: the sole belongs to the body."""

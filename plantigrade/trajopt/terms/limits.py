@@ -18,24 +18,18 @@ from plantigrade.trajopt.terms.term import Term
 
 @dataclass(frozen=True)
 class Limits(Term):
-    """Joint ranges, speeds and torques of the person.
+    """Joint ranges, speeds and torques of the person."""
 
-    Attributes:
-        ranges: Narrower ranges of coordinates, by name without or with side [rad].
-        speed: Largest speed of a joint [rad/s].
-        strength: Part of the person's joint torques that may be used.
-        margin: How far within their ranges joints stay at nodes [rad]; between nodes they may
-            swing out a little.
-        reserve: Part of the strength that is not used at nodes, for the same reason.
-    """
-
+    #: Narrower ranges of coordinates, by name without or with side [rad]
     ranges: Mapping[str, tuple[float, float]] = field(
         default_factory=lambda: {"knee_angle": (0.0, 2.6)}
     )
-    speed: float = 15.0
-    strength: float = 1.0
+    speed: float = 15.0  #: Largest speed of a joint [rad/s]
+    strength: float = 1.0  #: Part of the person's joint torques that may be used
+    #: How far within their ranges joints stay at nodes [rad]; between nodes they may swing out a
+    #: little
     margin: float = 0.01
-    reserve: float = 0.08
+    reserve: float = 0.08  #: Part of the strength that is not used at nodes, for the same reason
 
     def coordinates(self, human: Human) -> Float[Array, "2 n_hinges"]:
         """Return lower and upper limits of the hinges [rad]."""
@@ -71,21 +65,13 @@ class Limits(Term):
 
 @dataclass(frozen=True)
 class Within(Term):
-    """A coordinate stays between limits for a while.
+    """A coordinate stays between limits for a while."""
 
-    Attributes:
-        coordinate: Its name.
-        low: Lower limit [rad, m].
-        high: Upper limit [rad, m].
-        start: From when [s].
-        stop: Until when [s]; to the end if infinite.
-    """
-
-    coordinate: str
-    low: float = -np.inf
-    high: float = np.inf
-    start: float = 0.0
-    stop: float = np.inf
+    coordinate: str  #: Its name
+    low: float = -np.inf  #: Lower limit [rad, m]
+    high: float = np.inf  #: Upper limit [rad, m]
+    start: float = 0.0  #: From when [s]
+    stop: float = np.inf  #: Until when [s]; to the end if infinite
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Narrow the limits."""

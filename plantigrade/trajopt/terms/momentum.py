@@ -22,16 +22,11 @@ class AngularMomentum(Term):
     In walking people cancel about 70 % of it between their segments in the frontal, 80 % about the
     vertical and 95 % in the sagittal plane [Herr2008]_. Axes go with the way: forward, to
     the left, up.
-
-    Attributes:
-        forward: Weight about the way, frontal plane [1/s].
-        sideways: Weight about the axis to the left, sagittal plane [1/s].
-        upward: Weight about the vertical [1/s].
     """
 
-    forward: float = 0.1
-    sideways: float = 0.0
-    upward: float = 0.5
+    forward: float = 0.1  #: Weight about the way, frontal plane [1/s]
+    sideways: float = 0.0  #: Weight about the axis to the left, sagittal plane [1/s]
+    upward: float = 0.5  #: Weight about the vertical [1/s]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the components."""

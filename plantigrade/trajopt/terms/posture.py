@@ -17,17 +17,12 @@ from plantigrade.trajopt.terms.term import AtInstant, Term, mirrored_values, per
 
 @dataclass(frozen=True)
 class Pose(AtInstant):
-    """Coordinates, and rest, at one instant.
+    """Coordinates, and rest, at one instant."""
 
-    Attributes:
-        coordinates: Values [rad, m].
-        at_rest: Whether all rates are zero.
-        held: Whether the pose fixes the feet; contact constraints at this node are then dropped
-            as redundant.
-    """
-
-    coordinates: Mapping[str, float]
-    at_rest: bool = True
+    coordinates: Mapping[str, float]  #: Values [rad, m]
+    at_rest: bool = True  #: Whether all rates are zero
+    #: Whether the pose fixes the feet; contact constraints at this node are then dropped as
+    #: redundant
     held: bool = True
 
     def add_to(self, b: ProblemBuilder) -> None:
@@ -78,12 +73,9 @@ class Quiet(AtInstant):
 
     It is a cost because requiring :math:`\ddot q = 0` of a straight leg would leave the
     neighbouring nodes hardly any freedom.
-
-    Attributes:
-        weight: Weight [s⁴/rad²].
     """
 
-    weight: float = 1e-2
+    weight: float = 1e-2  #: Weight [s⁴/rad²]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh accelerations."""
@@ -122,14 +114,10 @@ class PostureAt(AtInstant):
     r"""Cost :math:`w \sum (q_j - \bar q_j)^2` of a posture to start from or end in.
 
     It is a cost, not an equation, because the posture may not quite fit the feet on the ground.
-
-    Attributes:
-        q: The posture, in the order of the person's coordinates [rad, m].
-        weight: Weight.
     """
 
-    q: tuple[float, ...]
-    weight: float = 0.5
+    q: tuple[float, ...]  #: The posture, in the order of the person's coordinates [rad, m]
+    weight: float = 0.5  #: Weight
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh coordinates at a node."""
@@ -192,13 +180,9 @@ class Upright(Term):
 
 @dataclass(frozen=True)
 class Facing(Term):
-    r"""Cost :math:`\int w (r - \psi)^2 dt` of a pelvis turned by :math:`r` off the way's heading.
+    r"""Cost :math:`\int w (r - \psi)^2 dt` of a pelvis turned by :math:`r` off the heading."""
 
-    Attributes:
-        weight: :math:`w` [1/(s rad²)].
-    """
-
-    weight: float = 1.0
+    weight: float = 1.0  #: :math:`w` [1/(s rad²)]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the pelvis' rotation."""
@@ -213,12 +197,9 @@ class Symmetry(Term):
     r"""Cost :math:`\int w \sum (q_r - q_l)^2 dt` of joints that differ between the sides.
 
     Bending and turning of trunk and head count as well, and the pelvis' list and rotation.
-
-    Attributes:
-        weight: Weight [1/(s rad²)].
     """
 
-    weight: float = 1.0
+    weight: float = 1.0  #: Weight [1/(s rad²)]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the differences."""

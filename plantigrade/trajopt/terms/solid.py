@@ -23,67 +23,50 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Stance
+from plantigrade.contact.site import Point
 from plantigrade.dynamics.recursions import sparse
-from plantigrade.models import Human
 from plantigrade.models.parts import Solid
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.terms.limb_shapes import (
+    Rod,
+    arm_spheres,
+    free_arm_rods,
+    leg_rods,
+    sphere_count,
+)
 from plantigrade.trajopt.terms.term import Spaced, Term
 
-SHARPNESS = 250.0
-""":math:`\\beta` [1/m]: of two equal distances the row is 2.8 mm short."""
+SHARPNESS = 250.0  # :math:`\beta` [1/m]: of two equal distances the row is 2.8 mm short
 ROUNDING_LENGTH = 1e-3  # [m] rounding of the distance to an axis
 ROW_SCALE = 10.0  # [1/m] scale of rows, tenths of a metre
-# [1] radius of a rod relative to half the height of a box whose edge it covers
-EDGE_FACTOR = float(np.sqrt(2.0))
-MAX_SPHERE_SPACING = 0.025
-"""Maximum distance between spheres along an edge of a foot relative to stature [1]; a shank between
-them is then about 3 mm closer than computed."""
-MEDIAL_DEPTH = 0.012  # [m] depth of the most medial bone considered next to the other foot
 REFERENCE_HEIGHT = 1.74
 """Stature for the given margins [m]."""
 LEG_DIAMETER = 0.1  # [m] approximate diameter of a leg
 PASSING_DISTANCE = 0.35  # [m] sagittal distance of feet within which the legs are close
 SAMPLE_SHARES = np.linspace(0.0, 1.0, 51)
-LEGS, ARMS = "solid legs", "solid arms"
-
-
-@dataclass(frozen=True)
-class Rod:
-    """A capsule on a body: two ends in the body's frame and a radius [m]."""
-
-    body: str
-    a: Float[Array, "3"]
-    b: Float[Array, "3"]
-    radius: float
-
-    def points(self, count: int) -> list["Rod"]:
-        """Return spheres along it, both ends among them."""
-        along = np.linspace(0.0, 1.0, count)
-        places = [self.a + x * (self.b - self.a) for x in along]
-        return [Rod(self.body, p, p, self.radius) for p in places]
+LEGS, ARMS, GROUND = "solid legs", "solid arms", "arms above the ground"
 
 
 @dataclass(frozen=True)
 class SolidLimbs(Term):
     """Legs and feet do not enter each other, arms not trunk, head, thighs and each other.
 
-    Nor does the trunk enter the thighs.
+    Nor does the trunk enter the thighs, nor an arm the ground.
 
-    Attributes:
-        margin: Distance that legs keep at nodes [m]; between nodes they may come nearer.
-        arms: Distance that arms keep from trunk, thighs and each other, of a person of
-            :data:`REFERENCE_HEIGHT` [m]; in proportion for others, whose arms hang as near.
-
-    Neither is looked at where it is not finite.
+    None is looked at where it is not finite.
     """
 
+    #: Distance that legs keep at nodes [m]; between nodes they may come nearer
     margin: float = 0.003
+    #: Distance that arms keep from trunk, thighs and each other, of a person of
+    #: :data:`REFERENCE_HEIGHT` [m]; in proportion for others, whose arms hang as near
     arms: float = 0.0025
+    ground: float = 0.003  #: Distance that arms keep from the highest tread [m]
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return when a swinging foot passes the other leg: that must not happen between nodes.
@@ -114,6 +97,10 @@ class SolidLimbs(Term):
                                (arms(b.body, len(b.nodes)), near)):  # fmt: skip
             if np.isfinite(margin):
                 b.limit(b.add(family), lower=ROW_SCALE * margin)
+        if np.isfinite(self.ground):
+            heights = [s.footprint.position[2] for s in b.plan.stances]
+            level = ROW_SCALE * (self.ground + max(heights, default=0.0))
+            b.limit(b.add(arms_above_ground(b.body, len(b.nodes))), lower=level)
 
 
 def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -123,13 +110,16 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
         d = []
-        (thigh_r, shank_r, foot_r), (thigh_l, shank_l, foot_l) = (_leg(human, s) for s in SIDES)
+        (thigh_r, shank_r, foot_r), (thigh_l, shank_l, foot_l) = (leg_rods(human, s) for s in SIDES)
         d += [at.apart(x, thigh_l) for x in thigh_r.points(7)[2:]]
         d += [at.apart(x, shank_l) for x in shank_r.points(8)]
         for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
             for rod in others:
-                for x in rod.points(_many(human, rod)):
+                for x in rod.points(sphere_count(human, rod)):
                     d += [at.apart(x, other) for other in (shank, *foot)]
+        for shank, foot, thigh in ((shank_l, foot_l, thigh_r), (shank_r, foot_r, thigh_l)):
+            raised = [x for rod in foot for x in rod.points(sphere_count(human, rod))]
+            d += [at.apart(x, thigh) for x in (*shank.points(8)[2:], *raised)]
         return ROW_SCALE * _least(ca, d)
 
     function = body.function(LEGS, expression)
@@ -149,18 +139,18 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
                  if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
-            thigh, d = _leg(human, side)[0], []
-            for x in _arm(human, side):
+            thigh, d = leg_rods(human, side)[0], []
+            for x in arm_spheres(human, side):
                 d.append(at.apart(x, thigh))
                 d += [at.distance(x, name, solid) for name, solid in trunk]
             rows.append(ROW_SCALE * _least(ca, d))
-        right, left = (_free_arm(human, side) for side in SIDES)
-        spheres = [x for rod in right for x in rod.points(_many(human, rod))]
+        right, left = (free_arm_rods(human, side) for side in SIDES)
+        spheres = [x for rod in right for x in rod.points(sphere_count(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
         above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
         thighs = []
         for side in SIDES:  # from its middle on: it begins next to the belly
-            spheres = _leg(human, side)[0].points(7)[3:]
+            spheres = leg_rods(human, side)[0].points(7)[3:]
             near = [at.distance(x, *each) for x in spheres for each in above]
             thighs.append(ROW_SCALE * _least(ca, near))
         # From one of them on: arms far apart leave nothing of the exponentials themselves.
@@ -175,6 +165,26 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     )
     return ConstraintFamily.free(
         ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
+    )
+
+
+def arms_above_ground(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+    """Return how high the lowest points of both arms are in the axes of the ground [0.1 m]."""
+    spheres = {side: arm_spheres(body.human, side) for side in SIDES}
+
+    def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
+        rows = []
+        for own in spheres.values():
+            points = [Point(x.body, tuple(map(float, x.a)), x.radius) for x in own]
+            heights = body.symbolic.positions(points)(q)[2, :]
+            # From one of them on: high arms leave nothing of the exponentials themselves.
+            rows.append(heights[0] + _least(ca, [h - heights[0] for h in ca.horzsplit(heights)]))
+        return ROW_SCALE * ca.vertcat(*rows)
+
+    function = body.function(GROUND, expression)
+    names = tuple(f"height of arm_{s}" for s in SIDES)
+    return ConstraintFamily.free(
+        GROUND, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
     )
 
 
@@ -252,107 +262,3 @@ def _passings(plan: ContactPlan) -> Iterator[tuple[Stance, Stance, Stance]]:
                     along = (opposite - here) @ (there - here)
                     if 0.0 < along < (there - here) @ (there - here):
                         yield one, two, other
-
-
-def _leg(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
-    """Return thigh, shank, and what of a foot is next to the other leg."""
-    solids = {b.name: b.solids for b in human.skeleton.bodies}
-    thigh, shank = (
-        _rods(f"{n}_{side}", solids[f"{n}_{side}"], side)[0] for n in ("femur", "tibia")
-    )
-    feet = []
-    for name in _below(human, f"foot_{side}"):
-        rods = _rods(name, solids[name], side)
-        feet += [(rod, _offset(human, name)) for rod in rods]
-    inward = 1.0 if side == "r" else -1.0
-
-    def medial(rod: Rod, offset: Array) -> float:
-        return float(max(inward * (offset[1] + x[1]) for x in (rod.a, rod.b)) + rod.radius)
-
-    places = [(medial(rod, offset), rod) for rod, offset in feet]
-    by_body: dict[str, float] = {}
-    for reach, rod in places:
-        by_body[rod.body] = max(reach, by_body.get(rod.body, -np.inf))
-    most = max(by_body.values())
-    kept = [
-        rod
-        for reach, rod in places
-        if reach > by_body[rod.body] - MEDIAL_DEPTH and by_body[rod.body] > most - 3 * MEDIAL_DEPTH
-    ]
-    return thigh, shank, kept
-
-
-def _arm(human: Human, side: str) -> list[Rod]:
-    """Return spheres along an arm."""
-    out: list[Rod] = []
-    for name in _below(human, f"humerus_{side}"):
-        solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
-        for solid in solids:
-            if solid.kind == "capsule":  # an upper arm from its middle on: it begins in the trunk
-                rod = Rod(name, solid.a, solid.b, solid.radius)
-                out += rod.points(7)[3:] if name.startswith("humerus") else rod.points(3)
-                continue
-            half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
-            for y in (-1.0, 0.0, 1.0):
-                place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
-                out.append(Rod(name, place, place, thick))
-    return out
-
-
-def _free_arm(human: Human, side: str) -> list[Rod]:
-    """Return capsules of an arm from the middle of the upper arm on.
-
-    That of a hand is as thick as the hand is wide.
-    """
-    solids, out = {b.name: b.solids for b in human.skeleton.bodies}, []
-    for name in _below(human, f"humerus_{side}"):
-        for s in solids[name]:
-            if s.kind == "capsule":
-                first = (s.a + s.b) / 2 if name.startswith("humerus") else s.a
-                out.append(Rod(name, first, s.b, s.radius))
-            else:
-                _, y, z = s.b
-                along = np.array([0.0, 0.0, z - y / 2])
-                out.append(Rod(name, s.a - along, s.a + along, float(y)))
-    return out
-
-
-def _many(human: Human, rod: Rod) -> int:
-    """Return how many spheres along a rod leave nothing between them."""
-    return 1 + int(
-        np.ceil(float(np.linalg.norm(rod.b - rod.a)) / (MAX_SPHERE_SPACING * human.height) - 1e-9)
-    )
-
-
-def _rods(name: str, solids: Sequence[Solid], side: str) -> list[Rod]:
-    """Return capsules as they are, and of boxes the edge that faces the other leg."""
-    out, inward = [], 1.0 if side == "r" else -1.0
-    for solid in solids:
-        if solid.kind == "capsule":
-            out.append(Rod(name, solid.a, solid.b, solid.radius))
-        else:
-            x, y, z = solid.b
-            aside = np.array([0.0, inward * (y - z), 0.0])
-            ahead = np.array([x - z, 0.0, 0.0])
-            radius = EDGE_FACTOR * float(z)
-            out.append(Rod(name, solid.a + aside - ahead, solid.a + aside + ahead, radius))
-    return out
-
-
-def _below(human: Human, body: str) -> list[str]:
-    """Return a body and all that hang on it."""
-    found = [body]
-    for b in human.skeleton.bodies:
-        if b.parent in found:
-            found.append(b.name)
-    return found
-
-
-def _offset(human: Human, body: str) -> Float[Array, "3"]:
-    """Return where a body's origin is in the pelvis frame, zero pose [m]."""
-    bodies = {b.name: b for b in human.skeleton.bodies}
-    out = np.zeros(3)
-    while bodies[body].parent:
-        out = out + bodies[body].position
-        body = bodies[body].parent
-    return out

@@ -18,15 +18,10 @@ FREE: Triple = (np.nan, np.nan, np.nan)
 
 @dataclass(frozen=True)
 class Reach(AtInstant):
-    """A point of the body is at a place at one instant: a hand at its target.
+    """A point of the body is at a place at one instant: a hand at its target."""
 
-    Attributes:
-        point: The point.
-        target: Where it shall be, world [m]; NaN for an axis that is free.
-    """
-
-    point: Point
-    target: Triple
+    point: Point  #: The point
+    target: Triple  #: Where it shall be, world [m]; NaN for an axis that is free
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix the position."""
@@ -63,16 +58,11 @@ class Reach(AtInstant):
 
 @dataclass(frozen=True)
 class CentreOfMass(AtInstant):
-    """Position and velocity of the centre of mass at one instant, required or rewarded.
+    """Position and velocity of the centre of mass at one instant, required or rewarded."""
 
-    Attributes:
-        position: World [m]; NaN where free.
-        velocity: World [m/s]; NaN where free.
-        gain: Reduction of the cost by 1 m and by 1 m/s upwards at this instant.
-    """
-
-    position: Triple = FREE
-    velocity: Triple = FREE
+    position: Triple = FREE  #: World [m]; NaN where free
+    velocity: Triple = FREE  #: World [m/s]; NaN where free
+    #: Reduction of the cost by 1 m and by 1 m/s upwards at this instant
     gain: tuple[float, float] = (0.0, 0.0)
 
     def add_to(self, b: ProblemBuilder) -> None:

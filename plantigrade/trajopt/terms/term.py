@@ -92,13 +92,9 @@ def limits_set(term: Term, body: ContactBody, plan: ContactPlan) -> tuple[Condit
 
 @dataclass(frozen=True)
 class AtInstant(Term):
-    """A term about one instant.
+    """A term about one instant."""
 
-    Attributes:
-        time: When [s].
-    """
-
-    time: float
+    time: float  #: When [s]
 
     @property
     def instants(self) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.motion.resample import interpolate
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.terms.term import Term, per_coordinate
@@ -14,25 +15,18 @@ from plantigrade.trajopt.terms.term import Term, per_coordinate
 
 @dataclass(frozen=True)
 class Track(Term):
-    r"""Cost :math:`\int \sum w_j (q_j - \bar q_j(t))^2 dt` of departing from a motion.
+    r"""Cost :math:`\int \sum w_j (q_j - \bar q_j(t))^2 dt` of departing from a motion."""
 
-    Attributes:
-        times: Times of the motion [s].
-        q: Its coordinates, in the order of the person's.
-        weight: Weight of every coordinate [1/s].
-        joints: Factor of single coordinates.
-    """
-
-    times: Float[Array, " n_times"]
-    q: Float[Array, "n_times nv"]
-    weight: float = 10.0
-    joints: Mapping[str, float] = field(default_factory=dict)
+    times: Float[Array, " n_times"]  #: Times of the motion [s]
+    q: Float[Array, "n_times nv"]  #: Its coordinates, in the order of the person's
+    weight: float = 10.0  #: Weight of every coordinate [1/s]
+    joints: Mapping[str, float] = field(default_factory=dict)  #: Factor of single coordinates
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the distance."""
         family = b.family("coordinates")
         w = 2.0 * self.weight * per_coordinate(b.names, self.joints)
-        b.penalise(family, w, _at(b.nodes, self.times, self.q))
+        b.penalise(family, w, interpolate(b.nodes, self.times, self.q))
 
 
 @dataclass(frozen=True)
@@ -40,16 +34,11 @@ class TrackAcceleration(Term):
     r"""Cost :math:`\int w \sum_j (\ddot q_j - \bar{\ddot q}_j(t))^2 dt`.
 
     It keeps the correction smooth where feet are moved to their footprints.
-
-    Attributes:
-        times: Times of the motion [s].
-        q: Its coordinates, in the order of the person's.
-        weight: Weight of every joint [s³/rad²].
     """
 
-    times: Float[Array, " n_times"]
-    q: Float[Array, "n_times nv"]
-    weight: float = 1e-4
+    times: Float[Array, " n_times"]  #: Times of the motion [s]
+    q: Float[Array, "n_times nv"]  #: Its coordinates, in the order of the person's
+    weight: float = 1e-4  #: Weight of every joint [s³/rad²]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the distance."""
@@ -62,31 +51,22 @@ class TrackAcceleration(Term):
 
 @dataclass(frozen=True)
 class FootWrenches:
-    r"""Where the wrench on each foot is expected, and how closely; feet in the order r, l.
+    r"""Where the wrench on each foot is expected, and how closely; feet in the order r, l."""
 
-    Attributes:
-        times: Times [s].
-        force: Force on each foot, world [body weights].
-        point: Its centre of pressure on the ground, x and y, world [m].
-        torque: Free moment there, about the vertical [body weights · m].
-        force_error: Standard error of the force [body weights]; infinite where nothing is known.
-        point_error: Error of the centre of pressure [m].
-        torque_error: Error of the free moment [body weights · m].
-    """
-
-    times: Float[Array, " n_times"]
-    force: Float[Array, "n_times 2 3"]
-    point: Float[Array, "n_times 2 2"]
-    torque: Float[Array, "n_times 2"]
+    times: Float[Array, " n_times"]  #: Times [s]
+    force: Float[Array, "n_times 2 3"]  #: Force on each foot, world [body weights]
+    point: Float[Array, "n_times 2 2"]  #: Its centre of pressure on the ground, x and y, world [m]
+    torque: Float[Array, "n_times 2"]  #: Free moment there, about the vertical [body weights · m]
+    #: Standard error of the force [body weights]; infinite where nothing is known
     force_error: Float[Array, "n_times 2 3"]
-    point_error: Float[Array, "n_times 2 2"]
-    torque_error: Float[Array, "n_times 2"]
+    point_error: Float[Array, "n_times 2 2"]  #: Error of the centre of pressure [m]
+    torque_error: Float[Array, "n_times 2"]  #: Error of the free moment [body weights · m]
 
     def at(self, nodes: Float[Array, " n_nodes"]) -> "FootWrenches":
         """Return the wrenches at other times [s]; what is not known next to a time is not there."""
 
         def of(x: Array) -> Array:
-            return _at(nodes, self.times, x.reshape(len(x), -1)).reshape(len(nodes), *x.shape[1:])
+            return interpolate(nodes, self.times, x)
 
         def error(x: Array) -> Array:
             with np.errstate(divide="ignore"):
@@ -110,16 +90,12 @@ class TrackFeet(Term):
     Six rows a foot: the force :math:`F = \sum_k f_k` less the expected one, and the moment
     :math:`\sum_k (p_k - c) \times f_k` about the expected centre of pressure :math:`c`, less the
     free moment. A moment about :math:`c` is the load times how far off the centre of pressure is,
-    so its error is that of the centre times the expected load. What is known well binds, what is
-    not does not.
-
-    Attributes:
-        feet: Expected wrenches.
-        weight: :math:`w` [1/s].
+    so its error is that of the centre times the expected load. A load binds as far as it
+    is known.
     """
 
-    feet: FootWrenches
-    weight: float = 1.0
+    feet: FootWrenches  #: Expected wrenches
+    weight: float = 1.0  #: :math:`w` [1/s]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the distance."""
@@ -136,18 +112,12 @@ class TrackFeet(Term):
 
 @dataclass(frozen=True)
 class JointMoments:
-    """Expected joint moments with standard deviations.
+    """Expected joint moments with standard deviations."""
 
-    Attributes:
-        times: Times [s].
-        names: Hinges.
-        moment: Their moments [N m].
-        error: Standard errors of these [N m]; infinite where nothing is known.
-    """
-
-    times: Float[Array, " n_times"]
-    names: tuple[str, ...]
-    moment: Float[Array, "n_times n_hinges"]
+    times: Float[Array, " n_times"]  #: Times [s]
+    names: tuple[str, ...]  #: Hinges
+    moment: Float[Array, "n_times n_hinges"]  #: Their moments [N m]
+    #: Standard errors of these [N m]; infinite where nothing is known
     error: Float[Array, "n_times n_hinges"]
 
 
@@ -157,21 +127,17 @@ class TrackMoments(Term):
 
     Only of joints whose tissue bears much (:attr:`ContactBody.stiff`): hip, knee and ankle in their
     main plane.
-
-    Attributes:
-        joints: Expected moments.
-        weight: :math:`w` [1/s].
     """
 
-    joints: JointMoments
-    weight: float = 1.0
+    joints: JointMoments  #: Expected moments
+    weight: float = 1.0  #: :math:`w` [1/s]
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the distance."""
         given, unit = self.joints, b.body.torque
         columns = [given.names.index(name) for name in b.body.stiff]
-        target = _at(b.nodes, given.times, given.moment[:, columns]) / unit
-        sure = _at(b.nodes, given.times, unit / given.error[:, columns])
+        target = interpolate(b.nodes, given.times, given.moment[:, columns]) / unit
+        sure = interpolate(b.nodes, given.times, unit / given.error[:, columns])
         b.penalise(b.family("joint torque"), 2.0 * self.weight * sure**2, target)
 
 
@@ -205,8 +171,3 @@ def _foot_wrenches(b: ProblemBuilder, points: Float[Array, "n_nodes 2 2"]) -> Co
     return ConstraintFamily.free(
         "foot wrenches", function, names, len(points), parameters, "body weights"
     )
-
-
-def _at(nodes: Array, times: Array, values: Array) -> Array:
-    """Return columns interpolated at nodes."""
-    return np.stack([np.interp(nodes, times, x) for x in values.T], axis=1)

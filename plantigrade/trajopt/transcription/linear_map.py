@@ -20,8 +20,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.variables import Smoothness, Variables
 
-NODES_PER_PART = 32
-"""Number of nodes assembled at a time [1]."""
+NODES_PER_PART = 32  #: Number of nodes assembled at a time [1]
 
 
 class Transcription:

@@ -33,8 +33,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.constraint_family import node_symbols
 
-Pose = Float[Array, " nv"]
-"""Coordinates [rad, m]."""
+Pose = Float[Array, " nv"]  # [rad, m] coordinates
 
 MASS, HEIGHT = 77.5, 1.80  # [kg], [m]
 CONTACTS = (

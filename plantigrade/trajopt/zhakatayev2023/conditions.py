@@ -27,8 +27,8 @@ every sample: the vertical force is 2 % of body weight at each of them, and 170 
 
 **Posture.** Where the legs hang, Eq. 15 hardly cares how pelvis, trunk and legs are turned, and its
 optimum bends the trunk by 60° to save a newton metre. A small cost of angles away from the neutral
-pose (:data:`POSTURE`; zero for Eq. 15 alone) takes that out and halves the iterations. What tables
-call objective is Eq. 15 alone.
+pose (:data:`POSTURE`; zero for Eq. 15 alone) takes that out and halves the iterations. The
+objective in tables is Eq. 15 alone.
 
 **Feet that stand still.** Positions (22) and velocities (23) of both feet at all samples are more
 equations than the spline has coefficients: with feet that never move, sitting has 112 independent

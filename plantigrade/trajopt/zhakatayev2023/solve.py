@@ -18,6 +18,7 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.motion.filters import runs
 from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.trajopt.contact_record import contact_record
@@ -165,8 +166,7 @@ def plan_of(motion: PaperMotion, human: Human) -> ContactPlan:
     feet, times = standing_feet(human), motion.times
     stances = []
     for side, down in motion.contact.items():
-        on = np.flatnonzero(np.diff(np.r_[0, np.asarray(down, int), 0]))
-        for a, b in zip(on[::2], on[1::2] - 1, strict=True):
+        for a, b in ((run.start, run.stop - 1) for run in runs(np.asarray(down, dtype=bool))):
             x, y, z = feet[side].position
             ahead, right = motion.places[side][a]
             place = Footprint(side, (x + float(ahead), y - float(right), z), feet[side].heading)

@@ -1,0 +1,175 @@
+"""Motions of the SMPL family: AMASS, and the results of video tools in the same pose parameters.
+
+A frame is a rotation vector (axis times angle [rad]) for each joint, relative to its parent, and a
+translation of the pelvis [m]; all rotations zero are a T-pose that faces z with y up. Layouts that
+are recognised by their keys:
+
+======================  ==========================================  =======  ==================
+layout                  keys                                        up       source
+======================  ==========================================  =======  ==================
+AMASS (SMPL, -H, -X)    poses (n, 66, 72, 156 or 165), trans        z        [AMASS]_
+parts of SMPL-X         root_orient, pose_body, trans               z        AMASS, 2021 files
+SMPL parts              global_orient, body_pose, transl            y        smplx library
+GVHMR                   smpl_params_global: the three above         y        its demo
+WHAM                    {person: pose_world, trans_world (hips)}    y        its demo
+AIST++                  smpl_poses, smpl_trans, smpl_scaling        y        its loader
+======================  ==========================================  =======  ==================
+
+The vertical is the axis (of y and z) along which the head is above the feet; where the motion does
+not say, that of the table. Frames per second come from ``mocap_framerate``, ``mocap_frame_rate`` or
+``fps``; video results have none and are taken as 30 per second.
+
+**Lengths.** The body model turns the shape numbers ``betas`` into lengths, and its licence does not
+let us ship it. Without it, lengths are those of a mean adult of the file's ``gender``, with legs
+such that the feet stand (:mod:`plantigrade.io.smpl_legs`). A model file that is named as
+``skeleton`` gives the lengths for the file's ``betas``.
+
+**Pelvis.** In the T-pose the pelvis is that of a standing person, whose iliac spines lie 10 degrees
+forward and down; rotations of the pelvis are turned to our frame, in which zero is 3 degrees.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP, up_axis
+from plantigrade.io.smpl_layouts import (
+    RATES,
+    Layout,
+    chosen,
+    contents_of,
+    is_smplx,
+    motion,
+    numbers,
+    rate_of_file,
+    sex_of,
+)
+from plantigrade.io.smpl_legs import LegFactors, leg_factors
+from plantigrade.io.smpl_model import model_offsets
+from plantigrade.io.smpl_tree import (
+    MEAN_STATURE,
+    NAMES,
+    PARENTS,
+    ROOT,
+    forward_kinematics,
+    mean_offsets,
+    rest_positions,
+)
+from plantigrade.motion.recording import Recording, SkeletonMotion, Subject
+from plantigrade.notes import Info
+
+VIDEO_RATE = 30.0  # [Hz] of files without a rate: the usual one of cameras
+CERTAIN = 15.0  # [mm] standard error of leg lengths up to which their note is no warning
+PELVIS_TILT = np.deg2rad(7.0)
+"""Forward tilt of our pelvis frame in the T-pose [rad]: the iliac spines of standing people are
+tilted by 10 degrees (of one AMASS sample with markers: 9.9), and by 2.9 in our frame at zero."""
+
+
+def read_smpl(
+    path: str | Path, *, skeleton: str | Path | None = None, rate: float | None = None
+) -> Recording:
+    """Read a motion in the pose parameters of SMPL, SMPL-H or SMPL-X.
+
+    Args:
+        path: The ``.npz``, ``.pkl`` or ``.pt`` file.
+        skeleton: Body model (``.npz`` with ``J_regressor``, ``v_template`` and ``shapedirs``) that
+            gives the bone lengths for the file's ``betas``.
+        rate: Frames per second [Hz]; by default that of the file, or 30.
+
+    Returns:
+        A recording with a ``skeleton`` of 22 joints, and the person's sex where it is given.
+
+    Raises:
+        FileError: If the file is damaged, holds anything but arrays, or no motion in world axes.
+        ParameterError: If ``rate`` is not allowed.
+    """
+    path = Path(path)
+    if rate is not None and not RATES[0] <= rate <= RATES[1]:
+        raise ParameterError(f"rate is {rate:g} Hz; allowed is {RATES[0]:g} to {RATES[1]:g} Hz")
+    contents = contents_of(path)
+    warnings: list[str] = []
+    data, layout = chosen(path, contents, warnings)
+    local, trans = motion(path, data, layout)
+    hz = rate or rate_of_file(path, data)
+    if hz is None:
+        hz = VIDEO_RATE
+        warnings.append(f"the file has no frame rate: {hz:g} Hz was assumed (set it with --rate)")
+    sex = sex_of(data)
+    kind = "smplx" if is_smplx(data, layout) else "smpl"
+    if skeleton is None:
+        offsets, pelvis = mean_offsets(MEAN_STATURE[sex], sex), np.array(ROOT[kind])
+    else:
+        offsets, pelvis = model_offsets(skeleton, numbers(path, data, "betas"))
+    body = FORWARD_LEFT_UP_OF_Y_UP
+    world = _world_axes(local, trans, offsets, layout, warnings)
+    local = body @ local @ body.T
+    local[:, 0] = world @ body.T @ local[:, 0]
+    hips = 0.5 * (offsets[1] + offsets[2])
+    root = trans @ world.T + (world @ body.T @ pelvis)
+    if layout.at_hips:
+        root = trans @ world.T - local[:, 0] @ hips
+    if skeleton is None:
+        legs = leg_factors(local, root, offsets, hz)
+        offsets = legs.scaled(offsets)
+        warnings.append(_note(legs, offsets, data))
+    R, p = forward_kinematics(local, root, offsets)
+    R[:, 0] = R[:, 0] @ Rotation.from_rotvec([0.0, PELVIS_TILT, 0.0]).as_matrix()
+    return Recording(
+        source=path,
+        skeleton=SkeletonMotion(
+            names=NAMES,
+            parents=PARENTS,
+            time=np.arange(len(p)) / hz,
+            positions=p,
+            rotations=R,
+            rest_positions=rest_positions(offsets),
+            ends=np.full(p.shape, np.nan),
+            lengths_assumed=skeleton is None and layout.name == "AMASS",
+        ),
+        subject=Subject(sex=sex),
+        warnings=tuple(warnings),
+        companions=() if skeleton is None else (Path(skeleton),),
+    )
+
+
+def _world_axes(
+    local: np.ndarray,
+    trans: np.ndarray,
+    offsets: Float[Array, "22 3"],
+    layout: Layout,
+    warnings: list[str],
+) -> Float[Array, "3 3"]:
+    """Return the rotation from the file's world to ours."""
+    body = FORWARD_LEFT_UP_OF_Y_UP
+    _, p = forward_kinematics(local, trans, offsets @ body)
+    seen = up_axis(NAMES, p)
+    axes = {"y": np.array([0.0, 1, 0]), "z": np.array([0.0, 0, 1])}
+    up = axes[layout.up]
+    for name, axis in axes.items():
+        if seen is not None and np.array_equal(seen, axis) and name != layout.up:
+            up = axis
+            warnings.append(
+                f"{name} was taken as up: the head is above the feet along it ({layout.name} files "
+                f"usually have {layout.up} up)"
+            )
+    return body if up[1] else np.eye(3)
+
+
+def _note(legs: LegFactors, offsets: Float[Array, "22 3"], data: Mapping[Any, Any]) -> str:
+    """Return a sentence on where the bone lengths come from."""
+    thigh, shank = (np.linalg.norm(offsets[NAMES.index(f"left_{j}")]) for j in ("knee", "ankle"))
+    shape = " (option skeleton: a body model, for its betas)" if "betas" in data else ""
+    start = f"the file has no bone lengths{shape}"
+    if not legs.stances:
+        return f"{start}, and no foot stands long enough to tell them: they are a mean adult's"
+    error = 1e3 * max(legs.standard_errors) * thigh
+    note = (
+        f"{start}: {legs.stances} stances of the feet give {thigh:.3f} m for the thigh and "
+        f"{shank:.3f} m for the shank (standard error {error:.0f} mm)"
+    )
+    return Info(f"{note}.") if error < CERTAIN else f"{note}; give --height if it is known"
