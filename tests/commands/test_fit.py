@@ -282,7 +282,8 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
 @pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_control_c_on_several_files(data, tmp_path, sent, code):
-    files = [data / KINDS[name][0] for name in ("07_01", "HC038A11", "16_15", "markers_walk")]
+    names = ("humanoid3d_walk", "07_01", "16_15", "normal_gait")
+    files = [data / KINDS[name][0] for name in names]
     process = subprocess.Popen(
         [sys.executable, "-m", "plantigrade", "fit", *map(str, files), "--jobs", "2"],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

@@ -162,7 +162,6 @@ def test_which_files_of_a_folder_are_recordings(data, tmp_path):
     ("file", "sentence"),
     [
         ("cmu_asfamc/02_04.amc", "02_04.amc: it shows no walking"),
-        pytest.param("cmu_asfamc/49_18.amc", "it shows no walking", marks=pytest.mark.slow),
         ("cmu_bvh/13_11.bvh", "it shows no walking"),
         ("opensim/opencap_squat/squats1_videoAndMocap.mot", "it shows no walking"),
         ("deepmimic/humanoid3d_run.txt", "running"),

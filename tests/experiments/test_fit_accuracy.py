@@ -47,9 +47,18 @@ def experiment(data: Path) -> dict:
 
 
 @pytest.fixture(scope="module")
-def metrics(data):
-    """The experiment on every recording that walks."""
-    return experiment(data)
+def metrics(data, tmp_path_factory):
+    """The experiment on the walks with markers, and on one skeleton; all take three times as long.
+
+    Folders of the trials are linked, so that their forces and standing trials are found.
+    """
+    some = tmp_path_factory.mktemp("some")
+    for folder in ("c3d", "opensim/rajagopal_walk", "opensim/gait2392_subject01"):
+        (some / folder).parent.mkdir(parents=True, exist_ok=True)
+        (some / folder).symlink_to(data / folder)
+    (some / "cmu_bvh").mkdir()
+    (some / "cmu_bvh" / "07_01.bvh").symlink_to(data / "cmu_bvh" / "07_01.bvh")
+    return experiment(some)
 
 
 @pytest.mark.slow
