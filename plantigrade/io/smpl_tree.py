@@ -1,7 +1,7 @@
 r"""The tree of joints that SMPL, SMPL-H and SMPL-X share, with the lengths of a mean body.
 
-The body models themselves (surface, shape space) may not be redistributed and are not needed: a
-pose is a rotation of each joint, and positions follow from any set of offsets,
+The body models themselves [SMPL]_, their surface and shape space, may not be redistributed and are
+not needed: a pose is a rotation of each joint, and positions follow from any set of offsets,
 
 .. math:: R_j = R_{parent} R^{local}_j, \quad p_j = p_{parent} + R_{parent}\, o_j.
 
