@@ -31,19 +31,12 @@ _SIDE = {"l": "left", "r": "right"}
 
 @dataclass(frozen=True)
 class LegFactors:
-    """Factors on the lengths of thigh and shank.
+    """Factors on the lengths of thigh and shank."""
 
-    Attributes:
-        thigh: Factor on hip and knee offsets.
-        shank: Factor on ankle and foot offsets.
-        standard_errors: Standard errors of both.
-        stances: Number of stances they follow from.
-    """
-
-    thigh: float
-    shank: float
-    standard_errors: tuple[float, float]
-    stances: int
+    thigh: float  #: Factor on hip and knee offsets
+    shank: float  #: Factor on ankle and foot offsets
+    standard_errors: tuple[float, float]  #: Standard errors of both
+    stances: int  #: Number of stances they follow from
 
     @property
     def size(self) -> float:
