@@ -111,6 +111,18 @@ def test_feet_stay_where_they_stand(name):
 
 
 @pytest.mark.solver
+@pytest.mark.parametrize("name", ["squat", "side-step", "sit-to-stand", "reach"])
+def test_neck_and_forearms_stay_relaxed(name):
+    """They bear so little that torques alone let them drift: by 47° and 66° once."""
+    s = solved(name, 12.0)
+    assert s.success
+    q, _, _, _ = at_nodes(s)
+    assert np.rad2deg(np.abs(column(s, q, "neck_extension")).max()) <= 20.0
+    for side in "rl":
+        assert np.rad2deg(np.ptp(column(s, q, f"pro_sup_{side}"))) <= 15.0
+
+
+@pytest.mark.solver
 def test_a_squat_has_the_requested_depth_and_is_symmetric():
     s = solved("squat", 12.0)
     q, _, _, _ = at_nodes(s)
@@ -144,9 +156,12 @@ def test_a_step_to_the_side_ends_standing_so_far_away():
 @pytest.mark.solver
 @pytest.mark.slow
 def test_a_jump_falls_freely_and_has_the_requested_height():
+    """The arms swing forward, not sideways."""
     s = solved("jump", 20.0)
     assert s.success
-    _, com, speed, force = at_nodes(s)
+    q, com, speed, force = at_nodes(s)
+    assert np.rad2deg(column(s, q, "arm_flex_r").max()) > 60.0
+    assert np.rad2deg(np.abs(column(s, q, "arm_add_r")).max()) < 30.0
     flight = 2 * np.sqrt(2 * 0.25 / GRAVITY)
     t = s.problem.nodes
     air = (t >= PUSH - 1e-9) & (t <= PUSH + flight + 1e-9)
