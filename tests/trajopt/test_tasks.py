@@ -62,6 +62,7 @@ def column(s, q, name):
     return q[:, s.problem.names.index(name)]
 
 
+@pytest.mark.slow
 @pytest.mark.solver
 def test_a_run_flies_between_its_steps_and_lands_on_bent_knees():
     s = solved("run", 60.0)
@@ -69,9 +70,9 @@ def test_a_run_flies_between_its_steps_and_lands_on_bent_knees():
     record = s.record()
     assert check(record).ok, check(record).status
     t, up = record.motion.time, record.contact_force[:, :, 2].sum(axis=1) / record.weight
-    flight = ~record.contact_planned.any(axis=1)
+    flies = np.trapezoid(~record.contact_planned.any(axis=1), t) / t[-1]
     contact = s.task.plan.stances[0].toe_off
-    assert flight.mean() == pytest.approx(1.0 - contact / s.task.plan.duration, abs=0.02)
+    assert flies == pytest.approx(1.0 - contact / s.task.plan.duration, abs=0.02)
     assert np.trapezoid(up, t) / t[-1] == pytest.approx(1.0, abs=0.01)  # as it does not rise
     assert up.max() > 1.5
     strikes = [e for e in record.motion.events if e.kind == "heel_strike"]
