@@ -14,9 +14,7 @@ from plantigrade.arrays import Array, Float
 
 FORWARD_LEFT_UP_OF_Y_UP = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 """Maps y-up file axes (x left, y up, z forward: CMU and most BVH) to ours (x, y left, z up)."""
-
 MIN_UPRIGHTNESS = 0.6  # Minimum ratio of height to bone path from foot to head of a standing person
-
 _HEAD = re.compile(r"head|neck|skull|thorax|chest|spine", re.IGNORECASE)
 _FEET = re.compile(r"foot|feet|ankle|toe|heel|ball|tibia|shin|calf", re.IGNORECASE)
 
