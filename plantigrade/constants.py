@@ -1,8 +1,6 @@
 """Physical constants and conventions shared by all modules."""
 
 GRAVITY = 9.81  #: Acceleration of gravity [m/s²]
-
 SIDES = ("r", "l")
 """Order of the sides in every array with an axis for them."""
-
 FRICTION = 0.8  #: Coefficient of friction of a shoe or bare foot on a dry floor

@@ -81,5 +81,5 @@ def test_the_command_reports_in_one_table(tmp_path):
     table = done.stdout.splitlines()
     assert table[0].startswith("300 mutants in") and not list(tmp_path.iterdir())
     assert [line.split()[:2] for line in table[2:]] == [
-        ["norms", "200"], ["figures", "100"], ["together", "300"],
+        ["norms", "150"], ["figures", "150"], ["together", "300"],
     ]  # fmt: skip

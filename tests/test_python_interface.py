@@ -229,7 +229,8 @@ def test_a_synthesis_takes_the_parameters_of_every_task():
     for kind in (*TASKS.values(), TrackSettings, PaperSettings):
         for each in dataclasses.fields(kind):
             assert shown[each.name].default in (each.default, VARIES) or each.name == "basis"
-    assert shown["duration"].default is VARIES and shown["speed"].default == 1.3
+    assert shown["duration"].default is VARIES and shown["steps"].default == 4
+    assert shown["speed"].default is VARIES  # of a walk or a run
     assert "positive to the left [rad] (walk)" in inspect.getdoc(pg.synthesize)
 
 

@@ -25,15 +25,11 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent
 
 MAX_QUIET_SPEED = 0.1
 """Maximum speed of the centre of mass in quiet standing [m/s]; people sway at 0.01 to 0.03 m/s."""
-
 MAX_QUIET_ACCELERATION = 0.05
 """Maximum vertical acceleration in quiet standing, as a fraction of gravity."""
-
 MIN_PELVIS_HEIGHT = 0.9
 """Minimum height of the pelvis in standing, as a fraction of that in the neutral pose."""
-
 MIN_REST = 0.5  # [s] minimum duration of quiet standing
-
 MIN_GAIT = 0.3  # Minimum duration of gait with all forces known [s], about a single support
 
 

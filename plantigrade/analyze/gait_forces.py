@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.statistics import compare_curves
+from plantigrade.analyze.statistics import compare_curves, known_mean
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
@@ -60,8 +60,8 @@ def _over_feet(name: str, axis: int | tuple[int, ...] | None = None) -> Any:
     def mean(self: "ForceComparison") -> Any:
         found = [getattr(foot, name) for foot in self.feet]
         if isinstance(axis, tuple):
-            return tuple(_mean(each[k] for each in found) for k in axis)
-        return _mean(found if axis is None else [each[axis] for each in found])
+            return tuple(known_mean(each[k] for each in found) for k in axis)
+        return known_mean(found if axis is None else [each[axis] for each in found])
 
     return property(mean)
 
@@ -100,7 +100,7 @@ class ForceComparison:
     def forward_nrmse(self) -> float:
         """RMS difference of forward forces relative to the measured range [%]."""
         shares = (_share(foot.force_rmse[0], foot.force_range[0]) for foot in self.feet)
-        return 100.0 * _mean(shares)
+        return 100.0 * known_mean(shares)
 
     @property
     def moment_rmse(self) -> dict[str, float]:
@@ -218,7 +218,7 @@ def _compare_foot(
         force_range=tuple(float(np.ptp(load[stance, k])) for k in range(3)),
         pressure_median_m=tuple(_median(np.abs(pressure_error[:, k])) for k in (0, 1)),
         pressure_rmse_m=tuple(_rms(pressure_error[:, k]) for k in (0, 1)),
-        pressure_ahead_m=tuple(_mean(pressure_error[:, k]) for k in (0, 1)),
+        pressure_ahead_m=tuple(known_mean(pressure_error[:, k]) for k in (0, 1)),
         backward_m=_backward(point[:, 0], loaded),
         backward_measured_m=_backward(recorded[:, 0], loaded),
         moment_rmse={joint: found.rmse for joint, found in moment.items()},
@@ -300,12 +300,7 @@ def _backward(path: Array, there: Array) -> float:
     """Return the backward travel of a path within a stance, mean over stances [m]."""
     stances = [path[run] for run in runs(there) if run.stop - run.start >= MIN_FRAMES]
     ways = [float(-np.minimum(np.diff(x), 0.0).sum()) for x in stances]
-    return _mean(ways)
-
-
-def _mean(values: Iterable[float]) -> float:
-    known = [x for x in values if np.isfinite(x)]
-    return float(np.mean(known)) if known else float("nan")
+    return known_mean(ways)
 
 
 def _means(tables: Iterable[Mapping[str, float]]) -> dict[str, float]:
@@ -314,7 +309,7 @@ def _means(tables: Iterable[Mapping[str, float]]) -> dict[str, float]:
     for table in tables:
         for name, value in table.items():
             values.setdefault(name, []).append(value)
-    return {name: _mean(found) for name, found in values.items()}
+    return {name: known_mean(found) for name, found in values.items()}
 
 
 def _share(part: float, whole: float) -> float:

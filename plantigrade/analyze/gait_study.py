@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
+from plantigrade.analyze.statistics import known_mean
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
@@ -198,7 +199,7 @@ def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> Stud
         p=p,
         identical=None if p is None else bool(p >= ALPHA),
         rmse=float(np.mean([c.rmse[coordinate] for c in comparisons])),
-        correlation=_mean_known([c.correlation[coordinate] for c in comparisons]),
+        correlation=known_mean([c.correlation[coordinate] for c in comparisons]),
         paper=PAPER_TABLE[coordinate],
     )
 
@@ -244,9 +245,3 @@ def _sd(values: np.ndarray) -> np.ndarray:
     if len(values) < 2:
         return np.full(values.shape[1:], np.nan)
     return np.asarray(values.std(axis=0, ddof=1))
-
-
-def _mean_known(values: Sequence[float]) -> float:
-    """Return the mean of finite values; a joint without motion has no correlation."""
-    known = [value for value in values if np.isfinite(value)]
-    return float(np.mean(known)) if known else float("nan")

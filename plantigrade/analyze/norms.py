@@ -47,10 +47,8 @@ from plantigrade.models.usual_mass import ADULT_AGE
 
 MIRRORED = ("pelvis_list", "pelvis_rotation")
 """Angles that change sign when left and right are exchanged."""
-
 SPEED_CLASSES = ("very_slow", "slow", "free", "fast", "very_fast")
 """Speed classes, slowest first."""
-
 CLASS_BOUNDS = (0.227, 0.363, 0.500, 0.636)  #: Dimensionless speeds between the classes
 
 
@@ -93,25 +91,19 @@ PUBLISHED_NAMES = {
     "ankle_angle_power": "ankle_power",
 }
 """Names of our curves → those of the published tables, where they differ."""
-
 MAX_CHILD_HEIGHT = 1.45
 """Body height below which a person of unknown age is compared with children [m]; 1 % of women and
 half of the children of eleven years are shorter."""
-
 ADULT_SPEEDS = (0.34, 1.77)
 """Speeds at which step length and cadence of adults were measured [m/s]."""
-
 STEP_LENGTH = ((-0.0371, 0.3803, 0.2071), 0.040)
 """Step length of adults [m]: a polynomial of speed [m/s], and the SD about it."""
-
 CADENCE = ((-22.34, 96.64, 35.48), 8.2)
 """Cadence of adults [steps/min]: a polynomial of speed [m/s], and the SD about it."""
-
 FOOT_OFF: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((68, 5), (62, 2), (59, 2), (58, 2), (56, 2)), strict=True)
 )
 """Foot off of children by speed class: mean and SD [% of cycle]."""
-
 DOUBLE_SUPPORT: dict[str, tuple[float, float]] = dict(
     zip(SPEED_CLASSES, ((36, 10), (24, 4), (19, 2), (16, 3), (14, 3)), strict=True)
 )

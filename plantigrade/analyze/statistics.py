@@ -1,5 +1,6 @@
 """Agreement of two curves, and the mean of several."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +47,12 @@ def compare_curves(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> Agr
         correlation=float(u @ w / scale) if scale > 0 else float("nan"),
         mean_difference=float(np.mean(difference)),
     )
+
+
+def known_mean(values: Iterable[float]) -> float:
+    """Return the mean of finite values; NaN if there are none."""
+    known = [x for x in values if np.isfinite(x)]
+    return float(np.mean(known)) if known else float("nan")
 
 
 def mean_sd(values: Float[Array, "n m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:

@@ -28,16 +28,11 @@ from plantigrade.models.mjcf import numbers
 
 ARMATURE_PER_TORQUE = 1e-4
 """Armature of a hinge per maximum torque [kg m² / (N m)]. Chosen for stability."""
-
 DAMPING_PER_TORQUE = 5e-3  #: Damping of a hinge per maximum torque [s]. Chosen for stability
-
 CORE_SCALE = 0.75  #: Size of a core relative to the drawn shape [1]; no two touch in quiet standing
-
 GROUND_HALF_SIZE = 20.0  #: Extent of the ground from the origin [m]
-
 SEAT_HALF_SIZES = (0.2, 0.2, 0.02)
 """Margin of a seat around its contacts along x and y, and its half thickness [m]."""
-
 _STIFF = {"solref": "0.005 1", "condim": "3"}
 _CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.005 0.0001"}
 _WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"

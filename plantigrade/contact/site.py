@@ -14,11 +14,9 @@ __all__ = ["ContactSite", "Point", "contact_sites", "foot_sites"]
 
 """Parts of a foot with their own contact times. Heel and sole lift together, then the ball, then
 the toes."""
-
 PUSH_PART = "push"
 """Part name of a site with a force that is not the ground's."""
 TOUCH_PART = "touch"  #: Part name of a ground contact of a body other than a foot
-
 GEOM_PREFIX = "contact_"  #: Prefix of the names of geoms that contact the ground
 
 

@@ -48,13 +48,10 @@ STIFFNESS: Mapping[str, float] = {
     "fingers_flex": 1.0,
 }
 """Stiffness about zero [N m/rad] for the reference mass and height."""
-
 DAMPING: Mapping[str, float] = {"lumbar": 2.0, "thorax": 2.0, "": 0.5}
 """Damping [N m s/rad] by prefix of the name."""
-
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 """Leg joints with coupled passive moments."""
-
 _DEG = 180.0 / np.pi
 
 

@@ -24,15 +24,11 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 AROUND = 16
 """Corners of the circles of capsules: smooth to the eye at half the size of 24."""
-
 ARROW = 0.6
 """Length of the arrow of one body weight [m]; that of ``viewer.html``."""
-
 RIGID = 1e-5  #: Change of a pose within a motion [m, 1] below which two bones keep their places
-
 GONE = 1e-4
 """Scale of an arrow without force: zero would leave it no direction."""
-
 FLOOR_MARGIN = 1.5  #: Distance the drawn ground reaches beyond the body's way [m]
 
 

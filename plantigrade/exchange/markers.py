@@ -23,9 +23,7 @@ from plantigrade.record import FootForce, Record, Run
 
 DEFAULT_SET = "oxford-foot-model"
 """Marker set of a run that was not fitted to markers: Plug-in Gait's and those of the foot."""
-
 LOADED = 1e-3  #: Vertical force above which a foot has a centre of pressure [body weights]
-
 MARGIN = 0.15  #: Distance from the centre of pressure to the edge of its plate, at least [m]
 
 

@@ -30,24 +30,19 @@ _HEAD = 65536  # bytes read to detect a format
 
 @dataclass(frozen=True)
 class Format:
-    """One file format.
+    """One file format."""
 
-    Attributes:
-        name: Name in messages.
-        suffixes: File extensions, lower case, with the dot.
-        reader: ``module:function`` under :mod:`plantigrade.io`, called with the path and options.
-        writer: ``module:function``, called with a Recording and the path; None if read only.
-        holds: Parts of a :class:`~plantigrade.motion.recording.Recording` that the writer stores;
-            it needs at least one of those before ``"|"``.
-        signature: Byte strings (lower case), one of which occurs at the start of every such file;
-            empty if the format has none.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
+    name: str  #: Name in messages
+    suffixes: tuple[str, ...]  #: File extensions, lower case, with the dot
+    #: ``module:function`` under :mod:`plantigrade.io`, called with the path and options
     reader: str
+    #: ``module:function``, called with a Recording and the path; None if read only
     writer: str | None = None
+    #: Parts of a :class:`~plantigrade.motion.recording.Recording` that the writer stores; it needs
+    #: at least one of those before ``"|"``
     holds: str = ""
+    #: Byte strings (lower case), one of which occurs at the start of every such file; empty if the
+    #: format has none
     signature: tuple[bytes, ...] = ()
 
     @property

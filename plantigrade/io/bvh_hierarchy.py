@@ -16,23 +16,14 @@ _CHANNEL = re.compile(r"([XYZ])(position|rotation)", re.IGNORECASE)
 
 @dataclass
 class Joint:
-    """A joint of the hierarchy, in file axes and units.
+    """A joint of the hierarchy, in file axes and units."""
 
-    Attributes:
-        name: Name of the joint.
-        parent: Index of the parent; -1 for the root.
-        offset: Offset from the parent at rest.
-        channels: Channels in file order, as ``("rotation", "z")``.
-        first_channel: Column of the first channel.
-        end: Offset of the End Site from the joint.
-    """
-
-    name: str
-    parent: int
-    offset: np.ndarray
-    channels: tuple[tuple[str, str], ...] = ()
-    first_channel: int = 0
-    end: np.ndarray | None = None
+    name: str  #: Name of the joint
+    parent: int  #: Index of the parent; -1 for the root
+    offset: np.ndarray  #: Offset from the parent at rest
+    channels: tuple[tuple[str, str], ...] = ()  #: Channels in file order, as ``("rotation", "z")``
+    first_channel: int = 0  #: Column of the first channel
+    end: np.ndarray | None = None  #: Offset of the End Site from the joint
 
 
 def read_hierarchy(path: Path, text: str, warnings: list[str]) -> tuple[list[Joint], int]:

@@ -18,10 +18,8 @@ from plantigrade.io.writing import write_bytes
 from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subject
 
 BLOCK = 512  # Bytes of a block
-
 MAX_LIST = 255
 """Maximum length of a parameter's list, because dimensions are bytes; ``LABELS2`` … continue it."""
-
 Parameters = dict[str, dict[str, Any]]
 """Values by group and name: strings, or numbers whose first dimension varies fastest."""
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import FileError
-from plantigrade.io.skeletons import euler_rotation
+from plantigrade.io.skeletons import euler_rotation, rest_pose, tree_kinematics
 from plantigrade.io.text import read_text
 from plantigrade.motion.recording import Recording, SkeletonMotion
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, rotation_matrix
@@ -135,28 +135,26 @@ def _frames(path: Path, rows: list) -> np.ndarray:
 
 def _kinematics(frames: np.ndarray, time: np.ndarray) -> SkeletonMotion:
     n, k = len(frames), len(JOINTS)
-    R, p, ends = np.empty((n, k, 3, 3)), np.empty((n, k, 3)), np.full((n, k, 3), np.nan)
-    rest = np.zeros((k, 3))
-    column = 4
-    for i, (name, parent, offset, width) in enumerate(JOINTS):
+    names, parents, offsets, widths = zip(*JOINTS, strict=True)
+    local, column = np.empty((n, k, 3, 3)), 4
+    for i, width in enumerate(widths):
         values = frames[:, column : column + width]
         column += width
-        local = rotation_matrix(values) if width == 4 else euler_rotation("z" * width, values)
-        if parent < 0:
-            R[:, i], p[:, i] = local, frames[:, 1:4]
-        else:
-            R[:, i] = R[:, parent] @ local
-            p[:, i] = p[:, parent] + R[:, parent] @ np.array(offset)
-            rest[i] = rest[parent] + offset
-        if name in ENDS:
-            ends[:, i] = p[:, i] + R[:, i] @ np.array(ENDS[name])
+        turns = rotation_matrix(values) if width == 4 else euler_rotation("z" * width, values)
+        local[:, i] = turns
+    offsets = np.array(offsets)
+    R, p = tree_kinematics(parents, local, frames[:, 1:4], offsets)
+    ends = np.full(p.shape, np.nan)
+    for name, tip in ENDS.items():
+        i = names.index(name)
+        ends[:, i] = p[:, i] + R[:, i] @ np.array(tip)
     T = OPENSIM_TO_WORLD
     return SkeletonMotion(
-        names=tuple(name for name, *_ in JOINTS),
-        parents=tuple(parent for _, parent, *_ in JOINTS),
+        names=names,
+        parents=parents,
         time=time,
         positions=p @ T.T,
         rotations=T @ R @ T.T,
-        rest_positions=rest @ T.T,
+        rest_positions=rest_pose(parents, offsets) @ T.T,
         ends=ends @ T.T,
     )

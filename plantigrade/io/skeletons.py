@@ -1,4 +1,4 @@
-"""Common parts of the skeleton formats (ASF/AMC, BVH, DeepMimic): rotations, axes, sides.
+"""Common parts of the skeleton formats (ASF/AMC, BVH, DeepMimic, SMPL): rotations, axes, sides.
 
 Every skeleton file has its own axes up, forward and left. Two rotations map them to ours: one for
 the world (the vertical of the motion) and one for the body (the direction the person faces in the
@@ -14,9 +14,7 @@ from plantigrade.arrays import Array, Float
 
 FORWARD_LEFT_UP_OF_Y_UP = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
 """Maps y-up file axes (x left, y up, z forward: CMU and most BVH) to ours (x, y left, z up)."""
-
 MIN_UPRIGHTNESS = 0.6  # Minimum ratio of height to bone path from foot to head of a standing person
-
 _HEAD = re.compile(r"head|neck|skull|thorax|chest|spine", re.IGNORECASE)
 _FEET = re.compile(r"foot|feet|ankle|toe|heel|ball|tibia|shin|calf", re.IGNORECASE)
 
@@ -39,6 +37,36 @@ def euler_rotation(axes: str, angles: Float[Array, "n k"]) -> Float[Array, "n 3 
     for column, axis in enumerate(axes):
         rotation = rotation @ axis_rotation(axis, angles[:, column])
     return rotation
+
+
+def tree_kinematics(
+    parents: Sequence[int],
+    local: Float[Array, "n k 3 3"],
+    root: Float[Array, "n 3"],
+    offsets: Float[Array, "k 3"],
+) -> tuple[Float[Array, "n k 3 3"], Float[Array, "n k 3"]]:
+    """Return the world rotations and positions of the joints of a tree.
+
+    Args:
+        parents: Parent of each joint, before it in the order; the first joint is the root.
+        local: Rotation of each joint relative to its parent; that of the root in the world.
+        root: Position of the root.
+        offsets: Offset of each joint from its parent where nothing is rotated.
+    """
+    R, p = np.empty_like(local), np.empty(local.shape[:3])
+    R[:, 0], p[:, 0] = local[:, 0], root
+    for j, parent in enumerate(parents[1:], start=1):
+        R[:, j] = R[:, parent] @ local[:, j]
+        p[:, j] = p[:, parent] + R[:, parent] @ offsets[j]
+    return R, p
+
+
+def rest_pose(parents: Sequence[int], offsets: Float[Array, "k 3"]) -> Float[Array, "k 3"]:
+    """Return the joints of a tree where nothing is rotated, the root at the origin."""
+    rest = np.zeros(offsets.shape)
+    for j, parent in enumerate(parents[1:], start=1):
+        rest[j] = rest[parent] + offsets[j]
+    return rest
 
 
 def mirrored_name(name: str) -> str | None:

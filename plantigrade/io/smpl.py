@@ -37,7 +37,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP, up_axis
+from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP, rest_pose, tree_kinematics, up_axis
 from plantigrade.io.smpl_layouts import (
     RATES,
     Layout,
@@ -56,9 +56,7 @@ from plantigrade.io.smpl_tree import (
     NAMES,
     PARENTS,
     ROOT,
-    forward_kinematics,
     mean_offsets,
-    rest_positions,
 )
 from plantigrade.motion.recording import Recording, SkeletonMotion, Subject
 from plantigrade.notes import Info
@@ -117,7 +115,7 @@ def read_smpl(
         legs = leg_factors(local, root, offsets, hz)
         offsets = legs.scaled(offsets)
         warnings.append(_note(legs, offsets, data))
-    R, p = forward_kinematics(local, root, offsets)
+    R, p = tree_kinematics(PARENTS, local, root, offsets)
     R[:, 0] = R[:, 0] @ Rotation.from_rotvec([0.0, PELVIS_TILT, 0.0]).as_matrix()
     return Recording(
         source=path,
@@ -127,7 +125,7 @@ def read_smpl(
             time=np.arange(len(p)) / hz,
             positions=p,
             rotations=R,
-            rest_positions=rest_positions(offsets),
+            rest_positions=rest_pose(PARENTS, offsets),
             ends=np.full(p.shape, np.nan),
             lengths_assumed=skeleton is None and layout.name == "AMASS",
         ),
@@ -146,7 +144,7 @@ def _world_axes(
 ) -> Float[Array, "3 3"]:
     """Return the rotation from the file's world to ours."""
     body = FORWARD_LEFT_UP_OF_Y_UP
-    _, p = forward_kinematics(local, trans, offsets @ body)
+    _, p = tree_kinematics(PARENTS, local, trans, offsets @ body)
     seen = up_axis(NAMES, p)
     axes = {"y": np.array([0.0, 1, 0]), "z": np.array([0.0, 0, 1])}
     up = axes[layout.up]

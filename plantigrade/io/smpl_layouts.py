@@ -26,21 +26,13 @@ _REMEDY = "give an AMASS file (poses, trans) or the result of a video tool in wo
 
 @dataclass(frozen=True)
 class Layout:
-    """Names of the arrays of one kind of file.
+    """Names of the arrays of one kind of file."""
 
-    Attributes:
-        name: Name in messages.
-        poses: Arrays of rotations, joined: the root and 21 joints come first.
-        trans: Array of translations.
-        up: Vertical where the motion does not show it.
-        at_hips: Whether the translation is that of the middle of the hips.
-    """
-
-    name: str
-    poses: tuple[str, ...]
-    trans: str
-    up: str
-    at_hips: bool = False
+    name: str  #: Name in messages
+    poses: tuple[str, ...]  #: Arrays of rotations, joined: the root and 21 joints come first
+    trans: str  #: Array of translations
+    up: str  #: Vertical where the motion does not show it
+    at_hips: bool = False  #: Whether the translation is that of the middle of the hips
 
 
 LAYOUTS = (

@@ -16,7 +16,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.io.smpl_tree import NAMES, PARENTS, forward_kinematics
+from plantigrade.io.skeletons import tree_kinematics
+from plantigrade.io.smpl_tree import NAMES, PARENTS
 
 ROUNDS = 4  # stances are found again with the lengths of the round before
 HEIGHT = 0.03  # [m] of ankle and toe base above their lowest while a foot stands flat
@@ -31,19 +32,12 @@ _SIDE = {"l": "left", "r": "right"}
 
 @dataclass(frozen=True)
 class LegFactors:
-    """Factors on the lengths of thigh and shank.
+    """Factors on the lengths of thigh and shank."""
 
-    Attributes:
-        thigh: Factor on hip and knee offsets.
-        shank: Factor on ankle and foot offsets.
-        standard_errors: Standard errors of both.
-        stances: Number of stances they follow from.
-    """
-
-    thigh: float
-    shank: float
-    standard_errors: tuple[float, float]
-    stances: int
+    thigh: float  #: Factor on hip and knee offsets
+    shank: float  #: Factor on ankle and foot offsets
+    standard_errors: tuple[float, float]  #: Standard errors of both
+    stances: int  #: Number of stances they follow from
 
     @property
     def size(self) -> float:
@@ -73,7 +67,7 @@ def leg_factors(
     """
     found = LegFactors(1.0, 1.0, (SIZE_SD, SIZE_SD), 0)
     for _ in range(ROUNDS if len(root) > 2 else 0):
-        R, p = forward_kinematics(local, root, found.scaled(offsets))
+        R, p = tree_kinematics(PARENTS, local, root, found.scaled(offsets))
         rows: list[np.ndarray] = []
         for side in SIDES:
             chain = [NAMES.index(f"{_SIDE[side]}_{j}") for j in ("hip", "knee", "ankle", "foot")]

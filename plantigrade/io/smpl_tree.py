@@ -1,7 +1,7 @@
 r"""The tree of joints that SMPL, SMPL-H and SMPL-X share, with the lengths of a mean body.
 
-The body models themselves (surface, shape space) may not be redistributed and are not needed: a
-pose is a rotation of each joint, and positions follow from any set of offsets,
+The body models themselves [SMPL]_, their surface and shape space, may not be redistributed and are
+not needed: a pose is a rotation of each joint, and positions follow from any set of offsets,
 
 .. math:: R_j = R_{parent} R^{local}_j, \quad p_j = p_{parent} + R_{parent}\, o_j.
 
@@ -84,27 +84,3 @@ def mean_offsets(height: float, sex: str | None) -> Float[Array, "22 3"]:
             row = trunk * row + [0.0, beside.get(joint, 0.0), 0.0]
         offsets[i] = row * (1, -1, 1) if side == "right" else row
     return offsets
-
-
-def forward_kinematics(
-    local: Float[Array, "n 22 3 3"], root: Float[Array, "n 3"], offsets: Float[Array, "22 3"]
-) -> tuple[Float[Array, "n 22 3 3"], Float[Array, "n 22 3"]]:
-    """Return the rotations and positions of all joints.
-
-    Args:
-        local: Rotation of each joint relative to its parent; that of the root in the world.
-        root: Position of the pelvis joint [m].
-        offsets: Offset of each joint from its parent in the neutral pose [m].
-    """
-    R, p = np.empty_like(local), np.empty((len(root), len(NAMES), 3))
-    R[:, 0], p[:, 0] = local[:, 0], root
-    for j, parent in enumerate(PARENTS[1:], start=1):
-        R[:, j] = R[:, parent] @ local[:, j]
-        p[:, j] = p[:, parent] + R[:, parent] @ offsets[j]
-    return R, p
-
-
-def rest_positions(offsets: Float[Array, "22 3"]) -> Float[Array, "22 3"]:
-    """Return the joints in the neutral pose, the pelvis at the origin [m]."""
-    eye = np.broadcast_to(np.eye(3), (1, len(NAMES), 3, 3))
-    return forward_kinematics(eye, np.zeros((1, 3)), offsets)[1][0]

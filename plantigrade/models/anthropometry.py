@@ -42,41 +42,23 @@ _ABSORBING = ("pelvis_height", "trunk", "head")  # scaled to keep stature exact
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Lengths of one body; they determine its geometry.
+    """Lengths of one body; they determine its geometry."""
 
-    Attributes:
-        ankle_height: Ankle joint centre above the sole [m].
-        shank: Knee to ankle joint centre [m].
-        thigh: Hip to knee joint centre [m].
-        pelvis_height: Hip joint centres to lumbar joint, vertically [m].
-        trunk: Lumbar joint to the joint under C7, vertically [m].
-        head: Joint under C7 to the vertex, vertically [m].
-        pelvis_width: Between the anterior superior iliac spines [m].
-        pelvis_depth: Anterior to posterior superior iliac spines [m].
-        lumbar_depth: Lumbar joint behind the anterior superior iliac spines [m].
-        shoulder_width: Between the shoulder joint centres [m].
-        upper_arm: Shoulder to elbow joint centre [m].
-        forearm: Elbow to wrist joint centre [m].
-        hand: Wrist joint centre to the tip of the middle finger [m].
-        foot_length: Heel to toe tip [m].
-        foot_width: Across the metatarsal heads [m].
-    """
-
-    ankle_height: float
-    shank: float
-    thigh: float
-    pelvis_height: float
-    trunk: float
-    head: float
-    pelvis_width: float
-    pelvis_depth: float
-    lumbar_depth: float
-    shoulder_width: float
-    upper_arm: float
-    forearm: float
-    hand: float
-    foot_length: float
-    foot_width: float
+    ankle_height: float  #: Ankle joint centre above the sole [m]
+    shank: float  #: Knee to ankle joint centre [m]
+    thigh: float  #: Hip to knee joint centre [m]
+    pelvis_height: float  #: Hip joint centres to lumbar joint, vertically [m]
+    trunk: float  #: Lumbar joint to the joint under C7, vertically [m]
+    head: float  #: Joint under C7 to the vertex, vertically [m]
+    pelvis_width: float  #: Between the anterior superior iliac spines [m]
+    pelvis_depth: float  #: Anterior to posterior superior iliac spines [m]
+    lumbar_depth: float  #: Lumbar joint behind the anterior superior iliac spines [m]
+    shoulder_width: float  #: Between the shoulder joint centres [m]
+    upper_arm: float  #: Shoulder to elbow joint centre [m]
+    forearm: float  #: Elbow to wrist joint centre [m]
+    hand: float  #: Wrist joint centre to the tip of the middle finger [m]
+    foot_length: float  #: Heel to toe tip [m]
+    foot_width: float  #: Across the metatarsal heads [m]
 
     @property
     def height(self) -> float:

@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 
 MAX_SOLE_OFFSET = 0.1
 """Largest displacement of a contact sphere from its default position [m]."""
-
 MAX_TRUNK_SHIFT = 0.15
 """Largest displacement of the trunk's centre of mass from its default position [m]."""
-
 _STANDING_ARMS = {"pro_sup": 1.4, "arm_add": -0.14}
 """Angles of hanging arms [rad]: palms towards the thighs, clear of the hips."""
 

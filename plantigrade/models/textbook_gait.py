@@ -46,14 +46,11 @@ CLASS_SPEEDS = {
     "very_fast": 0.704,
 }
 """Dimensionless speed at the centre of each class [1]; the outer two by equal spacing."""
-
 FOOT_OFF = {"very_slow": 68.0, "slow": 62.0, "free": 59.0, "fast": 58.0, "very_fast": 56.0}
 """Foot off [% of cycle], Cycle Events of [Schwartz2008]_."""
-
 FREE_SPEED = CLASS_SPEEDS["free"]
 ADULT_SPEED = 0.42
 """Dimensionless speed of the adults [1]; 1.24 m/s with a leg length of 0.89 m [Fukuchi2018]_."""
-
 PRONATION = 80.0
 """Forearm pronation [deg]: palms towards the thighs, as in standing."""
 

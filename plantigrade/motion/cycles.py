@@ -13,10 +13,8 @@ from plantigrade.motion.recording import GaitEvent
 
 PERCENT = np.linspace(0.0, 100.0, 101)
 """Default percentages of the cycle at which curves are sampled."""
-
 MAX_CYCLE = 3.0  #: Maximum stride time [s]; a longer interval contains standing
 MIN_CYCLE = 0.4  #: Minimum stride time [s], shorter than in sprinting
-
 SPLINE_REACH = 50
 """Distance at which a frame has no effect on a cubic spline [frames]; the effect decays by 2 - √3
 per frame, to 1e-28 here."""

@@ -15,14 +15,11 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent
 
 MAX_EVENT_DIFFERENCE = 0.06
 """Maximum difference between events of plate and motion that are the same [s]."""
-
 MAX_CLOCK_DIFFERENCE = 0.15  # [s] the same for the comparison of clocks
-
 MAX_RISE_TIME = 0.015
 """Maximum rise time of an unfiltered force at touchdown, from 20 to 100 N [s]. It is 5 to 13 ms
 unfiltered, and 18 to 25 ms after a low-pass of 10 to 6 Hz, which makes the event 10 to 20 ms
 early."""
-
 MIN_CLOCK_SHIFT = 0.03
 """Minimum difference between plate and motion events if their clocks differ [s], three times the
 mean error of events from the motion."""

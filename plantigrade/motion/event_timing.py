@@ -31,19 +31,13 @@ from plantigrade.motion.recording import GaitEvent, rate_of
 LEAVING_FRACTION = 0.30
 """Speed of the slower end of a walking foot at toe-off, as a fraction of its peak in that swing.
 Mean over the clean plates of two people (HC032, opensim_walking2)."""
-
 NEAR_LANDING = 0.06  # [s] maximum correction of a touchdown in walking
-
 TOUCHDOWN_WINDOW = (0.06, 0.01)
 """Search window of touchdown in running, before and after the end of the swing [s]."""
-
 LEAVING_WINDOW = (0.08, 0.02)
 """Search window of toe-off in running, before and after the start of the swing [s]."""
-
 IMPACT = 5.0  # Minimum acceleration peak of touchdown in running [m/s²], half of gravity
-
 WALKING_CUTOFF = 12.0  # [Hz] low-pass of the feet in walking, before differentiation
-
 RUNNING_CUTOFF = 20.0
 """Low-pass of the feet in running, before differentiation [Hz]."""
 

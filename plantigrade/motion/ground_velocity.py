@@ -11,15 +11,11 @@ from plantigrade.motion.filters import derivative, fill_gaps, lowpass
 from plantigrade.motion.recording import rate_of
 
 MIN_BELT_SPEED = 0.15  #: Minimum speed of a treadmill [m/s]; slower ground counts as stationary
-
 MAX_DRIFT = 0.5
 """Maximum speed of a person on a treadmill in the room, relative to the belt's speed. Feet that
 roll in short stances, as in running overground, appear to share a velocity."""
-
 MAX_GAP = 0.1  #: Maximum gap of a marker that is filled before event detection [s]
-
 CLUSTER_RADIUS = 0.15  #: Radius of a cluster of velocities [m/s]
-
 CUTOFF = 12.0
 """Cut-off frequency for the points of the foot [Hz]; lower for low frame rates."""
 

@@ -13,18 +13,12 @@ from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import rate_of
 
 MAX_BASELINE = 30.0  # Maximum baseline [N]; a larger force is a load
-
 MIN_BASELINE = 2.0  # [N] minimum baseline that is removed
-
 MIN_DURATION = 0.15  # Minimum duration without load [s], shorter than any swing
-
 EDGE_TIME = 0.04  # [s] time excluded at either end, because of touchdown and lift-off
-
 MAX_SPREAD = 6.0
 """Maximum spread of an unloaded force, 10th to 90th percentile of its 20 ms means [N]."""
-
 MIN_STEP = 200.0  # [N] minimum change of force at touchdown or lift-off
-
 MAX_STEP_TIME = 0.1
 """Maximum duration of that change [s]; rising from a chair takes three times as long."""
 

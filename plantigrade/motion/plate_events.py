@@ -14,25 +14,18 @@ from plantigrade.motion.recording import ForcePlate, GaitEvent, rate_of
 
 THRESHOLD = 20.0
 """Minimum force of a contact [N]."""
-
 MIN_CONTACT = 0.08
 """Minimum duration of a contact [s]; gaps shorter than a quarter of it are closed."""
-
 PLATE_MARGIN = 0.02
 """Maximum distance of a marker outside the plate, because markers are offset from the foot [m]."""
-
 PULL_FACTOR = 5.0  #: Minimum ratio of the threshold to the negative force of the plate
-
 MAX_THRESHOLD_FACTOR = 2.5  #: Maximum factor of the threshold, to 50 N, as usual on treadmills
-
 MAX_EDGE_TIME = 0.08
 """Maximum time between the threshold and :data:`EDGE_LEVEL` [s]."""
-
 EDGE_LEVEL = 0.25
 """Force at the upper end of an edge, as a fraction of the maximum on the plates. At touchdown and
 lift-off it is reached within 10 to 60 ms; with a second foot or drift of the plate the force
 changes slowly."""
-
 TOE_TIP = 0.2  #: Length of the foot beyond the toe point, as a fraction of heel to toe point
 
 

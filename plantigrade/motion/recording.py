@@ -18,16 +18,11 @@ from plantigrade.errors import ParameterError, known_names
 
 @dataclass(frozen=True)
 class Markers:
-    """Trajectories of named points.
+    """Trajectories of named points."""
 
-    Attributes:
-        names: Marker names as in the file, unique.
-        time: Time of each frame [s], increasing.
-        positions: World positions [m]; NaN where a marker is missing.
-    """
-
-    names: tuple[str, ...]
-    time: Float[Array, " n_frames"]
+    names: tuple[str, ...]  #: Marker names as in the file, unique
+    time: Float[Array, " n_frames"]  #: Time of each frame [s], increasing
+    #: World positions [m]; NaN where a marker is missing
     positions: Float[Array, "n_frames n_markers 3"]
 
     @property
@@ -61,43 +56,31 @@ class Markers:
 
 @dataclass(frozen=True)
 class ForcePlate:
-    """One measured ground reaction *on the body*, as a wrench at the centre of pressure.
+    """One measured ground reaction *on the body*, as a wrench at the centre of pressure."""
 
-    Attributes:
-        name: Name in the file (``"1"``, ``"ground_force_r"``, …).
-        time: Time of each sample [s], on the clock of the markers, possibly at a higher rate.
-        force: Ground reaction force on the body, world axes [N].
-        cop: Centre of pressure, world [m]; NaN where the force is too small.
-        free_moment: Moment about the vertical at the centre of pressure, on the body [N m].
-        corners: Corners of the plate, world [m], if known.
-        side: ``"r"`` or ``"l"`` if the file states the foot.
-    """
-
-    name: str
+    name: str  #: Name in the file (``"1"``, ``"ground_force_r"``, …)
+    #: Time of each sample [s], on the clock of the markers, possibly at a higher rate
     time: Float[Array, " n_samples"]
-    force: Float[Array, "n_samples 3"]
+    force: Float[Array, "n_samples 3"]  #: Ground reaction force on the body, world axes [N]
+    #: Centre of pressure, world [m]; NaN where the force is too small
     cop: Float[Array, "n_samples 3"]
+    #: Moment about the vertical at the centre of pressure, on the body [N m]
     free_moment: Float[Array, " n_samples"]
-    corners: Float[Array, "4 3"] | None = None
-    side: str | None = None
+    corners: Float[Array, "4 3"] | None = None  #: Corners of the plate, world [m], if known
+    side: str | None = None  #: ``"r"`` or ``"l"`` if the file states the foot
 
 
 @dataclass(frozen=True)
 class GaitEvent:
     """A heel strike or toe off.
 
-    Attributes:
-        time: Instant [s], on the clock of the frames.
-        side: ``"l"`` or ``"r"``.
-        kind: ``"heel_strike"`` (initial contact) or ``"toe_off"``.
-
     Raises:
         ParameterError: If side or kind are others.
     """
 
-    time: float
-    side: str
-    kind: str
+    time: float  #: Instant [s], on the clock of the frames
+    side: str  #: ``"l"`` or ``"r"``
+    kind: str  #: ``"heel_strike"`` (initial contact) or ``"toe_off"``
 
     def __post_init__(self):
         """Check side and kind."""
@@ -110,25 +93,15 @@ class GaitEvent:
 
 @dataclass(frozen=True)
 class Subject:
-    """Subject data of a file; None where unknown.
+    """Subject data of a file; None where unknown."""
 
-    Attributes:
-        height: Body height [m].
-        mass: Body mass [kg].
-        sex: ``"male"`` or ``"female"``.
-        leg_length: Leg length, mean of both sides [m].
-        age: Age [years].
-        name: Name or code of the person.
-        date: Date of the recording, as written in the file.
-    """
-
-    height: float | None = None
-    mass: float | None = None
-    sex: str | None = None
-    leg_length: float | None = None
-    age: float | None = None
-    name: str | None = None
-    date: str | None = None
+    height: float | None = None  #: Body height [m]
+    mass: float | None = None  #: Body mass [kg]
+    sex: str | None = None  #: ``"male"`` or ``"female"``
+    leg_length: float | None = None  #: Leg length, mean of both sides [m]
+    age: float | None = None  #: Age [years]
+    name: str | None = None  #: Name or code of the person
+    date: str | None = None  #: Date of the recording, as written in the file
 
     @property
     def figures(self) -> dict[str, float | str]:
@@ -140,46 +113,34 @@ class Subject:
 
 @dataclass(frozen=True)
 class SkeletonMotion:
-    """Motion of another skeleton (ASF/AMC, BVH, DeepMimic, SMPL), to be retargeted.
+    """Motion of another skeleton (ASF/AMC, BVH, DeepMimic, SMPL), to be retargeted."""
 
-    Attributes:
-        names: Joint (or bone) names as in the file, parents before children.
-        parents: Index of each joint's parent, -1 for the root.
-        time: Time of each frame [s].
-        positions: World position of each joint [m].
-        rotations: World rotation of each joint's bone frame (maps bone axes, which in the rest
-            pose are parallel to the world axes x forward, y left, z up, to world axes).
-        rest_positions: Joint positions in the rest pose, root at the origin [m], same axes.
-        ends: World position of the end of each bone (for ASF the bone's own far end; for BVH its
-            ``End Site`` or NaN) [m].
-        lengths_assumed: Whether the path is measured and the bone lengths are a mean body's (AMASS
-            without a body model); a given height then changes the bones and not the path.
-    """
-
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
-    time: Float[Array, " n_frames"]
-    positions: Float[Array, "n_frames n_joints 3"]
+    names: tuple[str, ...]  #: Joint (or bone) names as in the file, parents before children
+    parents: tuple[int, ...]  #: Index of each joint's parent, -1 for the root
+    time: Float[Array, " n_frames"]  #: Time of each frame [s]
+    positions: Float[Array, "n_frames n_joints 3"]  #: World position of each joint [m]
+    #: World rotation of each joint's bone frame (maps bone axes, which in the rest pose are
+    #: parallel to the world axes x forward, y left, z up, to world axes)
     rotations: Float[Array, "n_frames n_joints 3 3"]
+    #: Joint positions in the rest pose, root at the origin [m], same axes
     rest_positions: Float[Array, "n_joints 3"]
+    #: World position of the end of each bone (for ASF the bone's own far end; for BVH its ``End
+    #: Site`` or NaN) [m]
     ends: Float[Array, "n_frames n_joints 3"]
+    #: Whether the path is measured and the bone lengths are a mean body's (AMASS without a body
+    #: model); a given height then changes the bones and not the path
     lengths_assumed: bool = False
 
 
 @dataclass(frozen=True)
 class Table:
-    """Named columns over time: OpenSim coordinates, moments, any other signal.
+    """Named columns over time: OpenSim coordinates, moments, any other signal."""
 
-    Attributes:
-        names: Column names; OpenSim paths (``/jointset/hip_r/hip_flexion_r/value``) are reduced
-            to the coordinate's name.
-        time: Time of each row [s].
-        values: SI units and radians; NaN where missing.
-    """
-
+    #: Column names; OpenSim paths (``/jointset/hip_r/hip_flexion_r/value``) are reduced to the
+    #: coordinate's name
     names: tuple[str, ...]
-    time: Float[Array, " n_rows"]
-    values: Float[Array, "n_rows n_columns"]
+    time: Float[Array, " n_rows"]  #: Time of each row [s]
+    values: Float[Array, "n_rows n_columns"]  #: SI units and radians; NaN where missing
 
     def __getitem__(self, name: str) -> Float[Array, " n_rows"]:
         """Return the column ``name``.

@@ -17,13 +17,9 @@ from plantigrade.printable import listed
 
 MAX_FRAMES = 2
 """Longest spike [frames]."""
-
 MIN_ROTATION = np.deg2rad(5.0)  # [rad] smallest spike of an angle
-
 MIN_DISPLACEMENT = 0.02  # [m] smallest spike of a position
-
 MIN_SMOOTHING = 5.0  # Size of a spike over the largest second difference that remains without it
-
 NEIGHBOURS = 4  # Frames before and after a spike in which the curve must be smooth
 
 

@@ -12,31 +12,21 @@ from plantigrade.motion.filters import crossing, runs
 
 TOE_OFF_FRACTION = 0.22
 """Speed of the slower end of the foot at toe-off, as a fraction of its peak in that swing."""
-
 HEEL_STRIKE_FRACTION = 0.125
 """Speed of the slower end of the foot at heel strike, as a fraction of its last peak."""
-
 MIN_PEAK_SPEED = 0.4  # Minimum peak speed of the slower end in a swing [m/s]; shuffling has 0.6
-
 MIN_SWING = 0.1  # Minimum duration of a swing [s]; sprinting has 0.3 s
-
 MIN_OTHER_STANCE = 0.2
 """Minimum fraction of a swing with the other foot in stance; 0.28 in sprinting, 0 in jumping."""
-
 MAX_FLIGHT = 0.22  # Maximum flight phase of running [s]; usually below 0.2 s
-
 MIN_STANCE = 0.06  # Minimum duration of stance [s]; sprinting has 0.08 s
-
 MIN_STEP_TIME = 0.12  # Minimum step time [s]; sprinting has 0.2 s
-
 MIN_STEP_DISPLACEMENT = 1.2
 """Minimum displacement of the foot in a step, as a multiple of the length from heel to metatarsal
 head, which is 0.7 of foot length: footprints hardly overlap."""
-
 MAX_LIFT = 0.6
 """Maximum lift of the foot in a step, relative to its displacement; 0.25 sprinting, 0.5 on
 stairs."""
-
 MIN_PELVIS_DISPLACEMENT = 0.1
 """Minimum displacement of the pelvis in a swing, relative to the foot's; 0.4 in steady walking."""
 

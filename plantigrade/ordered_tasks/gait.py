@@ -59,20 +59,15 @@ class GaitSettings:
 
 @dataclass(frozen=True)
 class GaitTasks:
-    """The tasks of a gait.
+    """The tasks of a gait."""
 
-    Attributes:
-        phases: ``"eight"`` (swing in three parts), ``"six"`` (swing divided where the leg is
-            shortest), ``"four"`` (the paper's) or ``"two"`` (heel strike to heel strike).
-        com: ``"whole"`` or ``"split"`` (horizontal above vertical).
-        posture: Whether there is a posture task.
-        rates: Whether postures are passed at their recorded velocity; otherwise at that of the
-            smooth curve through them.
-    """
-
+    #: ``"eight"`` (swing in three parts), ``"six"`` (swing divided where the leg is shortest),
+    #: ``"four"`` (the paper's) or ``"two"`` (heel strike to heel strike)
     phases: str = "eight"
-    com: str = "whole"
-    posture: bool = True
+    com: str = "whole"  #: ``"whole"`` or ``"split"`` (horizontal above vertical)
+    posture: bool = True  #: Whether there is a posture task
+    #: Whether postures are passed at their recorded velocity; otherwise at that of the smooth curve
+    #: through them
     rates: bool = True
 
 

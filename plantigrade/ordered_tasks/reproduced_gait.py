@@ -19,39 +19,25 @@ from plantigrade.wbc.stepping import MotionSettings, OrderedMotion, move
 
 @dataclass(frozen=True, kw_only=True)
 class ReproduceSettings:
-    """Settings of a reproduced gait, by component.
+    """Settings of a reproduced gait, by component."""
 
-    Attributes:
-        gait: Gains of the tasks.
-        forced: Gains of a gait with forces.
-        support: Trade-off between the recorded path and the estimated forces.
-        forces: Bounds and costs of contact forces.
-        motion: Settings of the integration.
-    """
-
-    gait: GaitSettings = GaitSettings()
-    forced: ForcedGaitSettings = ForcedGaitSettings()
+    gait: GaitSettings = GaitSettings()  #: Gains of the tasks
+    forced: ForcedGaitSettings = ForcedGaitSettings()  #: Gains of a gait with forces
+    #: Trade-off between the recorded path and the estimated forces
     support: SupportSettings = SupportSettings()
-    forces: ForceSettings = ForceSettings()
-    motion: MotionSettings = MotionSettings()
+    forces: ForceSettings = ForceSettings()  #: Bounds and costs of contact forces
+    motion: MotionSettings = MotionSettings()  #: Settings of the integration
 
 
 @dataclass(frozen=True)
 class ReproducedGait:
-    """A recorded gait and the motion reproduced from it.
+    """A recorded gait and the motion reproduced from it."""
 
-    Attributes:
-        reference: Inputs of the tasks from the recording.
-        tasks: The tasks.
-        motion: The reproduced motion.
-        friction: Coefficient of friction.
-        support: Ground reactions and consistent paths; None for a motion without forces.
-    """
-
-    reference: GaitReference
-    tasks: GaitTasks
-    motion: OrderedMotion
-    friction: float = FRICTION
+    reference: GaitReference  #: Inputs of the tasks from the recording
+    tasks: GaitTasks  #: The tasks
+    motion: OrderedMotion  #: The reproduced motion
+    friction: float = FRICTION  #: Coefficient of friction
+    #: Ground reactions and consistent paths; None for a motion without forces
     support: GaitSupport | None = None
 
     def record(self) -> Record:

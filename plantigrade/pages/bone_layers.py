@@ -18,12 +18,9 @@ LIGHT = np.array([-0.0022, -0.0018])
 """Offset of the lit tone of a bone: to the left and up [m]. Chosen."""
 RIM, SKIN_RIM = 0.0014, 0.003
 """Width of the rim of a bone and of the skin [m], half of it outside; about one and two pixels."""
-POINTS = 14
-"""Control points of the outline of a bone that keep its head and base apart. Chosen."""
-VEIL = 0.26
-"""Opacity of the skin before bones [1]: both can be seen. Chosen."""
-CONTACT_DOT = 0.006
-"""Diameter of the dot at a contact point [m]. Chosen."""
+POINTS = 14  # Control points of the outline of a bone that keep its head and base apart. Chosen.
+VEIL = 0.26  # Opacity of the skin before bones [1]: both can be seen. Chosen.
+CONTACT_DOT = 0.006  # Diameter of the dot at a contact point [m]. Chosen.
 
 
 def bone_layers(

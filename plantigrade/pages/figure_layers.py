@@ -20,17 +20,11 @@ PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # share of white in the colours of fo
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """A body in motion.
+    """A body in motion."""
 
-    Attributes:
-        model: The body and its ground.
-        positions: World position of each body in each frame [m].
-        quats: World rotation of each body, ``wxyz``.
-    """
-
-    model: mujoco.MjModel
-    positions: Float[Array, "n nbody 3"]
-    quats: Float[Array, "n nbody 4"]
+    model: mujoco.MjModel  #: The body and its ground
+    positions: Float[Array, "n nbody 3"]  #: World position of each body in each frame [m]
+    quats: Float[Array, "n nbody 4"]  #: World rotation of each body, ``wxyz``
 
     @cached_property
     def shapes(self) -> tuple[Shape, ...]:

@@ -60,7 +60,7 @@ def path_data(points: Float[Array, "n m 2"], *, per_metre: float, closed: bool) 
     steps = np.diff(whole, axis=1)
     end = "z" if closed else ""
     return [
-        f"M{_pair(first)}" + "".join(f"l{_pair(step)}" for step in rest) + end
+        f"M{pair(first)}" + "".join(f"l{pair(step)}" for step in rest) + end
         for first, rest in zip(whole[:, 0], steps, strict=True)
     ]
 
@@ -110,7 +110,7 @@ def arrows(
     )
 
 
-def _pair(values: Int[Array, " 2"]) -> str:
+def pair(values: Int[Array, " 2"]) -> str:
     """Return two numbers in the shortest form of path data."""
     x, y = int(values[0]), int(values[1])
     return f"{x}{y}" if y < 0 else f"{x} {y}"

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.pages.outlines import pair
 
 FILL_STEP = 1.0  # Distance of the points that fill a triangle, in steps of the grid. Chosen.
 LEVEL = 0.4
@@ -72,14 +73,9 @@ def spline_data(outlines: Float[Array, "n count 2"], *, per_metre: float) -> lis
     for control, middle in zip(controls, middles, strict=True):
         start = middle[-1]
         steps = np.diff(middle, axis=0)
-        data = f"M{_pair(start)}q{_pair(control[0] - start)} {_pair(middle[0] - start)}t"
-        found.append(data + " ".join(_pair(step) for step in steps).replace(" -", "-") + "z")
+        data = f"M{pair(start)}q{pair(control[0] - start)} {pair(middle[0] - start)}t"
+        found.append(data + " ".join(pair(step) for step in steps).replace(" -", "-") + "z")
     return found
-
-
-def _pair(values: Int[Array, " 2"]) -> str:
-    x, y = int(values[0]), int(values[1])
-    return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
 def _filled(corners: Float[Array, "n n_faces 3 2"], grain: float) -> tuple[Array, Array]:

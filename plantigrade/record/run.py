@@ -22,9 +22,7 @@ from plantigrade.record.things import things_of
 from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
-
 RUNS = Path("runs")  #: Where a run goes for which no folder is named
-
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
          "source_files", "notes", "warnings", "files", "seconds")  # fmt: skip
 

@@ -46,7 +46,9 @@ MAX_FEASIBLE_WRENCH = 0.5
 m]; no finer mesh has made such a motion feasible."""
 MAX_REFINEMENTS = 8  # [1] maximum number of mesh refinements
 MAX_STALLED_VIOLATION = 0.3  # [1] violation of a stalled solver beyond the help of smoothness
-COARSE_MESH_NODES = 150  # [1] minimum number of nodes for a preceding coarse mesh
+COARSE_MESH_NODES = 250
+"""Minimum number of nodes for a preceding coarse mesh [1]. Walks of 8 to 10 steps and stairs, 165
+to 225 nodes, take two thirds of the time without one."""
 COARSE_NODES = 75  # [1] nodes of the coarse mesh
 
 

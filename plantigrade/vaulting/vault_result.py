@@ -24,15 +24,10 @@ TABLE_SUPPORTS = (-0.4, 0.4)
 
 @dataclass(frozen=True, eq=False)
 class VaultResult:
-    """One contact phase of a gymnast, in full coordinates.
+    """One contact phase of a gymnast, in full coordinates."""
 
-    Attributes:
-        vault: The gymnast, the table and the approach.
-        contact: The hand contact.
-    """
-
-    vault: Vault
-    contact: HandContact
+    vault: Vault  #: The gymnast, the table and the approach
+    contact: HandContact  #: The hand contact
 
     @cached_property
     def coordinates(self) -> tuple[Float[Array, "n 8"], Float[Array, "n 8"], Float[Array, "n 8"]]:

@@ -90,7 +90,7 @@ def synthesize_task(
     settings = {"task": name, "parameters": asdict(parameters), "file": text, **how.plain()}
     changed = [in_words(name, value) for name, value in parameters.changed.items()]
     words = ", ".join(filter(None, [*changed, *how.words]))
-    strides = parameters.strides if isinstance(parameters, Walk) else 1
+    strides = getattr(parameters, "strides", 1)
     run = run_of(
         solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
     )

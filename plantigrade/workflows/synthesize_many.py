@@ -18,7 +18,7 @@ from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.fit_many import contents_of
 from plantigrade.workflows.motions import RECORDING, SYNTHESIS_OPTIONS, run_synthesis
 from plantigrade.workflows.settings import TRACK
-from plantigrade.workflows.variants import MOST, name_of, plain
+from plantigrade.workflows.variants import checked_values, combinations, name_of, plain
 
 
 @takes(BatchSettings, more=SYNTHESIS_OPTIONS)
@@ -69,7 +69,8 @@ def synthesize_batch(
     if not given:
         raise ParameterError("no task is given to be synthesised")
     words = [str(as_path(task, "a task")) for task in given]
-    every = _combinations(vary)
+    axes = {name: checked_values(name, values) for name, values in vary.items()}
+    every = combinations(axes, "motions")
     names = _names(words, every)
     plan = Plan(
         MOTIONS,
@@ -79,20 +80,6 @@ def synthesize_batch(
         spec={"method": "synthesize", "settings": plain(options)},
     )
     return Batch(plan, where, command)
-
-
-def _combinations(vary: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Return every combination of values."""
-    count = 1
-    for name, values in vary.items():
-        if isinstance(values, str) or not len(values):
-            raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
-        if any(value in list(values)[:i] for i, value in enumerate(values)):
-            raise ParameterError(f"{name}: a value is given twice")
-        count *= len(values)
-    if count > MOST:
-        raise ParameterError(f"{count} motions are too many; at most {MOST} in one batch")
-    return [dict(zip(vary, each, strict=True)) for each in itertools.product(*vary.values())]
 
 
 def _names(words: Sequence[str], every: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -1,9 +1,11 @@
 """The settings that vary from simulation to simulation of a batch: combinations and names."""
 
 import itertools
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from typing import Any, get_args, get_origin, get_type_hints
 
 from plantigrade.bounds import SEEDS
@@ -47,20 +49,31 @@ def variants(
         raise ParameterError(f"seeds={seeds} must be from 1 to {MOST}, and 1 where seed varies")
     if how.seed + seeds - 1 > SEEDS[1]:
         raise ParameterError(f"seeds must not be greater than {SEEDS[1]}")
-    axes: dict[str, list[Any]] = {}
-    for name, values in vary.items():
-        if isinstance(values, str) or not len(values):
-            raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
-        axes[name] = [typed(name, value) for value in values]
-        if any(value in axes[name][:i] for i, value in enumerate(axes[name])):
-            raise ParameterError(f"{name}: a value is given twice")
+    axes = {
+        name: checked_values(name, values, partial(typed, name)) for name, values in vary.items()
+    }
     if seeds > 1:
         axes["seed"] = [how.seed + i for i in range(seeds)]
-    count = 1
-    for values in axes.values():
-        count *= len(values)
+    return combinations(axes, "simulations")
+
+
+def checked_values(
+    name: str, values: Sequence[Any], convert: Callable[[Any], Any] = lambda value: value
+) -> list[Any]:
+    """Return the values of an option that varies; refuse none, or one that is given twice."""
+    if isinstance(values, str) or not len(values):
+        raise ParameterError(f"{name} varies: give a list of its values, not {values!r:.40}")
+    found = [convert(value) for value in values]
+    if any(value in found[:i] for i, value in enumerate(found)):
+        raise ParameterError(f"{name}: a value is given twice")
+    return found
+
+
+def combinations(axes: Mapping[str, Sequence[Any]], what: str) -> list[dict[str, Any]]:
+    """Return every combination of values; refuse too many of what a batch holds."""
+    count = math.prod(map(len, axes.values()))
     if count > MOST:
-        raise ParameterError(f"{count} simulations are too many; at most {MOST} in one batch")
+        raise ParameterError(f"{count} {what} are too many; at most {MOST} in one batch")
     return [dict(zip(axes, each, strict=True)) for each in itertools.product(*axes.values())]
 
 

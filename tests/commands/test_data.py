@@ -1,6 +1,7 @@
 """``plantigrade data``: each recording is listed with what it holds, each fault with its reason."""
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -51,6 +52,23 @@ def test_one_file(folder, capsys):
 def test_no_such_folder(tmp_path, capsys):
     assert main(["data", str(tmp_path / "nowhere")]) == 2
     assert "does not exist" in capsys.readouterr().err
+
+
+def test_motions_of_smpl_are_recognised_and_foreign_pickles_are_not(tmp_path, capsys):
+    """Poses among policies and pickles of other programs, and one with a call in it."""
+    arrays = {"poses": np.zeros((3, 72)), "trans": np.zeros((3, 3)), "mocap_framerate": 60.0}
+    np.savez(tmp_path / "a.npz", **arrays)
+    (tmp_path / "b.pkl").write_bytes(pickle.dumps(arrays))
+    (tmp_path / "c.pkl").write_bytes(pickle.dumps({"weights": [1.0]}))
+    (tmp_path / "d.pkl").write_bytes(pickle.dumps({"poses": print}))
+    assert main(["data", str(tmp_path)]) == 0
+    first, second, third, last = capsys.readouterr().out.splitlines()
+    held = "SMPL  22 joints of another skeleton, 3 frames, 0.03 s"
+    assert (first, second) == (f"a.npz  {held}", f"b.pkl  {held}")
+    assert third.startswith("d.pkl: cannot be read: names builtins.print, and only arrays")
+    assert last.endswith("2 recordings, 1 that cannot be read, 1 other files")
+    assert main(["fit", str(tmp_path / "d.pkl")]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {tmp_path / 'd.pkl'}: names builtins.print")
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.io import format_of, read
+from plantigrade.io.skeletons import tree_kinematics
 from plantigrade.io.smpl import PELVIS_TILT, read_smpl
 from plantigrade.io.smpl_legs import leg_factors
-from plantigrade.io.smpl_tree import NAMES, PARENTS, forward_kinematics, mean_offsets
+from plantigrade.io.smpl_tree import NAMES, PARENTS, mean_offsets
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.retarget import fit_skeleton
 from plantigrade.models import Human, Person
@@ -87,8 +88,11 @@ def test_kinematics_agree_with_mujoco():
         bodies.append(body)
     model = spec.compile()
     data = mujoco.MjData(model)
-    R, p = forward_kinematics(
-        Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(5, 22, 3, 3), root, offsets
+    R, p = tree_kinematics(
+        PARENTS,
+        Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(5, 22, 3, 3),
+        root,
+        offsets,
     )
     quat = np.empty(4)
     for k in range(5):
@@ -119,7 +123,7 @@ def test_kinematics_agree_with_the_smplx_library():
     joints = torch.tensor(np.tile(rest, (5, 1, 1)))
     places, _ = lbs.batch_rigid_transform(theirs, joints, torch.tensor(PARENTS))
     ours = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(5, 22, 3, 3)
-    _, p = forward_kinematics(ours, root, offsets)
+    _, p = tree_kinematics(PARENTS, ours, root, offsets)
     # The library adds the translation to the joints after the rotations, the pelvis unmoved.
     np.testing.assert_allclose(p, places.numpy() + root[:, None], atol=1e-6)
 
@@ -273,7 +277,7 @@ def test_leg_lengths_follow_from_feet_that_stand():
             local[:, NAMES.index(f"{side}_{name}")] = turn
     offsets = mean_offsets(human.height, "male")
     offsets[[4, 5]] *= 1.03
-    _, p = forward_kinematics(local, np.zeros((n, 3)), offsets)
+    _, p = tree_kinematics(PARENTS, local, np.zeros((n, 3)), offsets)
     root = -p[:, NAMES.index("left_foot")]  # the foot stands, the pelvis moves
     found = leg_factors(local, root, mean_offsets(1.70, None), 60.0)
     mean = mean_offsets(1.70, None)

@@ -26,9 +26,9 @@ from tests.nasty.judge import FINDINGS, READ, REFUSED, Damaged, Outcome, outcome
 from tests.nasty.targets import BROKEN, TARGETS
 from tests.nasty.workers import Job, Report, Worker
 
-SMALL = 200
+SMALL = 50
 """Mutants of a small seed in a round, for a target of cost 1."""
-WHOLE_BYTES = 200e3
+WHOLE_BYTES = 50e3
 """About so many bytes of a whole file are read in a round, for a target of cost 1."""
 REPORT_INTERVAL = 60.0
 """Time between two lines of progress [s]."""

@@ -328,6 +328,8 @@ def test_panels_leave_the_person_in_sight(opened, browser):
     for size, least in (((1000, 700), (0.6, 0.7)), ((390, 780), (0.99, 0.35))):
         browser.resize(*size)
         assert browser.evaluate(shown) == []
+        browser.settle()
+        assert browser.evaluate("$('legend').open") == (size[0] > 640)
         for button, panel in (("Feet and curves", "curves"), ("Controls", "panel")):
             browser.evaluate(CLICK.format(button))
             assert browser.evaluate(shown) == [panel]

@@ -62,6 +62,42 @@ def column(s, q, name):
     return q[:, s.problem.names.index(name)]
 
 
+@pytest.mark.slow
+@pytest.mark.solver
+def test_a_run_flies_between_its_steps_and_lands_on_bent_knees():
+    s = solved("run", 60.0)
+    assert s.success
+    record = s.record()
+    assert check(record).ok, check(record).status
+    t, up = record.motion.time, record.contact_force[:, :, 2].sum(axis=1) / record.weight
+    flies = np.trapezoid(~record.contact_planned.any(axis=1), t) / t[-1]
+    contact = s.task.plan.stances[0].toe_off
+    assert flies == pytest.approx(1.0 - contact / s.task.plan.duration, abs=0.02)
+    assert np.trapezoid(up, t) / t[-1] == pytest.approx(1.0, abs=0.01)  # as it does not rise
+    assert up.max() > 1.5
+    strikes = [e for e in record.motion.events if e.kind == "heel_strike"]
+    for e in strikes:
+        knee = np.interp(e.time, t, record.motion[f"knee_angle_{e.side}"])
+        assert knee >= np.deg2rad(15.0) - 1e-4
+    steps = np.diff([e.time for e in strikes])
+    np.testing.assert_allclose(steps, s.task.plan.duration, atol=1e-6)
+
+
+def test_a_run_takes_shorter_contacts_and_quicker_steps_when_faster():
+    slow, fast = (make_task("run", person(), {"speed": v}).plan for v in (2.2, 5.0))
+    assert 0.30 < slow.stances[0].toe_off < 0.36 and 0.18 < fast.stances[0].toe_off < 0.23
+    assert slow.stances[0].toe_off < slow.duration and fast.duration < slow.duration
+    assert fast.advance == pytest.approx(5.0 * fast.duration)
+    own = make_task("run", person(), {"cadence": 180.0}).plan
+    assert own.duration == pytest.approx(1.0 / 3.0)
+    with pytest.raises(ParameterError, match="speed"):
+        make_task("run", person(), {"speed": 6.0})
+    file = parse_task_file('[task]\nbase = "run"\n[parameters]\nspeed = 4.0\n')
+    assert file.task(person()).plan.advance == pytest.approx(
+        4.0 * file.task(person()).plan.duration
+    )
+
+
 @pytest.mark.solver
 def test_the_seat_carries_while_seated_and_nothing_after():
     s = solved("sit-to-stand", 12.0)
@@ -111,6 +147,18 @@ def test_feet_stay_where_they_stand(name):
 
 
 @pytest.mark.solver
+@pytest.mark.parametrize("name", ["squat", "side-step", "sit-to-stand", "reach"])
+def test_neck_and_forearms_stay_relaxed(name):
+    """They bear so little that torques alone let them drift: by 47° and 66° once."""
+    s = solved(name, 12.0)
+    assert s.success
+    q, _, _, _ = at_nodes(s)
+    assert np.rad2deg(np.abs(column(s, q, "neck_extension")).max()) <= 20.0
+    for side in "rl":
+        assert np.rad2deg(np.ptp(column(s, q, f"pro_sup_{side}"))) <= 15.0
+
+
+@pytest.mark.solver
 def test_a_squat_has_the_requested_depth_and_is_symmetric():
     s = solved("squat", 12.0)
     q, _, _, _ = at_nodes(s)
@@ -144,9 +192,12 @@ def test_a_step_to_the_side_ends_standing_so_far_away():
 @pytest.mark.solver
 @pytest.mark.slow
 def test_a_jump_falls_freely_and_has_the_requested_height():
+    """The arms swing forward, not sideways."""
     s = solved("jump", 20.0)
     assert s.success
-    _, com, speed, force = at_nodes(s)
+    q, com, speed, force = at_nodes(s)
+    assert np.rad2deg(column(s, q, "arm_flex_r").max()) > 60.0
+    assert np.rad2deg(np.abs(column(s, q, "arm_add_r")).max()) < 30.0
     flight = 2 * np.sqrt(2 * 0.25 / GRAVITY)
     t = s.problem.nodes
     air = (t >= PUSH - 1e-9) & (t <= PUSH + flight + 1e-9)

@@ -81,8 +81,13 @@ function press(ev) {
   const act = view ? () => view.click() : KEYS[ev.key.length === 1 ? ev.key.toLowerCase() : ev.key];
   if (act) { ev.preventDefault(); act(ev); }
 }
+let roomy = null;
+function foldLegend() {      // where the picture gets narrow, and open again where it gets wide
+  const now = $("stage").clientWidth > ROOMY;
+  if (now !== roomy) $("legend").open = roomy = now;
+}
 function setUpLegend() {
-  $("legend").open = $("stage").clientWidth > ROOMY;
+  foldLegend(); new ResizeObserver(foldLegend).observe($("stage"));
   $("quality").addEventListener("change", (ev) => setQuality(ev.target.value));
   $("follow").addEventListener("change", (ev) => { state.follow = ev.target.checked; state.dirty = true; });
   $("ask").addEventListener("click", () => help.showModal());

@@ -13,8 +13,7 @@ from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solvers.result import Multipliers
 
-TOLERANCE = 1e-4
-"""Excess of a limit above which a row is violated, in its own unit [1]."""
+TOLERANCE = 1e-4  #: Excess of a limit above which a row is violated, in its own unit [1]
 
 _SIDES = {"_r": "right", "_l": "left"}
 _DEGREE, _MILLIMETRE = float(np.rad2deg(1.0)), 1000.0
@@ -54,27 +53,16 @@ FIXED = {
 
 @dataclass(frozen=True)
 class Violation:
-    """The worst constraint of one family, such as ``"z of toe_1_r"`` of ``"contact"``.
+    """The worst constraint of one family, such as ``"z of toe_1_r"`` of ``"contact"``."""
 
-    Attributes:
-        family: Family it belongs to.
-        name: Its name.
-        time: When it is violated worst [s].
-        amount: Size, in ``unit``.
-        unit: As shown to people.
-        relative: The same in the problem's unit, where 1 is large.
-        others: How many more rows of the family are violated, all nodes counted.
-        advice: Condition to relax.
-    """
-
-    family: str
-    name: str
-    time: float
-    amount: float
-    unit: str
-    relative: float
-    others: int = 0
-    advice: str = ""
+    family: str  #: Family it belongs to
+    name: str  #: Its name
+    time: float  #: When it is violated worst [s]
+    amount: float  #: Size, in ``unit``
+    unit: str  #: As shown to people
+    relative: float  #: The same in the problem's unit, where 1 is large
+    others: int = 0  #: How many more rows of the family are violated, all nodes counted
+    advice: str = ""  #: Condition to relax
 
     @property
     def side(self) -> str:

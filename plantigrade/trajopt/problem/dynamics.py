@@ -18,10 +18,8 @@ if TYPE_CHECKING:
     import casadi
 
 WORK_RATE_ROUNDING = 0.5  #: Rounding of work rates, in units of rows [1]
-
 ENDURANCE_ROUNDING = 0.05
 """Rounding of endurance, in units of rows [1]."""
-
 ANKLE_ROUNDING = 0.02
 """Rounding of the transition from plantarflexors to dorsiflexors, in units of rows [1]."""
 

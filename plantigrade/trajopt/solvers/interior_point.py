@@ -29,30 +29,23 @@ from plantigrade.trajopt.transcription.evaluation import Evaluation
 WARM_BARRIER = 5e-5
 """Initial barrier parameter with known multipliers [1], about the final one of a solved problem,
 which is then solved at once and a similar one in a few iterations."""
-
 HALVING_ITERATIONS = 20
 """Number of iterations within which the violation must halve for the solver to continue [1]."""
-
 FIRST_ORDER_ITERATIONS = 4
 """First iterations from a guess in which second derivatives of rows are left out: without good
 multipliers they say little of the problem, and shifts that make up for them shorten the steps. A
 periodic motion has no ends to be held at, and is solved sooner with them."""
-
 GUESS_BARRIER = 2e-4
 """First barrier parameter where a guess violates rows by 1 (a body weight) or less, in proportion
 where by more: a guess far off, as of a jump, needs room around its limits, and one near by has the
 shorter way with less."""
-
 MAX_WARM_ITERATIONS = 3
 """Maximum number of iterations of a warm start after a nearly feasible point [1]; later it
 converges to another motion."""
-
 PATIENCE = 5
 """Number of iterations after which a nearly feasible point no longer waits for a smaller barrier
 [1]."""
-
 MAX_STALLED_ITERATIONS = 12  #: Maximum number of iterations without an accepted step [1]
-
 EQUATION_WEIGHT = 1e6  #: Weight of linear equations relative to the distance from a guess [1]
 
 

@@ -20,13 +20,10 @@ from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
 MAX_REFINEMENTS = 3  #: Maximum number of iterative refinement steps [1]
-
 EQUATION_TOLERANCE = 1e-6
 """Relative residual of the equations after refinement [1]; their curvature leaves more."""
 RESIDUAL_TOLERANCE = 1e-11  #: Residual below which refinement stops [1]
-
 SHIFT_GROWTH = 8.0  #: Growth factor of an insufficient shift [1]
-
 SMALL_SHIFT = 0.5  #: Previous shift below which zero is tried first [1]
 
 

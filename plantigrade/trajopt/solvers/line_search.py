@@ -16,15 +16,10 @@ from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
 MAX_TRIALS = 14  #: Maximum number of step lengths, each half the previous one [1]
-
 FILTER_MARGIN = 1e-5  #: Relative improvement required by the filter [1]
-
 MAX_CORRECTIONS = 2  #: Maximum number of corrections of a step shortened by limits [1]
-
 SHORT_STEP = 0.5  #: Step fraction below which a step is corrected [1]
-
 CORRECTION_TARGET = 0.3  #: Increase of the step fraction targeted by a correction [1]
-
 MIN_CORRECTION_GAIN = 1.1  #: Minimum ratio of step fractions for an accepted correction [1]
 
 

@@ -11,12 +11,9 @@ from plantigrade.arrays import Array
 from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
 
 MIN_SLACK = 1e-15  #: Minimum distance of a slack from a limit, relative to the limit [1]
-
 MAX_MULTIPLIER_RATIO = 1e10  #: Maximum ratio of a multiplier to barrier parameter over distance [1]
-
 CENTRALITY_FACTOR = 10.0
 """Range of well-centred products of multiplier and distance [1], [Gondzio1996]_."""
-
 _INWARDS = np.array([1.0, -1.0])[:, None, None]  # from lower and from upper limits
 
 

@@ -101,7 +101,7 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
     )
     check_support(human, plan, (places[0], places[1]))
     terms = (
-        *basics(),
+        *basics(human),
         *at_rest(human, 0.0, keys[0]),
         *at_rest(human, duration, keys[-1]),
         *(Above(s.name, chair_height) for s in sites),

@@ -37,6 +37,10 @@ COUNTERMOVEMENT_DEPTH = 0.15  # [1] depth of the countermovement relative to sta
 LOWEST_POINT_TIME = 0.6  # [1] time of the lowest pelvis relative to the push
 BACK_WEIGHTS = {"lumbar_extension": 50.0, "thorax_extension": 50.0, "lower_thorax_extension": 50.0}
 """Weights of a straight back [1/(s rad²)]; torque costs alone would flex it instead of the hips."""
+ARM_WEIGHTS = {"arm_flex": 1.0, "arm_add": 5.0, "elbow_flex": 1.0}
+"""Weights of arms away from hanging [1/(s rad²)]. Chosen: arms swing forward, as those of people;
+sideways would cost less torque."""
+HANGING_ARM = -0.14  # [rad] adduction of an arm beside the trunk, as in standing
 PELVIS_TILT = float(np.deg2rad(-15.0))  # [rad] mean forward lean of the pelvis in push and landing
 JOINT_POWER = 10.0  # [W/kg] maximum power of a joint
 GUESS_LEG_SHORTENING = 0.06  # [leg lengths] shortening of the legs of the guess; knees of 40°
@@ -75,7 +79,7 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
     before = standing_posture(human)
     after = _moved(human, before, ahead=distance)
     terms: tuple[Term, ...] = (
-        *basics(),
+        *basics(human),
         *at_rest(human, 0.0, before),
         *at_rest(human, duration, after),
         CentreOfMass(
@@ -127,7 +131,10 @@ def take_off(human: Human, parameters: TakeOff) -> MotionTask:
     low = crouch(human, standing_feet(human), depth)
     usual = float(np.sqrt(2 * GRAVITY * 0.35))  # height is z + v^2 / 2 g; this is its slope
     terms: tuple[Term, ...] = (
-        *(Limits(strength=parameters.strength) if isinstance(t, Limits) else t for t in basics()),
+        *(
+            Limits(strength=parameters.strength) if isinstance(t, Limits) else t
+            for t in basics(human)
+        ),
         *at_rest(human, 0.0, before),
         CentreOfMass(
             push, position=(np.nan, np.nan, _stretched(human)), gain=(gain, gain * usual / GRAVITY)
@@ -180,10 +187,9 @@ def _depth(human: Human, parameters: Pushing) -> float:
 def _habits(human: Human) -> tuple[Term, ...]:
     """Return costs of what people do not do without need: bend the back, use one side more."""
     back = {n: w for n, w in BACK_WEIGHTS.items() if n in human.coordinates}
-    return (
-        Symmetry(30.0),
-        Posture({**back, "pelvis_tilt": 10.0, "arm_flex": 2.0}, {"pelvis_tilt": PELVIS_TILT}),
-    )
+    weights = {**back, **ARM_WEIGHTS, "pelvis_tilt": 10.0}
+    angles = {"pelvis_tilt": PELVIS_TILT, "arm_add": HANGING_ARM}
+    return Symmetry(30.0), Posture(weights, angles)
 
 
 def _stretched(human: Human) -> float:

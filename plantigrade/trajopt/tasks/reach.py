@@ -50,7 +50,7 @@ def reach(human: Human, parameters: settings.Reach) -> MotionTask:
     total = 2 * duration if parameters.back else duration
     plan = ContactPlan(total, standing_stances(feet, total))
     terms: tuple[Term, ...] = (
-        *basics(),
+        *basics(human),
         *at_rest(human, 0.0, standing),
         Reach(duration, point, target),
         Rest(duration),

@@ -8,6 +8,7 @@ from plantigrade.trajopt.tasks import settings
 from plantigrade.trajopt.tasks.chair import sit_to_stand
 from plantigrade.trajopt.tasks.jumping import jump, take_off
 from plantigrade.trajopt.tasks.reach import reach
+from plantigrade.trajopt.tasks.running import run
 from plantigrade.trajopt.tasks.settings import TaskSettings, settings_for
 from plantigrade.trajopt.tasks.side_step import side_step
 from plantigrade.trajopt.tasks.standing import squat, stand
@@ -16,6 +17,7 @@ from plantigrade.trajopt.tasks.walking import walk
 
 MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
     settings.Walk: walk,
+    settings.Run: run,
     settings.SitToStand: sit_to_stand,
     settings.StandToSit: sit_to_stand,
     settings.Squat: squat,

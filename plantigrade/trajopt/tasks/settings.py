@@ -105,6 +105,22 @@ class Walk(TaskSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Run(TaskSettings):
+    """Run, periodically and straight, with flight between the steps."""
+
+    activity = "running"
+    ranges = {"speed": (2.2, 5.0, "m/s"), "cadence": (120, 240, "steps/min"),
+              "strides": (1, 100, "")}  # fmt: skip
+
+    speed: float = 3.0
+    """Running speed [m/s]."""
+    cadence: Cadence = None
+    """Cadence [steps/min]; by default what runners prefer at this speed."""
+    strides: int = 2
+    """Number of strides to write."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class SitToStand(TaskSettings):
     """Rise from a chair."""
 
@@ -248,6 +264,7 @@ class Stand(TaskSettings):
 
 TASKS: dict[str, type[TaskSettings]] = {
     "walk": Walk,
+    "run": Run,
     "sit-to-stand": SitToStand,
     "stand-to-sit": StandToSit,
     "squat": Squat,

@@ -70,7 +70,7 @@ def side_step(human: Human, parameters: SideStep) -> MotionTask:
         lift=max(clearance, 0.03),
     )
     terms = (
-        *basics(),
+        *basics(human),
         *at_rest(human, 0.0, before),
         *at_rest(human, duration, after),
         Clearance(clearance),

@@ -22,15 +22,41 @@ from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact, Dynamics, Forces
 from plantigrade.trajopt.terms.effort import Acceleration, Torque
 from plantigrade.trajopt.terms.limits import Limits
-from plantigrade.trajopt.terms.posture import Pose, Quiet, Symmetry
+from plantigrade.trajopt.terms.posture import Pose, Posture, Quiet, Symmetry
 from plantigrade.trajopt.terms.solid import SolidLimbs
 from plantigrade.trajopt.terms.term import Term
 
+RELAXED_WEIGHTS = {
+    **dict.fromkeys(("neck_extension", "neck_bending", "neck_rotation"), 0.1),
+    **dict.fromkeys(("pro_sup", "wrist_flex", "wrist_dev", "fingers_flex"), 0.3),
+    **dict.fromkeys(("arm_add", "arm_rot"), 0.3),
+}
+"""Weights of angles of neck and arms away from standing [1/(s rad²)]. Chosen: in squats and reaches
+the neck bends by less than 20°, and forearms turn by less than 15°."""
 
-def basics() -> tuple[Term, ...]:
+
+def basics(human: Human) -> tuple[Term, ...]:
     """Return the conditions and costs every task on true forces has."""
-    torque = Torque(by_strength=True)
-    return (Dynamics(), Contact(), Limits(), SolidLimbs(), torque, Acceleration(1e-3), Forces())
+    return (
+        Dynamics(),
+        Contact(),
+        Limits(),
+        SolidLimbs(),
+        Torque(by_strength=True),
+        Acceleration(1e-3),
+        Forces(),
+        relaxed(human),
+    )
+
+
+def relaxed(human: Human) -> Posture:
+    """Return the cost of neck and arms away from standing.
+
+    They bear little, and torques by strength hardly say where they are: without this cost a
+    squatting neck extends by 46° and forearms supinate by 65° in a reach.
+    """
+    angles = dict(zip(human.coordinates, map(float, standing_posture(human)[6:]), strict=True))
+    return Posture(RELAXED_WEIGHTS, angles)
 
 
 def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ...]:
@@ -45,7 +71,9 @@ def stand(human: Human, parameters: Stand) -> MotionTask:
         parameters.duration, standing_stances(standing_feet(human), parameters.duration)
     )
     q = standing_posture(human)
-    return MotionTask("standing", plan, basics(), KeyPostures((0.0, parameters.duration), (q, q)))
+    return MotionTask(
+        "standing", plan, basics(human), KeyPostures((0.0, parameters.duration), (q, q))
+    )
 
 
 def squat(human: Human, parameters: Squat) -> MotionTask:
@@ -64,7 +92,7 @@ def squat(human: Human, parameters: Squat) -> MotionTask:
     plan = ContactPlan(duration, standing_stances(feet, duration))
     half = duration / 2
     terms = (
-        *basics(),
+        *basics(human),
         *at_rest(human, 0.0, standing),
         *at_rest(human, duration, standing),
         Pose(half, {"pelvis_ty": float(standing[4] - depth)}, at_rest=False, held=False),

@@ -23,10 +23,8 @@ from plantigrade.trajopt.terms.term import Term, one_sided, repeated
 from plantigrade.trajopt.transcription.mesh import nodes_of, split
 
 BASES = {"trigonometric": TrigonometricBasis, "polynomial": PolynomialBasis}
-
 Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 """Coordinates (n_times, nv) at times, for a body and a plan."""
-
 ForceGuess = Callable[[ContactBody, Array, Array], Array]
 """Forces (n_times, 3 n_sites) at times [body weights], for a body and where a site may carry."""
 

@@ -59,10 +59,8 @@ PELVIS_LEAN = 0.12
 """Forward lean of the pelvis in standing, from the zero of ``pelvis_tilt`` [rad]. The plane of its
 spines leans by about 10° in people who stand [Levine1996]_ and who walk [Fukuchi2018]_, by 2.7° at
 the zero. The spine straightens up above it."""
-USED_FRICTION = 0.35
-"""Coefficient of friction of a walk's plan [1]; higher on slopes."""
-PELVIS_RATE_WEIGHT = 0.03
-"""Weight of the pelvis' angular velocity [s/rad²]. Estimate."""
+USED_FRICTION = 0.35  # Coefficient of friction of a walk's plan [1]; higher on slopes
+PELVIS_RATE_WEIGHT = 0.03  # Weight of the pelvis' angular velocity [s/rad²]. Estimate.
 PELVIS_ACCELERATION_WEIGHT = 7e-4
 """Weight of the pelvis' angular acceleration about the vertical [s³/rad²], which increases with
 swing speed; people rotate by ±4° to ±8° at all speeds [Schwartz2008]_. Estimate."""

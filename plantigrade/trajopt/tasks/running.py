@@ -1,0 +1,103 @@
+r"""Running as a task: periodic and straight, with flight between the steps.
+
+Half a stride is solved, from the strike of the right foot to that of the left: one stance, then
+flight. Lengths and times follow from the speed :math:`v`, by laws fitted to what is published of
+runners on treadmills (*estimates*; 160 to 180 steps/min and contacts of 0.30 to 0.17 s from 2.2 to
+5 m/s [Hamner2013]_); times are in proportion to the square root of the leg length.
+
+The cost is that of walking (:mod:`plantigrade.trajopt.tasks.walking`) with other weights: those of
+ankle and knee are smaller, because tendons return a part of their work, and jerk and the rates of
+forces are cheaper, because everything happens in a third of the time. The knee is bent at strike,
+as that of runners.
+"""
+
+import numpy as np
+
+from plantigrade.contact.plan import ContactPlan, Footprint, Stance
+from plantigrade.models import Human
+from plantigrade.trajopt.guess.walk import crude_guess
+from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT, leg_length
+from plantigrade.trajopt.tasks.settings import Run
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.walking import STANDING_POSTURE, UPRIGHT_WEIGHTS
+from plantigrade.trajopt.terms.contact import Clearance, Contact, Dynamics, Forces
+from plantigrade.trajopt.terms.effort import Acceleration, Jerk, Torque, Work
+from plantigrade.trajopt.terms.limits import Limits, Within
+from plantigrade.trajopt.terms.momentum import AngularMomentum
+from plantigrade.trajopt.terms.posture import Posture, Upright
+from plantigrade.trajopt.terms.solid import SolidLimbs
+from plantigrade.trajopt.terms.term import Term
+
+REFERENCE_SPEED, REFERENCE_LEG = 3.0, 0.92  # [m/s], [m] to which the following times belong
+CADENCE, CADENCE_EXPONENT = 165.0, 0.17  # [steps/min], [1]
+CONTACT_TIME, CONTACT_EXPONENT = 0.285, -0.6  # [s], [1]
+MIN_FLIGHT_SHARE = 0.08  # [1] shortest flight relative to a step
+STANCE_SHARES = (0.15, 0.5, 0.88)
+"""Foot flat, heel off and ball off relative to the contact time [1]; heel strikers, estimates."""
+STEP_WIDTH_SHARE = 0.065  # [leg lengths] half as wide as in walking
+STRIKE_KNEE_FLEXION = float(np.deg2rad(15.0))  # [rad] least knee flexion at strike
+MAX_JOINT_SPEED = 25.0  # [rad/s] joints of runners at 5 m/s turn at up to 20
+USED_FRICTION = 0.5  # [1]
+CLEARANCE = 0.02  # [m]
+LEG_DISTANCE = 0.01  # [m]
+TORQUE_WEIGHTS = {"ankle_angle": 0.3, "hip_adduction": 0.55, "knee_angle": 1.0}  # [1]
+WORK_WEIGHT = 0.3
+JERK_WEIGHT = 1.5e-7  # divided by the sixth power of the step time [1/(s rad²)]
+PELVIS_ACCELERATION_WEIGHT = 1.4e-4  # [s³/rad²]
+FORCE_RATE_WEIGHT = 1.5e-5  # [s]
+PELVIS_TILT, ELBOW_FLEXION = -0.2, float(np.deg2rad(90.0))  # [rad] of runners
+NODES_PER_SECOND = 120.0
+
+
+def run(human: Human, parameters: Run) -> MotionTask:
+    """Return the task of running.
+
+    Raises:
+        ParameterError: If a value is out of range.
+    """
+    plan = running_plan(human, parameters)
+    return MotionTask(
+        "run",
+        plan,
+        running_terms(plan.duration),
+        lambda body, plan, times: crude_guess(body.human, plan, times),
+        NODES_PER_SECOND,
+    )
+
+
+def running_plan(human: Human, parameters: Run) -> ContactPlan:
+    """Return one stance and the flight after it, mirrored from step to step."""
+    length, speed = leg_length(human), parameters.speed
+    slower = float(np.sqrt(length / REFERENCE_LEG))  # [1] times of longer legs are longer
+    faster = speed / REFERENCE_SPEED
+    cadence = parameters.cadence or CADENCE * faster**CADENCE_EXPONENT / slower
+    step = 60.0 / cadence
+    contact = CONTACT_TIME * faster**CONTACT_EXPONENT * slower
+    contact = min(contact, (1.0 - MIN_FLIGHT_SHARE) * step)
+    place = (0.0, -STEP_WIDTH_SHARE * length / 2, 0.0)
+    flat, heel, ball = (share * contact for share in STANCE_SHARES)
+    stance = Stance(Footprint("r", place, -TOE_OUT), 0.0, flat, heel, ball, contact)
+    return ContactPlan(step, (stance,), periodic=True, advance=speed * step)
+
+
+def running_terms(step_time: float) -> tuple[Term, ...]:
+    """Return conditions and costs of a run, by the time of a step [s]."""
+    bent = {"pelvis_tilt": PELVIS_TILT, "elbow_flex": ELBOW_FLEXION}
+    return (
+        Dynamics(),
+        Contact(used=USED_FRICTION),
+        Clearance(CLEARANCE),
+        Limits(speed=MAX_JOINT_SPEED),
+        *(Within(f"knee_angle_{s}", STRIKE_KNEE_FLEXION, start=0.0, stop=0.0) for s in "rl"),
+        SolidLimbs(LEG_DISTANCE, ground=np.inf),
+        Torque(1.0, TORQUE_WEIGHTS),
+        Work(WORK_WEIGHT),
+        Jerk(JERK_WEIGHT * step_time**6, by_inertia=True),
+        Acceleration(PELVIS_ACCELERATION_WEIGHT, {"pelvis_rotation": 1.0}, others=0.0),
+        Forces(rate=FORCE_RATE_WEIGHT),
+        AngularMomentum(forward=0.1, upward=0.5),
+        Upright("head", forward=1.0, sideways=3.0, turning=0.05),
+        Upright("trunk", sideways=3.0, away=1.2),
+        Upright("pelvis", turning=0.01),
+        Posture(UPRIGHT_WEIGHTS, {**STANDING_POSTURE, **bent}),
+    )
