@@ -63,7 +63,7 @@ _LFS = b"version https://git-lfs"  # starts a pointer to a file that was not dow
 _SMPL_ARRAYS = re.compile(
     rb"PK(?:\x03\x04.{26}|\x01\x02.{42})(?:poses|pose_body|body_pose|smpl_poses)\.npy", re.DOTALL
 )
-_SMPL_KEYS = re.compile(rb"poses|pose_body|body_pose|pose_world|smpl|pred_rotmat")
+_SMPL_KEYS = re.compile(rb"pose|orient|trans|betas|smpl|pred_rotmat")
 
 FORMATS = (
     Format(

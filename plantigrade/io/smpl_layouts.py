@@ -47,7 +47,7 @@ LAYOUTS = (
 )
 """Kinds of files, by their keys."""
 _CAMERA = ("smpl_params_incam", "pred_rotmat", "pred_cam", "camera_bbox", "smpl", "pose")
-_OTHERS = ("betas", "gender", "smpl_scaling", "surface_model_type", *_RATE_KEYS)
+_OTHERS = ("betas", "gender", "smpl_scaling", *_RATE_KEYS)
 _KEYS = {key for each in LAYOUTS for key in (*each.poses, each.trans)} | {*_OTHERS}
 
 

@@ -1,4 +1,4 @@
-r"""Put the motion of another skeleton (ASF/AMC, BVH, DeepMimic) on a person.
+r"""Put the motion of another skeleton (ASF/AMC, BVH, DeepMimic, SMPL) on a person.
 
 **Lengths.** Thigh, shank, hip and shoulder width, upper arm, forearm, trunk and foot are those of
 the file's skeleton; stature follows from legs and trunk by the usual proportions.

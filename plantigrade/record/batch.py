@@ -154,9 +154,8 @@ class BatchFolder:
         self.items.open()
         if not len(self.items):
             self.items.append({NAME: HEADER, **self.spec})
+        #: Item that had ended when the folder was opened → its file, and its key if it has a result
         self.before: dict[str, tuple[str, str]] = {}
-        """Name of each item that had ended when the folder was opened → its file, and its key if
-        it has a result."""
         self._numbers: dict[str, int] = {}
         try:
             for line in self.items:

@@ -34,10 +34,8 @@ class WorkerDied(Exception):
 class Engine(ABC):
     """Computes items on several workers."""
 
-    workers: int
-    """Number of items that are computed at once."""
-    shares_fate: bool
-    """Whether the death of one worker ends the items of the other workers too."""
+    workers: int  #: Number of items that are computed at once
+    shares_fate: bool  #: Whether the death of one worker ends the items of the other workers too
 
     @abstractmethod
     def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:

@@ -127,8 +127,7 @@ class Batch(Iterable[Result]):
             self._store = BatchFolder(self.folder, plan.spec, command, how.overwrite)
             self._store.announce([*plan.names, *plan.folders])
             self._kept = self._kept._replace(folder=self.folder)
-        self.lines: tuple[str, ...] = ()
-        """Return the text printed about all items together after they have ended."""
+        self.lines: tuple[str, ...] = ()  #: Printed about all items together once they have ended
         self._held: dict[str, Result] = {}
         self._metrics: dict[str, Any] = {}
         self._arriving: Iterator[Result] | None = None

@@ -119,6 +119,14 @@ class RecordingSettings(Settings):
                 "give only one"
             )
 
+    def refuse_person(self) -> None:
+        """Refuse a person for a run, which has its own."""
+        if self.known:
+            raise ParameterError(
+                f"a run defines its own person: leave out {', '.join(self.known)}, or name the "
+                "recording"
+            )
+
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings(RecordingSettings):

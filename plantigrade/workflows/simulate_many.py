@@ -123,7 +123,8 @@ def simulate_batch(
         surroundings(each.settings)  # refuses what is no ground, push or motion, before any work
         if each.settings.motion is not None:
             script_named(each.settings.motion)
-    _refuse_persons(sources, how)
+    if any(isinstance(each, Path) and each.is_dir() for each in sources):
+        how.refuse_person()
     named = _names(sources)
     names = [_name(named[i], k, made) for i in range(len(sources)) for k in range(len(made))]
     fits = [_fit_name(name) for name, each in zip(named, sources, strict=True)
@@ -160,14 +161,6 @@ def _sources(source: Any) -> list[Source]:
 
 def _is_recording(source: Source) -> bool:
     return isinstance(source, Path) and not source.is_dir()
-
-
-def _refuse_persons(sources: Sequence[Source], how: SimulateSettings) -> None:
-    """Refuse a person for runs, which have their own."""
-    if how.known and any(isinstance(each, Path) and each.is_dir() for each in sources):
-        raise ParameterError(
-            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
-        )
 
 
 def _names(sources: Sequence[Source]) -> list[str]:

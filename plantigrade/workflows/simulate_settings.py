@@ -22,7 +22,6 @@ from plantigrade.workflows.controller_options import CLASSES, OPTIONS, WORDS, Wa
 from plantigrade.workflows.controller_options import users as options_of
 from plantigrade.workflows.settings import RecordingSettings
 
-"""Controller name of the bundled policies, and the extension of policy files."""
 DRIVEN = ("torque_rise", "delay", "sensor_noise_deg")
 """Options of a simulation that need a controller that drives the joints."""
 

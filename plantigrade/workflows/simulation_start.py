@@ -217,10 +217,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
         return Start(human, Ground(), "standing", Provenance(command, how.plain(), seed=how.seed))
     if not isinstance(source, Run):
         source = Run.load(source)
-    if how.known:
-        raise ParameterError(
-            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
-        )
+    how.refuse_person()
     record, folder = source.record, source.folder
     first = record.motion.qpos[0]
     sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])

@@ -165,10 +165,7 @@ def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
         path = as_path(source, "what is followed")
         if not path.is_dir():
             return Reference.of(fit_trial(path, how, step)[1].record())
-    if how.known:
-        raise ParameterError(
-            f"a run defines its own person: leave out {', '.join(how.known)}, or name the recording"
-        )
+    how.refuse_person()
     how.refuse(OF_RECORDINGS, "on a run; name the recording")
     return Reference.of(source)
 

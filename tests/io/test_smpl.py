@@ -259,6 +259,13 @@ def test_formats_are_told_by_their_contents(file, tmp_path):
     assert format_of(file(GOOD)).name == "SMPL"
     assert format_of(file(GOOD, "a.pkl")).name == "SMPL"
     assert format_of(file({"qpos": GOOD["poses"], "time": GOOD["trans"]})).name == "npz"
+    n = 4000  # whatever comes first: the names of the others are far from both ends
+    person = {
+        "pose": np.ones((n, 72)),
+        "pose_world": np.ones((n, 72)),
+        "trans_world": np.ones((n, 3)),
+    }
+    assert format_of(file({0: person, 1: np.ones((n, 72))}, "c.pkl")).name == "SMPL"
     with pytest.raises(PlantigradeError, match="is a pickle without poses"):
         read(file({"weights": np.zeros(3)}, "b.pkl"))
     (tmp_path / "c.npz").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\n")

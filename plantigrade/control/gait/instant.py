@@ -52,42 +52,24 @@ class Instant:
         layout: Columns and shape of every field.
     """
 
-    q = Field("nq")
-    """Configuration."""
-    v = Field("nv", order=1)
-    """Velocity, in the tangent space of the configuration."""
-    a = Field("nv", order=2)
-    """Acceleration, likewise."""
-    tau = Field("n_hinges")
-    """Joint torques [N m]."""
-    force = Field("n_sites", 3)
-    """Force on each contact sphere [N]."""
-    com = Field(3)
-    """Centre of mass [m]."""
-    com_velocity = Field(3, order=1)
-    """Its velocity [m/s]."""
-    com_acceleration = Field(3, order=2)
-    """Its acceleration [m/s²]."""
-    cop = Field(3)
-    """Centre of pressure; where nothing is loaded, the zero-moment point [m]."""
-    foot_position = Field(2, 3)
-    """Origin of each foot [m]."""
-    foot_velocity = Field(2, 3, order=1)
-    """Its velocity [m/s]."""
-    foot_acceleration = Field(2, 3, order=2)
-    """Its acceleration [m/s²]."""
-    foot_rotation = Field(2, 3, 3)
-    """Rotation matrix of each foot, foot to world."""
-    foot_angular_velocity = Field(2, 3, order=1)
-    """Angular velocity of each foot [rad/s]."""
-    foot_angular_acceleration = Field(2, 3, order=2)
-    """Angular acceleration of each foot [rad/s²]."""
-    contact = Field("n_sites")
-    """Whether each sphere is in contact, 1 or 0."""
-    contact_soon = Field("n_sites")
-    """Whether it is, or will be shortly, 1 or 0."""
-    contact_position = Field("n_sites", 3)
-    """Lowest point of each sphere [m]."""
+    q = Field("nq")  #: Configuration
+    v = Field("nv", order=1)  #: Velocity, in the tangent space of the configuration
+    a = Field("nv", order=2)  #: Acceleration, likewise
+    tau = Field("n_hinges")  #: Joint torques [N m]
+    force = Field("n_sites", 3)  #: Force on each contact sphere [N]
+    com = Field(3)  #: Centre of mass [m]
+    com_velocity = Field(3, order=1)  #: Its velocity [m/s]
+    com_acceleration = Field(3, order=2)  #: Its acceleration [m/s²]
+    cop = Field(3)  #: Centre of pressure; where nothing is loaded, the zero-moment point [m]
+    foot_position = Field(2, 3)  #: Origin of each foot [m]
+    foot_velocity = Field(2, 3, order=1)  #: Its velocity [m/s]
+    foot_acceleration = Field(2, 3, order=2)  #: Its acceleration [m/s²]
+    foot_rotation = Field(2, 3, 3)  #: Rotation matrix of each foot, foot to world
+    foot_angular_velocity = Field(2, 3, order=1)  #: Angular velocity of each foot [rad/s]
+    foot_angular_acceleration = Field(2, 3, order=2)  #: Angular acceleration of each foot [rad/s²]
+    contact = Field("n_sites")  #: Whether each sphere is in contact, 1 or 0
+    contact_soon = Field("n_sites")  #: Whether it is, or will be shortly, 1 or 0
+    contact_position = Field("n_sites", 3)  #: Lowest point of each sphere [m]
 
     __slots__ = ("layout", "row")
 
