@@ -63,7 +63,7 @@ def movement_figures(record: Record, person: Mapping[str, Any] | None = None) ->
 def flight_figures(record: Record, whole: Centroid) -> dict[str, float]:
     """Return duration and height of the first flight; nothing without flight."""
     time, planned = record.motion.time, record.contact_planned
-    flights = [] if planned is None else runs(~planned.any(axis=1))
+    flights = [] if planned is None else runs(np.asarray(~planned.any(axis=1)))
     flight = next((f for f in flights if f.stop - f.start > 1), None)
     if flight is None:
         return {}
