@@ -14,6 +14,7 @@ from plantigrade.analyze.norms import agreement_with_norm, names
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.motion.cycles import cut_cycles
+from plantigrade.motion.filters import runs
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
@@ -60,11 +61,13 @@ def movement_figures(record: Record, person: Mapping[str, Any] | None = None) ->
 
 
 def flight_figures(record: Record, whole: Centroid) -> dict[str, float]:
-    """Return duration and height of flight; nothing without flight."""
+    """Return duration and height of the first flight; nothing without flight."""
     time, planned = record.motion.time, record.contact_planned
-    flies = np.flatnonzero(~planned.any(axis=1)) if planned is not None else np.zeros(0, int)
-    if len(flies) < 2:
+    flights = [] if planned is None else runs(np.asarray(~planned.any(axis=1)))
+    flight = next((f for f in flights if f.stop - f.start > 1), None)
+    if flight is None:
         return {}
+    flies = np.arange(flight.start, flight.stop)
     last = max(int(flies[0]) - 1, 0)
     height = whole.com[:, 2]
     return {

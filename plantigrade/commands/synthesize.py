@@ -344,6 +344,12 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
             f"{m['walking_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "
             f"stance {m['stance_r_pct']:.0f} %, step width {100 * m['step_width_m']:.0f} cm"
         )
+    if m.get("running_speed_m_s") is not None:
+        rows["run"] = (
+            f"{m['running_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "
+            f"flight {m['flight_time_s']:.2f} s, peak force {m['ground_force_max_bw']:.1f} body "
+            "weights"
+        )
     if m.get("cost_of_transport") is not None:
         rows["transport"] = (
             f"cost of transport {m['cost_of_transport']:.2f} (joint work "

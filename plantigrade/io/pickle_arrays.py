@@ -134,8 +134,7 @@ def _tensor(storage: Any, offset: Any, shape: Any, stride: Any, *_: Any) -> np.n
     if offset < 0 or n > numbers.size or (n and last >= numbers.size):
         raise Refused("holds a tensor that reaches beyond its storage")
     strides = [step * numbers.itemsize for step in stride]
-    view = np.lib.stride_tricks.as_strided(numbers[offset:], shape, strides, writeable=False)
-    return view.copy()
+    return np.lib.stride_tricks.as_strided(numbers[offset:], shape, strides, writeable=False)
 
 
 def _encoded(text: Any, encoding: Any) -> bytes:

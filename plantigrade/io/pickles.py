@@ -40,6 +40,7 @@ from plantigrade.io.text import read_bytes
 
 MAX_BYTES = 400 * 2**20  # [bytes] of a file, and of what it decompresses to
 MAX_RATIO = 100  # [1] decompressed size over compressed size; arrays of motions stay below 5
+MAX_INSTRUCTIONS = 1_000_000  # of a pickle; a motion has some hundreds, a few per array
 _FREE_RATIO = 2**20  # [bytes] below this any ratio is accepted
 _COMPRESSED = (b"\x78", b"\x1f\x8b")  # zlib, gzip
 _Usual: Any = pickle._Unpickler  # in Python: joblib's arrays lie between the instructions
@@ -114,6 +115,7 @@ class _Reader(_Usual):
     def __init__(self, stream: io.BytesIO, storage: Callable[[str], bytes] | None = None):
         super().__init__(stream, encoding="latin1")
         self.stream, self.storage = stream, storage
+        self.n_instructions = self.n_bytes = 0
 
     def find_class(self, module: str, name: str) -> Any:
         """Return the replacement of a function or type."""
@@ -137,13 +139,13 @@ class _Reader(_Usual):
         arguments, maker = self.stack.pop(), self.stack[-1]
         if not (isinstance(maker, Maker) and isinstance(arguments, tuple)):
             raise Refused("calls what is no function")
-        self.stack[-1] = maker.make(*arguments)
+        self.stack[-1] = self._limited(maker.make(*arguments))
 
     def load_build(self) -> None:
         """Give an array, a type or a header of joblib its contents."""
         state, made = self.stack.pop(), self.stack[-1]
         if isinstance(made, EmptyArray):
-            self.stack[-1] = filled(*state)
+            self.stack[-1] = self._limited(filled(*state))
         elif isinstance(made, Type):
             if state[1] in ("<", ">"):
                 made.dtype = made.dtype.newbyteorder(state[1])
@@ -152,6 +154,14 @@ class _Reader(_Usual):
             self.stack[-1] = self._following(made)
         else:
             raise Refused("gives contents to something that is no array")
+
+    def _limited(self, made: Any) -> Any:
+        """Return what was made, unless all of it together is larger than a file may be."""
+        self.n_bytes += made.nbytes if isinstance(made, np.ndarray) else 0
+        self.n_bytes += len(made) if isinstance(made, bytes) else 0
+        if self.n_bytes > 2 * MAX_BYTES:  # the bytes of an array and the array itself
+            raise Refused("uses the same numbers again and again")
+        return made
 
     def _following(self, header: JoblibArray) -> np.ndarray:
         """Return the array whose bytes follow in the stream."""
@@ -225,7 +235,20 @@ def _dispatch() -> dict[int, Callable]:
     codes = {getattr(pickle, name)[0] for name in _INSTRUCTIONS}
     refused = dict.fromkeys(range(256), _Reader.load_refused)
     kept = {code: usual[code] for code in codes}
-    return refused | kept | {code[0]: function for code, function in own.items()}
+    known = refused | kept | {code[0]: function for code, function in own.items()}
+    return {code: _counted(function) for code, function in known.items()}
+
+
+def _counted(function: Callable[["_Reader"], None]) -> Callable[["_Reader"], None]:
+    """Return an instruction that ends a pickle of too many: each may make an object."""
+
+    def run(reader: "_Reader") -> None:
+        reader.n_instructions += 1
+        if reader.n_instructions > MAX_INSTRUCTIONS:
+            raise Refused("holds more objects than a motion has")
+        function(reader)
+
+    return run
 
 
 _Reader.dispatch = _dispatch()

@@ -219,6 +219,20 @@ def test_a_file_that_decompresses_to_much_is_refused(file):
         read_pickle(file(bomb), "")
 
 
+def test_a_file_of_too_many_objects_is_refused(file):
+    with pytest.raises(FileError, match="more objects than a motion has"):
+        read_pickle(file(b"\x80\x04" + b"]" * 1_000_001), "")
+
+
+def test_one_long_text_does_not_become_many_arrays(file, monkeypatch):
+    monkeypatch.setattr("plantigrade.io.pickles.MAX_BYTES", 1_000_000)
+    text = b"X" + (100_000).to_bytes(4, "little") + b"a" * 100_000 + b"q\0"
+    call = b"c_codecs\nencode\nq\x01h\0X\x06\0\0\0latin1q\x02\x86R"
+    again = b"h\x01h\0h\x02\x86R" * 200
+    with pytest.raises(FileError, match="again and again"):
+        read_pickle(file(b"\x80\x02]" + text + call + again + b"."), "")
+
+
 def test_the_message_says_what_was_named_and_what_to_do(file):
     with pytest.raises(FileError, match=r"system, and only arrays.* — give another") as caught:
         read_pickle(file(pickle.dumps(Runs(os.system, "true"))), "give another")

@@ -137,9 +137,8 @@ class Impairments(Bounded):
         if thicker < 0.0:  # the ball would be above the axis of the toes and press into the ground
             name, other = ("right", "l") if side == "r" else ("left", "r")
             raise ParameterError(
-                f"sole={shown(word)}: a bare foot has no sole to take away; for a "
-                f"{name} leg that is {-1e3 * thicker:g} mm shorter, thicken the "
-                f"other sole: {other}={-thicker:g}"
+                f"sole={shown(word)}: a bare foot has no sole to take away; for a {name} leg that "
+                f"is {-1e3 * thicker:g} mm shorter, thicken the other sole: {other}={-thicker:g}"
             )
         return side, thicker
 
