@@ -118,11 +118,11 @@ def transferred(touches: Bool[Array, "n 2"]) -> Float[Array, "n 2"]:
         touches: Which feet do, right and left.
     """
     share = touches / np.maximum(touches.sum(axis=1, keepdims=True), 1)
-    for both in runs(touches.all(axis=1)):
+    for both in runs(touches[:, 0] & touches[:, 1]):
         if both.start == 0 or both.stop == len(touches):
             continue
         before, after = touches[both.start - 1], touches[both.stop]
-        if before.sum() == after.sum() == 1 and (before != after).all():
+        if before.sum() == after.sum() == 1 and np.all(before != after):
             n = both.stop - both.start
             part = (np.arange(n) + 0.5)[:, None] / n
             share[both] = (1.0 - part) * before + part * after

@@ -115,8 +115,8 @@ class WalkingTaskSettings:
     knee_stop_weight: float = 30.0
     """Weight of a knee at that angle [per rad/s²]."""
     steady_pelvis_weight: float = 6.0
-    """Weight of the rotation of the pelvis without such an error [per rad/s²]: with 3, trunks leaned
-    2 to 7° farther forward than recorded; with 6 in every state, pushed people fell."""
+    """Weight of the rotation of the pelvis without such an error [per rad/s²]: with 3, trunks
+    leaned 2 to 7° farther forward than recorded; with 6 in every state, pushed people fell."""
     momentum_weight: float = 6.0
     """Angular momentum about horizontal axes [per m/s² at a lever of 1 m]: people keep it small
     [Herr2008]_. Without it the pelvis was turned back after every touchdown, and the centre of
