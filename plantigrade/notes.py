@@ -5,8 +5,9 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 _NUMBER = r"\d+(?:[.,]\d+)*"
+_SPAN = rf"{_NUMBER} to {_NUMBER} s"
 _NUMBERS = re.compile(  # "2.78 to 3.50 s, 3.92 to 4.63 s and 2 times more", or a number
-    rf"{_NUMBER} to {_NUMBER} s(?:, {_NUMBER} to {_NUMBER} s)*(?: and \d+ times more)?|{_NUMBER}"
+    rf"{_SPAN}(?:, {_SPAN})*(?: and (?:once|\d+ times) more)?|{_NUMBER}"
 )
 
 

@@ -239,14 +239,16 @@ def _describe(notes, time, loadings, seen) -> None:
             groups.setdefault((loading.plate.name, kind), []).append(loading)
     for (plate, _), found in groups.items():
         spans = [f"{time[each.frames[0]]:.2f} to {time[each.frames[-1]]:.2f} s" for each in found]
-        more = f" and {len(spans) - MAX_LISTED} times more" if len(spans) > MAX_LISTED else ""
+        left = len(spans) - MAX_LISTED
+        more = "" if left <= 0 else " and once more" if left == 1 else f" and {left} times more"
         heaviest = max(found, key=lambda each: each.peak)
         notes.append(
             f"force plate {plate}, {', '.join(spans[:MAX_LISTED])}{more}: {heaviest.problem}; its "
             "frames are excluded from the moments."
         )
     if not seen.all():
-        notes.append(f"forces were measured in {seen.mean():.0%} of the frames only.")
+        unknown = len(seen) - int(seen.sum())
+        notes.append(f"forces were not measured in {unknown} of {len(seen)} frames.")
 
 
 def _check(time, foot_points) -> list[np.ndarray]:

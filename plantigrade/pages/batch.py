@@ -283,8 +283,8 @@ def _warnings(kind: BatchKind, rows: Sequence[Row], linked: set[str]) -> list[Se
         names = Markup(", ").join(_link(name, linked) for name in each.names[:MAX_NAMES])
         more = len(each.names) - MAX_NAMES
         names += f" and {more} more" if more > 0 else ""
-        lines.append([f"{len(each.names)} of {len(rows)}", each.sentence, names])
-    headers = (f"{kind.noun}s", "warning", "which")
+        lines.append([each.sentence, f"{len(each.names)} of {len(rows)}", names])
+    headers = ("warning", f"{kind.noun}s", "which")
     text = "“…” is in the place of numbers that differ; the report of each item has them."
     return [Section("Warnings", headers=headers, rows=lines, text=text)] if found else []
 

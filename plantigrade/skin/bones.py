@@ -2,9 +2,10 @@
 
 A bone takes its pose from an anatomical part of the skeleton, so that one surface serves every
 joint set and every foot: a part that a body lacks is welded to its parent there. Linear skinning
-alone wrings a forearm and thins a deeply bent knee. Four bones a side therefore turn half-way
+alone wrings a forearm and thins a deeply bent knee. Three bones a side therefore turn half-way
 between their neighbours, and two leave out the twist about the limb's long axis, which then
-spreads along the upper arm and the thigh.
+spreads along the upper arm and the thigh. The shoulder turns by a third of the upper arm's swing,
+as the shoulder blade does; half of it folds the deltoid over the girdle.
 """
 
 from dataclasses import dataclass
@@ -17,8 +18,8 @@ from plantigrade.arrays import Array, Float, Int
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
-UNTWISTED, HALF_WAY = 1, 2
-"""How a bone's orientation follows from two others."""
+UNTWISTED, HALF_WAY, THIRD = 1, 2, 3
+"""How a bone's orientation follows from two others: without twist, or by a share of the angle."""
 PART_OF = {
     "shoulder": "humerus",
     "humerus0": "humerus",
@@ -40,7 +41,8 @@ class Bones:
     #: How orientations between two bones are made, in this order: what it is, the bone, and the two
     #: it follows from
     recipes: tuple[tuple[int, int, int, int], ...]
-    #: The same in the pose of the surface, where the forearm is not one part
+    #: The same in the pose of the surface, where the forearm is not one part, and the shoulder is
+    #: half-way, for hanging arms without folds
     resting_recipes: tuple[tuple[int, int, int, int], ...]
 
     @staticmethod
@@ -48,7 +50,7 @@ class Bones:
         """Return bones by their names on a person."""
         parts = [_part(human, name) for name in names]
         at = {name: i for i, name in enumerate(names)}
-        recipes, whole_forearm = [], []
+        recipes, shoulders, whole_forearm = [], [], []
         for s in ("_l", "_r"):
             if _part(human, "ulna" + s)[0] == _part(human, "radius" + s)[0]:
                 whole_forearm.append((UNTWISTED, "ulna" + s, "humerus" + s, "radius" + s))
@@ -59,8 +61,8 @@ class Bones:
                 (HALF_WAY, "elbow" + s, "humerus" + s, "ulna" + s),
                 (HALF_WAY, "knee" + s, "femur" + s, "tibia" + s),
                 (HALF_WAY, "hip" + s, "pelvis", "femur0" + s),
-                (HALF_WAY, "shoulder" + s, "thorax", "humerus0" + s),
             ]
+            shoulders.append(("shoulder" + s, "thorax", "humerus0" + s))
 
         def by_index(rows):
             return tuple((kind, at[to], at[a], at[b]) for kind, to, a, b in rows)
@@ -68,8 +70,8 @@ class Bones:
         return Bones(
             body=np.array([human.body(body) for body, _ in parts]),
             offset=np.array([offset for _, offset in parts]),
-            recipes=by_index(whole_forearm + recipes),
-            resting_recipes=by_index(recipes),
+            recipes=by_index(whole_forearm + recipes + [(THIRD, *row) for row in shoulders]),
+            resting_recipes=by_index(recipes + [(HALF_WAY, *row) for row in shoulders]),
         )
 
     def poses(
@@ -93,7 +95,7 @@ def completed(
     rotation = rotation.copy()
     for kind, to, first, second in recipes:
         relative = np.swapaxes(rotation[..., first, :, :], -1, -2) @ rotation[..., second, :, :]
-        turned = _untwisted(relative) if kind == UNTWISTED else _half(relative)
+        turned = _untwisted(relative) if kind == UNTWISTED else _share(relative, 1.0 / kind)
         rotation[..., to, :, :] = rotation[..., first, :, :] @ turned
     return rotation
 
@@ -114,12 +116,12 @@ def _matrices(quat: Array) -> Array:
     return matrices.reshape(*quat.shape[:-1], 3, 3)
 
 
-def _half(rotation: Array) -> Array:
-    """Return rotations by half of their angle."""
+def _share(rotation: Array, share: float) -> Array:
+    """Return rotations by a share of their angle."""
     from scipy.spatial.transform import Rotation
 
     vector = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_rotvec()
-    return Rotation.from_rotvec(0.5 * vector).as_matrix().reshape(rotation.shape)
+    return Rotation.from_rotvec(share * vector).as_matrix().reshape(rotation.shape)
 
 
 def _untwisted(rotation: Array) -> Array:

@@ -229,7 +229,7 @@ def test_frames_beyond_the_plates_are_not_valid():
     plate = reaction(PLATE_TIME[:2000], *stance("r", 1))
     f = assign_plates((plate,), t, soles)
     assert not f.valid_side[t > 2.01].any()
-    assert any("of the frames only" in w for w in f.warnings)
+    assert any("forces were not measured in " in w for w in f.warnings)
 
 
 def test_missing_side_is_refused():

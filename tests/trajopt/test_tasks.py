@@ -70,7 +70,7 @@ def test_a_run_flies_between_its_steps_and_lands_on_bent_knees():
     record = s.record()
     assert check(record).ok, check(record).status
     t, up = record.motion.time, record.contact_force[:, :, 2].sum(axis=1) / record.weight
-    flies = np.trapezoid(~record.contact_planned.any(axis=1), t) / t[-1]
+    flies = np.trapezoid(1.0 - record.contact_planned.any(axis=1), t) / t[-1]
     contact = s.task.plan.stances[0].toe_off
     assert flies == pytest.approx(1.0 - contact / s.task.plan.duration, abs=0.02)
     assert np.trapezoid(up, t) / t[-1] == pytest.approx(1.0, abs=0.01)  # as it does not rise

@@ -6,14 +6,17 @@ const qmul = (a, b) => [a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1], a
 const qinv = (a) => [-a[0], -a[1], -a[2], a[3]];
 const qturn = (q, p) => { const c = cross(q, p), d = cross(q, c.map((x, i) => x + q[3] * p[i])); return p.map((x, i) => x + 2 * d[i]); };
 const untwisted = (q) => { const l = Math.hypot(q[2], q[3]); return l < 1e-9 ? q : qmul(q, [0, 0, -q[2] / l, q[3] / l]); };
-const half = (q) => { const s = q[3] < 0 ? -1 : 1, h = [q[0] * s, q[1] * s, q[2] * s, q[3] * s + 1], l = Math.hypot(...h); return h.map((x) => x / l); };
+const part = (q, n) => {     // the rotation by an n-th of the angle
+  const s = q[3] < 0 ? -1 : 1, l = Math.hypot(q[0], q[1], q[2]), a = Math.atan2(l, q[3] * s) / n, f = l < 1e-9 ? s / n : (s * Math.sin(a)) / l;
+  return [q[0] * f, q[1] * f, q[2] * f, Math.cos(a)];
+};
 function skinPose(data) {    // data: position and quaternion of every body, scalar last
   const p = [], q = [], out = new Float32Array(NS * 8);
   for (let i = 0; i < NS; i++) {
     const b = 8 * S.body[i]; q[i] = Array.from(data.subarray(b + 4, b + 8));
     p[i] = qturn(q[i], S.offset[i]).map((x, k) => x + data[b + k]);
   }
-  for (const [kind, to, a, b] of S.recipes) { const r = qmul(qinv(q[a]), q[b]); q[to] = qmul(q[a], kind === 1 ? untwisted(r) : half(r)); }
+  for (const [kind, to, a, b] of S.recipes) { const r = qmul(qinv(q[a]), q[b]); q[to] = qmul(q[a], kind === 1 ? untwisted(r) : part(r, kind)); }
   for (let i = 0; i < NS; i++) {
     const r = qmul(q[i], qinv(S.resting[i].slice(3))), t = qturn(r, S.resting[i].slice(0, 3));
     out.set([p[i][0] - t[0], p[i][1] - t[1], p[i][2] - t[2], 0, ...r], i * 8);

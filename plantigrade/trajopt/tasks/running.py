@@ -8,7 +8,8 @@ runners on treadmills (*estimates*; 160 to 180 steps/min and contacts of 0.30 to
 The cost is that of walking (:mod:`plantigrade.trajopt.tasks.walking`) with other weights: those of
 ankle and knee are smaller, because tendons return a part of their work, and jerk and the rates of
 forces are cheaper, because everything happens in a third of the time. The knee is bent at strike,
-as that of runners.
+as that of runners. The weights were set with the angles of one runner at 3 m/s in view
+[Hamner2013]_; the problem itself contains no recording.
 """
 
 import numpy as np
@@ -40,9 +41,9 @@ MAX_JOINT_SPEED = 25.0  # [rad/s] joints of runners at 5 m/s turn at up to 20
 USED_FRICTION = 0.5  # [1]
 CLEARANCE = 0.02  # [m]
 LEG_DISTANCE = 0.01  # [m]
-TORQUE_WEIGHTS = {"ankle_angle": 0.3, "hip_adduction": 0.55, "knee_angle": 1.0}  # [1]
-WORK_WEIGHT = 0.3
-JERK_WEIGHT = 1.5e-7  # divided by the sixth power of the step time [1/(s rad²)]
+TORQUE_WEIGHTS = {"ankle_angle": 0.6, "hip_adduction": 0.55, "knee_angle": 0.4}  # [1]
+WORK_WEIGHT = 0.1
+JERK_WEIGHT = 4.5e-8  # divided by the sixth power of the step time [1/(s rad²)]
 PELVIS_ACCELERATION_WEIGHT = 1.4e-4  # [s³/rad²]
 FORCE_RATE_WEIGHT = 1.5e-5  # [s]
 PELVIS_TILT, ELBOW_FLEXION = -0.2, float(np.deg2rad(90.0))  # [rad] of runners
