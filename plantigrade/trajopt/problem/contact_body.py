@@ -1,7 +1,7 @@
 """A person with the sites that can carry force, ready for trajectory optimisation."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -24,6 +24,7 @@ PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
 Made = TypeVar("Made")
 
 
+@runtime_checkable
 class Spring(Protocol):
     """A spring across a joint: coordinate, stiffness [N m/rad] and neutral angle [rad]."""
 
