@@ -6,25 +6,17 @@ from plantigrade.control.pendulum.path import Path, Timed
 from plantigrade.control.pendulum.upper_body import Pose
 from plantigrade.record import Record
 
-RECORDED = "recorded"
-"""Name of the upper body that is the walk's own."""
+RECORDED = "recorded"  # Name of the upper body that is the walk's own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Style:
-    """Another walk of the same person, or another motion or pose of their upper body.
+    """Another walk of the same person, or another motion or pose of their upper body."""
 
-    Attributes:
-        name: Its name.
-        record: The walk or motion; None where it is a pose.
-        pose: The pose.
-        time: When it begins [s]; None if only by hand.
-    """
-
-    name: str
-    record: Record | None = None
-    pose: Pose | None = None
-    time: float | None = None
+    name: str  #: Its name
+    record: Record | None = None  #: The walk or motion; None where it is a pose
+    pose: Pose | None = None  #: The pose
+    time: float | None = None  #: When it begins [s]; None if only by hand
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -54,15 +54,10 @@ class CrouchSettings:
 
 @dataclass(frozen=True, eq=False)
 class Crouch:
-    """A crouched posture, relative to the recorded one.
+    """A crouched posture, relative to the recorded one."""
 
-    Attributes:
-        lowering: Lowering of the centre of mass [m].
-        angles: Added to the hinges [rad].
-    """
-
-    lowering: float
-    angles: Float[Array, " n_hinges"]
+    lowering: float  #: Lowering of the centre of mass [m]
+    angles: Float[Array, " n_hinges"]  #: Added to the hinges [rad]
 
     def scaled(self, part: float) -> "Crouch":
         """Return a part of it."""

@@ -27,21 +27,13 @@ class ReachSettings:
 
 @dataclass(frozen=True, eq=False)
 class Footstep:
-    """A planned footstep.
+    """A planned footstep."""
 
-    Attributes:
-        position: Within reach, world [m].
-        unconstrained: Position by the landing law [m].
-        time: To touchdown [s].
-        rate: Rate of the phase until then.
-        com: Centre of mass at touchdown [m].
-    """
-
-    position: Float[Array, " 2"]
-    unconstrained: Float[Array, " 2"]
-    time: float
-    rate: float
-    com: Float[Array, " 2"]
+    position: Float[Array, " 2"]  #: Within reach, world [m]
+    unconstrained: Float[Array, " 2"]  #: Position by the landing law [m]
+    time: float  #: To touchdown [s]
+    rate: float  #: Rate of the phase until then
+    com: Float[Array, " 2"]  #: Centre of mass at touchdown [m]
 
     @property
     def shortening(self) -> float:
@@ -51,38 +43,23 @@ class Footstep:
 
 @dataclass(frozen=True, kw_only=True)
 class Reach(FootstepLimits):
-    """Where a foot can land, and how soon it can be there; ahead and to the left.
+    """Where a foot can land, and how soon it can be there; ahead and to the left."""
 
-    Attributes:
-        reach: How far and fast a leg reaches.
-        max_descent: Greatest downward acceleration of the body [m/s²].
-        stance_foot_size: Half axes of the ellipse around the stance foot [leg lengths].
-        foot_velocity: Velocity of the swing foot [m/s].
-        max_foot_acceleration: Greatest acceleration of the swing foot [m/s²].
-        hip: Hip of the swing leg, from the centre of mass [m].
-        hip_height: Its height above the ankle at the reference's touchdown [m].
-        hip_rise: Its vertical velocity [m/s].
-        offset: Offset of the swing foot from the reference [m].
-        offset_velocity: Its rate [m/s].
-        leg_momentum: Angular momentum of a swing leg, as the person has it.
-        may_cross: Whether the feet may cross; those of a walk that turns do not.
-        hips: Hip at each time, from the stance foot [m].
-        spans: Reach on the ground from there [m]; any distance if absent.
-    """
-
-    reach: ReachSettings
-    max_descent: float
+    reach: ReachSettings  #: How far and fast a leg reaches
+    max_descent: float  #: Greatest downward acceleration of the body [m/s²]
+    #: Half axes of the ellipse around the stance foot [leg lengths]
     stance_foot_size: tuple[float, float]
-    foot_velocity: Float[Array, " 2"]
-    max_foot_acceleration: float
-    hip: Float[Array, " 2"]
-    hip_height: float
-    hip_rise: float
-    offset: Float[Array, " 2"]
-    offset_velocity: Float[Array, " 2"]
-    leg_momentum: float
-    may_cross: bool = True
-    hips: Float[Array, "m 2"] | None = None
+    foot_velocity: Float[Array, " 2"]  #: Velocity of the swing foot [m/s]
+    max_foot_acceleration: float  #: Greatest acceleration of the swing foot [m/s²]
+    hip: Float[Array, " 2"]  #: Hip of the swing leg, from the centre of mass [m]
+    hip_height: float  #: Its height above the ankle at the reference's touchdown [m]
+    hip_rise: float  #: Its vertical velocity [m/s]
+    offset: Float[Array, " 2"]  #: Offset of the swing foot from the reference [m]
+    offset_velocity: Float[Array, " 2"]  #: Its rate [m/s]
+    leg_momentum: float  #: Angular momentum of a swing leg, as the person has it
+    may_cross: bool = True  #: Whether the feet may cross; those of a walk that turns do not
+    hips: Float[Array, "m 2"] | None = None  #: Hip at each time, from the stance foot [m]
+    #: Reach on the ground from there [m]; any distance if absent
     spans: Float[Array, " m"] | None = None
 
     def at(self, com: Float[Array, "m 2"], time: Float[Array, " m"]) -> "Reach":

@@ -133,29 +133,19 @@ def landing_angle(
 
 @dataclass(frozen=True, eq=False)
 class ReferenceTouchdown:
-    """The reference when its foot strikes; horizontal, ahead and to the left.
+    """The reference when its foot strikes; horizontal, ahead and to the left."""
 
-    Attributes:
-        com: Centre of mass [m].
-        com_velocity: Its velocity [m/s].
-        height: Its height over the stance foot [m].
-        stance_foot: Position of the stance foot [m].
-        footstep: Position of the foot that strikes [m].
-        omega: Root of gravity by height [1/s].
-        stance_weight: Part of the stance foot in what the feet do to the pendulum from then on.
-        later_weight: Part of the foot that strikes, and of those after it; the rest if absent.
-        slope: How far the ground rises ahead and to the left [rad].
-    """
-
-    com: Float[Array, " 2"]
-    com_velocity: Float[Array, " 2"]
-    height: float
-    stance_foot: Float[Array, " 2"]
-    footstep: Float[Array, " 2"]
-    omega: float
+    com: Float[Array, " 2"]  #: Centre of mass [m]
+    com_velocity: Float[Array, " 2"]  #: Its velocity [m/s]
+    height: float  #: Its height over the stance foot [m]
+    stance_foot: Float[Array, " 2"]  #: Position of the stance foot [m]
+    footstep: Float[Array, " 2"]  #: Position of the foot that strikes [m]
+    omega: float  #: Root of gravity by height [1/s]
+    #: Part of the stance foot in what the feet do to the pendulum from then on
     stance_weight: float = 0.0
+    #: Part of the foot that strikes, and of those after it; the rest if absent
     later_weight: float = 1.0
-    slope: tuple[float, float] = (0.0, 0.0)
+    slope: tuple[float, float] = (0.0, 0.0)  #: How far the ground rises ahead and to the left [rad]
 
 
 @runtime_checkable
@@ -217,12 +207,9 @@ class EnergyLaw:
     comes, not when it is back, and steps come at the recording's times: nothing brings a swing that
     is late into step again, and walks with Eq. 5 in both planes fall sideways within seconds.
     Therefore the frontal plane is left to :class:`DivergentLaw`, unless ``frontal``.
-
-    Attributes:
-        frontal: Whether Eq. 5 decides in the frontal plane, too, as in the paper.
     """
 
-    frontal: bool = False
+    frontal: bool = False  #: Whether Eq. 5 decides in the frontal plane, too, as in the paper.
 
     def footsteps(
         self,

@@ -73,15 +73,10 @@ class PathSettings:
 
 @dataclass(frozen=True)
 class Timed:
-    """A number that changes at times.
+    """A number that changes at times."""
 
-    Attributes:
-        times: When it changes, rising, the first zero [s].
-        values: Its value from then on.
-    """
-
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: tuple[float, ...]  #: When it changes, rising, the first zero [s]
+    values: tuple[float, ...]  #: Its value from then on
 
     def at(self, time: float) -> float:
         """Return its value at a time [s]."""

@@ -79,17 +79,11 @@ class Settling(Reference):
 
 @dataclass(frozen=True)
 class GaitStart:
-    """The instant of a recording with which a walk begins from standing.
+    """The instant of a recording with which a walk begins from standing."""
 
-    Attributes:
-        phase: Phase of the recording, when a foot is about to leave the ground [s].
-        stance: Which foot stays.
-        lateral_offset: Offset of the extrapolated centre of mass to the left of that foot [m].
-    """
-
-    phase: float
-    stance: int
-    lateral_offset: float
+    phase: float  #: Phase of the recording, when a foot is about to leave the ground [s]
+    stance: int  #: Which foot stays
+    lateral_offset: float  #: Offset of the extrapolated centre of mass to the left of that foot [m]
 
     @classmethod
     def of(cls, recorded: GaitReference, ahead: float) -> "GaitStart":

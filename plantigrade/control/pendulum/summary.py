@@ -11,36 +11,23 @@ from plantigrade.world import Summary
 
 @dataclass(frozen=True)
 class Footfall:
-    """A touchdown, compared with the planned footstep.
+    """A touchdown, compared with the planned footstep."""
 
-    Attributes:
-        time: When [s].
-        side: Which foot.
-        error: Distance from the planned footstep [m]; None where none was planned.
-        shortening: Distance of that from the one of the landing law, which was out of reach [m].
-    """
-
-    time: float
-    side: str
-    error: float | None
+    time: float  #: When [s]
+    side: str  #: Which foot
+    error: float | None  #: Distance from the planned footstep [m]; None where none was planned
+    #: Distance of that from the one of the landing law, which was out of reach [m]
     shortening: float
 
 
 @dataclass(frozen=True)
 class StyleChange:
-    """A change from one walk to another.
+    """A change from one walk to another."""
 
-    Attributes:
-        name: Name of the other one.
-        time: When it began [s].
-        foot: Stance foot; empty for both.
-        percent: Percentage of the stride, from the right foot's strike on.
-    """
-
-    name: str
-    time: float
-    foot: str
-    percent: float
+    name: str  #: Name of the other one
+    time: float  #: When it began [s]
+    foot: str  #: Stance foot; empty for both
+    percent: float  #: Percentage of the stride, from the right foot's strike on
 
 
 def walk_summary(

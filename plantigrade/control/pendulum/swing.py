@@ -12,8 +12,7 @@ from plantigrade.control.gait.phase import Foot
 SAMPLES = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
 SAME = 0.02  # [leg lengths] change of a footstep up to which these samples stay
 
-Height = Callable[[Array], float]
-"""Height of the ground at a position [m]."""
+Height = Callable[[Array], float]  # [m] height of the ground at a position
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,15 +62,10 @@ POSES: Mapping[str, Mapping[str, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Angles of some hinges; the others stay as recorded.
+    """Angles of some hinges; the others stay as recorded."""
 
-    Attributes:
-        hinges: Which.
-        angles: Their angles [rad].
-    """
-
-    hinges: Bool[Array, " n_hinges"]
-    angles: Float[Array, " n_posed"]
+    hinges: Bool[Array, " n_hinges"]  #: Which
+    angles: Float[Array, " n_posed"]  #: Their angles [rad]
 
     @classmethod
     def of(cls, human: Human, angles: Mapping[str, float]) -> "Pose":
@@ -107,21 +102,14 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class UpperMotion:
-    """The upper body of another motion, in step with the legs or in its own time.
+    """The upper body of another motion, in step with the legs or in its own time."""
 
-    Attributes:
-        motion: That motion; in its own time it ends in its last posture, unless it is repeated.
-        hinges: Which are taken from it.
-        offset: Added to their angles [rad].
-        start: When it begins [s].
-        phases: From the walk of the legs to a walk in step with it; else None.
-    """
-
+    #: That motion; in its own time it ends in its last posture, unless it is repeated
     motion: Reference
-    hinges: Bool[Array, " n_hinges"]
-    offset: Float[Array, " n_upper"]
-    start: float
-    phases: PhaseMap | None
+    hinges: Bool[Array, " n_hinges"]  #: Which are taken from it
+    offset: Float[Array, " n_upper"]  #: Added to their angles [rad]
+    start: float  #: When it begins [s]
+    phases: PhaseMap | None  #: From the walk of the legs to a walk in step with it; else None
 
     def apply(self, instant: Instant, phase: float, time: float, cadence: float) -> None:
         """Apply it to an instant of a walk."""
