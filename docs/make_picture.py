@@ -20,27 +20,27 @@ IMAGES = HERE / "images"
 
 def main() -> None:
     """Write ``docs/images/*.svg``, all or those whose names are given."""
-    wanted = set(sys.argv[1:])
+    chosen = set(sys.argv[1:])
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        gallery(wanted)
-        ordered_tasks(wanted)
+        gallery(chosen)
+        ordered_tasks(chosen)
         for picture in Path().glob("*.svg"):
             shutil.copyfile(picture, IMAGES / picture.name)
 
 
-def gallery(wanted: set[str]) -> None:
+def gallery(chosen: set[str]) -> None:
     """Run the commands of the gallery, block by block."""
     page = (HERE / "gallery.md").read_text("utf-8")
     for block in re.findall(r"^```bash\n(.*?)^```", page, re.M | re.S):
         lines = [shlex.split(line) for line in block.splitlines()]
-        if not wanted or Path(lines[-1][-1]).stem in wanted:
+        if not chosen or Path(lines[-1][-1]).stem in chosen:
             for words in lines:
                 run(words[1:])
 
 
-def ordered_tasks(wanted: set[str]) -> None:
+def ordered_tasks(chosen: set[str]) -> None:
     """Draw the movements of the page on ordered tasks."""
-    if wanted and not wanted & {"reach", "squat"}:
+    if chosen and not chosen & {"reach", "squat"}:
         return
     from plantigrade.motion import Motion
     from plantigrade.record import Record, Run
