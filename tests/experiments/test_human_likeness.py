@@ -23,6 +23,7 @@ RECORDED = {
     "knee": MOMENT,
     "hip": MOMENT,
     "knee_at_strike": 8.0,
+    "least_knee": 2.0,
     "com_height": 0.95,
     "com_excursion": 0.04,
     "trunk": 5.0,
