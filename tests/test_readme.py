@@ -80,6 +80,7 @@ def test_the_commands_run_in_order_and_write_what_they_name(tmp_path, monkeypatc
 
     monkeypatch.chdir(tmp_path)
     shutil.copytree(demo.folder / "runs", "runs")
+    before = {path.name for path in Path("runs").iterdir()}
     ran = []
     for line in "".join(blocks("bash")).splitlines():
         words = shlex.split(line)
@@ -97,7 +98,7 @@ def test_the_commands_run_in_order_and_write_what_they_name(tmp_path, monkeypatc
     for name in ("curves.csv", "stroll.bvh", "stroll.glb", "human.xml", "tasks.svg"):
         assert Path(name).stat().st_size > 1000, name
     numbered = [path.name for path in Path("runs").iterdir() if re.search(r"-\d+$", path.name)]
-    assert numbered == [], "two commands write to one folder"
+    assert set(numbered) <= before, "two commands write to one folder"
     assert capsys.readouterr().err == ""
 
 

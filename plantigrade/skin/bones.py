@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.spatial.conventions import rotation_matrix
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
@@ -83,7 +84,7 @@ class Bones:
             xpos: Positions of all bodies in the world [m].
             xquat: Their orientations, scalar first.
         """
-        rotation = _matrices(xquat)[..., self.body, :, :]
+        rotation = rotation_matrix(xquat)[..., self.body, :, :]
         position = xpos[..., self.body, :] + np.einsum("...ij,...j->...i", rotation, self.offset)
         return position, completed(rotation, self.recipes)
 
@@ -107,13 +108,6 @@ def _part(human: "Human", bone: str) -> tuple[str, np.ndarray]:
     if name not in parts and "phalanges" in stem and "toes" + side in parts:
         name = "toes" + side
     return parts[name if name in parts else "foot" + side]
-
-
-def _matrices(quat: Array) -> Array:
-    from scipy.spatial.transform import Rotation
-
-    matrices = Rotation.from_quat(quat.reshape(-1, 4), scalar_first=True).as_matrix()
-    return matrices.reshape(*quat.shape[:-1], 3, 3)
 
 
 def _share(rotation: Array, share: float) -> Array:

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.motion.resample import interpolate
+from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.forces_between import explaining
@@ -78,6 +79,6 @@ def _in_world(R: Array, qpos: Array, qvel: Array, qacc: Array, force: Array):
     place, velocity, acceleration = (x.copy() for x in (qpos, qvel, qacc))
     for x in (place, velocity, acceleration):
         x[:, :3] = x[:, :3] @ R.T
-    turned = Rotation.from_matrix(R) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
-    place[:, 3:7] = turned.as_quat(scalar_first=True)
+    turned = Rotation.from_matrix(R) * Rotation.from_quat(wxyz_to_xyzw(qpos[:, 3:7]))
+    place[:, 3:7] = xyzw_to_wxyz(turned.as_quat())
     return place, velocity, acceleration, force @ R.T
