@@ -4,7 +4,7 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 VERDICTS = {r"\bcheck passed\b": "1;32", r"\bCHECK FAILED\b": "1;31"}
 """Words of a verdict → their colour on a terminal (bold green, bold red)."""
@@ -26,7 +26,7 @@ class Outcome:
         return self.metrics.get("status", "ok") == "ok"
 
 
-def coloured(text: str, stream: TextIO) -> str:
+def coloured(text: str, stream: Any) -> str:
     """Return a text with its verdict in colour, where it goes to a terminal that is to have any.
 
     The variable ``NO_COLOR`` turns colours off.
