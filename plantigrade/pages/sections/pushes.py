@@ -1,6 +1,7 @@
 """Pushes in a simulation, and the motion of the centre of mass around them."""
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from plantigrade.analyze.pushes import SIGNAL, push_intervals
 from plantigrade.charts import Figure, Series, line_plot
@@ -53,7 +54,7 @@ def push_section(subject: Subject) -> list[Section]:
     rows = []
     for push in pushes[:MAX_ROWS]:
         acts = (time >= push.start) & (time <= push.stop)
-        impulse = float(np.trapezoid(np.linalg.norm(force[acts], axis=1), time[acts]))
+        impulse = float(trapezoid(np.linalg.norm(force[acts], axis=1), time[acts]))
         mean = force[acts].mean(axis=0)
         rows.append(
             [
