@@ -41,7 +41,7 @@ from plantigrade.io.text import read_bytes
 MAX_BYTES = 400 * 2**20  # [bytes] of a file, and of what it decompresses to
 MAX_RATIO = 100  # [1] decompressed size over compressed size; arrays of motions stay below 5
 MAX_INSTRUCTIONS = 1_000_000  # of a pickle; a motion has some hundreds, a few per array
-_FREE_RATIO = 2**20  # [bytes] below this any ratio is accepted
+_ALWAYS_ALLOWED = 2**20  # [bytes] of a decompressed file, whatever the ratio
 _COMPRESSED = (b"\x78", b"\x1f\x8b")  # zlib, gzip
 _Usual: Any = pickle._Unpickler  # in Python: joblib's arrays lie between the instructions
 
@@ -82,7 +82,7 @@ def is_compressed(head: bytes) -> bool:
 def _decompressed(raw: bytes) -> bytes:
     if not is_compressed(raw):
         return raw
-    most = min(MAX_BYTES, max(_FREE_RATIO, MAX_RATIO * len(raw)))
+    most = min(MAX_BYTES, max(_ALWAYS_ALLOWED, MAX_RATIO * len(raw)))
     stream = zlib.decompressobj(wbits=47)  # 32 + 15: zlib or gzip
     out = stream.decompress(raw, most)
     if not stream.eof:
@@ -99,12 +99,14 @@ def _read_torch(raw: bytes) -> Any:
             raise Refused("is a zip archive, but not one of torch.save")
         if sum(info.file_size for info in archive.infolist()) > MAX_BYTES:
             raise Refused("decompresses to more than a motion holds")
-        base = main.removesuffix("data.pkl")
+        base, storages = main.removesuffix("data.pkl"), {}
         if f"{base}byteorder" in names and archive.read(f"{base}byteorder") != b"little":
             raise Refused("has tensors in big-endian byte order")
 
         def storage(key: str) -> bytes:
-            return archive.read(f"{base}data/{key}")
+            if key not in storages:  # one copy, however often a pickle names it
+                storages[key] = archive.read(f"{base}data/{key}")
+            return storages[key]
 
         return _Reader(io.BytesIO(archive.read(main)), storage).load()
 

@@ -121,6 +121,16 @@ def test_a_tensor_stays_within_its_storage(file, offset, shape, stride, count):
         read_pickle(file(torch_file(tensor(offset, shape, stride, count), np.arange(6))), "")
 
 
+def test_a_storage_that_is_named_often_is_read_once(file, monkeypatch):
+    one = tensor(0, (2,), (1,))[:-1]
+    reads, read = [], zipfile.ZipFile.read
+    monkeypatch.setattr(
+        zipfile.ZipFile, "read", lambda self, name, *a: reads.append(name) or read(self, name, *a)
+    )
+    got = read_pickle(file(torch_file(b"(" + 50 * one + b"l.", np.arange(6))), "")
+    assert len(got) == 50 and len(reads) == len(set(reads))
+
+
 def test_a_tensor_needs_a_storage_of_torch(file):
     array = pickle.dumps(np.arange(6.0).reshape(2, 3), 2)[2:-1]
     call = b"ctorch._utils\n_rebuild_tensor_v2\n(" + array + b"K\x01K\x05\x85K\x01\x85tR."
