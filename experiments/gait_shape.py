@@ -13,6 +13,7 @@ from plantigrade.analyze.curves import GaitCurves
 from plantigrade.analyze.norms import agreement_with_norm
 from plantigrade.analyze.statistics import Agreement
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
@@ -75,7 +76,7 @@ def gait_shape(curves: GaitCurves, speed_class: str = "free", *, side: str = "r"
     """
     cycles = [c for c in curves.cycles if c.side == side and c.toe_off is not None]
     if not cycles:
-        foot = {"r": "right", "l": "left"}.get(side, side)
+        foot = SIDE_NAMES.get(side, side)
         raise ParameterError(f"no complete gait cycle of the {foot} foot with a toe-off")
     percent = curves.percent
     stance = float(np.mean([c.percent(c.toe_off) for c in cycles if c.toe_off is not None]))

@@ -3,4 +3,5 @@
 GRAVITY = 9.81  #: Acceleration of gravity [m/s²]
 SIDES = ("r", "l")
 """Order of the sides in every array with an axis for them."""
+SIDE_NAMES = {"r": "right", "l": "left"}  #: Side → its name in texts
 FRICTION = 0.8  #: Coefficient of friction of a shoe or bare foot on a dry floor

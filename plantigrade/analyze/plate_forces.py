@@ -10,6 +10,7 @@ import numpy as np
 from plantigrade.analyze.body_mass import MeasuredMass, weigh_gait, weigh_standing
 from plantigrade.analyze.feet import FootPath
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.plate_clock import MIN_CORRECTION, clock_note, clock_offset, on_one_clock
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
@@ -165,9 +166,9 @@ def add_mass_note(
 def off_plate_notes(forces: FootForces | None, estimated: bool) -> list[str]:
     """Return notes on frames in which a foot is on no plate."""
     notes = []
-    names = {"r": "right", "l": "left"}
     for side, share in zip(forces.sides, forces.beside_plates, strict=True) if forces else ():
-        text = f"the {names[side]} foot stands on no force plate in {share:.0%} of the frames; its "
+        foot = f"the {SIDE_NAMES[side]} foot"
+        text = f"{foot} stands on no force plate in {share:.0%} of the frames; its "
         if share > 0 and estimated:
             notes.append(Info(f"{text}force and moments there are estimated from the motion."))
         elif share > 0:

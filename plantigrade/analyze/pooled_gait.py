@@ -10,7 +10,7 @@ from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.analyze.curves import LOADED_JOINTS, gait_curves
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.arrays import Array
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 
@@ -26,7 +26,6 @@ SYNTHESISED_KINDS = ("synthesize",)
 MAX_HEIGHT_DIFFERENCE = 0.05
 """Difference of body heights above which trials are not of one person [m].
 Chosen: above the error of a fit."""
-SIDE_WORDS = {"r": "right", "l": "left"}
 Affected = Literal["right", "left"]
 
 
@@ -123,7 +122,7 @@ def sides_of(gait: Gait, affected: Affected | None = None) -> tuple[Gait, Gait]:
     order = ("l", "r") if affected == "right" else SIDES
     found = []
     for k, side in enumerate(order):
-        word = SIDE_WORDS[side]
+        word = SIDE_NAMES[side]
         ending = f"_{side}"
         mine = {n[:-2]: rows for n, rows in gait.curves.items() if n.endswith(ending)}
         if not mine:

@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.analyze.gait_forces import compare_forces
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison, phases_of
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.record import Record
 
 LIMITS = {
@@ -27,7 +27,6 @@ MAX_FORCED_COM_ERROR = 0.15
 """Error of the centre of mass above which a body moved by forces has fallen [m]."""
 
 LEGS = tuple(name for _, name in ROTATIONS)
-FOOT = {"r": "right", "l": "left"}
 UNITS = {"mm": " mm", "deg": "°", "bw": " body weights"}
 ADVICE = "; the report's “Residual of each level” shows which task gave way first"
 
@@ -128,14 +127,14 @@ def _describe(key: str, value: float, record: Record, comparison: Comparison) ->
         return f"the sole slides by {value:.0f} mm at {site}, {when(record, instant)}"
     if key == "sole_lowest_mm":
         tick, k = np.unravel_index(np.argmin(comparison.soles), comparison.soles.shape)
-        foot = FOOT[SIDES[int(k)]]
+        foot = SIDE_NAMES[SIDES[int(k)]]
         return f"the {foot} sole is at {value:.0f} mm, in the ground, {when(record, time[tick])}"
     if key == "force_residual_rms_bw":
         deviation = _force_residual(record)
         tick, k = np.unravel_index(np.nanargmax(deviation), deviation.shape)
         return (
             f"the ground reactions are {value:.2f} body weights (RMS) from the estimated ones, "
-            f"most at the {FOOT[SIDES[int(k)]]} foot, {when(record, time[tick])}"
+            f"most at the {SIDE_NAMES[SIDES[int(k)]]} foot, {when(record, time[tick])}"
         )
     assert record.qfrc_actuator is not None
     instant = when(record, time[np.argmax(np.abs(record.qfrc_actuator[:, :3]).max(axis=1))])
@@ -185,7 +184,7 @@ def when(record: Record, time: float) -> str:
     for phase in phases_of(record):
         if phase.start <= time <= phase.stop:
             what = "in double support before the" if phase.kind == "double" else "while the"
-            return f"{words}, {what} {FOOT[phase.swing]} foot swings"
+            return f"{words}, {what} {SIDE_NAMES[phase.swing]} foot swings"
     return words
 
 

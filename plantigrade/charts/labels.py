@@ -1,6 +1,5 @@
 """Labels of coordinates in plots: titles, sides, meaning of positive and negative values."""
 
-SIDE_NAMES = {"r": "right", "l": "left"}
 COORDINATES = {  # title, and what positive and negative mean, short enough for an axis
     "pelvis_tilt": ("Pelvis tilt", "back", "forward"),
     "pelvis_list": ("Pelvis obliquity", "left up", "right up"),

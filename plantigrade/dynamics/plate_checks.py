@@ -6,7 +6,7 @@ motion of the whole body requires, :math:`m\,(g + \ddot z)`.
 
 import numpy as np
 
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.dynamics.plate_loadings import PlateLoading
 from plantigrade.dynamics.plate_owner import MAX_SOLE_DISTANCE, MIN_PEAK_SHARE, distance, longer
 
@@ -97,7 +97,7 @@ def leave_out_far(time, loading, loadings, points, touch, excluded) -> None:
             continue
         excluded[loading.frames[mine], k] = True
         loading.left_out = True
-        foot = {"r": "right", "l": "left"}[SIDES[k]]
+        foot = SIDE_NAMES[SIDES[k]]
         loading.problem = (
             f"its centre of pressure lies up to {100 * far[out].max():.0f} cm outside the sole of "
             f"the {foot} foot"

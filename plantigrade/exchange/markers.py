@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.exchange.clock import at_rate
 from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.mot import write_mot
@@ -179,10 +179,9 @@ def plates_of(record: Record) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
             plates.append(plate)
         unknown = 1.0 - foot.known.mean()
         if plate is not None and unknown > 0:
-            name = {"r": "right", "l": "left"}[side]
             notes.append(
-                f"the force on the {name} foot is not known in {unknown:.0%} of the frames; it is "
-                "zero there"
+                f"the force on the {SIDE_NAMES[side]} foot is not known in {unknown:.0%} of the "
+                "frames; it is zero there"
             )
     return tuple(plates), tuple(notes)
 

@@ -15,19 +15,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.io.skeletons import tree_kinematics
 from plantigrade.io.smpl_tree import NAMES, PARENTS
+from plantigrade.motion.filters import runs
 
 ROUNDS = 4  # stances are found again with the lengths of the round before
 HEIGHT = 0.03  # [m] of ankle and toe base above their lowest while a foot stands flat
 SPEED = 0.25  # [m/s] of both while a foot stands
+LEG = ("hip", "knee", "ankle", "foot")
 STANCE = 0.15  # [s] shortest stance that counts
 INDEPENDENT = 3.0  # [1/stance] independent measurements in one stance: residuals vary slowly
 SIZE_SD = 0.08  # [1] prior of the size of the legs; statures of adults vary by 5 %
 RATIO_SD = 0.04  # [1] prior of the ratio of thigh and shank, in adults
 MIN_RESIDUAL = 0.002  # [m] assumed error of the toe base at least
-_SIDE = {"l": "left", "r": "right"}
 
 
 @dataclass(frozen=True)
@@ -70,24 +71,22 @@ def leg_factors(
         R, p = tree_kinematics(PARENTS, local, root, found.scaled(offsets))
         rows: list[np.ndarray] = []
         for side in SIDES:
-            chain = [NAMES.index(f"{_SIDE[side]}_{j}") for j in ("hip", "knee", "ankle", "foot")]
+            chain = [NAMES.index(f"{SIDE_NAMES[side]}_{joint}") for joint in LEG]
             parts = [R[:, PARENTS[j]] @ offsets[j] for j in chain]
             columns = np.stack([parts[0] + parts[1], parts[2] + parts[3], -root], axis=-1)
-            for first, last in _stances(p[:, chain[2:]], rate):
-                stance = columns[first:last]
-                rows.append((stance - stance.mean(axis=0)) / np.sqrt(last - first))
+            for frames in _stances(p[:, chain[2:]], rate):
+                stance = columns[frames]
+                rows.append((stance - stance.mean(axis=0)) / np.sqrt(len(stance)))
         found = _solved(rows)
     return found
 
 
-def _stances(foot: Float[Array, "n 2 3"], rate: float) -> list[tuple[int, int]]:
-    """Return first and last frame (excluded) of the stances of one foot: ankle and toe base."""
+def _stances(foot: Float[Array, "n 2 3"], rate: float) -> list[slice]:
+    """Return the frames of each stance of a foot, given by ankle and toe base."""
     height = foot[:, :, 2] - np.quantile(foot[:, :, 2], 0.05, axis=0)
     speed = np.linalg.norm(np.gradient(foot, 1 / rate, axis=0), axis=2)
     flat = ((height < HEIGHT) & (speed < SPEED)).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flat, [False]]).astype(int)))
-    pairs = zip(edges[::2], edges[1::2], strict=True)
-    return [(int(a), int(b)) for a, b in pairs if b - a >= max(STANCE * rate, 2)]
+    return [s for s in runs(flat) if s.stop - s.start >= max(STANCE * rate, 2)]
 
 
 def _solved(rows: list[np.ndarray]) -> LegFactors:

@@ -13,8 +13,9 @@ from plantigrade.analyze.run_comparison import RunComparison
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
-from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, title_of
+from plantigrade.charts.labels import SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.motion.filters import runs

@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import STROKES
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.models import Human
 from plantigrade.pages.shapes import convex_hull

@@ -7,8 +7,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.charts.labels import SIDE_NAMES, SPAN, side_of, title_of
-from plantigrade.constants import SIDES
+from plantigrade.charts.labels import SPAN, side_of, title_of
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.live.clock import Clock
 from plantigrade.live.frame import HISTORY_DURATION, Frame
 from plantigrade.live.session import Session

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.charts.labels import SIDE_NAMES, side_of, title_of
+from plantigrade.charts.labels import side_of, title_of
+from plantigrade.constants import SIDE_NAMES
 
 
 def figure_text(value: Any) -> str:

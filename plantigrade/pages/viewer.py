@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.charts import Panel, panels_of, theme
-from plantigrade.charts.labels import SIDE_NAMES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.scene import (

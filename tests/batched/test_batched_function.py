@@ -361,7 +361,7 @@ def test_threads_do_not_disturb_each_other(backend):
     f = BatchedFunction(ca.Function("f", [v], [chain]), backend=backend)
     rng = np.random.default_rng(0)
     calls = [rng.normal(size=(n, 4)) for n in (61, 61, 17, 61, 5, 61, 130, 61) * 10]
-    wanted = [f(each)[0] for each in calls]
+    expected = [f(each)[0] for each in calls]
     with ThreadPoolExecutor(8) as pool:
-        for ours, alone in zip(pool.map(lambda at: f(at)[0], calls), wanted, strict=True):
+        for ours, alone in zip(pool.map(lambda at: f(at)[0], calls), expected, strict=True):
             np.testing.assert_array_equal(ours, alone)

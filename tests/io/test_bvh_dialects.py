@@ -158,12 +158,14 @@ def under_a_root(skeleton: SkeletonMotion) -> SkeletonMotion:
     )
 
 
-def same_motion(got: SkeletonMotion, wanted: SkeletonMotion) -> None:
+def same_motion(found: SkeletonMotion, expected: SkeletonMotion) -> None:
     """Compare heights and the rotations of joints relative to the pelvis."""
-    rows = [got.names.index(name) for name in wanted.names]
-    heights = got.positions[:, rows, 2] - wanted.positions[..., 2]
+    rows = [found.names.index(name) for name in expected.names]
+    heights = found.positions[:, rows, 2] - expected.positions[..., 2]
     assert np.ptp(heights) < 2e-3
-    inner = [np.swapaxes(R[:, :1], 2, 3) @ R for R in (got.rotations[:, rows], wanted.rotations)]
+    inner = [
+        np.swapaxes(R[:, :1], 2, 3) @ R for R in (found.rotations[:, rows], expected.rotations)
+    ]
     np.testing.assert_allclose(*inner, atol=1e-4)
 
 

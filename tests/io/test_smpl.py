@@ -168,8 +168,8 @@ def test_every_layout_gives_the_same_motion(file):
         np.testing.assert_allclose(turned, turned[:1].repeat(6, 0), atol=1e-6, err_msg=name)
         np.testing.assert_allclose(moved, root @ turned[0].T, atol=1e-6, err_msg=name)
         inner = np.swapaxes(got.rotations[:, :1], 2, 3) @ got.rotations
-        wanted = np.swapaxes(expected.rotations[:, :1], 2, 3) @ expected.rotations
-        np.testing.assert_allclose(inner, wanted, atol=1e-6, err_msg=name)
+        inside = np.swapaxes(expected.rotations[:, :1], 2, 3) @ expected.rotations
+        np.testing.assert_allclose(inner, inside, atol=1e-6, err_msg=name)
 
 
 def test_wham_gives_the_middle_of_the_hips_and_the_person_seen_longest(file):

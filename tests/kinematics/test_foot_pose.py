@@ -98,8 +98,8 @@ def test_the_turn_is_that_of_equations_1_and_2():
     now = np.arctan2(np.linalg.norm(v - (v @ n) * n), -v @ n)
     angle = now - np.arccos((height - radius) / np.linalg.norm(v))
     found = pose("r", height, ("medial_phalanges",), facing)
-    wanted = Rotation.from_rotvec(angle * axis).as_matrix() @ facing
-    np.testing.assert_allclose(found.rotation[0], wanted, atol=1e-12)
+    expected = Rotation.from_rotvec(angle * axis).as_matrix() @ facing
+    np.testing.assert_allclose(found.rotation[0], expected, atol=1e-12)
 
 
 def test_the_hinges_put_the_spheres_where_the_pose_says():

@@ -114,7 +114,7 @@ def test_of_two_feet_as_low_the_one_that_falls_behind_stands(human, direction):
     for side, sign in (("r", 1), ("l", -1)):
         wave = sign * swing * np.cos(phase)
         q[:, 7 + human.hinge(f"hip_flexion_{side}")] = wave
-        # the foot that swings in the wanted direction is a little higher
+        # the foot that swings in the direction of walking is a little higher
         bent = 0.15 * (np.gradient(wave) * direction > 0) * np.sin(phase) ** 2
         q[:, 7 + human.hinge(f"knee_angle_{side}")] = bent
         q[:, 7 + human.hinge(f"ankle_angle_{side}")] = bent - wave  # flat feet

@@ -161,9 +161,9 @@ def test_bodies_are_seen_as_mujoco_has_them(paper):
         mujoco.mju_quat2Mat(axes, quat[i])
         np.testing.assert_allclose(axes.reshape(3, 3), turn.T @ data.xmat[i + 1].reshape(3, 3),
                                    atol=1e-5)  # fmt: skip
-        wanted = (data.xpos[i + 1] - data.xpos[1]) @ turn
-        wanted[2] += data.xpos[1, 2] * (i == 0)
-        np.testing.assert_allclose(place[3 * i : 3 * i + 3], wanted, atol=1e-5)
+        expected = (data.xpos[i + 1] - data.xpos[1]) @ turn
+        expected[2] += data.xpos[1, 2] * (i == 0)
+        np.testing.assert_allclose(place[3 * i : 3 * i + 3], expected, atol=1e-5)
     assert (quat[:, 0] >= 0).all() and seen[-1] == pytest.approx(paper.phase, abs=1e-6)
 
 

@@ -37,7 +37,7 @@ FOUND, INTERRUPTED = 1, 130
 
 @dataclass
 class Table:
-    """Counts and findings of all mutants so far.
+    """Counts and failures of all mutants so far.
 
     Attributes:
         keep: Where the mutants of findings are kept.

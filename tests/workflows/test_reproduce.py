@@ -156,8 +156,8 @@ def test_ok_is_only_what_is_within_the_limits_that_the_figures_name(forced):
     sunk = gait_status(record, replace(held, lowest_m=-0.02, soles=soles))
     assert f"the left sole is at -20 mm, in the ground, {record.motion.time[50]:.2f} s" in sunk
     assert "at least -10 mm allowed" in sunk
-    wanted = moved.signals["estimated.force"] + [0.0, 0.2 * moved.weight, 0.0]
-    other = replace(moved, signals={**moved.signals, "estimated.force": wanted})
+    shifted = moved.signals["estimated.force"] + [0.0, 0.2 * moved.weight, 0.0]
+    other = replace(moved, signals={**moved.signals, "estimated.force": shifted})
     assert "body weights (RMS) from the estimated" in forces_status(other, compare(moved))
 
 

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.control.gait.phase import Touchdown
-
-NAMES = {"r": "right", "l": "left"}
 
 
 def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most: int) -> list[str]:
@@ -44,7 +43,9 @@ def _step(step: Touchdown, deviation: Float[Array, " 2"], least: float) -> str:
         words.append(f"{abs(ahead):.0f} cm {'ahead' if ahead > 0 else 'short'}")
     if abs(left) > 100.0 * least:
         words.append(f"{abs(left):.0f} cm to the {'left' if left > 0 else 'right'}")
-    return f"Stepped {' and '.join(words)} with the {NAMES[step.side]} foot at {step.time:.1f} s."
+    return (
+        f"Stepped {' and '.join(words)} with the {SIDE_NAMES[step.side]} foot at {step.time:.1f} s."
+    )
 
 
 def describe_touchdowns(touchdowns: Sequence[Touchdown]) -> str:

@@ -7,9 +7,9 @@ import numpy as np
 from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.symmetry import ANGLES as BOTH_SIDES
 from plantigrade.charts import Figure, bar_plot
-from plantigrade.charts.labels import SIDE_NAMES, title_of
+from plantigrade.charts.labels import title_of
 from plantigrade.charts.theme import STROKES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.pages.section import Section, Subject
 from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_caption
 from plantigrade.pages.text import rounded_text, signed_text

@@ -5,9 +5,9 @@ import numpy as np
 from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
-from plantigrade.charts.labels import SIDE_NAMES, SPAN, without_side
+from plantigrade.charts.labels import SPAN, without_side
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import sweep
 from plantigrade.pages.section import Section, Subject, needs

@@ -13,8 +13,9 @@ from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
-from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
 from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.sections.pushes import LEGEND, push_shades

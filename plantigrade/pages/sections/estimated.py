@@ -9,9 +9,9 @@ from plantigrade.analyze.curves import LOADED_JOINTS, nothing_measured
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
-from plantigrade.charts.labels import SIDE_NAMES, SPAN, axis_label
+from plantigrade.charts.labels import SPAN, axis_label
 from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.cycles import PERCENT, normalise_cycles
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import sided_title

@@ -6,9 +6,9 @@ import numpy as np
 from plantigrade.analyze.curves import nothing_measured
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
-from plantigrade.charts.labels import SIDE_NAMES, SPAN
+from plantigrade.charts.labels import SPAN
 from plantigrade.charts.theme import STROKES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.site import PUSH_PART, TOUCH_PART, ContactSite
 from plantigrade.motion.filters import runs
 from plantigrade.pages.scene import poses

@@ -4,9 +4,8 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Series, line_plot, path_plot
-from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject
 from plantigrade.pages.sections.pushes import push_shades

@@ -4,8 +4,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid
-from plantigrade.charts.labels import SIDE_NAMES, without_side
-from plantigrade.constants import SIDES
+from plantigrade.charts.labels import without_side
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.pages.contact_plate import MIN_LOAD, Sole, centre, foot_svg
 from plantigrade.pages.section import Group, Section, Subject

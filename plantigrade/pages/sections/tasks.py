@@ -6,9 +6,8 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.charts import Bar, Figure, Series, line_plot, timeline_plot
-from plantigrade.charts.labels import SIDE_NAMES
 from plantigrade.charts.theme import PALETTE, STROKE_MIDDLE, STROKES
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import place_text, task_text

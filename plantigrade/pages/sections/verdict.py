@@ -3,8 +3,9 @@
 import numpy as np
 
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
-from plantigrade.charts.labels import COORDINATES, SIDE_NAMES, side_of, without_side
+from plantigrade.charts.labels import COORDINATES, side_of, without_side
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
+from plantigrade.constants import SIDE_NAMES
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import (
     figure_text,

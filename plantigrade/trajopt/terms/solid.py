@@ -58,7 +58,7 @@ class SolidLimbs(Term):
 
     Nor does the trunk enter the thighs, nor an arm the ground.
 
-    None is looked at where it is not finite.
+    A distance that is not finite sets no limit.
     """
 
     #: Distance that legs keep at nodes [m]; between nodes they may come nearer
