@@ -3,8 +3,8 @@
 A textbook walk of a person of 43 coordinates is carried out at the controller's own rates, with
 commands that hold for 5 ms, which is its own tick, for 10 and for 20 ms; soles are looked at every
 5 ms, with a tick of 20 ms every 10. Filter is the look at the soles, phase and the plan of the
-step; tracking the desired motion of the body; program the torques and forces for it; physics all that
-the world does. The paper took 13.55 ms, on a machine of 2008.
+step; tracking the desired motion of the body; program the torques and forces for it; physics all
+that the world does. The paper took 13.55 ms, on a machine of 2008.
 """
 
 import time
