@@ -10,8 +10,8 @@ import numpy as np
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.check import check
+from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.movement import movement_figures
-from plantigrade.analyze.plausibility import motion_notes
 from plantigrade.analyze.verdict import Verdict
 from plantigrade.control.replay.trials import certificate, certified
 from plantigrade.errors import ParameterError

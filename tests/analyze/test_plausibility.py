@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.plausibility import Plausibility, motion_notes
+from plantigrade.analyze.human_limits import motion_notes
+from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.kinematics import exchanged_labels
 from plantigrade.motion import GaitEvent
 from plantigrade.workflows.fit import run_of
