@@ -233,6 +233,8 @@ def format_of(path: str | Path) -> Format:
         head = file.read(_HEAD)
         file.seek(max(file.tell(), path.stat().st_size - _HEAD))
         tail = file.read(_HEAD)
+    if not head:
+        raise FileError(path, "is empty", remedy="export the recording again")
     if head[1:2] == b"\x50" and len(head) >= 512 and 2 <= head[0] < 128 and b"\0" in head[:512]:
         return _named("C3D")
     if head.startswith(_LFS):
@@ -244,7 +246,7 @@ def format_of(path: str | Path) -> Format:
     if suffix in (".pkl", ".pt"):
         if _SMPL_KEYS.search(text) or is_compressed(head):
             return _named("SMPL")
-        problem, remedy = "is a pickle without poses of SMPL", "give a motion file"
+        problem, remedy = "holds no poses of SMPL", "give a motion file"
         raise UnsupportedFormat(path, problem, remedy=remedy)
     marked = [kind for kind in FORMATS if any(mark in text for mark in kind.signature)]
     if len(candidates) == 1 and (

@@ -41,6 +41,7 @@ from plantigrade.io.skeletons import FORWARD_LEFT_UP_OF_Y_UP, rest_pose, tree_ki
 from plantigrade.io.smpl_layouts import (
     RATES,
     Layout,
+    check_speed,
     chosen,
     contents_of,
     is_smplx,
@@ -97,6 +98,7 @@ def read_smpl(
     if hz is None:
         hz = VIDEO_RATE
         warnings.append(f"the file has no frame rate: {hz:g} Hz was assumed (set it with --rate)")
+    check_speed(path, layout, trans, hz)
     sex = sex_of(data)
     kind = "smplx" if is_smplx(data, layout) else "smpl"
     if skeleton is None:

@@ -16,6 +16,7 @@ from plantigrade.io.smpl_tree import NAMES
 
 RATES = (1.0, 1000.0)  # [Hz] allowed
 MAX_ANGLE = 1e3  # [rad] of a rotation vector
+MAX_SPEED = 15.0  # [m/s] median of the pelvis; the fastest sprinters reach 12.4 for moments
 _JOINTS = len(NAMES)
 _MODELS = (22, 24, 52, 55)  # [joints] of a whole pose: SMPL without and with hands, -H, -X
 _UNIT = 1e-2  # [1] deviation of a rotation matrix from one
@@ -193,6 +194,29 @@ def _rotations(path: Path, key: str, values: np.ndarray, *, whole: bool) -> np.n
         problem = f"reaches {largest:.0e} rad, which is no rotation of a joint"
         raise FileError(path, problem, where=key, remedy=_REMEDY)
     return Rotation.from_rotvec(rows.reshape(-1, 3)).as_matrix().reshape(n, -1, 3, 3)
+
+
+def check_speed(path: Path, layout: Layout, trans: np.ndarray, rate: float) -> None:
+    """Refuse a pelvis that moves as no person does, as in a file in centimetres.
+
+    Args:
+        path: The file.
+        layout: Its kind.
+        trans: Translations (n, 3) [m].
+        rate: Frames per second [Hz].
+
+    Raises:
+        FileError: If its median speed is above :data:`MAX_SPEED`.
+    """
+    moved = np.linalg.norm(np.diff(trans, axis=0), axis=1)
+    speed = rate * float(np.median(moved)) if len(moved) else 0.0
+    if speed > MAX_SPEED:
+        raise FileError(
+            path,
+            f"moves the pelvis at {speed:.0f} m/s; at most {MAX_SPEED:g} m/s are allowed",
+            where=layout.trans,
+            remedy="give translations in metres and the frame rate of the motion",
+        )
 
 
 def rate_of_file(path: Path, data: Mapping[Any, Any]) -> float | None:

@@ -223,6 +223,7 @@ BAD = {
     "no frames": ({**GOOD, "trans": np.zeros((0, 3))}, r"has shape \(0, 3\)"),
     "words": ({**GOOD, "poses": np.full((6, 72), "x")}, "not numbers"),
     "gaps": ({**GOOD, "trans": np.full((6, 3), np.nan)}, "trans: holds numbers that are not fin"),
+    "centimetres": ({**GOOD, "trans": 100.0 * GOOD["trans"]}, "at most 15 m/s .* in metres"),
     "degrees": ({**GOOD, "poses": np.full((6, 72), 1e6)}, "no rotation of a joint"),
     "rate": ({**GOOD, "mocap_framerate": np.array(0.0)}, "no number of frames per second"),
     "two rates": ({**GOOD, "fps": np.array([1, 2])}, None),
@@ -266,8 +267,11 @@ def test_formats_are_told_by_their_contents(file, tmp_path):
         "trans_world": np.ones((n, 3)),
     }
     assert format_of(file({0: person, 1: np.ones((n, 72))}, "c.pkl")).name == "SMPL"
-    with pytest.raises(PlantigradeError, match="is a pickle without poses"):
+    with pytest.raises(PlantigradeError, match="holds no poses of SMPL"):
         read(file({"weights": np.zeros(3)}, "b.pkl"))
+    (tmp_path / "d.npz").touch()
+    with pytest.raises(FileError, match="is empty"):
+        read(tmp_path / "d.npz")
     (tmp_path / "c.npz").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\n")
     with pytest.raises(FileError, match="pointer of git-lfs.*git lfs pull"):
         read(tmp_path / "c.npz")
