@@ -137,9 +137,7 @@ def _source_of(
     if skeleton is None:
         raise FitError(f"{recording.source} has no skeleton to retarget")
     if len(skeleton.time) < 2:
-        raise FitError(
-            f"{recording.source} has fewer than the two frames that are needed"
-        )
+        raise FitError(f"{recording.source} has fewer than the two frames that are needed")
     if not (np.isfinite(skeleton.positions).all() and np.isfinite(skeleton.rotations).all()):
         raise FitError(f"{recording.source}: the skeleton has gaps (NaN); fill them first")
     found = _identified(skeleton, names, notes)
