@@ -228,6 +228,26 @@ class Browser:
             raise RuntimeError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
+    def wait_for(self, expression: str) -> None:
+        """Wait until ``expression`` is true, also of a page that is being loaded.
+
+        Raises:
+            RuntimeError: The expression fails on the page that is there in the end.
+        """
+        problem = None
+
+        def is_true():
+            nonlocal problem
+            try:
+                return self.evaluate(expression)
+            except RuntimeError as error:  # its scripts have not run yet
+                problem = error
+
+        try:
+            wait_for(is_true)
+        except TimeoutError as error:
+            raise (problem or error) from None
+
     def processor_time(self) -> float:
         """Return processor time of all processes of the browser so far [s]."""
         processes = _running[-1].session.call("SystemInfo.getProcessInfo")["processInfo"]

@@ -26,7 +26,7 @@ from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import GEOM_PREFIX, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.mjcf import numbers
+from plantigrade.models.mjcf import numbers, read_mjcf
 
 __all__ = ["simulation_xml"]
 
@@ -117,7 +117,7 @@ def _in_series(*values: float | None) -> float | None:
 def _soften(root: ET.Element, human: Human, stiffness: float) -> None:
     """Give every sphere of the soles a stiffness [N/m]; it rules over that of the floor."""
     bodies = {GEOM_PREFIX + site.name: site.body for site in contact_sites(human)}
-    model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+    model = read_mjcf(mujoco.MjModel.from_xml_string, ET.tostring(root, encoding="unicode"))
     for geom in root.iter("geom"):
         body = bodies.get(geom.get("name", ""))
         if body is None:

@@ -1,6 +1,7 @@
 """Write a skeleton as MJCF with explicit inertials, which every reader interprets alike."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -9,6 +10,7 @@ from plantigrade.constants import FRICTION, GRAVITY
 from plantigrade.models.parts import Solid
 from plantigrade.models.skeleton import Body, Skeleton, split_side
 
+_T = TypeVar("_T")
 _COLOURS = {"r": "0.80 0.36 0.30 1", "l": "0.27 0.47 0.72 1", "": "0.78 0.74 0.68 1"}
 _TOUCH = {"condim": "3", "friction": f"{FRICTION} 0.005 0.0001"}
 
@@ -48,6 +50,24 @@ def to_mjcf(
     ET.SubElement(frames, "key", name="standing", qpos=numbers(key))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
+
+
+def read_mjcf(read: Callable[[str], _T], xml: str) -> _T:
+    """Return ``read(xml)``, where ``xml`` may hold a long list of numbers, as a height field does.
+
+    MuJoCo looks at ``errno`` after such a list. The C library sets it when the heap cannot grow in
+    place, although the memory then comes from elsewhere; a second reading finds that memory.
+
+    Args:
+        read: A function of MuJoCo that takes MJCF text.
+        xml: MJCF text of this package.
+    """
+    try:
+        return read(xml)
+    except ValueError as error:
+        if "unknown error in attribute" not in str(error):
+            raise
+    return read(xml)
 
 
 def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:

@@ -19,6 +19,7 @@ from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.kinematics.unmeasured_joints import bodies_of
+from plantigrade.models.mjcf import read_mjcf
 from plantigrade.motion.resample import resampled
 from plantigrade.pages.shapes import PLATE, THING, Shape, rgb, shapes_of
 from plantigrade.record import Record
@@ -191,7 +192,7 @@ def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
 
 def scene_model(record: Record) -> mujoco.MjModel:
     """Return the body and its ground as a MuJoCo model."""
-    return mujoco.MjModel.from_xml_string(scene_xml(record.human, record.ground))
+    return read_mjcf(mujoco.MjModel.from_xml_string, scene_xml(record.human, record.ground))
 
 
 def check(record: Record) -> None:

@@ -13,6 +13,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human
+from plantigrade.models.mjcf import read_mjcf
 
 LIMB_BIT = 4  # Bit of ``contype`` for contact of the ground with all bodies except the feet
 GROUND_PREFIXES = ("floor", "bump", "relief")
@@ -46,7 +47,7 @@ def world_model(
         sites: Additional contact sites, for seats.
         additions: Functions that add bodies to a specification.
     """
-    spec = mujoco.MjSpec.from_string(scene_xml(human, ground, sites))
+    spec = read_mjcf(mujoco.MjSpec.from_string, scene_xml(human, ground, sites))
     for geom in spec.geoms:
         if geom.name.startswith(GROUND_PREFIXES) and geom.conaffinity:
             geom.conaffinity |= LIMB_BIT

@@ -290,7 +290,7 @@ def test_another_body_has_another_page(opened, browser):
     browser.evaluate("option('solids')")
     opened.session.choose(Choice("passive", "multi-segment", "42"))
     go(opened, 0.0)
-    wait_for(lambda: browser.evaluate("D.foot !== null && document.body.dataset.time"))
+    browser.wait_for("D.foot !== null && document.body.dataset.time")
     assert browser.evaluate("show.solids")
     assert browser.errors == []
 
@@ -311,9 +311,9 @@ def test_what_is_set_on_the_page_reaches_the_session(opened, browser):
     go(opened, 0.0)
     opened.update_controls(session.frame)
     opened.update_curves(session.frame)
-    wait_for(lambda: "0.30 s" in browser.evaluate("document.getElementById('status').innerText"))
+    browser.wait_for("document.getElementById('status').innerText.includes('0.30 s')")
     assert browser.evaluate("document.querySelector('[name=friction]').value") == "0.25"
-    wait_for(lambda: browser.evaluate("document.querySelectorAll('#charts figure').length") == 4)
+    browser.wait_for("document.querySelectorAll('#charts figure').length === 4")
     heading = browser.evaluate("document.querySelector('#charts b').textContent")
     assert heading == "Ankle dorsiflexion [°]"
     assert browser.errors == []
