@@ -24,7 +24,7 @@ class Command(PrintOptions, Bounded):
 
     Data that the target format cannot hold is left out with a warning; force plates are then
     written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh, .glb,
-    .mp4, .gif, .c3d, .trc or .mot.
+    .mp4, .gif, .c3d, .trc, .mot or .osim.
     """
 
     activity = "a recording"
@@ -46,8 +46,9 @@ class Command(PrintOptions, Bounded):
     """Bone names of a run's .bvh or .glb: plantigrade, mixamo, cmu, rokoko, unity, unreal or
     rigify."""
     marker_set: Annotated[str | None, optional("NAME|FILE.toml")] = None
-    """Markers of a run's .c3d or .trc: plug-in-gait, oxford-foot-model, gait2392, rajagopal, or
-    your own TOML file; by default those it was fitted to, else oxford-foot-model."""
+    """Markers of a run's .c3d, .trc or .osim: plug-in-gait, oxford-foot-model, gait2392, rajagopal,
+    or your own TOML file; by default those it was fitted to, else oxford-foot-model (.osim: none).
+    """
     forces: Flag = False
     """Draw ground reactions in a run's .glb as arrows."""
     solids: Flag = False

@@ -1,4 +1,4 @@
-"""Write a human as MJCF, or print its segments, joints and strengths."""
+"""Write a human as MJCF or OpenSim model, or print its segments, joints and strengths."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -27,7 +27,7 @@ SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]
 
 @dataclass(frozen=True, kw_only=True)
 class Command(Person, PrintOptions):
-    """Write a human as MJCF, or print its segments, joints and strengths."""
+    """Write a human as MJCF or OpenSim model, or print its segments, joints and strengths."""
 
     ranges = {
         **Person.ranges,
@@ -50,7 +50,8 @@ class Command(Person, PrintOptions):
     ground_stiffness: Stiffness = None
     """Stiffness of the ground of a model with actuators, under each contact point [N/m]."""
     out: OptionalPath = None
-    """MJCF file to write; - prints it instead of the summary."""
+    """File to write: MJCF, or an OpenSim model if it ends in .osim; - prints the MJCF instead of the
+    summary."""
     overwrite: Flag = False
     """Replace the file if it exists."""
 
@@ -65,12 +66,21 @@ class Command(Person, PrintOptions):
         from plantigrade.io.writing import write_text
         from plantigrade.models import Human
         from plantigrade.models.mjcf import with_sites
+        from plantigrade.models.osim import to_osim
 
         if self.overwrite and self.out is None:
             raise ParameterError("--overwrite has no effect without --out")
         human = Human.create(**self.known, lengths=own_lengths(self.lengths))
         markers = _markers(human, self.marker_set)
-        xml = with_sites(self._xml(human), {n: (p.body, p.position) for n, p in markers.items()})
+        if self.out is not None and self.out.suffix.lower() == ".osim":
+            if self.actuators is not None:
+                raise ParameterError(
+                    "an OpenSim model has no --actuators; write MJCF (.xml) instead"
+                )
+            xml = to_osim(human, markers)
+        else:
+            sites = {n: (p.body, p.position) for n, p in markers.items()}
+            xml = with_sites(self._xml(human), sites)
         metrics = {"status": "ok", "command": "model", **summary(human, markers)}
         if self.out is None:
             return Outcome(text=_text(human, metrics), metrics=metrics)
@@ -124,13 +134,9 @@ def own_lengths(words: tuple[str, ...]) -> dict[str, float]:
 
 def _markers(human: "Human", name: str | None) -> "dict[str, Attachment]":
     """Return where the markers of a set sit, by marker name."""
-    from plantigrade.models.markers import marker_set_of, place_markers
+    from plantigrade.models.markers import marker_set_of, places_of
 
-    if name is None:
-        return {}
-    chosen = marker_set_of(name)
-    placed = place_markers([*chosen.landmarks, *chosen.fixed], human, chosen)
-    return {n: place for n, place in placed.items() if place is not None}
+    return {} if name is None else places_of(marker_set_of(name), human)
 
 
 def summary(human: "Human", markers: "dict[str, Attachment]") -> dict[str, Any]:

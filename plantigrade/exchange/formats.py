@@ -43,6 +43,7 @@ FORMATS = (
     Format("C3D", (".c3d",), "markers:write_markers_c3d"),
     Format("TRC", (".trc",), "markers:write_markers_trc"),
     Format("MOT/STO", (".mot", ".sto"), "markers:write_coordinates"),
+    Format("OpenSim model", (".osim",), "opensim_model:write_model"),
 )
 """All formats."""
 

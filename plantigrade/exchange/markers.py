@@ -17,7 +17,7 @@ from plantigrade.io.trc import write_trc
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
-from plantigrade.models.markers import marker_set_of, place_markers
+from plantigrade.models.markers import marker_set_of, places_of
 from plantigrade.motion import ForcePlate, Markers, Motion, Recording, Subject, Table
 from plantigrade.record import FootForce, Record, Run
 
@@ -148,11 +148,9 @@ def body_markers(human: Human, motion: Motion, marker_set: str) -> Markers:
         ParameterError: If there is no such set, or it names what the body has not.
         FileError: If the file cannot be read.
     """
-    chosen = marker_set_of(marker_set)
-    placed = place_markers([*chosen.landmarks, *chosen.fixed], human, chosen)
     places: dict[str, Attachment] = {}
-    for name, place in placed.items():
-        if place is not None and not any(_same(place, other) for other in places.values()):
+    for name, place in places_of(marker_set_of(marker_set), human).items():
+        if not any(_same(place, other) for other in places.values()):
             places[name] = place
     points = PointSet.of(human, list(places.values()))
     return Markers(tuple(places), motion.time, points.path(motion.qpos))

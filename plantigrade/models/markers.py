@@ -228,6 +228,16 @@ def place_markers(
     return result
 
 
+def places_of(marker_set: MarkerSet, human: Human) -> dict[str, Attachment]:
+    """Return the place on the person of every marker of a set, by name.
+
+    Raises:
+        ParameterError: If the set names a landmark or body that does not exist.
+    """
+    placed = place_markers([*marker_set.landmarks, *marker_set.fixed], human, marker_set)
+    return {name: place for name, place in placed.items() if place is not None}
+
+
 def landmarks_of(names: Iterable[str], marker_set: MarkerSet | None = None) -> dict[str, str]:
     """Return landmark → marker for markers with a known landmark, the first of each.
 

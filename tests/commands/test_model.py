@@ -56,6 +56,14 @@ def test_the_file_is_the_persons_model(capsys, tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["person.xml"]
 
 
+def test_an_opensim_model_has_the_markers_and_no_actuators(capsys, tmp_path):
+    path = tmp_path / "person.osim"
+    assert run(capsys, "--marker-set", "plug-in-gait", "--out", str(path))[0] == 0
+    assert '<Marker name="LASI">' in path.read_text(encoding="utf-8")
+    code, _, err = run(capsys, "--out", str(path), "--overwrite", "--actuators", "torque")
+    assert code == 2 and "--actuators" in err
+
+
 def test_a_dash_prints_the_model_alone(capsys):
     code, out, _ = run(capsys, "--out", "-")
     assert code == 0
