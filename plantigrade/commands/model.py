@@ -50,8 +50,8 @@ class Command(Person, PrintOptions):
     ground_stiffness: Stiffness = None
     """Stiffness of the ground of a model with actuators, under each contact point [N/m]."""
     out: OptionalPath = None
-    """File to write: MJCF, or an OpenSim model if it ends in .osim; - prints the MJCF instead of the
-    summary."""
+    """File to write: MJCF, or an OpenSim model if it ends in .osim; - prints the MJCF instead of
+    the summary."""
     overwrite: Flag = False
     """Replace the file if it exists."""
 
