@@ -13,6 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrator import Calibrator
+from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.models import Dimensions, Human
 from plantigrade.models.landmarks import Attachment
@@ -42,6 +43,7 @@ def calibrate(
     *,
     height: float | None,
     standing: Bool[Array, " n_frames"] | None = None,
+    prior: PosturePrior | None = None,
 ) -> Calibration:
     """Scale a person to the markers of a few frames.
 
@@ -52,6 +54,7 @@ def calibrate(
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.
         standing: Frames of a standing trial, with straight legs and trunk.
+        prior: What is known of the posture before any marker, for keypoints of video.
 
     Raises:
         FitError: If too few markers have a known name to give the pose.
@@ -64,6 +67,7 @@ def calibrate(
         measured,
         height=height,
         standing=np.zeros(len(measured), bool) if standing is None else standing,
+        prior=prior,
     )
     c.qpos = standing_poses(human, c.places, measured, c.points(c.known()))
     if height is None:

@@ -38,6 +38,7 @@ from scipy.linalg import block_diag
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.inverse import InverseKinematics, bounded_step
+from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.state import PointSet, integrate, sweep
 from plantigrade.kinematics.unknown_markers import segment_of
 from plantigrade.kinematics.unmeasured_joints import bodies_of
@@ -109,11 +110,12 @@ class Calibrator:
         *,
         height: float | None,
         standing: Bool[Array, " n_frames"],
+        prior: PosturePrior | None = None,
     ):
         self.human, self.names = human, list(names)
         self.places: list[Attachment | None] = [landmarks[n] for n in names]
         self.measured = measured
-        self.height = height
+        self.height, self.prior = height, prior
         self.start = human.dimensions.as_array()
         self.log_lengths = np.zeros(len(self.start))
         self.offsets = np.zeros((len(names), 3))
@@ -128,6 +130,10 @@ class Calibrator:
         spread = np.full((len(measured), len(straight)), POSTURE_SPREAD)
         spread[:, ["neck_" in c for c in human.coordinates]] = NECK_SPREAD
         spread[standing[:, None] & straight] = STANDING_SPREAD
+        self.rest, self.noise = human.standing()[7:], NOISE
+        if prior is not None:
+            self.rest, self.noise = prior.rest, max(NOISE, prior.noise)
+            spread = np.minimum(spread, prior.spread)
         self.posture_weight = 1 / spread**2
         marks = [(n or "").removesuffix("_r").removesuffix("_l") for n in self.landmark_names]
         # A marker on the sacrum stands for the posterior spines where they have none.
@@ -177,6 +183,8 @@ class Calibrator:
         places = [p for p in self.places if p is not None]
         weights = np.array([min(1.0, (0.02 / p.spread) ** 2) for p in places])
         solver = InverseKinematics(self.points(which), weights, tolerance=1e-4)
+        if self.prior is not None:
+            self.prior.set_on(solver)
         residual = np.full(self.measured.shape[:2], np.nan)
         for f in range(len(self.measured)):
             solution = solver.solve(self.measured[f, which], self.qpos[f])
@@ -195,11 +203,10 @@ class Calibrator:
         H = np.zeros((n_p, n_p))
         g = np.zeros(n_p)
         steps = []
-        noise = NOISE * np.array([noise_factor(self.places[i]) for i in which])
+        noise = self.noise * np.array([noise_factor(self.places[i]) for i in which])
         evidence = min(1.0, INDEPENDENT_FRAMES / len(self.measured))
         total, count = 0.0, 0
         low, high = self.human.limits
-        rest = self.human.standing()[7:]
         for f, state in enumerate(sweep(self.human, self.qpos, model=points.model)):
             target = self.measured[f, which]
             seen = np.isfinite(target[:, 0])
@@ -222,7 +229,7 @@ class Calibrator:
             A[6:, 6:][bent_back, bent_back] += pull
             A.flat[:: nv + 1] += 1e-6 * A.trace() / nv
             gq = J.T @ r
-            gq[6:] += evidence * (rest - self.qpos[f, 7:]) * self.posture_weight[f]
+            gq[6:] += evidence * (self.rest - self.qpos[f, 7:]) * self.posture_weight[f]
             gq[6:][bent_back] += (STRAIGHT_KNEE - self.qpos[f, 7:][bent_back]) * pull
             # Offsets: block diagonal, each marker's rotation times its root weight.
             P = np.hstack([L, np.asarray(block_diag(*(R * np.sqrt(w)[:, None, None])))])

@@ -20,6 +20,7 @@ from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
+from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.prepare import columns, prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
@@ -85,6 +86,8 @@ def fit_markers(
     solver = InverseKinematics(
         PointSet.of(human, places), np.array([1 / noise_factor(p) ** 2 for p in places])
     )
+    if trial.keypoint_noise is not None:
+        PosturePrior.of(human, trial.keypoint_noise).set_on(solver)
     start = body.start(recording.source)
     qpos, residual, kept, more = _follow(solver, samples, tracked, start)
     notes += more

@@ -13,6 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import require_known
 from plantigrade.kinematics.given_ground import GivenGround
+from plantigrade.kinematics.keypoint_noise import keypoint_noise
 from plantigrade.kinematics.label_repair import corrected_labels
 from plantigrade.kinematics.plausibility import (
     require_human_size,
@@ -22,6 +23,7 @@ from plantigrade.kinematics.plausibility import (
 from plantigrade.kinematics.result import filled, human_of
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.models import Human
+from plantigrade.models.keypoints import are_keypoints
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.models.person import Person
@@ -51,6 +53,8 @@ class Prepared:
     heading: float  #: Angle by which the recording was turned about the vertical [rad]
     #: Slope or steps on which the feet stand, where they are given
     ground: GivenGround | None = None
+    #: Noise of the keypoints of a video in each direction [m]; None for markers
+    keypoint_noise: float | None = None
     exchanged: tuple[tuple[str, ...], ...] = ()  #: Labels that were exchanged with each other
     notes: tuple[str, ...] = ()  #: Corrections, one sentence each
 
@@ -121,6 +125,7 @@ def prepare(
         notes.append(f"{far} samples metres away from the person were discarded.")
     markers = recording.markers
     assert markers is not None
+    noise = keypoint_noise(markers) if are_keypoints(known) else None
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
     angle -= 0.0 if ground is None else ground.heading
     return Prepared(
@@ -134,6 +139,7 @@ def prepare(
         window=slice(start, stop),
         heading=angle,
         ground=ground,
+        keypoint_noise=noise,
         exchanged=right.exchanged,
         notes=tuple(notes),
     )

@@ -17,6 +17,7 @@ from plantigrade.kinematics.flat_feet import set_flat
 from plantigrade.kinematics.given_ground import below_feet
 from plantigrade.kinematics.ground_level import ground_height
 from plantigrade.kinematics.inverse import InverseKinematics, track
+from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.prepare import (
     USUAL_HEIGHT,
     Prepared,
@@ -89,7 +90,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
         for trial, x in zip(trials, measured, strict=True)
     ]
     count = len(still) + sum(map(len, chosen))
-    age = one.recording.subject.age
+    age, noise = one.recording.subject.age, one.keypoint_noise
 
     def scaled(start: Human, where: Mapping[str, Attachment | None], height: float | None):
         return calibrate(
@@ -99,6 +100,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
             np.concatenate([still, *chosen]),
             height=height,
             standing=np.arange(count) < len(still),
+            prior=None if noise is None else PosturePrior.of(start, noise),
         )
 
     def free() -> Human:

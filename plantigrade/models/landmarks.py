@@ -74,6 +74,9 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
 
     return {
         "sacrum": pelvis(-1.0, SPINE_RISE),  # the middle of the posterior spines
+        # means of both sides, as some detectors of keypoints compute them
+        "hip_middle": Landmark("pelvis", hip(d) * [1, 0, 1], _PELVIS, BONE_SPREAD),
+        "shoulder_middle": Landmark("abdomen", shoulder(d) * [1, 0, 1], _THORAX, BONE_SPREAD),
         "pubis": pelvis(-0.02, -0.45, SKIN_SPREAD),
         "l5": trunk(-0.24, -0.17, _BACK, VERTEBRA_SPREAD),
         "l3": trunk(-0.24, 0.02, _BACK, VERTEBRA_SPREAD),
@@ -89,6 +92,7 @@ def _midline(d: Dimensions) -> dict[str, Landmark]:
         "xiphoid": trunk(0.30, 0.45, _LOW_THORAX, VERTEBRA_SPREAD),
         "vertex": Landmark("lower_neck", np.array([0.17, 0, 1.02]) * d.head, _HEAD, SKIN_SPREAD),
         "forehead": Landmark("lower_neck", np.array([0.53, 0, 0.78]) * d.head, _HEAD, SKIN_SPREAD),
+        "nose": Landmark("lower_neck", np.array([0.62, 0, 0.47]) * d.head, _HEAD, SKIN_SPREAD),
         "occiput": Landmark("lower_neck", np.array([-0.16, 0, 0.72]) * d.head, _HEAD, SKIN_SPREAD),
     }
 
@@ -256,6 +260,7 @@ def _head(d: Dimensions) -> dict[str, Landmark]:
         "head_back": head(-0.10, 0.22, 0.64),
         "temple": head(0.32, 0.29, 0.62, LOOSE_SPREAD),
         "ear": head(0.17, 0.30, 0.52),
+        "eye": head(0.50, 0.14, 0.57),
     }
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from plantigrade.bounds import shown
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models.human import Human
+from plantigrade.models.keypoints import KEYPOINTS
 from plantigrade.models.landmarks import BONE_SPREAD, LOOSE_SPREAD, Attachment, attachments
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.models.spellings import landmark_of
@@ -137,18 +138,6 @@ _RAJAGOPAL = (
     "ASIS PSIS Knee MKnee Ankle MAnkle Heel MT5 Toe Shoulder Clavicle Biceps Elbow MElbow Forearm "
     "Wrist"
 )
-# Body keypoints of markerless systems (OpenPose, HALPE, OpenCap, Pose2Sim): joint centres.
-_KEYPOINTS = "Hip Knee Ankle Heel BigToe SmallToe Shoulder Elbow Wrist Ear"
-_KEYPOINTS_OWN = {
-    **{name: f"{name.lower()}_joint" for name in "Hip Knee Ankle Shoulder Elbow Wrist".split()},
-    **{"SmallToe": "toe_5", "Nose": "forehead", "Head": "vertex", "Neck": "suprasternale"},
-}
-# COCO and MediaPipe spell the same joint centres ``left_hip``.
-_COCO = {
-    f"{side}_{joint}": f"{joint}_joint_{side[0]}"
-    for side in ("right", "left")
-    for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-}
 _MED = {"MED": "ankle_medial"}
 
 MARKER_SETS: dict[str, MarkerSet] = {
@@ -157,13 +146,10 @@ MARKER_SETS: dict[str, MarkerSet] = {
         "plug-in-gait": _landmarks(_PLUG_IN_GAIT, _TRUNK, _MED),
         "oxford-foot-model": _landmarks(f"{_PLUG_IN_GAIT} {_OXFORD_FOOT}", _TRUNK, _MED),
         "gait2392": _landmarks(_GAIT2392, "V.Sacral Sternum Top.Head", _GAIT2392_OWN, "."),
-        "keypoints": _landmarks(_KEYPOINTS, "Nose Head Neck", _KEYPOINTS_OWN) | _COCO,
+        "keypoints": KEYPOINTS,
         "rajagopal": _landmarks(_RAJAGOPAL, "S2", {"Toe": "hallux"}, "."),
     }.items()
 }
-
-
-_KEYPOINT_NAMES = MARKER_SETS["keypoints"].landmarks
 
 
 def _bare(name: str) -> str:
@@ -220,7 +206,7 @@ def place_markers(
                 f"there are {', '.join(sorted(places))}"
             )
         place = places[mark] if mark else None
-        if place is not None and place.spread < BONE_SPREAD and _bare(name) in _KEYPOINT_NAMES:
+        if place is not None and place.spread < BONE_SPREAD and _bare(name) in KEYPOINTS:
             place = replace(
                 place, spread=BONE_SPREAD
             )  # detected in images, not computed from markers

@@ -1,0 +1,52 @@
+"""What is known of a posture before any keypoint of a video is seen.
+
+Keypoints are joint centres. They leave two things open: the tilt of the pelvis, of which only the
+line through the hips is seen, and the turn of a straight leg or arm about itself. And they are
+noisy: one centimetre of noise turns a foot by several degrees. The prior is the usual posture of
+people with its spread between them, against the noise of the file.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.models import Human
+
+# [rad] usual angle and its standard deviation, by coordinate without its side
+USUAL = {
+    "lumbar_extension": (0.0, 0.05),
+    "hip_rotation": (0.0, 0.09),
+    "hip_adduction": (0.0, 0.15),
+    "subtalar_angle": (0.0, 0.08),
+    "mtp_angle": (0.0, 0.15),
+    "pro_sup": (1.4, 0.3),
+    "wrist_flex": (0.0, 0.2),
+    "wrist_dev": (0.0, 0.1),
+}
+
+
+@dataclass(frozen=True)
+class PosturePrior:
+    """Usual posture, its spread, and the noise of the keypoints against which it is weighed."""
+
+    rest: Float[Array, " n_hinges"]  #: Usual angle of each hinge [rad]
+    spread: Float[Array, " n_hinges"]  #: Its standard deviation [rad]; infinite without a prior
+    noise: float  #: Standard deviation of a keypoint in each direction [m]
+
+    @classmethod
+    def of(cls, human: Human, noise: float) -> "PosturePrior":
+        """Return the prior of a person."""
+        rest = human.standing()[7:].copy()
+        spread = np.full(len(rest), np.inf)
+        for i, name in enumerate(human.coordinates):
+            plain = name.removesuffix("_r").removesuffix("_l")
+            if plain in USUAL:
+                rest[i], spread[i] = USUAL[plain]
+        return cls(rest, spread, noise)
+
+    def set_on(self, solver: InverseKinematics) -> None:
+        """Let inverse kinematics weigh its points against this prior."""
+        solver.rest = self.rest
+        solver.posture = np.maximum(solver.posture, (self.noise / self.spread) ** 2)

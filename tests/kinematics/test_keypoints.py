@@ -1,0 +1,57 @@
+"""Keypoints of video: joint centres, noise of the file, a pelvis that they hardly show."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.video_recording import SETS, Video, as_video
+from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.keypoint_noise import keypoint_noise
+from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.models import Human, Person
+from plantigrade.models.keypoints import are_keypoints
+from plantigrade.models.markers import landmark_names
+from plantigrade.motion import Recording
+
+EXACT = {"noise": 0.0, "jitter": 0.0, "gaps": 0.0}
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """One stride of the textbook walk, as a fit."""
+    human = Human.create(1.68, 62.0, "female")
+    made = textbook_walk(human, rate=60.0, cycles=1)
+    recording = Recording(Path("walk.c3d"))
+    return Fit(human, made.time, made.qpos, recording, "markers")
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_set_is_recognised(name):
+    assert are_keypoints(SETS[name])
+    assert all(landmark_names(SETS[name]).values())
+
+
+def test_blazepose_names_are_joint_centres():
+    known = landmark_names(["right_knee", "left_knee", "left_hip", "right_foot_index", "nose"])
+    assert known["right_knee"] == "knee_joint_r"
+    assert known["right_foot_index"] == "toe_tip_r"
+    assert known["nose"] == "nose"
+
+
+def test_the_noise_of_the_file_is_found(walk):
+    for noise in (0.010, 0.025):
+        markers = as_video(walk, Video(noise=noise, jitter=0.0)).markers
+        assert keypoint_noise(markers) == pytest.approx(noise / np.sqrt(3), rel=0.4)
+
+
+def test_sagittal_angles_without_noise(walk):
+    """Hips alone do not show the tilt of the pelvis; trunk and usual posture do, on the mean."""
+    person = Person(height=walk.human.height, mass=walk.human.mass, sex=walk.human.sex)
+    fit = fit_markers(as_video(walk, Video(rate=30.0, **EXACT)), person)
+    for name, most in (("hip_flexion_r", 8.0), ("knee_angle_r", 3.0), ("ankle_angle_r", 4.0)):
+        k = 7 + walk.human.hinge(name)
+        true = np.interp(fit.time, walk.time, walk.qpos[:, k])
+        error = np.rad2deg(np.sqrt(np.mean((fit.qpos[:, k] - true) ** 2)))
+        assert error < most, name
