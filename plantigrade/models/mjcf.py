@@ -131,6 +131,12 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
         mass=numbers([body.inertia.mass]),
         fullinertia=numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
     )
+    add_shapes(element, body)
+    return element
+
+
+def add_shapes(element: ET.Element, body: Body) -> None:
+    """Add the visual solids and the contact spheres of a body."""
     _, side = split_side(body.name)
     drawn = {"group": "1", "contype": "0", "conaffinity": "0", "rgba": _COLOURS[side]}
     for solid in body.solids:
@@ -141,7 +147,6 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
         size, pos = numbers([contact.radius]), numbers(contact.position)
         sphere = {"name": name, "type": "sphere", "size": size, "pos": pos}
         ET.SubElement(element, "geom", {**sphere, **touching})
-    return element
 
 
 def _shape(solid: Solid) -> dict[str, str]:

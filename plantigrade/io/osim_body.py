@@ -1,0 +1,241 @@
+r"""A person's own OpenSim model on MuJoCo, in place of a scaled Human.
+
+The coordinates :math:`u` are those of the file. Joints of MuJoCo are functions of them,
+:math:`q = f(u)` with :math:`\dot q = G(u)\,\dot u`: the pelvis is a free joint, a knee whose
+translations are splines has a slide for each. Moments of the coordinates are
+:math:`\tau_u = G^T \tau`, as in OpenSim. Names and signs are the model's own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import CoordinateNotFound, FileError, ParameterError, known_names
+from plantigrade.io.osim import Coordinate, Joint, OsimModel, parse_osim
+from plantigrade.io.osim_mjcf import body_of, osim_mjcf
+from plantigrade.io.osim_root import check_root, root_coordinates, root_pose
+from plantigrade.io.osim_shapes import foot_spheres, solids_of
+from plantigrade.io.osim_tree import Driven, Link, links_of
+from plantigrade.models import Human
+from plantigrade.models.anthropometry import dimensions
+from plantigrade.models.landmarks import Attachment
+from plantigrade.models.skeleton import Skeleton
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
+
+STEP = 1e-5  # [rad, m] of the differences for G; its square is below the noise of doubles
+_KEPT = {"BodySet", "JointSet", "ConstraintSet", "MarkerSet", "Ground", "gravity"}
+_DRAWN = ("attached_geometry", "VisibleObject", "WrapObjectSet")
+
+
+@dataclass(frozen=True)
+class OsimHuman(Human):
+    """A person given as an OpenSim model.
+
+    :attr:`coordinates` are those of the joints, in the order of the file's joints; joints that
+    follow a coordinate are in :attr:`joint_names` only. Build one with :meth:`of`.
+    """
+
+    text: str = field(repr=False, kw_only=True)  #: The file, without muscles and shapes
+    osim: OsimModel = field(repr=False, kw_only=True)  #: What was read of it
+    root: Joint = field(repr=False, kw_only=True)  #: Joint of the root to the ground
+    #: Bodies, in the order of MuJoCo
+    links: tuple[Link, ...] = field(repr=False, kw_only=True)
+
+    @classmethod
+    def of(cls, text: str, path: str | Path = "model.osim", **known) -> "OsimHuman":
+        """Return the person of an OpenSim model.
+
+        Args:
+            text: The file.
+            path: Its name, for errors.
+            known: ``height`` [m] (by default by leg length) and ``sex``, which the file lacks.
+
+        Raises:
+            FileError: If it cannot be read, or is no person on MuJoCo.
+        """
+        osim = parse_osim(text, path)
+        try:
+            root, links = links_of(osim)
+            check_root(root)
+            return cls._built(reduced(text), osim, root, links, **known)
+        except (ParameterError, ValueError, KeyError) as error:
+            if isinstance(error, FileError):
+                raise
+            raise FileError(path, str(error), remedy="give a model of one person") from error
+
+    @classmethod
+    def _built(cls, text, osim, root, links, height=None, sex=None) -> "OsimHuman":
+        solids, spheres = solids_of(osim, links), foot_spheres(links)
+        xml, order = osim_mjcf(osim, root, links, solids, spheres)
+        links = tuple(next(link for link in links if link.name == name) for name in order)
+        bodies = tuple(body_of(osim, k, solids[k.name], spheres.get(k.name, ())) for k in links)
+        mass = sum(s.mass for s in osim.segments.values())
+        sex = sex or "male"
+        feet = "two-segment" if any(s.startswith("toe") for s in spheres) else "rigid"
+        skeleton = Skeleton(bodies, {}, {})
+        made = cls(
+            height or 1.75, mass, sex, "own", feet, dimensions(1.75, sex), skeleton, xml,
+            text=text, osim=osim, root=root, links=links,
+        )  # fmt: skip
+        return made if height else replace(made, height=made._stature())
+
+    def _stature(self) -> float:
+        """Return the stature that suits the legs [m]; 1.75 m where they are not seen."""
+        from plantigrade.models.stature import stature_from_legs
+
+        data = mujoco.MjData(self.model)
+        data.qpos = self.standing()
+        mujoco.mj_kinematics(self.model, data)
+        hips = [k for k in self.links if k.parent == self.body_names[0] and "femur" in k.name]
+        if not hips or not self.contact_points:
+            return 1.75
+        leg = float(data.body(hips[0].name).xpos[2])
+        return stature_from_legs(leg, None)[0] if 0.3 < leg < 1.5 else 1.75
+
+    @cached_property
+    def drives(self) -> tuple[Driven, ...]:
+        """Every joint but the root, in the order of ``qpos[7:]``."""
+        return tuple(driven for link in self.links for _, _, driven, _ in link.joints)
+
+    @cached_property
+    def every_coordinate(self) -> tuple[Coordinate, ...]:
+        """Coordinates of the file, root first, without those tied to others."""
+        others = [c for j in self.osim.joints if j is not self.root for c in j.coordinates]
+        return (*self.root.coordinates, *others)
+
+    @cached_property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates that are joints, in the order of ``qpos[7:]``."""
+        return tuple(each.name for each in self.drives if each.own)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the MuJoCo joints: ``root``, then the others."""
+        return ("root", *(each.name for each in self.drives))
+
+    def hinge(self, coordinate: str) -> int:
+        """Return the index of a coordinate within ``qpos[7:]``.
+
+        Raises:
+            CoordinateNotFound: If this person has no such coordinate.
+        """
+        if coordinate not in self.coordinates:
+            known = known_names(coordinate, self.coordinates)
+            raise CoordinateNotFound(f"no coordinate {coordinate!r} in this model; {known}")
+        return self.joint_names.index(coordinate) - 1
+
+    @cached_property
+    def limits(self) -> Float[Array, "2 n_hinges"]:
+        """Lower and upper limits of all joints but the root [rad, m]."""
+        spans = [span for link in self.links for *_, span in link.joints]
+        return np.array(spans, dtype=float).reshape(-1, 2).T
+
+    @property
+    def trunk(self) -> str:
+        """Name of the body of the trunk."""
+        names = self.body_names
+        return next((n for n in names if n in ("torso", "thorax", "trunk")), names[0])
+
+    @cached_property
+    def places(self) -> dict[str, Attachment]:
+        """Markers of the file on bodies that move, by name."""
+        return {
+            name: Attachment(frame.body, W @ frame.position, 0.0)
+            for name, frame in self.osim.markers.items()
+            if frame.body in self.body_names
+        }
+
+    def poses(self, u: Float[Array, "n n_coordinates"]) -> Float[Array, "n nq"]:
+        """Return configurations of MuJoCo from all coordinates of the file [rad, m]."""
+        n = len(u)
+        column = {c.name: u[:, k] for k, c in enumerate(self.every_coordinate)}
+        qpos = np.zeros((n, self.model.nq))
+        qpos[:, :7] = root_pose(self.root, column, n)
+        for k, each in enumerate(self.drives):
+            qpos[:, 7 + k] = each.function.value(column[each.coordinate])
+        return qpos
+
+    def slopes(self, u: Float[Array, " n_coordinates"]) -> Float[Array, "nv n_coordinates"]:
+        """Return the matrix G that turns rates of the coordinates into MuJoCo's velocity."""
+        k = len(u)
+        ends = self.poses(np.vstack([u + STEP * np.eye(k), u - STEP * np.eye(k)]))
+        G = np.empty((k, self.model.nv))
+        for i in range(k):
+            mujoco.mj_differentiatePos(self.model, G[i], 2 * STEP, ends[k + i], ends[i])
+        return G.T
+
+    def defaults(self) -> Float[Array, " n_coordinates"]:
+        """Return the default value of every coordinate [rad, m]."""
+        return np.array([c.default for c in self.every_coordinate])
+
+    def to_coordinates(
+        self, qpos: Float[Array, "n_frames nq"]
+    ) -> tuple[tuple[str, ...], Float[Array, "n_frames n_coordinates"]]:
+        """Return all coordinates of the file: names and values [rad, m], signs of the file."""
+        found = root_coordinates(self.root, qpos)
+        for c in self.every_coordinate:
+            if c.name in self.coordinates:
+                found[c.name] = qpos[:, 7 + self.hinge(c.name)]
+        names = tuple(c.name for c in self.every_coordinate)
+        return names, np.stack([found[n] for n in names], axis=1)
+
+    def from_coordinates(
+        self, names: Sequence[str], values: Float[Array, "n_frames n_columns"]
+    ) -> Float[Array, "n_frames nq"]:
+        """Return configurations from coordinates; those not given keep their default.
+
+        Raises:
+            ParameterError: If none of the names is a coordinate of this model.
+        """
+        known = [c.name for c in self.every_coordinate]
+        if not set(names) & set(known):
+            raise ParameterError(f"none of the columns is a coordinate of this model: {known}")
+        u = np.tile(self.defaults(), (len(values), 1))
+        for k, name in enumerate(names):
+            if name in known:
+                u[:, known.index(name)] = values[:, k]
+        return self.poses(u)
+
+    def with_mass(self, mass: float) -> "OsimHuman":
+        """Return the same person: the masses of the file are kept."""
+        return self
+
+    def to_dict(self) -> dict:
+        """Return a JSON-serialisable description of the person; see :meth:`from_dict`."""
+        return {"osim": self.text, "height": self.height, "sex": self.sex}
+
+    @classmethod
+    def from_dict(cls, description: Mapping) -> Human:
+        """Return the person described by :meth:`to_dict`, of either kind.
+
+        Raises:
+            ParameterError: If an entry is missing, of the wrong type or not allowed.
+        """
+        if "osim" not in description:
+            return Human.from_dict(description)
+        try:
+            known = {"height": float(description["height"]), "sex": str(description["sex"])}
+            return cls.of(str(description["osim"]), **known)
+        except (FileError, KeyError, TypeError, ValueError) as error:
+            raise ParameterError(f"not a description of a person: {error}") from error
+
+
+def reduced(text: str) -> str:
+    """Return an OpenSim file without what is not read."""
+    root = ET.fromstring(text.lstrip("\ufeff").strip())
+    model = root.find("Model")
+    assert model is not None  # it was read before
+    for child in list(model):
+        if child.tag not in _KEPT:
+            model.remove(child)
+    for parent in list(model.iter()):
+        for child in list(parent):
+            if child.tag in _DRAWN:
+                parent.remove(child)
+    return ET.tostring(root, encoding="unicode")

@@ -1,0 +1,124 @@
+"""An OpenSim model as a tree of MuJoCo bodies: every axis that moves is a joint.
+
+Axes are ours (x forward, y left, z up) in the world and in every body: :math:`W v` for each vector
+:math:`v` of the file and :math:`W R W^T` for each rotation. Translations become slides before the
+hinges. An axis that is a curve of its coordinate has a joint of its own that follows the coordinate
+(:class:`Driven`); the first axis that *is* the coordinate carries its name.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.errors import ParameterError
+from plantigrade.io.osim import GROUND, Axis, Joint, OsimModel
+from plantigrade.io.osim_functions import Function
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
+
+FREE_RANGE = (-1e3, 1e3)  # of joints that follow a coordinate, and of coordinates without range
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A MuJoCo joint and the coordinate that drives it."""
+
+    name: str  #: Name of the joint: that of the coordinate where it is the coordinate itself
+    coordinate: str
+    function: Function  #: Value of the joint by the coordinate
+
+    @property
+    def own(self) -> bool:
+        """Whether it is the coordinate itself."""
+        return self.name == self.coordinate
+
+
+@dataclass(frozen=True)
+class Link:
+    """A body on its parent, our axes."""
+
+    name: str
+    parent: str  #: Name of the parent; empty for the root
+    position: Float[Array, " 3"]  #: Origin in the parent's frame, all joints at zero [m]
+    rotation: Float[Array, "3 3"]  #: Rotation into the parent's frame, all joints at zero
+    anchor: Float[Array, " 3"]  #: Centre of its joint in its own frame [m]
+    #: Type, axis in its own frame, drive and range of each of its joints
+    joints: tuple[tuple[str, Float[Array, " 3"], Driven, tuple[float, float]], ...]
+
+
+def links_of(model: OsimModel) -> tuple[Joint, tuple[Link, ...]]:
+    """Return the joint of the root to the ground, and the bodies below it, parents first.
+
+    Raises:
+        ParameterError: If the bodies are no tree on the ground, or an axis cannot be a joint.
+    """
+    roots = [j for j in model.joints if j.parent.body == GROUND and j.coordinates]
+    if len(roots) != 1:
+        problem = f"{len(roots)} bodies move on the ground"
+        raise ParameterError(f"{problem}; a person has one root, such as the pelvis")
+    root, owned = roots[0], set()
+    links = [Link(root.child.body, "", np.zeros(3), np.eye(3), np.zeros(3), ())]
+    reached, todo = {root.child.body}, [j for j in model.joints if j.parent.body != GROUND]
+    while todo:
+        ready = [j for j in todo if j.parent.body in reached]
+        if not ready:
+            names = ", ".join(j.name for j in todo[:5])
+            raise ParameterError(f"the joints {names} do not hang on {root.child.body}")
+        for joint in ready:
+            if joint.child.body in reached:
+                problem = f"body {joint.child.body} has two joints to its parents"
+                raise ParameterError(f"{problem}: closed loops are not read")
+            links.append(_link(joint, owned))
+            reached.add(joint.child.body)
+            todo.remove(joint)
+    return root, tuple(links)
+
+
+def _link(joint: Joint, owned: set[str]) -> Link:
+    """Return the body on its parent; ``owned`` are the coordinates that have a joint already."""
+    fixed, turn = np.zeros(3), np.eye(3)
+    turns: list[tuple[Axis, np.ndarray]] = []
+    for axis in joint.axes:
+        value = axis.function.constant
+        if axis.slides and value is not None:
+            fixed = fixed + value * axis.direction
+        elif value is not None:  # a fixed rotation moves the axes before it into its own frame
+            step = _about(axis.direction, value)
+            turns = [(before, step.T @ direction) for before, direction in turns]
+            turn = turn @ step
+        elif not axis.slides:
+            turns.append((axis, axis.direction))
+    P, C = joint.parent.rotation, joint.child.rotation
+    rotation = P @ turn @ C.T
+    slides = [
+        (axis, turn.T @ axis.direction)
+        for axis in joint.axes
+        if axis.slides and axis.function.constant is None
+    ]
+    ranges = {c.name: (c.low, c.high) if c.low < c.high else FREE_RANGE for c in joint.coordinates}
+    joints = []
+    for axis, direction in (*slides, *turns):
+        assert axis.coordinate is not None  # else it would be constant
+        name, sign = axis.name, 1.0
+        if axis.function.line in ((1.0, 0.0), (-1.0, 0.0)) and axis.coordinate not in owned:
+            name, sign = axis.coordinate, axis.function.line[0]
+            owned.add(name)
+        own = name == axis.coordinate
+        function = Function.linear(1.0) if own else axis.function
+        span = ranges.get(name, FREE_RANGE) if own else FREE_RANGE
+        span = tuple(np.clip(span, *FREE_RANGE))
+        kind = "slide" if axis.slides else "hinge"
+        joints.append(
+            (kind, W @ C @ direction * sign, Driven(name, axis.coordinate, function), span)
+        )
+    start = joint.parent.position + P @ fixed
+    place = W @ (start - rotation @ joint.child.position)
+    anchor = W @ joint.child.position
+    parent = joint.parent.body
+    return Link(joint.child.body, parent, place, W @ rotation @ W.T, anchor, tuple(joints))
+
+
+def _about(axis: Float[Array, " 3"], angle: float) -> Float[Array, "3 3"]:
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_rotvec(angle * axis).as_matrix()
