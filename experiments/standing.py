@@ -100,6 +100,8 @@ class Standing:
         mass: Body mass [kg].
         seed: Seed of random ground.
         recording: Whether frames are recorded.
+        full_sole: Whether all feet have the same sixteen contacts. By default a two-segment and a
+            rigid foot have seven of them.
     """
 
     feet: str = "multi-segment"
@@ -111,10 +113,11 @@ class Standing:
     mass: float = MASS
     seed: int = 0
     recording: bool = False
+    full_sole: bool = True
 
     def __call__(self, disturbances: Sequence[Disturbance] = ()) -> tuple[World, Controller]:
         """Return a world with the person in it, and the controller."""
-        human = person(self.feet, self.height, self.mass)
+        human = person(self.feet, self.height, self.mass, self.full_sole)
         ground = ground_named(self.ground, seed=self.seed)
         how = FORMULATIONS[self.formulation]
         qpos = standing_on(human, ground, com_along_sole=self.ahead, width=self.width * self.height)
@@ -132,9 +135,9 @@ class Standing:
 
 
 @cache
-def person(feet: str, height: float = HEIGHT, mass: float = MASS) -> Human:
+def person(feet: str, height: float = HEIGHT, mass: float = MASS, full_sole: bool = True) -> Human:
     """Return the person of these experiments."""
-    return Human.create(height, mass, SEX, JOINTS, feet, full_sole=True)
+    return Human.create(height, mass, SEX, JOINTS, feet, full_sole=full_sole)
 
 
 @on_one_thread

@@ -21,6 +21,8 @@ from plantigrade.world.standing import COM_ALONG_SOLE
 
 STANDING_PARTS = ("torque", "hybrid", "posture")
 """Formulations that are compared, each a part."""
+SHIPPED = "shipped"
+"""Part with the feet of the command line: fewer contacts under those of one or two segments."""
 
 
 def _has_goal(formulation: str, foot: str) -> bool:
@@ -39,16 +41,18 @@ FORCE_STEP, WATCH = 2.5, 3.0
 """Distance of tried forces [N]; time after a push [s]."""
 
 
-def _uneven(formulation: str, quick: bool) -> Cases:
+def _uneven(part: str, quick: bool) -> Cases:
     """Return every foot on every ground."""
     duration = 3.0 if quick else DURATION
     grounds = {ground: (ground, 0) for ground in SHAPES}
     grounds |= {f"{BUMPS}/{k}": (BUMPS, k) for k in range(2 if quick else N_SEEDS)}
+    full_sole = part != SHIPPED
+    standing = partial(Standing, formulation=part if full_sole else "torque", full_sole=full_sole)
     return {
-        f"{formulation}/{foot}/{name}": partial(
-            stand, Standing(foot, formulation, ground, seed=seed), (), duration
+        f"{part}/{foot}/{name}": partial(
+            stand, standing(foot, ground=ground, seed=seed), (), duration
         )
-        for foot in FEET
+        for foot in (FEET if full_sole else FEET[1:])  # the first has sixteen contacts anyway
         for name, (ground, seed) in grounds.items()
     }
 
@@ -70,8 +74,8 @@ def _limit(foot: str, ground: str, direction: float) -> Result:
 
 
 def _by_ground(cached: CachedResults) -> Iterator[tuple[str, str, str, list[Result]]]:
-    """Yield formulation, foot, kind of ground and its results."""
-    for formulation in FORMULATIONS:
+    """Yield formulation or part, foot, kind of ground and its results."""
+    for formulation in (*FORMULATIONS, SHIPPED):
         for foot in FEET:
             for ground, words in (*SHAPES.items(), (BUMPS, "bumps of 3 cm")):
                 if found := list(cached.select(formulation, foot, ground).values()):
@@ -105,15 +109,18 @@ def uneven_rows(cached: CachedResults) -> Iterator[Row]:
 UNEVEN = Specification(
     name="uneven-ground",
     title="Standing on uneven ground",
-    parts={name: partial(_uneven, name) for name in STANDING_PARTS} | {"pushes": _pushes},
-    default_parts=("torque",),
+    parts={name: partial(_uneven, name) for name in (*STANDING_PARTS, SHIPPED)}
+    | {"pushes": _pushes},
+    default_parts=("torque", SHIPPED),
     summary=summary,
     rows=uneven_rows,
     notes=(
         "",
         "People of 1.50 m and 48.5 kg stand for ten seconds; all feet have the same sixteen "
-        "contact points, outline and mass. 'points' is the number of points that press with more "
-        "than 1 N, 'slip' the longest path of one of them since the first second. Bumps are up to "
+        "contact points, outline and mass, except in the part 'shipped': feet of two segments and "
+        "rigid ones as the command line has them, with seven of these points. 'points' is the "
+        "number of points that press with more than 1 N, 'slip' the longest path of one of them "
+        "since the first second. Bumps are up to "
         "3 cm high and low, smoothed over 15 cm, another field for every seed. The paper shows its "
         "two-segment foot slip from a sphere, without numbers.",
     ),
