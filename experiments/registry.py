@@ -74,6 +74,7 @@ EXPERIMENTS = {
         Experiment("replay", takes=("data", *CACHED)),
         Experiment("robustness", "robustness:EXPERIMENT", takes=CACHED),
         Experiment("rough-walk", "learned_disturbed:ROUGH", takes=CACHED),
+        Experiment("running-table", needs=("data",)),
         Experiment("sensitivity", takes=WALKING),
         Experiment("spline-table", takes=("data", "out")),
         Experiment("synthesis-bench", "synthesis_bench:EXPERIMENT", takes=CACHED),

@@ -11,6 +11,7 @@ from experiments import (
     gait_table,
     gait_walks,
     ground_forces,
+    running_table,
     spline_table,
     synthesis_tracking,
 )
@@ -24,6 +25,7 @@ OVER_TRIALS = (
     foot_segments,
     gait_forces,
     ground_forces,
+    running_table,
     synthesis_tracking,
 )
 

@@ -103,12 +103,15 @@ def hold_contacts(
     nodes: Float[Array, " n_nodes"],
     place: ConstraintFamily,
     speed: ConstraintFamily,
+    *,
+    soft_landing: bool = True,
 ) -> None:
     """Fix every standing site where the plan has it, and keep the others above the ground.
 
     Only the independent rows of a foot are fixed: the others follow, because the segments of a foot
     are rigid. At nodes where a contact begins or ends, the speed of what begins
     or ends is zero too; between nodes it is the positions at neighbouring ones that keep it.
+    Without ``soft_landing`` the speed of what begins is free: it stops within a step of the nodes.
     """
     index = {site.name: k for k, site in enumerate(body.sites)}
     lowest = min((s.footprint.position[2] for s in plan.stances), default=0.0)
@@ -128,7 +131,8 @@ def hold_contacts(
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
         at = {index[n]: x for n, x in targets.items()}
         spans = _lasting(plan, spans)
-        _hold(body, nodes, spans, at, place, speed, stance.footprint.heading)
+        heading = stance.footprint.heading
+        _hold(body, nodes, spans, at, place, speed, heading, soft_landing=soft_landing)
     for span in sorted({(s.start, s.stop) for s in plan.supports}):
         held = [s for s in plan.supports if (s.start, s.stop) == span]
         spans = {index[s.site.name]: span for s in held}
@@ -219,6 +223,8 @@ def _hold(
     place: ConstraintFamily,
     speed: ConstraintFamily,
     heading: float = 0.0,
+    *,
+    soft_landing: bool = True,
 ) -> None:
     """Fix sites that move as one while they stand: site → from when to when, and where."""
     jacobian = _rows_at_rest(body, heading)
@@ -241,7 +247,14 @@ def _hold(
         for k in down:  # those that follow need no limit
             if 3 * k + 2 not in every:
                 place.lower[i, 3 * k + 2] = -np.inf
-        for row in every[len(first) :]:
+        slow = every
+        if not soft_landing:
+            stood = [k for k in down if spans[k][0] < t - TIME_TOLERANCE]
+            slow = body.cache.get(
+                ("independent rows", tuple(through), tuple(stood), round(heading, 3)),
+                partial(_independent_rows, jacobian, through, stood),
+            )[1]
+        for row in slow[len(first) :]:
             speed.lower[i, row] = speed.upper[i, row] = 0.0
 
 

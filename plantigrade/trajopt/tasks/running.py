@@ -2,14 +2,17 @@ r"""Running as a task: periodic and straight, with flight between the steps.
 
 Half a stride is solved, from the strike of the right foot to that of the left: one stance, then
 flight. Lengths and times follow from the speed :math:`v`, by laws fitted to what is published of
-runners on treadmills (*estimates*; 160 to 180 steps/min and contacts of 0.30 to 0.17 s from 2.2 to
+runners on treadmills (*estimates*; 160 to 180 steps/min and contacts of 0.33 to 0.2 s from 2 to
 5 m/s [Hamner2013]_); times are in proportion to the square root of the leg length.
 
 The cost is that of walking (:mod:`plantigrade.trajopt.tasks.walking`) with other weights: those of
-ankle and knee are smaller, because tendons return a part of their work, and jerk and the rates of
-forces are cheaper, because everything happens in a third of the time. The knee is bent at strike,
-as that of runners. The weights were set with the angles of one runner at 3 m/s in view
-[Hamner2013]_; the problem itself contains no recording.
+ankle and knee are smaller, because tendons return a part of their work, and jerk is cheaper,
+because everything happens in a third of the time. Rates of forces cost more: muscles take 50 to
+100 ms to build up and to release force, so that the vertical force of a runner rises and falls as a
+bell; without this cost it is flat, and the knee stays bent, as in a Groucho run [McMahon1987]_. The
+foot need not be at rest when it touches the ground, and the knee is bent at strike, as that of
+runners. The weights were set with one runner at 3 m/s in view [Hamner2013]_; the problem itself
+contains no recording.
 """
 
 import numpy as np
@@ -31,7 +34,7 @@ from plantigrade.trajopt.terms.term import Term
 
 REFERENCE_SPEED, REFERENCE_LEG = 3.0, 0.92  # [m/s], [m] to which the following times belong
 CADENCE, CADENCE_EXPONENT = 165.0, 0.17  # [steps/min], [1]
-CONTACT_TIME, CONTACT_EXPONENT = 0.285, -0.6  # [s], [1]
+CONTACT_TIME, CONTACT_SLOPE = 0.285, -0.04  # [s] at 3 m/s, [s per m/s] decrease with speed
 MIN_FLIGHT_SHARE = 0.08  # [1] shortest flight relative to a step
 STANCE_SHARES = (0.15, 0.5, 0.88)
 """Foot flat, heel off and ball off relative to the contact time [1]; heel strikers, estimates."""
@@ -45,8 +48,8 @@ TORQUE_WEIGHTS = {"ankle_angle": 0.6, "hip_adduction": 0.55, "knee_angle": 0.4} 
 WORK_WEIGHT = 0.1  # [1]
 JERK_WEIGHT = 4.5e-8  # divided by the sixth power of the step time [1/(s rad²)]
 PELVIS_ACCELERATION_WEIGHT = 1.4e-4  # [s³/rad²]
-FORCE_RATE_WEIGHT = 1.5e-5  # [s]
-PELVIS_TILT, ELBOW_FLEXION = -0.2, float(np.deg2rad(90.0))  # [rad] of runners
+FORCE_RATE_WEIGHT = 0.24  # multiplied by the square of the contact time [1/s]
+PELVIS_TILT, ELBOW_FLEXION = -0.3, float(np.deg2rad(90.0))  # [rad] of runners; 17° forward
 NODES_PER_SECOND = 120.0
 
 
@@ -60,7 +63,7 @@ def run(human: Human, parameters: Run) -> MotionTask:
     return MotionTask(
         "run",
         plan,
-        running_terms(plan.duration),
+        running_terms(plan.duration, plan.stances[0].toe_off),
         lambda body, plan, times: crude_guess(body.human, plan, times),
         NODES_PER_SECOND,
     )
@@ -73,7 +76,7 @@ def running_plan(human: Human, parameters: Run) -> ContactPlan:
     faster = speed / REFERENCE_SPEED
     cadence = parameters.cadence or CADENCE * faster**CADENCE_EXPONENT / slower
     step = 60.0 / cadence
-    contact = CONTACT_TIME * faster**CONTACT_EXPONENT * slower
+    contact = (CONTACT_TIME + CONTACT_SLOPE * (speed - REFERENCE_SPEED)) * slower
     contact = min(contact, (1.0 - MIN_FLIGHT_SHARE) * step)
     place = (0.0, -STEP_WIDTH_SHARE * length / 2, 0.0)
     flat, heel, ball = (share * contact for share in STANCE_SHARES)
@@ -81,12 +84,12 @@ def running_plan(human: Human, parameters: Run) -> ContactPlan:
     return ContactPlan(step, (stance,), periodic=True, advance=speed * step)
 
 
-def running_terms(step_time: float) -> tuple[Term, ...]:
-    """Return conditions and costs of a run, by the time of a step [s]."""
+def running_terms(step_time: float, contact_time: float) -> tuple[Term, ...]:
+    """Return conditions and costs of a run, by the times of a step and of its contact [s]."""
     bent = {"pelvis_tilt": PELVIS_TILT, "elbow_flex": ELBOW_FLEXION}
     return (
         Dynamics(),
-        Contact(used=USED_FRICTION),
+        Contact(used=USED_FRICTION, soft_landing=False),
         Clearance(CLEARANCE),
         Limits(speed=MAX_JOINT_SPEED),
         *(Within(f"knee_angle_{s}", STRIKE_KNEE_FLEXION, start=0.0, stop=0.0) for s in "rl"),
@@ -95,7 +98,7 @@ def running_terms(step_time: float) -> tuple[Term, ...]:
         Work(WORK_WEIGHT),
         Jerk(JERK_WEIGHT * step_time**6, by_inertia=True),
         Acceleration(PELVIS_ACCELERATION_WEIGHT, {"pelvis_rotation": 1.0}, others=0.0),
-        Forces(rate=FORCE_RATE_WEIGHT),
+        Forces(rate=FORCE_RATE_WEIGHT * contact_time**2),
         AngularMomentum(forward=0.1, upward=0.5),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
         Upright("trunk", sideways=3.0, away=1.2),

@@ -109,7 +109,7 @@ class Run(TaskSettings):
     """Run, periodically and straight, with flight between the steps."""
 
     activity = "running"
-    ranges = {"speed": (2.2, 5.0, "m/s"), "cadence": (120, 240, "steps/min"),
+    ranges = {"speed": (2.0, 5.0, "m/s"), "cadence": (120, 240, "steps/min"),
               "strides": (1, 100, "")}  # fmt: skip
 
     speed: float = 3.0

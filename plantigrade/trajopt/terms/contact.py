@@ -48,15 +48,19 @@ class Contact(Term):
         force: Largest vertical force at a site [body weights].
         used: Share of the friction that a person plans to use, if less than all: people walk as on
             dry ground down to a coefficient of 0.41 [Fong2009]_.
+        soft_landing: Whether parts of the feet land at rest. If not, the speed of a part that lands
+            is free, and it comes to rest within a step of the nodes.
     """
 
     friction: float = FRICTION
     force: float = 3.0
     used: float = np.inf
+    soft_landing: bool = True
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Hold sites, and let those carry that stand on both sides of a node."""
-        hold_contacts(b.body, b.plan, b.nodes, b.family("contact"), b.family("contact speed"))
+        place, speed = b.family("contact"), b.family("contact speed")
+        hold_contacts(b.body, b.plan, b.nodes, place, speed, soft_landing=self.soft_landing)
         soles, spheres = soles_of(b.body, len(b.nodes))
         if soles is not None:
             keep_soles_up(b.body, b.plan, b.nodes, b.add(soles), spheres)
