@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.result import Fit
@@ -87,15 +87,15 @@ def as_video(fit: Fit, video: Video, seed: str = "") -> Recording:
         source=Path(f"{fit.recording.source.stem}_{video.keypoints}.trc"),
         markers=Markers(names, time, points),
         static=None,
+        plates=(),
         companions=(),
         warnings=(),
     )
 
 
 def _slow_noise(rng, shape: tuple[int, ...], frames: float) -> Float[Array, "n_frames n 3"]:
-    """Return noise of unit RMS length with a correlation time [frames]."""
-    # A bell of width s correlates white noise by exp(-t²/4s²), which is 1/e at 2s.
-    margin = int(np.ceil(4 * frames))
-    white = rng.standard_normal((shape[0] + 2 * margin, *shape[1:]))
-    slow = gaussian_filter1d(white, frames / 2, axis=0)[margin : margin + shape[0]]
-    return slow * np.sqrt(frames / 2 * 2 * np.sqrt(np.pi)) / np.sqrt(3.0)
+    """Return noise of unit RMS length whose correlation decays exponentially over some frames."""
+    kept = float(np.exp(-1.0 / frames))
+    white = rng.standard_normal(shape)
+    white[1:] *= np.sqrt(1.0 - kept**2)
+    return lfilter([1.0], [1.0, -kept], white, axis=0) / np.sqrt(3.0)

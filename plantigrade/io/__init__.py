@@ -57,6 +57,7 @@ class Format:
 
 
 _TRC, _MOT, _AMC = (b"pathfiletype", b"frame#"), (b"endheader",), (b":fully-specified", b":degrees")
+_KEYPOINTS = (b"keypoints", b'"instance_info"', b'"rhip"', b'"right_hip"')
 _BVH = "bvh_writer:write_recording"
 _LFS = b"version https://git-lfs"  # starts a pointer to a file that was not downloaded
 # Keys of the SMPL family, in the headers of a zip archive and in a pickle.
@@ -76,6 +77,7 @@ FORMATS = (
     Format("forces", (".forces",), "forces:read_forces", signature=(b"[force data]",)),
     Format("AMC", (".amc",), "amc:read_amc", signature=_AMC),
     Format("BVH", (".bvh",), "bvh:read_bvh", _BVH, "skeleton", (b"hierarchy",)),
+    Format("keypoints", (".json",), "keypoints:read_keypoints", signature=_KEYPOINTS),
     Format("DeepMimic", (".json", ".txt"), "deepmimic:read_deepmimic", signature=(b'"frames"',)),
     Format("CSV", (".csv", ".tsv", ".txt"), "csv:read_csv", "csv:write_csv", "markers coordinates"),
     Format("npz", (".npz",), "npz:read_npz"),
@@ -94,7 +96,8 @@ class ReadOptions:
     unit: str | None = None
     """AMC, BVH: unit of length: m, cm, mm, in or (BVH) cmu; by default one that suits a person."""
     rate: float | None = None
-    """AMC, SMPL: frames per second [Hz]; by default that of the file, or 120 (AMC) or 30 (SMPL)."""
+    """AMC, SMPL, keypoints: frames per second [Hz]; that of the file, or 120 (AMC) or 30 (others),
+    by default."""
     knee_sign: int | None = None
     """MOT: 1 if knee flexion is positive in the file, -1 if negative; by default found."""
 

@@ -150,7 +150,7 @@ class Calibrator:
         ]
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
         spread = [KNOWN_SPREAD if c in known else STRAIGHT_SPREAD for c in human.coordinates]
-        self.straight = np.array(spread)
+        self.straight = np.array(spread) if prior is None else np.full(len(spread), np.inf)
 
     @property
     def dimensions(self) -> Dimensions:

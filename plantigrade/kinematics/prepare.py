@@ -14,6 +14,7 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import require_known
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.keypoint_noise import keypoint_noise
+from plantigrade.kinematics.keypoints import of_video
 from plantigrade.kinematics.label_repair import corrected_labels
 from plantigrade.kinematics.plausibility import (
     require_human_size,
@@ -126,6 +127,10 @@ def prepare(
     markers = recording.markers
     assert markers is not None
     noise = keypoint_noise(markers) if are_keypoints(known) else None
+    if noise is not None:
+        markers, said = of_video(markers, human, noise, grounded=bool(recording.plates))
+        recording = replace(recording, markers=markers)
+        notes += said
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
     angle -= 0.0 if ground is None else ground.heading
     return Prepared(

@@ -24,7 +24,7 @@ from tests.nasty.targets import TARGETS
 LIMIT_BYTES = 500e6
 READERS = [
     "C3D", "TRC", "MOT/STO", "STO of forces", "CSV", "BVH", "AMC", "ASF", "DeepMimic", "forces",
-    "npz", "SMPL", "SMPL pickle",
+    "npz", "SMPL", "SMPL pickle", "keypoints",
 ]  # fmt: skip
 TEXTS = [name for name in READERS if name not in ("C3D", "npz", "SMPL", "SMPL pickle")]
 

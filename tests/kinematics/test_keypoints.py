@@ -1,13 +1,16 @@
 """Keypoints of video: joint centres, noise of the file, a pelvis that they hardly show."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from experiments.video_recording import SETS, Video, as_video
+from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.keypoint_noise import keypoint_noise
+from plantigrade.kinematics.keypoints import cutoff_for, floor_under
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human, Person
@@ -55,3 +58,26 @@ def test_sagittal_angles_without_noise(walk):
         true = np.interp(fit.time, walk.time, walk.qpos[:, k])
         error = np.rad2deg(np.sqrt(np.mean((fit.qpos[:, k] - true) ** 2)))
         assert error < most, name
+
+
+def test_the_floor_is_found_from_the_feet(walk):
+    """Cameras have no floor: the file's origin is half a metre off."""
+    recording = as_video(walk, Video(rate=30.0))
+    markers = replace(recording.markers, positions=recording.markers.positions + [0, 0, 0.5])
+    assert floor_under(markers, walk.human) == pytest.approx(0.5, abs=0.015)
+
+
+def test_more_noise_gets_a_lower_low_pass():
+    cutoffs = [cutoff_for(noise) for noise in (0.001, 0.005, 0.010, 0.030)]
+    assert cutoffs == sorted(cutoffs, reverse=True)
+    assert cutoffs[0] == 6.0 and cutoffs[-1] == 4.0
+
+
+def test_keypoints_of_one_camera_are_refused(walk):
+    """Sports2D writes a plane: depth is one number for all frames."""
+    recording = as_video(walk, Video(rate=30.0, gaps=0.0))
+    positions = recording.markers.positions.copy()
+    positions[..., 1] = 0.3
+    plane = replace(recording, markers=replace(recording.markers, positions=positions))
+    with pytest.raises(FitError, match="2-D"):
+        fit_markers(plane)

@@ -103,6 +103,13 @@ AMC = "#!comment\n:FULLY-SPECIFIED\n:DEGREES\n" + "".join(
 _FRAME = [0.033, 0, 0.9, 0, *[1.0, 0, 0, 0] * 4, 0.1, *[1.0, 0, 0, 0] * 2, 0.1, *[1.0, 0, 0, 0]]
 _FRAME = [*_FRAME, 0.1, *[1.0, 0, 0, 0] * 2, 0.1]
 DEEPMIMIC = json.dumps({"Loop": "wrap", "Frames": [_FRAME, _FRAME]})
+_LEG = {"Hip": 0.9, "Knee": 0.5, "Ankle": 0.1}
+_POINTS = {
+    side + joint: [[0.1 * k, height, y] for k in range(3)]
+    for side, y in (("R", 0.1), ("L", -0.1))
+    for joint, height in _LEG.items()
+}
+KEYPOINTS = json.dumps({"fps": 60, "unit": "m", "up": "y", "keypoints": _POINTS})
 ROW = "{}\t1.00\t2.00\t700.00\t10.0\t20.0\t0.0\t30.0\n"
 PLATES = (
     "[Force Data]\nNumberOfForcePlates=1\nSampleRate=1000.000000\nNumberOfSamples=12\n"

@@ -261,6 +261,7 @@ TARGETS = {
                wholes=seeds.recordings("cmu_asfamc/*.asf", "{start}_*.amc")),
         Target("DeepMimic", motion_file, seeds.text("a.json", seeds.DEEPMIMIC), nasty.JSON,
                seeds.recordings("deepmimic/*.txt")),
+        Target("keypoints", motion_file, seeds.text("a.json", seeds.KEYPOINTS), nasty.JSON),
         Target("forces", motion_file, seeds.text("a.forces", seeds.PLATES),
                wholes=seeds.long_text("a.forces", seeds.LONG_PLATES)),
         Target("npz", motion_file, seeds.npz, npz.NPZ, runs.stored_runs("motion.npz")),

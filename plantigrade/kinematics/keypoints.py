@@ -1,0 +1,109 @@
+"""Keypoints of a video before the fit: a low-pass that suits their noise, and the floor.
+
+Cameras have no floor: it is where the feet stand. A point of a foot stands for a third of the time
+or more in walking, so that its heights pile up there, and noise moves that pile less than it moves
+the lowest point.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from plantigrade.errors import FitError
+from plantigrade.kinematics.state import PointSet
+from plantigrade.models import Human
+from plantigrade.models.keypoints import KEYPOINTS
+from plantigrade.models.landmarks import attachments
+from plantigrade.motion import Markers
+from plantigrade.motion.filters import fill_gaps, lowpass
+from plantigrade.motion.recording import even_clock
+from plantigrade.notes import Info
+
+# [Hz] low-pass of keypoints with little noise, usual for walking, and the lowest one: below it, the
+# swing of a leg is damped
+CUTOFFS = (6.0, 4.0)
+LITTLE_NOISE = 0.005  # [m] noise in each direction up to which the first of them is used
+LONGEST_GAP = 0.25  # [s] gap that is bridged while the keypoints are filtered
+STANDING_SHARE = 0.3  # [1] share of the time for which a point of a foot stands in walking
+MIN_DEPTH = 1e-4  # [m] spread of a keypoint over time along an axis that was measured
+MIN_FRAMES = 10  # [1] minimum number of frames that show a point of a foot
+_OF_FOOT = ("ankle_joint", "heel", "hallux", "toe_5", "toe_tip")
+
+
+def of_video(
+    markers: Markers, human: Human, noise: float, *, grounded: bool
+) -> tuple[Markers, list[str]]:
+    """Return the keypoints of a video smoothed and above the floor z = 0, and notes.
+
+    Args:
+        markers: The keypoints.
+        human: A person of about the size.
+        noise: Their noise in each direction [m].
+        grounded: Whether force plates give the floor.
+
+    Raises:
+        FitError: If the keypoints lie in one plane, as those of one camera.
+    """
+    require_depth(markers)
+    cutoff = cutoff_for(noise)
+    markers = smoothed(markers, cutoff)
+    notes: list[str] = [
+        Info(
+            f"keypoints of a video: noise {1e3 * noise:.0f} mm in each direction, by lengths of "
+            f"bones; low-pass at {cutoff:.1f} Hz."
+        )
+    ]
+    floor = None if grounded else floor_under(markers, human)
+    if floor is not None:
+        markers = replace(markers, positions=markers.positions - [0.0, 0.0, floor])
+        notes.append(
+            Info(f"the floor was found {floor:+.2f} m from the file's origin, by the feet.")
+        )
+    return markers, notes
+
+
+def require_depth(markers: Markers) -> None:
+    """Raise where keypoints of one camera lie in the plane of its image.
+
+    Raises:
+        FitError: If no keypoint moves along one of the horizontal axes.
+    """
+    with np.errstate(all="ignore"):
+        spread = np.nanmedian(np.nanstd(markers.positions[..., :2], axis=0), axis=0)
+    if (spread < MIN_DEPTH).any() and (spread > 10 * MIN_DEPTH).any():
+        raise FitError(
+            "the keypoints move in one plane only (2-D, one camera): without depth no joint angle "
+            "in space and no force follows; triangulate the views of two or more cameras"
+        )
+
+
+def cutoff_for(noise: float) -> float:
+    """Return the low-pass [Hz] for keypoints with so much noise in each direction [m]."""
+    most, least = CUTOFFS
+    return float(np.clip(most * np.sqrt(LITTLE_NOISE / max(noise, 1e-6)), least, most))
+
+
+def smoothed(markers: Markers, cutoff: float) -> Markers:
+    """Return the keypoints after a low-pass at a frequency [Hz]; gaps stay gaps."""
+    if not cutoff < 0.45 * markers.rate:
+        return markers
+    filled = fill_gaps(markers.time, markers.positions, longest=LONGEST_GAP)
+    smooth = lowpass(even_clock(markers.time), filled, cutoff=cutoff)
+    return replace(markers, positions=np.where(np.isfinite(markers.positions), smooth, np.nan))
+
+
+def floor_under(markers: Markers, human: Human) -> float | None:
+    """Return the height of the floor [m] from the feet; None where none is seen for long enough."""
+    standing, table = human.standing()[None], attachments(human)
+    found = []
+    for i, name in enumerate(markers.names):
+        mark = KEYPOINTS.get(name)
+        z = markers.positions[:, i, 2]
+        z = np.sort(z[np.isfinite(z)])
+        if mark is None or mark[:-2] not in _OF_FOOT or len(z) < MIN_FRAMES:
+            continue
+        count = round(STANDING_SHARE * len(z))
+        first = int(np.argmin(z[count - 1 :] - z[: len(z) - count + 1]))  # the densest heights
+        height = PointSet.of(human, [table[mark]]).path(standing)[0, 0, 2]
+        found.append(float(np.median(z[first : first + count])) - height)
+    return float(np.median(found)) if found else None
