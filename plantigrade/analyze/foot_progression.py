@@ -4,7 +4,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
+from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalise_cycles
@@ -29,11 +31,18 @@ def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
             path = np.stack(seen, axis=1)
             break
     else:
+        if type(record.human) is not Human:  # a model of the person's own has no landmarks
+            soles = sole_paths(record.human, record.motion.qpos)
+            heel, ball = (soles.position[:, soles.of(side, part)] for part in ("heel", "ball"))
+            return _unit(ball.mean(axis=1) - heel.mean(axis=1))
         table = attachments(record.human)
         points = PointSet.of(record.human, [table[f"{mark}_{side}"] for mark in MARKS])
         path = points.path(record.motion.qpos)
-    line = path[:, 1:].mean(axis=1) - path[:, 0]
-    return line / np.linalg.norm(line, axis=1, keepdims=True)
+    return _unit(path[:, 1:].mean(axis=1) - path[:, 0])
+
+
+def _unit(lines: Float[Array, "n_frames 3"]) -> Float[Array, "n_frames 3"]:
+    return lines / np.linalg.norm(lines, axis=1, keepdims=True)
 
 
 def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:

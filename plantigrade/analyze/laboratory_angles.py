@@ -38,6 +38,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.state import PointSet
+from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Table
@@ -55,9 +56,9 @@ MIN_KNEE_MARKERS = 3  # minimum number of markers on thigh and shank
 def marker_angles(record: Record) -> Table | None:
     """Return the angles of this module for which markers were recorded [rad].
 
-    The result is None if there are none.
+    The result is None if there are none, or the person is a model of their own, without landmarks.
     """
-    if record.recorded_markers is None:
+    if record.recorded_markers is None or type(record.human) is not Human:
         return None
     table, columns_kept = laboratory_angles(record), []
     for i, name in enumerate(table.names):

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from plantigrade.motion import Recording
 
 _COUNTED = {
+    "n_bodies": "bodies",
     "n_markers": "markers",
     "n_joints": "joints of another skeleton",
     "n_coordinates": "coordinates",
@@ -108,11 +109,27 @@ def _read(path: Path) -> dict[str, Any] | None:
     """Return what a file holds; None for one that is no recording."""
     from plantigrade.io import format_of, read
 
+    if path.suffix.lower() == ".osim":
+        return _model(path)
     try:
         kind = format_of(path).name
     except UnsupportedFormat:
         return None
     return {"format": kind} | describe(read(path))
+
+
+def _model(path: Path) -> dict[str, Any]:
+    """Return what an OpenSim model holds."""
+    from plantigrade.io.osim import read_osim
+
+    model = read_osim(path)
+    return {
+        "format": "OpenSim model",
+        "n_bodies": len(model.segments),
+        "n_coordinates": sum(len(joint.coordinates) for joint in model.joints),
+        "n_markers": len(model.markers),
+        "mass_kg": sum(segment.mass for segment in model.segments.values()),
+    }
 
 
 def describe(recording: "Recording") -> dict[str, Any]:

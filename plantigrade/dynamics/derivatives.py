@@ -73,11 +73,11 @@ def differentiate(
     quaternions = [each.quaternions(qpos[:, 7:][:, each.hinges]) for each in shoulders]
     smooth = np.hstack([continuous(qpos), *quaternions])
     if cutoff is not None:
-        smooth = _smoothed(time, smooth, cutoff)
+        smooth = smoothed(time, smooth, cutoff)
     turns = [slice(3, 7), *(slice(k, k + 4) for k in range(human.model.nq, smooth.shape[1], 4))]
     for at in turns:
         smooth[:, at] /= np.linalg.norm(smooth[:, at], axis=1, keepdims=True)
-    first, second = _slopes(time, smooth)
+    first, second = slopes(time, smooth)
     velocity, acceleration = (
         np.hstack([s[:, :3], _spin(smooth, s, turns[0]), s[:, 7 : human.model.nq]])
         for s in (first, second)
@@ -98,8 +98,16 @@ def continuous(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames nq"]
     return result
 
 
-def _smoothed(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
-    """Return the low-passed signal with the curvature at its ends kept."""
+def smoothed(
+    time: Float[Array, " n_frames"], values: Float[Array, "n_frames k"], cutoff: float
+) -> Float[Array, "n_frames k"]:
+    """Return the low-passed signal with the curvature at its ends kept.
+
+    Args:
+        time: Time of each frame [s], evenly spaced.
+        values: Signal.
+        cutoff: Zero-lag fourth-order low-pass [Hz].
+    """
     near = [np.abs(time - end) <= 1.0 / cutoff for end in (time[0], time[-1])]
     if min(m.sum() for m in near) < 5:
         return lowpass(time, values, cutoff=cutoff)
@@ -111,7 +119,9 @@ def _smoothed(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray
     return cubic + lowpass(time, values - cubic, cutoff=cutoff)
 
 
-def _slopes(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def slopes(
+    time: Float[Array, " n_frames"], values: Float[Array, "n_frames k"]
+) -> tuple[Float[Array, "n_frames k"], Float[Array, "n_frames k"]]:
     """Return first and second derivative of an interpolating spline, quintic where it can be."""
     from scipy.interpolate import make_interp_spline
 

@@ -15,6 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.models.human import require_scaled
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.skeleton import all_parts, split_side
 
@@ -107,8 +108,9 @@ def bones_of(human: Human, rig: str = "plantigrade") -> tuple[Bone, ...]:
         rig: One of :data:`RIGS`.
 
     Raises:
-        ParameterError: If there is no such rig.
+        ParameterError: If there is no such rig, or the person is a model of their own.
     """
+    require_scaled(human, "a skeleton of bones")
     if rig not in RIGS:
         raise ParameterError(f"{rig=} must be one of {', '.join(RIGS)}")
     names, skeleton, marks = _with_toes(RIGS[rig]), human.skeleton, attachments(human)

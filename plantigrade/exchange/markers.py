@@ -80,7 +80,7 @@ def write_coordinates(run: Run, path: Path, rate: float | None = None) -> tuple[
         FileError: If the file cannot be written.
     """
     motion = at_rate(run.record.motion, rate)
-    names, values = run.record.human.to_coordinates(motion.qpos)
+    names, values = run.record.human.file_coordinates(motion.qpos)
     write_mot(Table(names, motion.time, values), path)
     plates, notes = plates_of(run.with_forces)
     return (*notes, *_forces_beside(Recording(path, plates=plates), path))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.writing import write_text
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models.landmarks import Attachment
@@ -28,6 +29,9 @@ def write_model(run: Run, path: Path, marker_set: str | None = None) -> tuple[st
         FileError: If the file cannot be written, or the marker set cannot be read.
     """
     human = run.record.human
+    if isinstance(human, OsimHuman):
+        write_text(path, human.text)
+        return ("the model is the one of the fit, without its muscles, other forces and shapes",)
     if marker_set is None:
         places = fitted_places(run.record)
     else:

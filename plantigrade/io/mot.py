@@ -262,21 +262,32 @@ def write_mot(
             )
         what = what.coordinates if what.coordinates is not None else what.plates
     table = what if isinstance(what, Table) else plates_table(what)
+    write_text(path, mot_text(table, Path(path).stem, isinstance(what, Table) and in_degrees))
+    return Path(path)
+
+
+def mot_text(table: Table, title: str, in_degrees: bool) -> str:
+    """Return a table in OpenSim's format.
+
+    Args:
+        table: The table, angles in radians.
+        title: First line.
+        in_degrees: Write angles in degrees, and say that they are.
+    """
     values = table.values
-    if isinstance(what, Table) and in_degrees:
+    if in_degrees:
         angle = np.array([NO_ANGLE.search(name) is None for name in table.names], dtype=bool)
         values = np.where(angle[None, :], values * (180 / np.pi), values)
     lines = [
-        Path(path).stem,
+        title,
         "version=1",
         f"nRows={len(table.time)}",
         f"nColumns={len(table.names) + 1}",
-        f"inDegrees={'yes' if in_degrees and isinstance(what, Table) else 'no'}",
+        f"inDegrees={'yes' if in_degrees else 'no'}",
         "endheader",
         "\t".join(["time", *(re.sub(r"\s+", "_", name) for name in table.names)]),
     ]
     row = "\t".join(["%.10g"] * (len(table.names) + 1))
     rows = np.concatenate([table.time[:, None], values], axis=1).tolist()
     lines += [row % tuple(one) for one in rows]
-    write_text(path, "\n".join(lines) + "\n")
-    return Path(path)
+    return "\n".join(lines) + "\n"

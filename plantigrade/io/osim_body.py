@@ -3,7 +3,7 @@ r"""A person's own OpenSim model on MuJoCo, in place of a scaled Human.
 The coordinates :math:`u` are those of the file. Joints of MuJoCo are functions of them,
 :math:`q = f(u)` with :math:`\dot q = G(u)\,\dot u`: the pelvis is a free joint, a knee whose
 translations are splines has a slide for each. Moments of the coordinates are
-:math:`\tau_u = G^T \tau`, as in OpenSim. Names and signs are the model's own.
+:math:`\tau_u = G^T \tau`, as in OpenSim.
 """
 
 from collections.abc import Mapping, Sequence
@@ -105,9 +105,9 @@ class OsimHuman(Human):
 
     @cached_property
     def every_coordinate(self) -> tuple[Coordinate, ...]:
-        """Coordinates of the file, root first, without those tied to others."""
+        """Coordinates of the file, root first, without those that are tied or drive nothing."""
         others = [c for j in self.osim.joints if j is not self.root for c in j.coordinates]
-        return (*self.root.coordinates, *others)
+        return (*self.root.coordinates, *(c for c in others if c.name in self.coordinates))
 
     @cached_property
     def coordinates(self) -> tuple[str, ...]:
@@ -152,7 +152,7 @@ class OsimHuman(Human):
         }
 
     def poses(self, u: Float[Array, "n n_coordinates"]) -> Float[Array, "n nq"]:
-        """Return configurations of MuJoCo from all coordinates of the file [rad, m]."""
+        """Return configurations of MuJoCo from all coordinates, with the file's signs [rad, m]."""
         n = len(u)
         column = {c.name: u[:, k] for k, c in enumerate(self.every_coordinate)}
         qpos = np.zeros((n, self.model.nq))
@@ -177,7 +177,7 @@ class OsimHuman(Human):
     def to_coordinates(
         self, qpos: Float[Array, "n_frames nq"]
     ) -> tuple[tuple[str, ...], Float[Array, "n_frames n_coordinates"]]:
-        """Return all coordinates of the file: names and values [rad, m], signs of the file."""
+        """Return all coordinates of the file: names and values [rad, m], knee flexion positive."""
         found = root_coordinates(self.root, qpos)
         for c in self.every_coordinate:
             if c.name in self.coordinates:
@@ -185,10 +185,25 @@ class OsimHuman(Human):
         names = tuple(c.name for c in self.every_coordinate)
         return names, np.stack([found[n] for n in names], axis=1)
 
+    def file_coordinates(
+        self, qpos: Float[Array, "n_frames nq"]
+    ) -> tuple[tuple[str, ...], Float[Array, "n_frames n_coordinates"]]:
+        """Return all coordinates of the file with the file's own signs [rad, m]."""
+        names, values = self.to_coordinates(qpos)
+        return names, values * self.signs
+
+    @cached_property
+    def signs(self) -> Float[Array, " n_coordinates"]:
+        """-1 for each coordinate whose sign in the file is not ours, otherwise 1."""
+        turned = {each.coordinate: each.sign for each in self.drives if each.own}
+        return np.array([turned.get(c.name, 1.0) for c in self.every_coordinate])
+
     def from_coordinates(
         self, names: Sequence[str], values: Float[Array, "n_frames n_columns"]
     ) -> Float[Array, "n_frames nq"]:
-        """Return configurations from coordinates; those not given keep their default.
+        """Return configurations from coordinates, the inverse of :meth:`to_coordinates`.
+
+        Those not given keep their default.
 
         Raises:
             ParameterError: If none of the names is a coordinate of this model.
@@ -199,7 +214,7 @@ class OsimHuman(Human):
         u = np.tile(self.defaults(), (len(values), 1))
         for k, name in enumerate(names):
             if name in known:
-                u[:, known.index(name)] = values[:, k]
+                u[:, known.index(name)] = values[:, k] * self.signs[known.index(name)]
         return self.poses(u)
 
     def with_mass(self, mass: float) -> "OsimHuman":

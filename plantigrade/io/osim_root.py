@@ -9,7 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.io.osim import Joint
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
-from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
+from plantigrade.spatial.conventions import about_axis, rotation_matrix, xyzw_to_wxyz
 
 
 def check_root(root: Joint) -> None:
@@ -27,7 +27,7 @@ def check_root(root: Joint) -> None:
 
 def root_pose(root: Joint, column: Mapping[str, np.ndarray], n: int) -> Float[Array, "n 7"]:
     """Return position and quaternion ``wxyz`` of the root's body, our axes."""
-    moved, turn = np.zeros((n, 3)), Rotation.identity(n)
+    moved, turn = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
     for axis in root.axes:
         if axis.function.constant is not None:
             value = np.full((n, 1), axis.function.constant)
@@ -36,9 +36,9 @@ def root_pose(root: Joint, column: Mapping[str, np.ndarray], n: int) -> Float[Ar
         if axis.slides:
             moved = moved + value * axis.direction
         else:
-            turn = turn * Rotation.from_rotvec(value * axis.direction)
+            turn = turn @ about_axis(axis.direction, value[:, 0])
     P, C = root.parent.rotation, root.child.rotation
-    R = P @ turn.as_matrix() @ C.T
+    R = P @ turn @ C.T
     origin = root.parent.position + moved @ P.T - R @ root.child.position
     quat = Rotation.from_matrix(W @ R @ W.T).as_quat()
     return np.hstack([origin @ W.T, xyzw_to_wxyz(quat)])

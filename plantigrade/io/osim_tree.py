@@ -2,10 +2,12 @@
 
 Axes are ours (x forward, y left, z up) in the world and in every body: :math:`W v` for each vector
 :math:`v` of the file and :math:`W R W^T` for each rotation. Translations become slides before the
-hinges. An axis that is a curve of its coordinate has a joint of its own that follows the coordinate
-(:class:`Driven`); the first axis that *is* the coordinate carries its name.
+hinges. An axis that is a curve of its coordinate has a joint of its own, which follows it
+(:class:`Driven`); the first axis that *is* the coordinate carries its name. Knee flexion is
+positive in the joints, as everywhere here, also where the file counts it negative.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,7 @@ from plantigrade.io.osim import GROUND, Axis, Joint, OsimModel
 from plantigrade.io.osim_functions import Function
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
 
+_KNEE = re.compile(r"knee_angle(_[rl])?")
 FREE_RANGE = (-1e3, 1e3)  # of joints that follow a coordinate, and of coordinates without range
 
 
@@ -26,6 +29,7 @@ class Driven:
     name: str  #: Name of the joint: that of the coordinate where it is the coordinate itself
     coordinate: str
     function: Function  #: Value of the joint by the coordinate
+    sign: float = 1.0  #: -1 where the file counts knee flexion negative; ours is positive
 
     @property
     def own(self) -> bool:
@@ -71,6 +75,9 @@ def links_of(model: OsimModel) -> tuple[Joint, tuple[Link, ...]]:
             links.append(_link(joint, owned))
             reached.add(joint.child.body)
             todo.remove(joint)
+    used = {driven.coordinate for link in links for _, _, driven, _ in link.joints}
+    if lost := sorted(used - owned):
+        raise ParameterError(f"no axis is the coordinate {lost[0]} itself, only functions of it")
     return root, tuple(links)
 
 
@@ -103,14 +110,15 @@ def _link(joint: Joint, owned: set[str]) -> Link:
         if axis.function.line in ((1.0, 0.0), (-1.0, 0.0)) and axis.coordinate not in owned:
             name, sign = axis.coordinate, axis.function.line[0]
             owned.add(name)
-        own = name == axis.coordinate
-        function = Function.linear(1.0) if own else axis.function
-        span = ranges.get(name, FREE_RANGE) if own else FREE_RANGE
-        span = tuple(np.clip(span, *FREE_RANGE))
+        own, turned = name == axis.coordinate, 1.0
+        low, high = np.clip(ranges.get(name, FREE_RANGE) if own else FREE_RANGE, *FREE_RANGE)
+        if own and _KNEE.fullmatch(name) and -low > high:
+            turned, low, high = -1.0, -high, -low
+        function = Function.linear(turned) if own else axis.function
+        driven = Driven(name, axis.coordinate, function, turned)
         kind = "slide" if axis.slides else "hinge"
-        joints.append(
-            (kind, W @ C @ direction * sign, Driven(name, axis.coordinate, function), span)
-        )
+        along = W @ C @ direction * sign * turned
+        joints.append((kind, along, driven, (float(low), float(high))))
     start = joint.parent.position + P @ fixed
     place = W @ (start - rotation @ joint.child.position)
     anchor = W @ joint.child.position

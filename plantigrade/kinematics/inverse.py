@@ -208,10 +208,10 @@ class InverseKinematics:
 def bounded_step(
     H: Float[Array, "nv nv"],
     g: Float[Array, " nv"],
-    low: Float[Array, " n_hinges"],
-    high: Float[Array, " n_hinges"],
+    low: Float[Array, " n_bounded"],
+    high: Float[Array, " n_bounded"],
 ) -> Float[Array, " nv"]:
-    r"""Return the minimiser of :math:`\tfrac12 d^T H d - g^T d` with bounds on the hinges.
+    r"""Return the minimiser of :math:`\tfrac12 d^T H d - g^T d` with bounds on the last entries.
 
     A primal active-set method: a hinge that would leave its range is held at the limit; it is
     released when its multiplier changes sign.
@@ -219,10 +219,11 @@ def bounded_step(
     Args:
         H: Positive definite matrix.
         g: Right-hand side.
-        low: Lower bounds on ``d[6:]``.
-        high: Upper bounds on ``d[6:]``.
+        low: Lower bounds on the last entries of ``d``, the hinges.
+        high: Upper bounds on them.
     """
     n = len(g)
+    first = n - len(low)
     held = np.full(n, np.nan)
     for _ in range(2 * n):
         free = np.isnan(held)
@@ -235,22 +236,23 @@ def bounded_step(
             d[free] = x
         if info:
             return np.zeros(n)
-        below, above = d[6:] < low - 1e-12, d[6:] > high + 1e-12
+        below, above = d[first:] < low - 1e-12, d[first:] > high + 1e-12
         out = below | above
         if out.any():
             bound = np.where(below, low, high)
-            held[6:][out] = bound[out]
+            held[first:][out] = bound[out]
             continue
         slope = g - H @ d  # where the solution would go if it were let go
-        fixed = ~free[6:]
+        fixed = ~free[first:]
         inside = fixed & (
-            ((held[6:] <= low) & (slope[6:] > 1e-10)) | ((held[6:] >= high) & (slope[6:] < -1e-10))
+            ((held[first:] <= low) & (slope[first:] > 1e-10))
+            | ((held[first:] >= high) & (slope[first:] < -1e-10))
         )
         inside &= high > low
         if not inside.any():
             return d
-        worst = int(np.argmax(np.where(inside, np.abs(slope[6:]), -1.0)))
-        held[6 + worst] = np.nan
+        worst = int(np.argmax(np.where(inside, np.abs(slope[first:]), -1.0)))
+        held[first + worst] = np.nan
     return d
 
 

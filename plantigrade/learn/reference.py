@@ -13,6 +13,7 @@ from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.stride import Stride, stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
+from plantigrade.models.human import require_scaled
 from plantigrade.motion import Motion
 from plantigrade.options import shown
 from plantigrade.record import Record, Run
@@ -78,6 +79,7 @@ class Reference:
             raise ParameterError(
                 f"a reference must be a run, its folder or a record, not {shown(record)}"
             )
+        require_scaled(record.human, "a reference")
         ground = record.ground
         if ground.slope or ground.steps or ground.uneven or ground.seats:
             raise ParameterError(

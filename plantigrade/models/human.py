@@ -196,6 +196,12 @@ class Human:
         angles = quaternion_to_pelvis_angles(qpos[:, 3:7])
         return PELVIS + self.coordinates, np.hstack([angles, translation, qpos[:, 7:]])
 
+    def file_coordinates(
+        self, qpos: Float[Array, "n_frames nq"]
+    ) -> tuple[tuple[str, ...], Float[Array, "n_frames n_coordinates"]]:
+        """Return the coordinates that move this person in OpenSim, as its files have them."""
+        return self.to_coordinates(qpos)
+
     def from_coordinates(
         self, names: Sequence[str], values: Float[Array, "n_frames n_columns"]
     ) -> Float[Array, "n_frames nq"]:
@@ -347,6 +353,19 @@ class Human:
         """
         other = build(d, self.sex, self.mass, self.joints, self.feet)
         return np.array([b.position if b.parent else np.zeros(3) for b in other.bodies])
+
+
+def require_scaled(human: Human, what: str) -> None:
+    """Refuse a person who is a model of their own, without our anatomy.
+
+    Raises:
+        ParameterError: If it is one; ``what`` needs a scaled human.
+    """
+    if type(human) is not Human:
+        raise ParameterError(
+            f"{what} needs a scaled human, and this run is on a model of your own: fit the "
+            "recording without --model"
+        )
 
 
 def coordinate_of(name: str):

@@ -63,7 +63,7 @@ def person_lines(subject: Subject) -> list[str]:
     known += [f"{age:.3g} years"] if age is not None else []
     known += [f"body height {human.height:.2f} m", f"mass {human.mass:.1f} kg"]
     known += [f"recorded on {date}"] if date else []
-    known += [f"{human.model.nv} degrees of freedom, {human.feet} feet"]
+    known += [f"{6 + len(human.coordinates)} degrees of freedom, {human.feet} feet"]
     who = subject.norm_choice
     if subject.walks and (who.population.own or not subject.runs):
         known += [f"compared with {who.population.name}, {who.reason}"]

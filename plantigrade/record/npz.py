@@ -30,8 +30,8 @@ from plantigrade.contact.scene import motor_forces
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.npz import MAX_NUMBER, Arrays
+from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.writing import write_bytes
-from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.notes import Info
 from plantigrade.record.conditions import Condition
@@ -127,7 +127,7 @@ def read_npz(path: str | Path) -> Record:
     for key in ("time", "qpos", "qvel", "joint_names", "human"):
         if key not in arrays:
             arrays.refuse("is missing", key)
-    human = _described(arrays, "human", Human.from_dict)
+    human = _described(arrays, "human", OsimHuman.from_dict)
     ground = _described(arrays, "ground", Ground.from_dict) if "ground" in arrays else Ground()
     nq, nv = human.model.nq, human.model.nv
     time = arrays.time()

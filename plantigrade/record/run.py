@@ -145,7 +145,7 @@ class Run:
             xml = scene_xml(record.human, record.ground, record.sites, fixed)
             (folder / MODEL).write_text(xml, encoding="utf-8")
             write_npz(record, folder / MOTION)
-            columns, values = record.human.to_coordinates(record.motion.qpos)
+            columns, values = record.human.file_coordinates(record.motion.qpos)
             write_mot(Table(columns, record.motion.time, values), folder / COORDINATES)
             for name, other in self.others.items():
                 write_npz(other, folder / f"{name}.npz")

@@ -42,6 +42,7 @@ from plantigrade.record.provenance import source_files
 from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.memory import require_memory
+from plantigrade.workflows.osim_fit import fit_own_model
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
 from plantigrade.workflows.shared_body import Shared
 from plantigrade.world.grounds import ground_named
@@ -246,6 +247,10 @@ def run_fit(
     ``step`` shows progress, ``command`` is for the provenance, and ``shared`` are body and mass of
     the subject from several trials (:func:`plantigrade.workflows.one_subject.share`).
     """
+    if how.model is not None:
+        path = as_path(path, "a recording")
+        with step(f"fitting {Path(how.model).name} to {path.name}"):
+            return fit_own_model(load(path, how), how, command=command)
     began = time.perf_counter()
     run = run_of(*fit_trial(path, how, step, shared), how, command=command)
     return replace(run, seconds={"fit": time.perf_counter() - began})

@@ -78,7 +78,7 @@ def fit_batch(
 ) -> Batch:
     """Return the batch of recordings that are fitted; ``command`` is for the provenance."""
     every = _Recordings(given, names_of(given.files), how, settings_key(how))
-    if subject == "each":
+    if subject == "each" or how.model is not None:  # a model of their own is shared already
         groups = partial(_groups, every, None)
     elif subject == "auto":
         groups = partial(_groups, every, partial(_by_subject, given.files))

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.norms_of_runs import norm_files, read_norms
+from plantigrade.analyze.osim_trial import moment_table
 from plantigrade.analyze.own_norms import as_signals
 from plantigrade.exchange.tables import cycle_table
+from plantigrade.io.mot import mot_text
 from plantigrade.options import as_path
 from plantigrade.pages.run_pages import pages
 from plantigrade.record import Run
@@ -17,7 +19,7 @@ from plantigrade.record.provenance import source_files
 from plantigrade.record.run import COORDINATES, MODEL, MOTION
 from plantigrade.workflows.settings import FitSettings
 
-REPORT, CURVES = "report.html", "curves.csv"
+REPORT, CURVES, MOMENTS = "report.html", "curves.csv", "inverse_dynamics.sto"
 
 
 def save(
@@ -45,13 +47,16 @@ def shown(run: Run) -> dict[str, str]:
     """Return the files that follow from a run alone, by name.
 
     They are its pages and, where it has gait cycles, ``curves.csv``, the mean curves over the cycle
-    (:func:`~plantigrade.exchange.tables.cycle_table`).
+    (:func:`~plantigrade.exchange.tables.cycle_table`), and on a model of the person's own the
+    moments of its coordinates, ``inverse_dynamics.sto``.
 
     Raises:
         ParameterError: If the record cannot be drawn.
     """
     curves = cycle_table(run, mean=True)
-    return pages(run) | ({CURVES: curves} if curves else {})
+    moments = moment_table(run.record)
+    found = pages(run) | ({CURVES: curves} if curves else {})
+    return found | ({} if moments is None else {MOMENTS: mot_text(moments, "moments", False)})
 
 
 def report(

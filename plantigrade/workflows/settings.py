@@ -134,6 +134,9 @@ class FitSettings(RecordingSettings):
 
     ranges = {"rate": (1, 1000, "Hz")}
 
+    model: OptionalPath = None
+    """Your own scaled OpenSim model (.osim), in place of a scaled human: angles and moments of its
+    coordinates."""
     ground: OptionalWord = None
     """Ground under the feet: slope:DEG (up along the way, negative down), slope:DEG,HEADING (up to
     the left of it), steps:CM (height of each step)."""

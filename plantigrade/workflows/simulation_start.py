@@ -22,6 +22,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.learn.controller import PolicyController, load_controller
 from plantigrade.learn.policy_files import file_of
 from plantigrade.models import Human
+from plantigrade.models.human import require_scaled
 from plantigrade.motion import Motion
 from plantigrade.options import LEARNED, as_path, is_policy
 from plantigrade.record import Provenance, Record, Run
@@ -219,6 +220,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
         source = Run.load(source)
     how.refuse_person()
     record, folder = source.record, source.folder
+    require_scaled(record.human, "a simulation")
     first = record.motion.qpos[0]
     sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])
     if sunk > MAX_START_DEPTH:

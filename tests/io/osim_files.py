@@ -34,15 +34,16 @@ JOINTS = """
   <TransformAxis name="rotation2"><coordinates></coordinates><axis>1 0 0</axis>
    <Constant><value>0.3</value></Constant></TransformAxis>
   <TransformAxis name="rotation3"><coordinates>twist</coordinates><axis>0 1 0.2</axis>
-   <PolynomialFunction><coefficients>0.3 1 0.1</coefficients></PolynomialFunction></TransformAxis>
+   <MultiplierFunction><function><LinearFunction><coefficients>1 0</coefficients>
+    </LinearFunction></function><scale>1</scale></MultiplierFunction></TransformAxis>
   <TransformAxis name="translation1"><coordinates>bend</coordinates><axis>1 0 0</axis>
    <SimmSpline><x>-1 -0.3 0.2 0.7 1.2</x><y>0.01 -0.02 0.03 0.02 0</y></SimmSpline>
   </TransformAxis>
   <TransformAxis name="translation2"><coordinates></coordinates><axis>0 1 0</axis>
    <Constant><value>-0.4</value></Constant></TransformAxis>
   <TransformAxis name="translation3"><coordinates>twist</coordinates><axis>0 0 1</axis>
-   <MultiplierFunction><function><LinearFunction><coefficients>1 0</coefficients>
-    </LinearFunction></function><scale>0.5</scale></MultiplierFunction></TransformAxis>
+   <PolynomialFunction><coefficients>0.3 0.2 0.1</coefficients></PolynomialFunction>
+  </TransformAxis>
  </SpatialTransform></CustomJoint>
 <PinJoint name="pin"><socket_parent_frame>/bodyset/e</socket_parent_frame>
  <socket_child_frame>/bodyset/f</socket_child_frame>

@@ -118,6 +118,7 @@ BROKEN = {
     "loop": ("/bodyset/g</socket_child", "/bodyset/b</socket_child", "two joints"),
     "tie": ("<independent_coordinate_names>bend", "<independent_coordinate_names>p", "itself"),
     "knots": ("-1 -0.3 0.2 0.7 1.2", "-1 -0.3 0.2 0.7 0.1", "increasing"),
+    "no axis": ("<scale>1</scale>", "<scale>0.5</scale>", "twist"),
     "root": ("<socket_parent_frame>/ground", "<socket_parent_frame>/bodyset/g", "ground"),
 }
 

@@ -1,0 +1,65 @@
+"""From a recording to a motion on a person's own OpenSim model."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from plantigrade.analyze.osim_trial import analyse_osim
+from plantigrade.errors import FitError
+from plantigrade.io.osim import MAX_BYTES
+from plantigrade.io.osim_body import OsimHuman
+from plantigrade.io.text import read_text
+from plantigrade.kinematics.osim_inverse import fit_osim
+from plantigrade.kinematics.plausibility import verdict
+from plantigrade.motion import Recording
+from plantigrade.record import Provenance, Run
+from plantigrade.record.provenance import source_files
+from plantigrade.workflows.settings import FitSettings
+
+USELESS = (
+    "joints", "feet", "mass", "age", "norms", "static", "skeleton", "marker_set", "ground", "rate",
+    "without_plates",
+)  # fmt: skip
+"""Options of a scaled human, which a model of the person's own takes the place of."""
+
+
+def fit_own_model(recording: Recording, how: FitSettings, *, command: str = "") -> Run:
+    """Return the run of a recording on the model that the settings name.
+
+    Raises:
+        ParameterError: If settings of a scaled human are given too.
+        FileError: If the model cannot be read.
+        FitError: If recording and model do not fit together.
+    """
+    assert how.model is not None
+    began = time.perf_counter()
+    how.refuse(USELESS, "with a model of your own")
+    if recording.markers is None or not recording.markers.names:
+        raise FitError(
+            f"{recording.source.name} holds no markers; a model of your own follows markers (.trc, "
+            ".c3d)"
+        )
+    model = Path(how.model)
+    human = OsimHuman.of(read_text(model, MAX_BYTES), model, height=how.height, sex=how.sex)
+    fit = fit_osim(human, recording.markers)
+    fit = replace(fit, notes=(*recording.warnings, *fit.notes))
+    trial = analyse_osim(fit, recording.plates, how.cutoff)
+    figures = trial.figures
+    return Run(
+        trial.record,
+        "fit",
+        title=recording.source.name,
+        sentence=(
+            f"{recording.source.name} on the model {model.name}: "
+            f"{len(fit.markers.names)} markers, RMS error {figures['marker_rms_mean_mm']:.1f} mm."
+        ),
+        status=verdict(1e-3 * figures["marker_rms_mean_mm"], "marker"),
+        figures=figures,
+        provenance=Provenance(
+            command,
+            how.plain(),
+            source_files([recording.source, model, *recording.companions]),
+        ),
+        seconds={"fit": time.perf_counter() - began},
+        name=f"fit-{recording.source.stem}",
+    )
