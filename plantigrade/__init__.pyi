@@ -94,6 +94,7 @@ def fit(
     cutoff: float | None = None,
     without_plates: bool = False,
     companions: bool = True,
+    model: str | Path | None = None,
     ground: str | None = None,
     rate: float | None = None,
 ) -> Run: ...
@@ -126,6 +127,7 @@ def fit_many(
     cutoff: float | None = None,
     without_plates: bool = False,
     companions: bool = True,
+    model: str | Path | None = None,
     ground: str | None = None,
     rate: float | None = None,
 ) -> Batch: ...
