@@ -13,6 +13,7 @@ from plantigrade.control.gait.reference import STEP, before, period_of, referenc
 from plantigrade.control.gait.tasks import desired_accelerations, leg_joints
 from plantigrade.control.replay import Replay, ReplaySettings
 from plantigrade.control.replay.summary import (
+    describe_end,
     describe_steps,
     describe_touchdowns,
     touchdown_figures,
@@ -186,6 +187,19 @@ def test_what_it_did_is_told(replay):
     figures = touchdown_figures(steps)
     assert (figures["touchdowns_early"], figures["touchdowns_late"]) == (1, 1)
     assert figures["touchdown_late_max_s"] == pytest.approx(0.03)
+
+
+def test_a_motion_that_is_cut_off_in_a_step_ends_on_both_feet_and_says_so(side_step, replay):
+    schedule, motion = replay.reference.schedule, side_step.motion
+    lifts = [s for s in schedule.stances if schedule.standing(s.side, s.stop + 0.1) is None]
+    n = int(np.searchsorted(motion.time - motion.time[0], lifts[0].stop + 0.1))
+    part = Record(side_step.human, motion.frames(np.arange(n)), ground=side_step.ground)
+    cut = reference_of(part)
+    stands = [cut.schedule.standing(side, cut.duration - 1e-3) for side in SIDES]
+    assert None not in stands and not cut.ends
+    assert describe_end(cut, 0.5 * cut.duration) == ""
+    assert "not at rest" in describe_end(cut, cut.duration + 0.1)
+    assert describe_end(replay.reference, replay.reference.duration + 0.1) == ""
 
 
 @pytest.mark.slow

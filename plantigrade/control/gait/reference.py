@@ -105,19 +105,17 @@ def reference_of(
     record: Record,
     clearance: Clearance | None = None,
     *,
-    lands: bool = False,
     settings: ReferenceSettings | None = None,
 ) -> Reference:
     """Return the tables of a motion.
 
     Forces and torques are taken where the record has them; without them the load is where the feet
-    are on the ground.
+    are on the ground. A motion that was cut off in a step ends with that foot on the ground: one
+    that swings for ever lets the body fall.
 
     Args:
         record: The motion.
         clearance: How it is kept from passing through itself; left as it is if absent.
-        lands: Whether a motion that was cut off in a step ends with that foot on the ground: one
-            that swings for ever lets the body fall.
         settings: The numbers of the tables.
 
     Raises:
@@ -141,7 +139,7 @@ def reference_of(
     swept = Kinematics.of(record, sites, qpos, qvel, STEP)
     shortest = settings.schedule.min_duration
     load = site_loads(record, sites, swept, force, STEP, settings.load, shortest)
-    if lands and not periodic:
+    if not periodic:
         for own in (np.array([s.side == side for s in sites]) for side in SIDES):
             if not load[-1, own].any():
                 load[-1, own] = weight / (2 * own.sum())

@@ -94,7 +94,7 @@ class Pendulum(Controller):
     def reference_for(self, record: Record, clearance: Clearance) -> Reference:
         """Return a walk of this person as it is followed: one that mass and feet can follow."""
         own, person = self.settings, self.person
-        found = reference_of(record, clearance, lands=True, settings=own.reference)
+        found = reference_of(record, clearance, settings=own.reference)
         found = with_feasible_com(found, own.reference.cop_smoothing)
         return with_clearance(found, person.leg_length, person.of_side, own.swing)
 

@@ -23,6 +23,7 @@ from plantigrade.control.replay.com import ComSettings, com_acceleration, rise
 from plantigrade.control.replay.footsteps import FootstepPlanner, PathReturnSettings
 from plantigrade.control.replay.recovery import RecoverySteps, WaitingSettings
 from plantigrade.control.replay.summary import (
+    describe_end,
     describe_steps,
     describe_touchdowns,
     touchdown_figures,
@@ -142,6 +143,7 @@ class Replay(Controller):
             touchdowns, self.settings.reported_deviation, self.settings.max_reported_steps
         )
         sentences.append(describe_touchdowns(touchdowns))
+        sentences.append(describe_end(self.reference, self.gait.phase))
         apart = np.rad2deg(self.clearance.abduction)
         if apart.any():
             sentences.append(

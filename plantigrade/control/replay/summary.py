@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.control.gait.phase import Touchdown
+from plantigrade.control.gait.reference import Reference
 
 
 def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most: int) -> list[str]:
@@ -59,6 +60,21 @@ def describe_touchdowns(touchdowns: Sequence[Touchdown]) -> str:
             parts.append(f"{len(those)} {word} than planned by {1e3 * those.mean():.0f} ms")
     count = f"{len(early)} touchdown{'s' if len(early) > 1 else ''}"
     return f"{count}: {', '.join(parts)} on average." if parts else f"{count}, all as planned."
+
+
+def describe_end(reference: Reference, phase: float) -> str:
+    """Return a sentence on a motion that ended before its simulation, and not at rest; else none.
+
+    Args:
+        reference: The motion.
+        phase: Time of the motion at the end of the simulation [s].
+    """
+    if reference.period is not None or reference.ends or phase <= reference.duration:
+        return ""
+    return (
+        f"The motion ends after {reference.duration:.2f} s, and not at rest; a foot that swung was "
+        "set down there, and what follows is not part of it."
+    )
 
 
 def touchdown_figures(touchdowns: Sequence[Touchdown]) -> dict[str, float | int]:
