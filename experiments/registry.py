@@ -82,6 +82,7 @@ EXPERIMENTS = {
         Experiment("synthesis-tracking", needs=("data",)),
         Experiment("uneven-ground", "standing_grounds:UNEVEN", takes=CACHED),
         Experiment("vault-table", takes=("out", "overwrite")),
+        Experiment("video", needs=("data",)),
         Experiment("walk-battery", takes=WALKING),
     )
 }

@@ -213,7 +213,9 @@ def analyse(
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
-    ground, moments, estimate_notes = estimate(human, motion, forces, heights, fit.ground)
+    ground, moments, estimate_notes = estimate(
+        human, motion, forces, heights, fit.ground, fit.keypoint_noise
+    )
     notes += off_plate_notes(forces, ground is not None)
     notes += estimate_notes
     if ground is None and forces is not None:

@@ -72,6 +72,7 @@ def calibrate(
     c.qpos = standing_poses(human, c.places, measured, c.points(c.known()))
     if height is None:
         _overall_size(c)
+    c.start_from_seen_lengths()
     c.solve_poses()
     attached = _refined(c)
     residual = c.solve_poses()

@@ -58,6 +58,9 @@ BONE_FACTORS = {"pelvis": 0.4}
 # [1] effective number of independent frames; skin motion repeats in every stride
 INDEPENDENT_FRAMES = 6
 LENGTH_SPREAD = 0.10  # [1] SD of the logarithm of a length about its share of stature
+# [1] the same about a length between joint centres in a video. Without it, noise lengthens bones: a
+# leg that is too long can bend, one that is too short cannot reach.
+SEEN_LENGTH_SPREAD = 0.01
 LUMBAR_SPREAD = 0.006  # [m] SD of the lumbar joint about its regression
 # [m] SD of the iliac spines in the pelvis along x and z; small because they define the pelvis. The
 # width between them has BONE_SPREAD.
@@ -151,6 +154,11 @@ class Calibrator:
         self.knees = np.array([c.startswith("knee_angle") for c in human.coordinates])
         spread = [KNOWN_SPREAD if c in known else STRAIGHT_SPREAD for c in human.coordinates]
         self.straight = np.array(spread) if prior is None else np.full(len(spread), np.inf)
+
+    def start_from_seen_lengths(self) -> None:
+        """Start from the lengths that a video shows, where there is one."""
+        for name, length in ({} if self.prior is None else self.prior.lengths).items():
+            self.start[Dimensions.names().index(name)] = length
 
     @property
     def dimensions(self) -> Dimensions:
@@ -281,6 +289,8 @@ class Calibrator:
         d, depth = self.dimensions, Dimensions.names().index("lumbar_depth")
         inverse = np.full(n_l, 1 / LENGTH_SPREAD**2)
         inverse[depth] = (lengths[depth] / LUMBAR_SPREAD) ** 2
+        for name in () if self.prior is None else self.prior.lengths:
+            inverse[Dimensions.names().index(name)] = 1 / SEEN_LENGTH_SPREAD**2
         away = self.log_lengths.copy()
         away[depth] = 1 - usual_lumbar_depth(d) / d.lumbar_depth
         H[k, k] += inverse

@@ -86,8 +86,8 @@ def fit_markers(
     solver = InverseKinematics(
         PointSet.of(human, places), np.array([1 / noise_factor(p) ** 2 for p in places])
     )
-    if trial.keypoint_noise is not None:
-        PosturePrior.of(human, trial.keypoint_noise).set_on(solver)
+    if trial.video is not None:
+        PosturePrior.of(human, trial.video).set_on(solver)
     start = body.start(recording.source)
     qpos, residual, kept, more = _follow(solver, samples, tracked, start)
     notes += more
@@ -129,6 +129,7 @@ def fit_markers(
             "labels_exchanged": [list(cycle) for cycle in trial.exchanged],
         },
         assumed=assumed,
+        keypoint_noise=None if trial.video is None else trial.video.noise,
         ground=floor,
         warnings=tuple(recording.warnings) + tuple(notes),
     )

@@ -53,6 +53,9 @@ def of_video(
             f"bones; low-pass at {cutoff:.1f} Hz."
         )
     ]
+    marks = {str(KEYPOINTS.get(name))[:-2] for name in markers.names}
+    if not marks & {"hallux", "toe_5", "toe_tip"}:
+        notes.append("no keypoint shows the toes: ankle angles are assumed, not measured.")
     floor = None if grounded else floor_under(markers, human)
     if floor is not None:
         markers = replace(markers, positions=markers.positions - [0.0, 0.0, floor])

@@ -6,12 +6,14 @@ noisy: one centimetre of noise turns a foot by several degrees. The prior is the
 people with its spread between them, against the noise of the file.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.keypoint_noise import BonesOfVideo
 from plantigrade.models import Human
 
 # [rad] usual angle and its standard deviation, by coordinate without its side
@@ -20,7 +22,7 @@ USUAL = {
     "hip_rotation": (0.0, 0.09),
     "hip_adduction": (0.0, 0.15),
     "subtalar_angle": (0.0, 0.08),
-    "mtp_angle": (0.0, 0.15),
+    "mtp_angle": (0.1, 0.4),
     "pro_sup": (1.4, 0.3),
     "wrist_flex": (0.0, 0.2),
     "wrist_dev": (0.0, 0.1),
@@ -34,9 +36,10 @@ class PosturePrior:
     rest: Float[Array, " n_hinges"]  #: Usual angle of each hinge [rad]
     spread: Float[Array, " n_hinges"]  #: Its standard deviation [rad]; infinite without a prior
     noise: float  #: Standard deviation of a keypoint in each direction [m]
+    lengths: Mapping[str, float]  #: Lengths of bones that the video shows [m]
 
     @classmethod
-    def of(cls, human: Human, noise: float) -> "PosturePrior":
+    def of(cls, human: Human, video: BonesOfVideo) -> "PosturePrior":
         """Return the prior of a person."""
         rest = human.standing()[7:].copy()
         spread = np.full(len(rest), np.inf)
@@ -44,7 +47,7 @@ class PosturePrior:
             plain = name.removesuffix("_r").removesuffix("_l")
             if plain in USUAL:
                 rest[i], spread[i] = USUAL[plain]
-        return cls(rest, spread, noise)
+        return cls(rest, spread, video.noise, video.lengths)
 
     def set_on(self, solver: InverseKinematics) -> None:
         """Let inverse kinematics weigh its points against this prior."""

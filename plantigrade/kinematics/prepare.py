@@ -13,7 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import require_known
 from plantigrade.kinematics.given_ground import GivenGround
-from plantigrade.kinematics.keypoint_noise import keypoint_noise
+from plantigrade.kinematics.keypoint_noise import BonesOfVideo, bones_of_video
 from plantigrade.kinematics.keypoints import of_video
 from plantigrade.kinematics.label_repair import corrected_labels
 from plantigrade.kinematics.plausibility import (
@@ -24,9 +24,9 @@ from plantigrade.kinematics.plausibility import (
 from plantigrade.kinematics.result import filled, human_of
 from plantigrade.kinematics.standing_poses import standing_poses
 from plantigrade.models import Human
-from plantigrade.models.keypoints import are_keypoints
+from plantigrade.models.keypoints import KEYPOINTS, are_keypoints, is_without_landmark
 from plantigrade.models.landmarks import Attachment
-from plantigrade.models.markers import MarkerSet, place_markers
+from plantigrade.models.markers import MarkerSet, landmark_names, place_markers
 from plantigrade.models.person import Person
 from plantigrade.models.spellings import is_regressed, landmark_of
 from plantigrade.motion import Markers, Recording
@@ -54,8 +54,7 @@ class Prepared:
     heading: float  #: Angle by which the recording was turned about the vertical [rad]
     #: Slope or steps on which the feet stand, where they are given
     ground: GivenGround | None = None
-    #: Noise of the keypoints of a video in each direction [m]; None for markers
-    keypoint_noise: float | None = None
+    video: BonesOfVideo | None = None  #: Noise and bones of keypoints; None for markers
     exchanged: tuple[tuple[str, ...], ...] = ()  #: Labels that were exchanged with each other
     notes: tuple[str, ...] = ()  #: Corrections, one sentence each
 
@@ -126,9 +125,9 @@ def prepare(
         notes.append(f"{far} samples metres away from the person were discarded.")
     markers = recording.markers
     assert markers is not None
-    noise = keypoint_noise(markers) if are_keypoints(known) else None
-    if noise is not None:
-        markers, said = of_video(markers, human, noise, grounded=bool(recording.plates))
+    video = bones_of_video(markers) if are_keypoints(known) else None
+    if video is not None:
+        markers, said = of_video(markers, human, video.noise, grounded=bool(recording.plates))
         recording = replace(recording, markers=markers)
         notes += said
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
@@ -144,7 +143,7 @@ def prepare(
         window=slice(start, stop),
         heading=angle,
         ground=ground,
-        keypoint_noise=noise,
+        video=video,
         exchanged=right.exchanged,
         notes=tuple(notes),
     )
@@ -153,21 +152,32 @@ def prepare(
 def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
     """Return the markers worth fitting and the reason for each that is not.
 
+    OpenCap writes keypoints beside the markers that its network computes from them. Fingers and
+    the outline of the face are left out too.
+
     If a joint has two centres, that of a regression is left out: a functional one is nearer the
     joint where the range of motion is sufficient ([Kainz2015]_).
     """
     names, ignored = [], {}
+    video = are_keypoints(markers.names)
     for i, name in enumerate(markers.names):
         x = markers.positions[:, i]
         seen = np.isfinite(x[:, 0])
         if not seen.any():
             ignored[name] = "never seen"
+        elif video and is_without_landmark(name):
+            ignored[name] = "a detail of hands or face"
         elif any(
             np.array_equal(x, markers.positions[:, markers.index(n)], equal_nan=True) for n in names
         ):
             ignored[name] = "the same trajectory as another marker"
         else:
             names.append(name)
+    marks = landmark_names(names)
+    if video and any(mark and mark.startswith("asis_") for mark in marks.values()):
+        for name in [n for n in names if n in KEYPOINTS]:
+            names.remove(name)
+            ignored[name] = "a keypoint from which the other markers were computed"
     measured = {landmark_of(name): name for name in names if not is_regressed(name)}
     for name in [n for n in names if is_regressed(n) and landmark_of(n) in measured]:
         names.remove(name)

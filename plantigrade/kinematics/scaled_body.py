@@ -90,7 +90,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
         for trial, x in zip(trials, measured, strict=True)
     ]
     count = len(still) + sum(map(len, chosen))
-    age, noise = one.recording.subject.age, one.keypoint_noise
+    age, video = one.recording.subject.age, one.video
 
     def scaled(start: Human, where: Mapping[str, Attachment | None], height: float | None):
         return calibrate(
@@ -100,7 +100,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
             np.concatenate([still, *chosen]),
             height=height,
             standing=np.arange(count) < len(still),
-            prior=None if noise is None else PosturePrior.of(start, noise),
+            prior=None if video is None else PosturePrior.of(start, video),
         )
 
     def free() -> Human:

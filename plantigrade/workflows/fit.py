@@ -217,7 +217,7 @@ def fit(path: str | Path, settings: FitSettings | None = None, **options: Any) -
     """Fit a recording to a scaled Human: its motion, forces and joint moments.
 
     Args:
-        path: The recording: C3D, TRC, MOT, AMC, BVH, SMPL, DeepMimic JSON or CSV.
+        path: The recording: C3D, TRC, MOT, AMC, BVH, SMPL, keypoints or DeepMimic JSON, or CSV.
         settings: What decides the result; options replace its fields.
         options: Fields of ``FitSettings``.
 

@@ -14,6 +14,7 @@ from experiments import (
     running_table,
     spline_table,
     synthesis_tracking,
+    video,
 )
 from experiments.gait_walks import PEOPLE, Walks, reproduce_walks
 from experiments.table import Row
@@ -27,6 +28,7 @@ OVER_TRIALS = (
     ground_forces,
     running_table,
     synthesis_tracking,
+    video,
 )
 
 
@@ -42,7 +44,7 @@ def test_the_short_form_has_its_trials_and_no_others(module, monkeypatch, tmp_pa
         (tmp_path / name).touch()
     for what in ("trial_rows", "skeleton_rows"):
         if hasattr(module, what):
-            monkeypatch.setattr(module, what, lambda path, name: [Row(name, "error", 1.0)])
+            monkeypatch.setattr(module, what, lambda path, name, *_: [Row(name, "error", 1.0)])
     if hasattr(module, "given_rows"):  # of walks that are generated, not of trials
         monkeypatch.setattr(module, "given_rows", lambda say: [])
     whole, short = (

@@ -9,14 +9,17 @@ import pytest
 from experiments.video_recording import SETS, Video, as_video
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.keypoint_noise import keypoint_noise
+from plantigrade.kinematics.keypoint_noise import bones_of_video
 from plantigrade.kinematics.keypoints import cutoff_for, floor_under
+from plantigrade.kinematics.prepare import prepare
 from plantigrade.kinematics.result import Fit
+from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human, Person
 from plantigrade.models.keypoints import are_keypoints
+from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmark_names
-from plantigrade.motion import Recording
+from plantigrade.motion import Markers, Recording
 
 EXACT = {"noise": 0.0, "jitter": 0.0, "gaps": 0.0}
 
@@ -46,7 +49,7 @@ def test_blazepose_names_are_joint_centres():
 def test_the_noise_of_the_file_is_found(walk):
     for noise in (0.010, 0.025):
         markers = as_video(walk, Video(noise=noise, jitter=0.0)).markers
-        assert keypoint_noise(markers) == pytest.approx(noise / np.sqrt(3), rel=0.4)
+        assert bones_of_video(markers).noise == pytest.approx(noise / np.sqrt(3), rel=0.4)
 
 
 def test_sagittal_angles_without_noise(walk):
@@ -81,3 +84,33 @@ def test_keypoints_of_one_camera_are_refused(walk):
     plane = replace(recording, markers=replace(recording.markers, positions=positions))
     with pytest.raises(FitError, match="2-D"):
         fit_markers(plane)
+
+
+AUGMENTED = {
+    "r.ASIS_study": "asis_r", "L.ASIS_study": "asis_l", "r.PSIS_study": "psis_r",
+    "L.PSIS_study": "psis_l", "C7_study": "c7", "r_shoulder_study": "acromion_r",
+    "L_shoulder_study": "acromion_l", "r_knee_study": "knee_lateral_r",
+    "L_knee_study": "knee_lateral_l", "r_mknee_study": "knee_medial_r",
+    "L_mknee_study": "knee_medial_l", "r_ankle_study": "ankle_lateral_r",
+    "L_ankle_study": "ankle_lateral_l", "r_mankle_study": "ankle_medial_r",
+    "L_mankle_study": "ankle_medial_l", "r_calc_study": "heel_r", "L_calc_study": "heel_l",
+    "r_toe_study": "metatarsal_2_head_r", "L_toe_study": "metatarsal_2_head_l",
+    "r_5meta_study": "metatarsal_5_head_r", "L_5meta_study": "metatarsal_5_head_l",
+    "RHJC_study": "hip_joint_r", "LHJC_study": "hip_joint_l",
+}  # fmt: skip
+"""Markers that OpenCap's network computes from keypoints → landmark."""
+
+
+@pytest.mark.parametrize("suffix", ["_study", ""])
+def test_markers_computed_from_keypoints_are_used_instead_of_them(walk, suffix):
+    video = as_video(walk, Video(rate=30.0, noise=0.05))
+    table = attachments(walk.human)
+    path = PointSet.of(walk.human, [table[mark] for mark in AUGMENTED.values()]).path(walk.qpos)
+    frames = np.searchsorted(walk.time, video.markers.time - 1e-9)
+    names = tuple(name.replace("_study", suffix) for name in AUGMENTED)
+    assert list(landmark_names(names).values()) == list(AUGMENTED.values())
+    both = np.concatenate([video.markers.positions, path[frames]], axis=1)
+    markers = Markers(video.markers.names + names, video.markers.time, both)
+    trial = prepare(replace(video, markers=markers))
+    assert set(trial.names) == set(names) and trial.video is None
+    assert "keypoint" in trial.ignored["RHip"]
