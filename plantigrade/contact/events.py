@@ -1,16 +1,22 @@
 """Gait events of a contact plan."""
 
+from itertools import pairwise
+
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
 from plantigrade.motion.recording import GaitEvent
 
 
 def alternates(plan: ContactPlan) -> bool:
     """Return whether the feet step alternately, as strides require."""
-    if plan.periodic:
-        return True
-    strikes = sorted((s.heel_strike, s.footprint.side) for s in plan.stances if s.heel_strike > 0)
-    sides = [side for _, side in strikes]
-    return len(sides) > 1 and all(a != b for a, b in zip(sides[:-1], sides[1:], strict=True))
+    strikes = sorted(
+        (s.heel_strike, s.footprint.side)
+        for s in plan.unrolled()
+        if plan.periodic or s.heel_strike > 0
+    )
+    later = TIME_TOLERANCE  # feet that land together do not step
+    return len(strikes) > 1 and all(
+        a[1] != b[1] and b[0] - a[0] > later for a, b in pairwise(strikes)
+    )
 
 
 def gait_events(plan: ContactPlan, end: float) -> tuple[GaitEvent, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade import check
+from plantigrade.contact.events import alternates
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
@@ -112,6 +113,38 @@ def test_a_run_takes_shorter_contacts_and_quicker_steps_when_faster():
     assert file.task(person()).plan.advance == pytest.approx(
         4.0 * file.task(person()).plan.duration
     )
+
+
+@pytest.mark.parametrize("legs", ["both", "r", "l"])
+def test_a_hop_lands_after_as_long_a_flight_as_its_height_takes(legs):
+    plan = make_task("hop", person(), {"legs": legs, "hop_height": 0.05}).plan
+    flight = plan.duration - plan.stances[0].toe_off
+    assert GRAVITY * flight**2 / 8 == pytest.approx(0.05, rel=1e-3)
+    assert {s.footprint.side for s in plan.stances} == ({"r", "l"} if legs == "both" else {legs})
+    assert plan.periodic and plan.advance == 0.0 and not alternates(plan)
+
+
+def test_a_hop_too_high_for_its_rate_is_refused():
+    with pytest.raises(ParameterError, match=r"hop 0\.11 m high at most"):
+        make_task("hop", person(), {"hop_height": 0.2})
+    with pytest.raises(ParameterError, match="legs"):
+        make_task("hop", person(), {"legs": "left"})
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+def test_a_hop_on_one_leg_stays_on_it():
+    task = replace(make_task("hop", person(), {"legs": "l"}), nodes_per_second=60.0)
+    s = synthesize(ContactBody.for_plan(person(), task.plan), task)
+    record = s.record(strides=2)
+    assert check(record).ok, check(record).status
+    assert record.motion.events == ()  # no gait
+    force = record.contact_force.sum(axis=0)[:, 2]
+    sides = np.array([site.side for site in record.sites])
+    assert force[sides == "r"].sum() == 0.0 and force[sides == "l"].sum() > 0.0
+    t, up = record.motion.time, record.contact_force[:, :, 2].sum(axis=1) / record.weight
+    assert np.trapezoid(up, t) / t[-1] == pytest.approx(1.0, abs=0.01)
+    assert 2.5 < up.max() < 3.6
 
 
 @pytest.mark.solver
@@ -245,7 +278,7 @@ def test_toes_may_land_before_the_heel():
         ("walk", {"slope": 0.6}, "slope must be -20–20 degrees for walking, not 34.3775"),
         ("walk", {"steps": 100000}, "steps must be a whole number from 2 to 200"),
         ("walk", {"optimise_timing": True}, "optimise_timing needs periodic"),
-        ("hop", {}, "there are"),
+        ("dance", {}, "there are"),
     ],
 )
 def test_what_is_not_possible_is_refused_in_words(name, given, words):

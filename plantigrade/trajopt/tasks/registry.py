@@ -6,6 +6,7 @@ from typing import Any
 from plantigrade.models import Human
 from plantigrade.trajopt.tasks import settings
 from plantigrade.trajopt.tasks.chair import sit_to_stand
+from plantigrade.trajopt.tasks.hopping import hop
 from plantigrade.trajopt.tasks.jumping import jump, take_off
 from plantigrade.trajopt.tasks.reach import reach
 from plantigrade.trajopt.tasks.running import run
@@ -18,6 +19,7 @@ from plantigrade.trajopt.tasks.walking import walk
 MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
     settings.Walk: walk,
     settings.Run: run,
+    settings.Hop: hop,
     settings.SitToStand: sit_to_stand,
     settings.StandToSit: sit_to_stand,
     settings.Squat: squat,

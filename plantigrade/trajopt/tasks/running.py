@@ -88,11 +88,19 @@ def running_terms(step_time: float, contact_time: float) -> tuple[Term, ...]:
     """Return conditions and costs of a run, by the times of a step and of its contact [s]."""
     bent = {"pelvis_tilt": PELVIS_TILT, "elbow_flex": ELBOW_FLEXION}
     return (
+        *flying_terms(step_time, contact_time),
+        Clearance(CLEARANCE),
+        *(Within(f"knee_angle_{s}", STRIKE_KNEE_FLEXION, start=0.0, stop=0.0) for s in "rl"),
+        Posture(UPRIGHT_WEIGHTS, {**STANDING_POSTURE, **bent}),
+    )
+
+
+def flying_terms(step_time: float, contact_time: float) -> tuple[Term, ...]:
+    """Return what running and hopping share, by the times of a step and of its contact [s]."""
+    return (
         Dynamics(),
         Contact(used=USED_FRICTION, soft_landing=False),
-        Clearance(CLEARANCE),
         Limits(speed=MAX_JOINT_SPEED),
-        *(Within(f"knee_angle_{s}", STRIKE_KNEE_FLEXION, start=0.0, stop=0.0) for s in "rl"),
         SolidLimbs(LEG_DISTANCE, ground=np.inf),
         Torque(1.0, TORQUE_WEIGHTS),
         Work(WORK_WEIGHT),
@@ -103,5 +111,4 @@ def running_terms(step_time: float, contact_time: float) -> tuple[Term, ...]:
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
         Upright("trunk", sideways=3.0, away=1.2),
         Upright("pelvis", turning=0.01),
-        Posture(UPRIGHT_WEIGHTS, {**STANDING_POSTURE, **bent}),
     )

@@ -121,6 +121,29 @@ class Run(TaskSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Hop(TaskSettings):
+    """Hop on the spot, on both legs or on one."""
+
+    activity = "hopping"
+    ranges = {"hop_height": (0.01, 0.3, "m"), "hops_per_minute": (60, 240, ""),
+              "strides": (1, 100, "")}  # fmt: skip
+
+    legs: Literal["both", "r", "l"] = "both"
+    """Legs to hop on."""
+    hop_height: float = 0.05
+    """Rise of the centre of mass in flight [m]."""
+    hops_per_minute: float = 132.0
+    """Hops per minute; people choose about 132."""
+    strides: int = 4
+    """Number of hops to write."""
+
+    def __post_init__(self):
+        """Refuse legs that nobody has."""
+        super().__post_init__()
+        word("legs", self.legs, ("both", "r", "l"))
+
+
+@dataclass(frozen=True, kw_only=True)
 class SitToStand(TaskSettings):
     """Rise from a chair."""
 
@@ -265,6 +288,7 @@ class Stand(TaskSettings):
 TASKS: dict[str, type[TaskSettings]] = {
     "walk": Walk,
     "run": Run,
+    "hop": Hop,
     "sit-to-stand": SitToStand,
     "stand-to-sit": StandToSit,
     "squat": Squat,
