@@ -60,7 +60,7 @@ def test_an_interrupted_run_is_checked_and_written(tmp_path, capsys, monkeypatch
 @pytest.mark.parametrize(
     ("words", "match"),
     [
-        (["hop"], "no task 'hop'"),
+        (["dance"], "no task 'dance'"),
         (["walk", "--jump-height", "0.3"], "--jump-height"),
         (["squat", "--speed", "1"], "--speed"),
         (["walk", "--speed", "9"], "speed must be 0.3–2.2 m/s for walking, not 9"),
@@ -101,7 +101,7 @@ def test_help_of_a_task_has_its_own_options_and_no_others(task, capsys):
     shown = capsys.readouterr().out
     assert f"usage: plantigrade synthesize {task}" in shown
     owner = {
-        "--speed": {"walk", "run"}, "--jump-height": {"jump"}, "--recording": {"track"},
+        "--speed": {"walk", "run"}, "--hop-height": {"hop"}, "--jump-height": {"jump"}, "--recording": {"track"},
         "--seat-off": {"sit-to-stand", "stand-to-sit"}, "--motion": {"zhakatayev2023"},
         "--target": {"reach"}, "--clearance": {"side-step"},
     }  # fmt: skip
