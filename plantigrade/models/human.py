@@ -13,7 +13,8 @@ from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
 from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
-from plantigrade.models.mjcf import to_mjcf, with_contact_heights, with_mass_at
+from plantigrade.models.loads import check_loads, loaded
+from plantigrade.models.mjcf import to_mjcf, with_contact_heights, with_inertia
 from plantigrade.models.skeleton import Skeleton, build, split_side
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -52,6 +53,7 @@ class Human:
         trunk_mass: Displacement of the trunk's centre of mass (:meth:`with_trunk_mass`) [m].
         full_sole: Whether the feet contact the ground at all sixteen points of the multi-segment
             foot (:func:`plantigrade.models.feet.foot_parts`).
+        loads: Masses carried (:meth:`with_loads`), by place [kg]; they do not belong to ``mass``.
     """
 
     height: float
@@ -65,6 +67,7 @@ class Human:
     soles: Mapping[str, float] = field(default_factory=dict, repr=False)
     trunk_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
     full_sole: bool = False
+    loads: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     @classmethod
     def create(
@@ -294,13 +297,31 @@ class Human:
             replace(b, inertia=b.inertia.shifted(offset)) if b.name == self.trunk else b
             for b in self.skeleton.bodies
         )
-        place = next(b.inertia.com for b in bodies if b.name == self.trunk)
+        inertia = next(b.inertia for b in bodies if b.name == self.trunk)
         return replace(
             self,
             skeleton=replace(self.skeleton, bodies=bodies),
-            xml=with_mass_at(self.xml, self.trunk, place),
+            xml=with_inertia(self.xml, self.trunk, inertia),
             trunk_mass=(float(total[0]), float(total[1]), float(total[2])),
         )
+
+    def with_loads(self, loads: Mapping[str, float]) -> "Human":
+        """Return the person with loads in addition to those carried already.
+
+        Args:
+            loads: Place (``"back"``, ``"hand_r"`` or ``"hand_l"``) → mass [kg].
+
+        Raises:
+            ParameterError: If there is no such place, or a mass is out of range.
+        """
+        total = {**self.loads, **{n: self.loads.get(n, 0.0) + m for n, m in loads.items()}}
+        check_loads(total)
+        heavier = loaded(self.skeleton, loads, self.height)
+        xml, bodies = self.xml, self.skeleton.bodies
+        for name, inertia in heavier.items():
+            xml = with_inertia(xml, name, inertia)
+        bodies = tuple(replace(b, inertia=heavier.get(b.name, b.inertia)) for b in bodies)
+        return replace(self, skeleton=replace(self.skeleton, bodies=bodies), xml=xml, loads=total)
 
     def with_mass(self, mass: float) -> "Human":
         """Return the person with another body mass [kg] and the same lengths.
@@ -315,6 +336,7 @@ class Human:
         d = self.dimensions
         moved = {"trunk_mass": list(self.trunk_mass)} if any(self.trunk_mass) else {}
         touching = {"full_sole": True} if self.full_sole else {}
+        carried = {"loads": dict(self.loads)} if self.loads else {}
         return {
             "height": self.height,
             "mass": self.mass,
@@ -325,6 +347,7 @@ class Human:
             "soles": dict(self.soles),
             **moved,
             **touching,
+            **carried,
         }
 
     @classmethod
@@ -338,8 +361,10 @@ class Human:
             d = dict(description)
             soles = {str(k): float(v) for k, v in d.pop("soles", {}).items()}
             trunk = [float(v) for v in d.pop("trunk_mass", (0.0, 0.0, 0.0))]
+            loads = {str(k): float(v) for k, v in d.pop("loads", {}).items()}
             human = cls.create(**d)
             human = human.with_trunk_mass(trunk) if any(trunk) else human
+            human = human.with_loads(loads) if loads else human
         except (TypeError, ValueError, AttributeError, OverflowError) as error:
             if isinstance(error, ParameterError):
                 raise

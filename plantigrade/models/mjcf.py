@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from plantigrade.constants import FRICTION, GRAVITY
-from plantigrade.models.parts import Solid
+from plantigrade.models.parts import Inertia, Solid
 from plantigrade.models.skeleton import Body, Skeleton, split_side
 
 _T = TypeVar("_T")
@@ -105,13 +105,23 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def with_mass_at(xml: str, body: str, com: np.ndarray) -> str:
-    """Return the MJCF text with a new centre of mass of a body, in its frame [m]."""
+def with_inertia(xml: str, body: str, inertia: Inertia) -> str:
+    """Return the MJCF text with other mass properties of a body."""
     root = ET.fromstring(xml)
     for inertial in root.iterfind(f".//body[@name='{body}']/inertial"):
-        inertial.set("pos", numbers(com))
+        inertial.attrib.update(_inertial(inertia))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
+
+
+def _inertial(inertia: Inertia) -> dict[str, str]:
+    """Return the attributes of ``<inertial>``."""
+    i = inertia.tensor
+    return {
+        "pos": numbers(inertia.com),
+        "mass": numbers([inertia.mass]),
+        "fullinertia": numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
+    }
 
 
 def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
@@ -123,14 +133,7 @@ def _body(parent: ET.Element, body: Body, pelvis_height: float) -> ET.Element:
         axis, limits = numbers(hinge.axis), numbers([hinge.low, hinge.high])
         joint = {"name": hinge.name, "type": "hinge", "axis": axis, "range": limits}
         ET.SubElement(element, "joint", joint, actuatorfrcrange=numbers(hinge.torque))
-    i = body.inertia.tensor
-    ET.SubElement(
-        element,
-        "inertial",
-        pos=numbers(body.inertia.com),
-        mass=numbers([body.inertia.mass]),
-        fullinertia=numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
-    )
+    ET.SubElement(element, "inertial", _inertial(body.inertia))
     add_shapes(element, body)
     return element
 

@@ -56,6 +56,8 @@ def test_words_are_terms_in_radians_and_their_names_may_be_short():
         ({"sole": "left=0.02"}, "the side is r or l"),
         ({"sole": "l=-0.02"}, "a left leg that is 20 mm shorter, thicken the other sole: r=0.02"),
         ({"sole": "l=20"}, "must be -0.05–0.05 m"),
+        ({"load": "head=5"}, "no 'head'|there are"),
+        ({"load": "back=90"}, "must be 0–60 kg"),
     ],
 )
 def test_words_that_say_nothing_are_refused(words, match):
@@ -120,6 +122,14 @@ def test_a_thicker_sole_lengthens_one_leg():
         before, after = (h.model.geom(name).pos[2] for h in (HUMAN, shod))
         heights.setdefault(side, set()).add(round(float(after - before), 6))
     assert heights == {"r": {-0.02}, "l": {0.0}}
+
+
+def test_a_load_is_carried_and_one_in_one_hand_makes_a_whole_stride():
+    both, one = Impairments(load=("back=15", "hands=4")), Impairments(load=("hand_l=4",))
+    assert dict(both.person(HUMAN).loads) == {"back": 15.0, "hand_r": 2.0, "hand_l": 2.0}
+    assert both.words == ["load back 15 kg", "load hands 4 kg"]
+    walk = make_task("walk", HUMAN, {"periodic": True})
+    assert both.task(HUMAN, walk).plan.mirrored and not one.task(HUMAN, walk).plan.mirrored
 
 
 def test_a_brace_is_a_spring_beside_the_muscles():

@@ -27,6 +27,9 @@ MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
 MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
 
+MAX_LOAD = 60.0  # [kg] largest load at one place; soldiers march with up to 60
+LOAD_PLACES = ("back", "hands", "hand_r", "hand_l")
+
 Words = tuple[str, ...]
 
 
@@ -52,6 +55,10 @@ class Impairments(Bounded):
     sole: Annotated[Words, tyro.conf.UseAppendAction, optional("SIDE=METRES")] = ()
     """Thicker sole of a foot (r or l), which lengthens its leg [m], such as r=0.02; repeatable."""
 
+    load: Annotated[Words, tyro.conf.UseAppendAction, optional("PLACE=KG")] = ()
+    """Load on the back or in the hands (back, hand_r, hand_l, or hands, half in each) [kg], such
+    as back=20; repeatable."""
+
     def __post_init__(self):
         """Refuse words that say nothing."""
         super().__post_init__()
@@ -63,6 +70,7 @@ class Impairments(Bounded):
             self._spring(word)
         for word in self.sole:
             self._sole(word)
+        self._loads()
 
     @property
     def words(self) -> list[str]:
@@ -72,10 +80,13 @@ class Impairments(Bounded):
             *(f"strength {word.replace('=', ' ')}" for word in self.joint_strength),
             *(f"brace {n} {k:g} N m/° at {at:g}°" for n, k, at in map(self._spring, self.brace)),
             *(f"sole {s} {1e3 * up:+g} mm" for s, up in map(self._sole, self.sole)),
+            *(f"load {word.replace('=', ' ')} kg" for word in self.load),
         ]
 
     def person(self, human: "Human") -> "Human":
-        """Return the person with these soles."""
+        """Return the person with these soles and loads."""
+        if self.load:
+            human = human.with_loads(self._loads())
         thicker = dict(map(self._sole, self.sole))
         offsets = {n: -thicker[s] for n, s, _ in human.contact_points if thicker.get(s)}
         return human.with_soles(offsets) if offsets else human
@@ -106,6 +117,22 @@ class Impairments(Bounded):
         sides = dict(map(self._sole, self.sole))
         if sides.get("r", 0.0) != sides.get("l", 0.0):
             found += [Uneven(side) for side in sides]
+        loads = self._loads()
+        if loads.get("hand_r", 0.0) != loads.get("hand_l", 0.0):
+            found.append(Uneven("r"))
+        return found
+
+    def _loads(self) -> dict[str, float]:
+        """Return the mass at each place [kg]."""
+        found: dict[str, float] = {}
+        for word in self.load:
+            name, value = _split("load", word, "PLACE=KG, such as back=20")
+            places = ("hand_r", "hand_l") if name == "hands" else (name,)
+            if name not in LOAD_PLACES:
+                raise ParameterError(f"load={shown(word)}: {known_names(name, LOAD_PLACES)}")
+            (mass,) = _numbers("load", word, [value], 1, 0.0, MAX_LOAD, "kg")
+            for place in places:
+                found[place] = found.get(place, 0.0) + mass / len(places)
         return found
 
     def _range(self, word: str) -> tuple[str, tuple[float, float]]:

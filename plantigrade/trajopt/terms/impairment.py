@@ -91,12 +91,12 @@ class Brace(Term):
 
 @dataclass(frozen=True)
 class Uneven(Term):
-    """The sole of one foot differs from that of the other: no half stride mirrors the other."""
+    """Soles or loads differ between the sides: no half stride mirrors the other."""
 
     side: str  #: The foot, ``"r"`` or ``"l"``
 
     def add_to(self, b: ProblemBuilder) -> None:
-        """Add nothing: the sole belongs to the body."""
+        """Add nothing: soles and loads belong to the body."""
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return nothing."""

@@ -1,0 +1,54 @@
+"""Loads that a person carries: rigid boxes on the back or in the hands.
+
+A load moves with the segment that carries it. It belongs to the masses of the model, and not to the
+mass of the person, which strengths and body weights refer to.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plantigrade.errors import ParameterError, known_names
+from plantigrade.models.parts import Inertia, block, combine
+from plantigrade.models.skeleton import Skeleton
+
+MAX_LOAD = 60.0  # [kg] largest load at one place; soldiers march with up to 60
+REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following lengths belong to
+PLACES = {
+    "back": ("thorax", (-0.2, 0.0, 0.1), (0.12, 0.15, 0.22)),
+    "hand_r": ("hand_r", (0.0, 0.0, -0.12), (0.1, 0.1, 0.1)),
+    "hand_l": ("hand_l", (0.0, 0.0, -0.12), (0.1, 0.1, 0.1)),
+}
+"""Place of a load → the part that carries it, its centre in the frame of that part, and its half
+sizes along x, y and z [m]: a rucksack against the back, a box that hangs in a hand."""
+
+
+def check_loads(loads: Mapping[str, float]) -> None:
+    """Refuse loads that cannot be carried.
+
+    Raises:
+        ParameterError: If there is no such place, or a mass is out of range.
+    """
+    for place, mass in loads.items():
+        if place not in PLACES:
+            raise ParameterError(f"no load on {place!r}; {known_names(place, list(PLACES))}")
+        if not 0.0 <= mass <= MAX_LOAD:
+            raise ParameterError(f"a load on {place} is 0 to {MAX_LOAD:g} kg, not {mass:g}")
+
+
+def loaded(skeleton: Skeleton, loads: Mapping[str, float], height: float) -> dict[str, Inertia]:
+    """Return the inertia of every body that carries a load, with the load, by name.
+
+    Args:
+        skeleton: Bodies without the loads.
+        loads: Place, one of :data:`PLACES` → mass [kg].
+        height: Stature [m].
+    """
+    found = {b.name: b.inertia for b in skeleton.bodies}
+    changed = {}
+    for place, mass in loads.items():
+        part, centre, half = PLACES[place]
+        body, origin = skeleton.parts[part]
+        at = origin + np.array(centre) * (height / REFERENCE_HEIGHT)
+        found[body] = changed[body] = combine([found[body], block(mass, at, np.array(half))])
+    return changed
