@@ -24,7 +24,7 @@ class Command(PrintOptions, Bounded):
 
     Data that the target format cannot hold is left out with a warning; force plates are then
     written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh, .glb,
-    .mp4, .gif, .c3d, .trc, .mot or .osim.
+    .mp4, .gif, .c3d, .trc, .mot, .osim, or BIDS (…_motion.tsv).
     """
 
     activity = "a recording"

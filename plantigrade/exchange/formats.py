@@ -44,6 +44,7 @@ FORMATS = (
     Format("TRC", (".trc",), "markers:write_markers_trc"),
     Format("MOT/STO", (".mot", ".sto"), "markers:write_coordinates"),
     Format("OpenSim model", (".osim",), "opensim_model:write_model"),
+    Format("BIDS motion", (".tsv",), "bids:write_motion"),
 )
 """All formats."""
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
+MAX_NUMBER = 1e9  # of any number of a model; spline coefficients are the largest
 MAX_DEPTH = 20  # of functions within functions; beyond it the file is damaged
 
 
@@ -139,6 +140,8 @@ def numbers(
         raise ValueError(f"{tag} of {_name(node)} has {len(found)} numbers, not {count or 'any'}")
     if not np.isfinite(found).all():
         raise ValueError(f"{tag} of {_name(node)} is not finite")
+    if (most := float(np.abs(found).max())) > MAX_NUMBER:
+        raise ValueError(f"{tag} of {_name(node)} is {most:.1e}, which no model of a person has")
     return found
 
 

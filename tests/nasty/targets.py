@@ -25,6 +25,8 @@ from plantigrade.errors import PlantigradeError
 from plantigrade.io import read, write
 from plantigrade.io.c3d_writer import write_c3d
 from plantigrade.io.csv import write_csv
+from plantigrade.io.osim_body import OsimHuman
+from plantigrade.io.text import read_text
 from plantigrade.io.trc import write_trc
 from plantigrade.learn.policy import Policy
 from plantigrade.models import Human
@@ -39,6 +41,7 @@ from plantigrade.record.inputs import inputs
 from plantigrade.record.metrics import METRICS
 from plantigrade.trajopt import read_task_file
 from tests import nasty
+from tests.io.osim_files import every_joint
 from tests.nasty import npz, runs, seeds
 
 MOST = 1e12
@@ -163,6 +166,15 @@ def marker_set(path: Path) -> None:
     place_markers([*own.landmarks, *own.fixed], person(), own)
 
 
+def own_model(path: Path) -> None:
+    """Read an OpenSim model, and move it."""
+    own = OsimHuman.of(read_text(path), path)
+    names, values = own.to_coordinates(own.standing()[None])
+    require(len(names) == len(own.every_coordinate), "another number of coordinates")
+    require(bool(np.isfinite(values).all()), "a pose is not finite")
+    require(bool(np.isfinite(own.slopes(own.defaults())).all()), "a slope is not finite")
+
+
 def norms_file(path: Path) -> None:
     """Read norms."""
     for name, (mean, sd) in read_norms(path).curves.items():
@@ -280,6 +292,7 @@ TARGETS = {
             )
         ),
         Target("norms", norms_file, seeds.text("a.csv", seeds.NORMS)),
+        Target("OpenSim model", own_model, seeds.text("a.osim", every_joint()), cost=10.0),
         Target("marker set", marker_set, seeds.text("a.toml", seeds.MARKER_SET)),
         Target("task: squat", task_file, seeds.text("a.toml", seeds.SQUAT),
                wholes=seeds.tasks),
