@@ -32,6 +32,7 @@ from plantigrade.kinematics.unmeasured_joints import (
     unmeasured,
 )
 from plantigrade.kinematics.unmeasured_toes import toes_on_ground, unseen_toes_follow
+from plantigrade.kinematics.unseen_feet import with_flat_feet
 from plantigrade.models import Human
 from plantigrade.models.markers import MarkerSet
 from plantigrade.models.person import Person
@@ -93,6 +94,8 @@ def fit_markers(
     notes += more
     if body.grounded:
         human = with_resting_soles(human, places, markers.time[window], qpos, ground=floor)
+    if trial.video is not None:
+        qpos = with_flat_feet(human, tracked, markers.time[window], qpos)
     qpos = toes_on_ground(human, places, qpos, ground=floor)
     qpos = unseen_toes_follow(human, places, qpos)
     seen = measured_hinges(solver.points)

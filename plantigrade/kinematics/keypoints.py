@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.errors import FitError
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
-from plantigrade.models.keypoints import KEYPOINTS
+from plantigrade.models.keypoints import KEYPOINTS, shows_toes
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers
 from plantigrade.motion.filters import fill_gaps, lowpass
@@ -53,9 +53,11 @@ def of_video(
             f"bones; low-pass at {cutoff:.1f} Hz."
         )
     ]
-    marks = {str(KEYPOINTS.get(name))[:-2] for name in markers.names}
-    if not marks & {"hallux", "toe_5", "toe_tip"}:
-        notes.append("no keypoint shows the toes: ankle angles are assumed, not measured.")
+    if not shows_toes(markers.names):
+        notes.append(
+            "no keypoint shows the toes: feet are assumed to stand flat, ankle angles in swing are "
+            "assumed too."
+        )
     floor = None if grounded else floor_under(markers, human)
     if floor is not None:
         markers = replace(markers, positions=markers.positions - [0.0, 0.0, floor])

@@ -73,6 +73,11 @@ def are_keypoints(names: Iterable[str]) -> bool:
     return {f"{joint}_{side}" for joint in _LEGS for side in "rl"} <= marks
 
 
+def shows_toes(names: Iterable[str]) -> bool:
+    """Return whether keypoints show the front of a foot; COCO's end at the ankles."""
+    return any(KEYPOINTS.get(name, "").startswith(("hallux", "toe")) for name in names)
+
+
 def is_without_landmark(name: str) -> bool:
     """Return whether a keypoint shows a part that this package does not follow, as a finger."""
     return name not in KEYPOINTS and _OTHER.search(re.sub(r"[ _]", "", name)) is not None

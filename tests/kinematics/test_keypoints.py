@@ -15,6 +15,7 @@ from plantigrade.kinematics.prepare import prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import textbook_walk
+from plantigrade.kinematics.unseen_feet import with_flat_feet
 from plantigrade.models import Human, Person
 from plantigrade.models.keypoints import are_keypoints
 from plantigrade.models.landmarks import attachments
@@ -61,6 +62,18 @@ def test_sagittal_angles_without_noise(walk):
         true = np.interp(fit.time, walk.time, walk.qpos[:, k])
         error = np.rad2deg(np.sqrt(np.mean((fit.qpos[:, k] - true) ** 2)))
         assert error < most, name
+
+
+def test_feet_that_no_keypoint_shows_stand_flat(walk):
+    """COCO ends at the ankle: a standing foot is flat, and the shank tells the angle."""
+    ankles = [7 + walk.human.hinge(f"ankle_angle_{side}") for side in "rl"]
+    unseen = walk.qpos.copy()
+    unseen[:, ankles] = 0.0
+    found = with_flat_feet(walk.human, SETS["COCO"], walk.time, unseen)
+    off = [np.median(np.abs(qpos - walk.qpos)[:, ankles]) for qpos in (unseen, found)]
+    assert off[1] < 0.6 * off[0]
+    seen = with_flat_feet(walk.human, SETS["HALPE_26"], walk.time, unseen)
+    np.testing.assert_array_equal(seen, unseen)
 
 
 def test_the_floor_is_found_from_the_feet(walk):
