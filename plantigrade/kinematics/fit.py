@@ -18,6 +18,7 @@ from plantigrade.kinematics.calibrator import noise_factor
 from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.keypoints import TILT_OF_VIDEO
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
@@ -102,7 +103,8 @@ def fit_markers(
     assumed = unmeasured(human, seen)
     qpos = follow_the_legs(human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
-    notes = pelvis_notes(human, places, body.attached) + notes
+    tilt = [TILT_OF_VIDEO] if trial.video else pelvis_notes(human, places, body.attached)
+    notes = tilt + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])

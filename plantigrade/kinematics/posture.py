@@ -123,7 +123,7 @@ def pelvis_notes(
         return [] if any(p.spread <= BONE_SPREAD for p in known) else [_BELT]
     return [
         "no marker shows the back of the pelvis: its tilt, and hip flexion with it, follow from "
-        "legs and trunk and may be off by ten degrees; the shape of the curves is unaffected."
+        "the legs and may be off by ten degrees; the shape of the curves is unaffected."
     ]
 
 
