@@ -79,13 +79,13 @@ def analyse_osim(
         Motion(motion.time, motion.qpos, motion.qvel, human.joint_names, motion.qacc, events),
         qfrc_actuator=None if forces is None else osim_moments(human, motion, forces),
         **_contact(human, forces),
-        signals={"markers.residual": fit.residual},
+        signals={} if fit.residual is None else {"markers.residual": fit.residual},
         recorded_markers=fit.markers,
         fitted_markers=_fitted(fit, motion),
         notes=tuple(notes),
     )
     figures = {
-        **_errors(fit.residual),
+        **({} if fit.residual is None else _errors(fit.residual)),
         "height_m": human.height,
         "mass_kg": human.mass,
         "cutoff_hz": cutoff if possible else None,
@@ -144,7 +144,9 @@ def _contact(human: OsimHuman, forces: FootForces | None) -> dict[str, Any]:
     }
 
 
-def _fitted(fit: OsimFit, motion: OsimMotion) -> Float[Array, "n m 3"]:
+def _fitted(fit: OsimFit, motion: OsimMotion) -> Float[Array, "n m 3"] | None:
+    if fit.markers is None:
+        return None
     spelled = {name.lower(): place for name, place in fit.human.places.items()}
     places = [spelled[name.lower()] for name in fit.markers.names]
     return PointSet.of(fit.human, places).path(motion.qpos)

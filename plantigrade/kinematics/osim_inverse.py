@@ -18,7 +18,7 @@ from plantigrade.errors import FitError
 from plantigrade.io.osim_body import OsimHuman
 from plantigrade.kinematics.inverse import bounded_step
 from plantigrade.kinematics.state import PointSet, State
-from plantigrade.motion import Markers
+from plantigrade.motion import Markers, Table
 
 MIN_MARKERS = 6  # on the model and in the recording; a person with fewer is undetermined
 MIN_SEEN = 3  # markers of a frame that place the root
@@ -30,14 +30,16 @@ HEADINGS = np.deg2rad([0.0, 90.0, 180.0, 270.0])  # tried in the first frame
 
 @dataclass(frozen=True)
 class OsimFit:
-    """Markers on a person's own model."""
+    """A recording on a person's own model."""
 
     human: OsimHuman
     time: Float[Array, " n_frames"]  #: Time of each frame [s]
     u: Float[Array, "n_frames n_coordinates"]  #: Coordinates of the model [rad, m]
-    markers: Markers  #: The recorded markers that the model has, on these frames
-    residual: Float[Array, "n_frames n_markers"]  #: Distance of each from the model's [m]
     notes: tuple[str, ...]  #: Warnings, one sentence each
+    #: The recorded markers that the model has, on these frames; None for joint angles
+    markers: Markers | None = None
+    #: Distance of each from the model's [m]
+    residual: Float[Array, "n_frames n_markers"] | None = None
 
 
 def fit_osim(human: OsimHuman, recorded: Markers) -> OsimFit:
@@ -87,7 +89,41 @@ def fit_osim(human: OsimHuman, recorded: Markers) -> OsimFit:
             column[missing] = np.interp(
                 markers.time[missing], markers.time[~missing], column[~missing]
             )
-    return OsimFit(human, markers.time, u, markers, residual, tuple(notes))
+    return OsimFit(human, markers.time, u, tuple(notes), markers, residual)
+
+
+def take_coordinates(human: OsimHuman, recorded: Table) -> OsimFit:
+    """Return the motion of a model whose coordinates were computed elsewhere.
+
+    Coordinates that the recording lacks keep their default.
+
+    Args:
+        human: The person.
+        recorded: Coordinates [rad, m], knee flexion positive.
+
+    Raises:
+        FitError: If none is a coordinate of the model, or values are missing.
+    """
+    known = [c.name for c in human.every_coordinate]
+    shared = [name for name in recorded.names if name in known]
+    if not shared:
+        raise FitError(
+            f"the recording has none of the coordinates of the model: {', '.join(known[:12])}"
+        )
+    u = np.tile(human.defaults(), (len(recorded.time), 1))
+    for name in shared:
+        k = known.index(name)
+        u[:, k] = recorded[name] * human.signs[k]
+    if not np.isfinite(u).all():
+        raise FitError("coordinates of the recording have gaps; fill them first")
+    lacking = [name for name in known if name not in shared]
+    unknown = [name for name in recorded.names if name not in known]
+    notes = []
+    if lacking:
+        notes.append(f"coordinates without a value kept their default: {', '.join(lacking)}.")
+    if unknown:
+        notes.append(f"columns that are no coordinate of the model: {', '.join(unknown)}.")
+    return OsimFit(human, recorded.time, u, tuple(notes))
 
 
 class OsimInverse:

@@ -9,7 +9,7 @@ from plantigrade.errors import FitError
 from plantigrade.io.osim import MAX_BYTES
 from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.text import read_text
-from plantigrade.kinematics.osim_inverse import fit_osim
+from plantigrade.kinematics.osim_inverse import fit_osim, take_coordinates
 from plantigrade.kinematics.plausibility import verdict
 from plantigrade.motion import Recording
 from plantigrade.record import Provenance, Run
@@ -34,26 +34,30 @@ def fit_own_model(recording: Recording, how: FitSettings, *, command: str = "") 
     assert how.model is not None
     began = time.perf_counter()
     how.refuse(USELESS, "with a model of your own")
-    if recording.markers is None or not recording.markers.names:
-        raise FitError(
-            f"{recording.source.name} holds no markers; a model of your own follows markers (.trc, "
-            ".c3d)"
-        )
     model = Path(how.model)
     human = OsimHuman.of(read_text(model, MAX_BYTES), model, height=how.height, sex=how.sex)
-    fit = fit_osim(human, recording.markers)
+    if recording.markers is not None and recording.markers.names:
+        fit = fit_osim(human, recording.markers)
+    elif recording.coordinates is not None:
+        fit = take_coordinates(human, recording.coordinates)
+    else:
+        raise FitError(
+            f"{recording.source.name} holds neither markers nor joint angles, which a model of "
+            "your own could follow"
+        )
     fit = replace(fit, notes=(*recording.warnings, *fit.notes))
     trial = analyse_osim(fit, recording.plates, how.cutoff)
     figures = trial.figures
+    error = figures.get("marker_rms_mean_mm")
+    followed = "joint angles"
+    if fit.markers is not None and error is not None:
+        followed = f"{len(fit.markers.names)} markers, RMS error {error:.1f} mm"
     return Run(
         trial.record,
         "fit",
         title=recording.source.name,
-        sentence=(
-            f"{recording.source.name} on the model {model.name}: "
-            f"{len(fit.markers.names)} markers, RMS error {figures['marker_rms_mean_mm']:.1f} mm."
-        ),
-        status=verdict(1e-3 * figures["marker_rms_mean_mm"], "marker"),
+        sentence=f"{recording.source.name} on the model {model.name}: {followed}.",
+        status=verdict(None if error is None else 1e-3 * error, "marker"),
         figures=figures,
         provenance=Provenance(
             command,

@@ -77,14 +77,29 @@ def test_the_command_writes_pages_and_what_needs_our_anatomy_is_refused(short, t
         assert "without --model" in capsys.readouterr().err
 
 
-def test_options_of_a_scaled_human_and_files_without_markers_are_refused(short, tmp_path):
+def test_options_of_a_scaled_human_are_refused(short):
     with pytest.raises(ParameterError, match="joints has no effect with a model of your own"):
         pg.fit(short / "kick.trc", model=short / "anna.osim", joints="43")
-    human = Human.create()
-    names, values = human.to_coordinates(np.tile(human.standing(), (5, 1)))
-    write_mot(Table(names, 0.1 * np.arange(5), values), tmp_path / "angles.mot")
-    with pytest.raises(FitError, match="holds no markers"):
-        pg.fit(tmp_path / "angles.mot", model=short / "anna.osim")
+
+
+def test_joint_angles_of_a_file_move_the_model_as_they_are(short, tmp_path):
+    human = OsimHuman.of((short / "anna.osim").read_text(encoding="utf-8"))
+    names = [c.name for c in human.every_coordinate]
+    u = np.tile(human.defaults(), (40, 1))
+    u[:, names.index("knee_angle_r")] = np.sin(np.linspace(0, 3, 40))
+    time = 0.02 * np.arange(40)
+    written = Table((*names[1:], "mine_r"), time, np.roll(u, -1, axis=1))
+    write_mot(written, tmp_path / "angles.mot")
+    run = pg.fit(tmp_path / "angles.mot", model=short / "anna.osim", cutoff=20)
+    assert run.ok and "joint angles" in run.sentence
+    knee = u[:, names.index("knee_angle_r")]
+    assert run.record.motion["knee_angle_r"] == pytest.approx(knee, abs=0.01)
+    notes = "\n".join(run.record.notes)
+    assert "mine_r" in notes and f"default: {names[0]}" in notes
+    table = Table(("ankle_angle_x", "elbow_flexion_r"), time, u[:, :2])
+    write_mot(table, tmp_path / "other.mot")
+    with pytest.raises(FitError, match="none of the coordinates"):
+        pg.fit(tmp_path / "other.mot", model=short / "anna.osim")
 
 
 @pytest.mark.slow
