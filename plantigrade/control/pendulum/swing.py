@@ -39,9 +39,11 @@ class SwingPathSettings:
     """Distance before and behind the ankle by which the ground tilts the foot [leg lengths]."""
     raised_phase: tuple[float, float] = (0.35, 0.7)
     """Parts of a swing between which the foot is above what is in its way."""
-    max_leg_extension: float = 0.998
-    """Greatest distance of hip and ankle [leg lengths]: a knee flexed by 7°, as people's at heel
-    strike; 0.99 are 16°."""
+    max_leg_extension: float = 1.02
+    """Greatest distance of hip and ankle of a desired foot [leg lengths]: near full extension knees
+    resist by themselves. With 0.998, a knee flexed by 7°, feet were stopped in the air by 60 m/s²
+    before most touchdowns; that threw the trunk forward, and hips stopped it after the strike with
+    up to three times the recorded moment."""
     reach_braking: float = 30.0
     """Deceleration with which a foot stops at that distance [m/s²]. A velocity that ends there at
     once threw the trunk forward in every step."""
