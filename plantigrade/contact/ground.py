@@ -155,7 +155,7 @@ class Ground:
     def of_plan(cls, plan: ContactPlan, friction: float = FRICTION) -> "Ground":
         """Return the ground of a plan along x, with steps between footprints of different height.
 
-        Edges are close to the higher footprint.
+        Edges are close to the higher footprint. An obstacle is a step up and one down.
         """
         prints = sorted((s.footprint.position[0], s.footprint.position[2]) for s in plan.stances)
         steps = []
@@ -164,8 +164,13 @@ class Ground:
                 steps.append(
                     GroundStep(x1 - FOOT_BEHIND_ANKLE if z1 > z0 else x0 + FOOT_AHEAD_OF_ANKLE, z1)
                 )
-        seats = tuple({s.site.name: Seat(s.site.name, s.position) for s in plan.supports}.values())
         height = prints[0][1] if prints else 0.0
+        for block in plan.obstacles:
+            near, far = block.x - block.width / 2, block.x + block.width / 2
+            level = cls(height, steps=tuple(steps)).along(np.array(block.x))
+            steps += [GroundStep(near, float(level) + block.height), GroundStep(far, float(level))]
+            steps.sort(key=lambda step: step.x)
+        seats = tuple({s.site.name: Seat(s.site.name, s.position) for s in plan.supports}.values())
         return cls(height, plan.slope, tuple(steps), seats, friction)
 
     @cached_property

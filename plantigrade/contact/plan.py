@@ -92,6 +92,15 @@ class PointSupport:
 
 
 @dataclass(frozen=True)
+class Obstacle:
+    """A block on the ground across the path, which the feet step over."""
+
+    x: float  #: Position of its middle [m]
+    height: float  #: Height [m]
+    width: float = 0.08  #: Extent along x [m]
+
+
+@dataclass(frozen=True)
 class ContactPlan:
     """All stances and supports of a motion.
 
@@ -106,6 +115,7 @@ class ContactPlan:
         supports: Supports other than the ground.
         slope: Inclination of the ground along x, positive uphill [rad]; positions are in axes of
             the ground.
+        obstacles: Blocks on the ground between footprints, in order of x.
     """
 
     duration: float
@@ -115,6 +125,7 @@ class ContactPlan:
     advance: float = 0.0
     supports: tuple[PointSupport, ...] = ()
     slope: float = 0.0
+    obstacles: tuple[Obstacle, ...] = ()
 
     @property
     def to_world(self) -> Float[Array, "3 3"]:

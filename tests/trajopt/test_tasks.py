@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from plantigrade import check
+from plantigrade.analyze.feet import foot_path
 from plantigrade.contact.events import alternates
+from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
@@ -145,6 +147,33 @@ def test_a_hop_on_one_leg_stays_on_it():
     t, up = record.motion.time, record.contact_force[:, :, 2].sum(axis=1) / record.weight
     assert np.trapezoid(up, t) / t[-1] == pytest.approx(1.0, abs=0.01)
     assert 2.5 < up.max() < 3.6
+
+
+def test_a_block_lies_between_two_footprints_and_is_ground_for_the_check():
+    plan = make_task("walk", person(), {"obstacle_height": 0.2, "speed": 1.0}).plan
+    (block,) = plan.obstacles
+    ground = Ground.of_plan(plan)
+    assert ground.along(np.array([block.x])) == pytest.approx(0.2)
+    feet = np.array([s.footprint.position[0] for s in plan.stances])
+    assert np.all(ground.along(feet + 0.07, 0.2) == 0.0)  # from heel to toes
+    with pytest.raises(ParameterError, match="leave no room"):
+        make_task("walk", person(), {"obstacle_height": 0.2, "speed": 0.3})
+    with pytest.raises(ParameterError, match="even ground"):
+        make_task("walk", person(), {"obstacle_height": 0.2, "periodic": True})
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+def test_both_feet_pass_over_a_block():
+    task = make_task("walk", person(), {"obstacle_height": 0.1, "speed": 1.0, "steps": 2})
+    s = synthesize(ContactBody.for_plan(person(), task.plan), task)
+    record = s.record()
+    assert check(record).ok, check(record).status
+    (block,) = task.plan.obstacles
+    heel = foot_path(record.human, record.motion.qpos).heel
+    for foot in heel.swapaxes(0, 1):
+        over = np.abs(foot[:, 0] - block.x) < block.width / 2
+        assert over.any() and foot[over, 2].min() > 0.1
 
 
 @pytest.mark.solver

@@ -53,6 +53,7 @@ class Walk(TaskSettings):
         "turn": (-720, 720, "degrees"),
         "slope": (-20, 20, "degrees"),
         "step_height": (-1, 1, "m"),
+        "obstacle_height": (0, 0.5, "m"),
         "strides": (1, 100, ""),
     }
 
@@ -74,6 +75,8 @@ class Walk(TaskSettings):
     """Height of a single step in the middle of the path, negative down [m]."""
     heights: Heights = None
     """Height of the ground under each step [m], instead of a single step."""
+    obstacle_height: float = 0.0
+    """Height of a block in the middle of the path, to step over [m]."""
     optimise_timing: Flag = False
     """Optimise step length, stance duration and heel rise of a periodic walk."""
     strides: int = 2
@@ -88,7 +91,7 @@ class Walk(TaskSettings):
             raise ParameterError("strides needs periodic; without it give steps")
         if self.steps != Walk.steps and self.periodic:
             raise ParameterError("a periodic walk has no number of steps; give strides instead")
-        uneven = self.step_height or self.heights is not None
+        uneven = self.step_height or self.heights is not None or self.obstacle_height
         if self.periodic and (self.turn or uneven):
             raise ParameterError(
                 "a periodic walk is straight and on even ground: leave out turn and heights, or "

@@ -31,6 +31,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from plantigrade.contact.ground import FOOT_AHEAD_OF_ANKLE, FOOT_BEHIND_ANKLE
+from plantigrade.contact.plan import ContactPlan, Obstacle
+from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters, leg_length
@@ -42,6 +45,7 @@ from plantigrade.trajopt.terms.contact import Clearance, Contact, Dynamics, Forc
 from plantigrade.trajopt.terms.effort import Acceleration, Endurance, Jerk, Torque, Work
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.terms.momentum import AngularMomentum
+from plantigrade.trajopt.terms.obstacle import StepOver
 from plantigrade.trajopt.terms.posture import Posture, PostureAt, Quiet, Rest, Upright
 from plantigrade.trajopt.terms.solid import SolidLimbs
 from plantigrade.trajopt.terms.term import Term
@@ -154,14 +158,37 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
     plan = walk_plan(human, p, steps=parameters.steps, turn=parameters.turn, heights=heights)
     check_support(human, plan)
     plan = replace(plan, slope=parameters.slope)
+    if parameters.obstacle_height:
+        plan = replace(plan, obstacles=(obstacle(plan, parameters.obstacle_height),))
 
     ends = walking_guess(human, plan, p, np.array([0.0, plan.duration]))
     ends[:, 0] -= parameters.slope  # pelvis tilt: upright
     terms: list[Term] = [*walking_terms(p.step_time, parameters.slope)]
+    if plan.obstacles:
+        terms.append(StepOver())
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
     faster = max(1.0, parameters.speed / USUAL_SPEED)
     return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
+
+
+def obstacle(plan: ContactPlan, height: float) -> Obstacle:
+    """Return a block of a height [m] in the middle of a straight way, between two footprints.
+
+    Raises:
+        ParameterError: If the steps are too short to leave room for it.
+    """
+    places = sorted({s.footprint.position[0] for s in plan.stances})
+    behind = (len(places) - 1) // 2
+    toes = places[behind] + FOOT_AHEAD_OF_ANKLE
+    heel = places[behind + 1] - FOOT_BEHIND_ANKLE
+    block = Obstacle((toes + heel) / 2, height)
+    if heel - toes < block.width:
+        raise ParameterError(
+            f"steps of {places[behind + 1] - places[behind]:.2f} m leave no room for a block of "
+            f"{block.width:g} m between two footprints: give a higher speed or a longer step_length"
+        )
+    return block
 
 
 def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:

@@ -1,7 +1,7 @@
 r"""Terms of contact: equations of motion, what stands, what swings, what forces cost."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -125,7 +125,7 @@ class Clearance(Term):
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit heights of the sites of a swinging foot."""
-        family, ground = b.family("contact"), Ground.of_plan(b.plan)
+        family, ground = b.family("contact"), Ground.of_plan(replace(b.plan, obstacles=()))
         for side, one, two in _swings(b.plan):
             swing = (b.nodes > one.toe_off) & (b.nodes < two.heel_strike)
             at = np.flatnonzero(swing).tolist()
