@@ -10,7 +10,8 @@ from tests.exchange.moving import moving
 
 bpy = pytest.importorskip("bpy")
 
-AXES = np.array(
+AXES = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+"""From axes of Blender (x left, y backward, z up) to ours."""
     [[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]
 )  # Blender's (x left, y backward, z up) to ours
 
@@ -26,9 +27,10 @@ def heads(frame: int) -> dict[str, np.ndarray]:
     bpy.context.scene.frame_set(frame)
     bpy.context.view_layer.update()
     armature = skeleton()
+    bones = armature.pose.bones
     return {
         bone.name: AXES @ np.array(armature.matrix_world @ bone.head)
-        for bone in armature.pose.bones
+        for bone in bones
     }
 
 
