@@ -12,8 +12,6 @@ bpy = pytest.importorskip("bpy")
 
 AXES = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 """From axes of Blender (x left, y backward, z up) to ours."""
-    [[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]
-)  # Blender's (x left, y backward, z up) to ours
 
 
 def skeleton():
@@ -28,10 +26,7 @@ def heads(frame: int) -> dict[str, np.ndarray]:
     bpy.context.view_layer.update()
     armature = skeleton()
     bones = armature.pose.bones
-    return {
-        bone.name: AXES @ np.array(armature.matrix_world @ bone.head)
-        for bone in bones
-    }
+    return {bone.name: AXES @ np.array(armature.matrix_world @ bone.head) for bone in bones}
 
 
 def check(run, first: int, tolerance: float) -> None:

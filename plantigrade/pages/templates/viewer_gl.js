@@ -232,7 +232,7 @@ function smoothed(w, h) {    // what is drawn with four samples for a pixel, the
 function draw(paper = null) {
   const now = instant(), { com: c, level: base } = now, simple = quality.simple && !paper;
   if (state.follow) camera.target = closeUp() ? Array.from(now.poses.subarray(8 * F.body[0], 8 * F.body[0] + 3)) : [c[0], c[1], camera.height + base];
-  const ratio = simple ? 0.6 * Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio);
+  const ratio = simple ? 0.55 * Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio);
   const { width: w, height: h } = paper ?? { width: Math.round(canvas.clientWidth * ratio), height: Math.round(canvas.clientHeight * ratio) };
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
   if (!w || !h) return;
