@@ -1,0 +1,241 @@
+"""The motion of a robot, its figures, and the files in which learning frameworks read it."""
+
+import io
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.motion.filters import runs
+from plantigrade.robots.robot import Robot
+from plantigrade.robots.targets import SWING, Targets
+
+MAX_SLIP = 2.0  # [mm] of a point of a sole while it touches the ground; of a foot that stands
+MAX_DEPTH = 1.0  # [mm] of a sole below the ground
+TOUCHING = 0.001  # [m] height of a point that touches the ground
+
+
+@dataclass(frozen=True, eq=False)
+class RobotMotion:
+    """The motion of a robot that took over that of a person.
+
+    It is no Record: a Record holds a :class:`~plantigrade.models.Human`.
+    """
+
+    robot: Robot  #: The robot
+    targets: Targets  #: What it was to do
+    qpos: Float[Array, "n_frames nq"]  #: Poses; the quaternion of the root is w x y z [m, rad]
+
+    @property
+    def time(self) -> Float[Array, " n_frames"]:
+        """Instants from zero [s]."""
+        return self.targets.time - self.targets.time[0]
+
+    @property
+    def rate(self) -> float:
+        """Frames per second [Hz]."""
+        return float(1.0 / np.median(np.diff(self.targets.time)))
+
+    @cached_property
+    def qvel(self) -> Float[Array, "n_frames nv"]:
+        """Velocities, from differences of the poses before and after [m/s, rad/s]."""
+        model, n = self.robot.model, len(self.qpos)
+        found = np.empty((n, model.nv))
+        for k in range(n):
+            a, b = max(k - 1, 0), min(k + 1, n - 1)
+            mujoco.mj_differentiatePos(
+                model, found[k], float(self.time[b] - self.time[a]), self.qpos[a], self.qpos[b]
+            )
+        return found
+
+    @cached_property
+    def bodies(self) -> dict[str, Float[Array, "n_frames n_bodies k"]]:
+        """Pose and velocity of every body but the world: ``position``, ``quaternion`` (w x y z).
+
+        With them go ``velocity`` and ``angular_velocity`` of the body's frame, world, and ``cvel``,
+        the velocity of the centre of mass as MuJoCo states it [m, m/s, rad/s].
+        """
+        model, data = self.robot.model, mujoco.MjData(self.robot.model)
+        names = ("position", "quaternion", "velocity", "angular_velocity", "cvel", "com")
+        found: dict[str, list] = {name: [] for name in names}
+        twist = np.zeros(6)
+        for qpos, qvel in zip(self.qpos, self.qvel, strict=True):
+            data.qpos, data.qvel = qpos, qvel
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            twists = []
+            for body in range(1, model.nbody):
+                kind = mujoco.mjtObj.mjOBJ_XBODY
+                mujoco.mj_objectVelocity(model, data, kind, body, twist, 0)
+                twists.append(twist.copy())
+            found["position"].append(data.xpos[1:].copy())
+            found["quaternion"].append(data.xquat[1:].copy())
+            found["velocity"].append([t[3:] for t in twists])
+            found["angular_velocity"].append([t[:3] for t in twists])
+            found["cvel"].append(data.cvel.copy())
+            found["com"].append(data.subtree_com.copy())
+        return {name: np.array(values) for name, values in found.items()}
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """Figures of the motion, with the unit as suffix."""
+        slip, depth = self._feet()
+        model = self.robot.model
+        limited = model.jnt_limited[1:] != 0
+        low, high = model.jnt_range[1:].T
+        over = np.maximum(low - self.qpos[:, 7:], self.qpos[:, 7:] - high)[:, limited]
+        hips, turn, limbs = self._errors()
+        return {
+            "duration_s": float(self.time[-1]),
+            "rate_hz": self.rate,
+            "scale": self.targets.scale,
+            "arm_abduction_deg": float(np.degrees(self.targets.abduction)),
+            "slip_max_mm": slip,
+            "depth_max_mm": depth,
+            "range_violation_deg": float(np.degrees(max(over.max(initial=0.0), 0.0))),
+            "hip_error_mm": 1000.0 * hips,
+            "pelvis_error_deg": turn,
+            "limb_error_deg": limbs,
+            "hinge_speed_max_rad_s": float(np.abs(self.qvel[:, 6:]).max()),
+            "self_contact_max_mm": self._self_contact(),
+        }
+
+    @property
+    def status(self) -> str:
+        """``"ok"``, or what is wrong."""
+        f, wrong = self.figures, []
+        if f["slip_max_mm"] > MAX_SLIP:
+            wrong.append(f"a foot slips by {f['slip_max_mm']:.1f} mm (allowed: {MAX_SLIP:g})")
+        if f["depth_max_mm"] > MAX_DEPTH:
+            wrong.append(f"a foot is {f['depth_max_mm']:.1f} mm below the ground")
+        if f["range_violation_deg"] > 1e-6:
+            wrong.append(f"a joint is {f['range_violation_deg']:.2g}° beyond its range")
+        return "; ".join(wrong) or "ok"
+
+    def _soles(self, side: str) -> Float[Array, "n_frames n_points 3"]:
+        """Return the lowest points of the spheres of a sole [m]."""
+        sole, k = self.robot.soles[side], self.robot.soles[side].body - 1
+        quat = self.bodies["quaternion"][:, k]
+        axes = np.empty((len(quat), 9))
+        for row, q in zip(axes, quat, strict=True):
+            mujoco.mju_quat2Mat(row, q)
+        axes = axes.reshape(-1, 3, 3)
+        local = sole.origin + sole.points @ sole.rotation.T
+        found = self.bodies["position"][:, k, None] + np.einsum("nij,pj->npi", axes, local)
+        found[..., 2] -= sole.radius
+        return found
+
+    def _feet(self) -> tuple[float, float]:
+        """Return how far a point slips while it touches the ground, and how deep one is [mm]."""
+        slip = depth = 0.0
+        for side in SIDES:
+            points = self._soles(side)
+            depth = max(depth, float(-points[..., 2].min()))
+            standing = self.targets.phase[side] != SWING
+            for p in range(points.shape[1]):
+                for contact in runs(standing & (points[:, p, 2] < TOUCHING)):
+                    path = points[contact, p, :2]
+                    slip = max(slip, float(np.linalg.norm(path - path[0], axis=1).max()))
+        return 1000.0 * slip, 1000.0 * depth
+
+    def _errors(self) -> tuple[float, float, float]:
+        """Return RMS errors of hips [m], pelvis [deg] and limbs [deg]."""
+        model, data, robot = self.robot.model, mujoco.MjData(self.robot.model), self.robot
+        goals, targets = self.targets.rotation["pelvis"], self.targets
+        data.qpos = robot.standing
+        mujoco.mj_kinematics(model, data)
+        pelvis = robot.joints["pelvis"]
+        rest = robot.facing.T @ data.xmat[pelvis].reshape(3, 3)
+        hips, turns, limbs = [], [], []
+
+        def point(name: str) -> Float[Array, " 3"]:
+            body = robot.joints[name]
+            return data.xpos[body] + data.xmat[body].reshape(3, 3) @ robot.points[name]
+
+        for k, qpos in enumerate(self.qpos):
+            data.qpos = qpos
+            mujoco.mj_kinematics(model, data)
+            hips.append(np.mean([point("hip_r"), point("hip_l")], axis=0) - targets.hips[k])
+            turn = goals[k] @ rest @ data.xmat[pelvis].reshape(3, 3).T
+            turns.append(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
+            for (a, b), goal in targets.direction.items():
+                along = point(b) - point(a)
+                limbs.append(np.arccos(np.clip(along @ goal[k] / np.linalg.norm(along), -1, 1)))
+        root = [np.sqrt(np.mean(np.square(values))) for values in (turns, limbs)]
+        hip = np.sqrt(np.mean(np.sum(np.square(hips), axis=1)))
+        return float(hip), *(float(np.degrees(value)) for value in root)
+
+    def _self_contact(self) -> float:
+        """Return how deep two parts that are no neighbours are inside one another at most [mm]."""
+        model, data, deepest = self.robot.model, mujoco.MjData(self.robot.model), 0.0
+        for qpos in self.qpos:
+            data.qpos = qpos
+            mujoco.mj_fwdPosition(model, data)
+            for contact in data.contact:
+                a, b = model.geom_bodyid[contact.geom]
+                if model.body_weldid[a] and model.body_weldid[b]:
+                    deepest = max(deepest, -float(contact.dist))
+        return 1000.0 * deepest
+
+    def files(self) -> dict[str, bytes]:
+        """Return the files by name.
+
+        ``motion.npz`` is in the layout of mjlab's and Isaac Lab's motion tracking, ``motion.csv``
+        in that of Unitree's retargeted LAFAN1 (position and x y z w of the root, then the hinges),
+        ``trajectory.npz`` in that of loco-mujoco.
+        """
+        root = self.qpos[:, [0, 1, 2, 4, 5, 6, 3]]
+        text = io.StringIO()
+        np.savetxt(text, np.hstack([root, self.qpos[:, 7:]]), "%.6f", ",")
+        return {
+            "motion.npz": _npz(self._mjlab()),
+            "motion.csv": text.getvalue().encode(),
+            "trajectory.npz": _npz(self._loco()),
+        }
+
+    def _mjlab(self) -> dict[str, Any]:
+        bodies = self.bodies
+        return {
+            "fps": np.array([self.rate]),
+            "joint_pos": self.qpos[:, 7:].astype(np.float32),
+            "joint_vel": self.qvel[:, 6:].astype(np.float32),
+            "body_pos_w": bodies["position"].astype(np.float32),
+            "body_quat_w": bodies["quaternion"].astype(np.float32),
+            "body_lin_vel_w": bodies["velocity"].astype(np.float32),
+            "body_ang_vel_w": bodies["angular_velocity"].astype(np.float32),
+            "joint_names": np.array(self.robot.hinges),
+            "body_names": np.array(self.robot.bodies),
+        }
+
+    def _loco(self) -> dict[str, Any]:
+        model, bodies = self.robot.model, self.bodies
+        n = len(self.qpos)
+        world = np.zeros((n, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1, 1))
+        names = [model.joint(0).name or "root", *self.robot.hinges]
+        fields = ("rootid", "weldid", "mocapid", "pos", "quat", "ipos", "iquat")
+        return {
+            "joint_names": np.array(names),
+            "body_names": np.array(["world", *self.robot.bodies]),
+            "frequency": np.array(self.rate),
+            "njnt": np.array(model.njnt),
+            "jnt_type": model.jnt_type,
+            "nbody": np.array(model.nbody),
+            **{f"body_{name}": getattr(model, f"body_{name}") for name in fields},
+            "qpos": self.qpos,
+            "qvel": self.qvel,
+            "xpos": np.concatenate([world[0], bodies["position"]], axis=1),
+            "xquat": np.concatenate([world[1], bodies["quaternion"]], axis=1),
+            "cvel": bodies["cvel"],
+            "subtree_com": bodies["com"],
+            "split_points": np.array([0, n]),
+        }
+
+
+def _npz(arrays: dict[str, Any]) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, **arrays)
+    return file.getvalue()

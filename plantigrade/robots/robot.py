@@ -1,0 +1,224 @@
+"""A robot as a MuJoCo model: which of its bodies are which parts of a person."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
+from plantigrade.errors import FileError, FitError, ParameterError
+from plantigrade.models.joint_names import JointMap, identify, split_name
+from plantigrade.printable import listed
+from plantigrade.robots.sole import Sole, sole_of
+
+AXIS_WORDS = re.compile(
+    r"(?:^|[_\-. ])(?:pitch|roll|yaw|link|body|joint|aa|fe|haa|hfe|x|y|z|\d+)(?=$|[_\-. ])", re.I
+)
+"""Words for one of several bodies at a joint (``left_hip_roll_link``)."""
+LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+"""Limbs whose directions are retargeted: from one joint to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot that stands in its zero pose, facing any way.
+
+    Attributes:
+        model: Its model; the first joint is free.
+        joints: Joint of a person (``"hip_l"``, ``"pelvis"``, ``"torso"``) → its body.
+        points: Joint of a person → its centre in that body's frame [m].
+        standing: The zero pose with the soles on the ground.
+        facing: Rotation from axes x forward, y left, z up to those of the model.
+        soles: Soles of the feet, by side.
+        leg_length: Height of the hips over the ground of straight legs [m].
+    """
+
+    model: mujoco.MjModel
+    joints: Mapping[str, int]
+    points: Mapping[str, Float[Array, " 3"]]
+    standing: Float[Array, " nq"]
+    facing: Float[Array, "3 3"]
+    soles: Mapping[str, Sole]
+    leg_length: float
+
+    @classmethod
+    def load(cls, path: str | Path, names: Mapping[str, str] | None = None) -> "Robot":
+        """Return the robot of an MJCF file, or URDF that MuJoCo reads.
+
+        Args:
+            path: The file. A root without a free joint gets one.
+            names: Joint of a person → body of the robot, for names that say nothing
+                (``{"hip_l": "L_leg_1"}``): ``hip``, ``knee``, ``ankle``, ``shoulder``, ``elbow``,
+                ``wrist`` with ``_l`` and ``_r``, ``pelvis``, ``torso``, ``head``.
+
+        Raises:
+            FileError: If MuJoCo cannot read the file.
+            FitError: If hips, knees or ankles cannot be identified.
+            ParameterError: If ``names`` holds an unknown joint or body.
+        """
+        path = Path(path).expanduser()
+        if not path.is_file():
+            raise FileError(path, "there is no such file", remedy="check the name and the folder")
+        try:
+            spec = mujoco.MjSpec.from_file(str(path))
+            roots = [body for body in spec.bodies if body.parent == spec.worldbody]
+            free = [r for r in roots if any(_is_free(joint) for joint in r.joints)]
+            if not free:
+                (max(roots, key=_bodies_below) if roots else spec.worldbody).add_freejoint()
+            model = spec.compile()
+        except (ValueError, mujoco.FatalError) as error:
+            problem = f"MuJoCo cannot read it as a robot: {' '.join(str(error).split())[:200]}"
+            remedy = "give MJCF with a body of its own for the robot, and its meshes beside it"
+            raise FileError(path, problem, remedy=remedy) from None
+        return cls.of(model, names)
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, names: Mapping[str, str] | None = None) -> "Robot":
+        """Return the robot of a compiled model; errors and ``names`` are those of :meth:`load`."""
+        if model.njnt == 0 or model.jnt_type[0] != mujoco.mjtJoint.mjJNT_FREE:
+            raise ParameterError("the first joint of the robot must be free; add <freejoint/>")
+        if (model.jnt_type[1:] != mujoco.mjtJoint.mjJNT_HINGE).any():
+            raise ParameterError("the robot must have hinges alone besides its free root")
+        data = mujoco.MjData(model)
+        data.qpos[:] = model.qpos0
+        mujoco.mj_kinematics(model, data)
+        found = _identified(model, data, names or {})
+        first, last = found
+        left = (
+            data.xanchor[_joint(model, first["hip_l"])]
+            - (data.xanchor[_joint(model, first["hip_r"])])
+        )
+        left[2] = 0.0
+        left /= np.linalg.norm(left)
+        forward = np.cross(left, [0.0, 0.0, 1.0])
+        centres = {
+            name: data.xanchor[_joint(model, body)].copy()
+            if model.body_jntnum[body]
+            else data.xpos[body].copy()
+            for name, body in first.items()
+        }
+        soles = {
+            side: sole_of(
+                model,
+                data,
+                _welded(model, last[f"ankle_{side}"]),
+                centres[f"ankle_{side}"],
+                forward,
+            )
+            for side in SIDES
+        }
+        low = {
+            side: data.xpos[sole.body][2] + (data.xmat[sole.body].reshape(3, 3) @ sole.origin)[2]
+            for side, sole in soles.items()
+        }
+        standing = model.qpos0.copy()
+        standing[2] -= min(low.values())
+        legs = [
+            np.linalg.norm(centres[f"hip_{s}"] - centres[f"knee_{s}"])
+            + np.linalg.norm(centres[f"knee_{s}"] - centres[f"ankle_{s}"])
+            + centres[f"ankle_{s}"][2]
+            - low[s]
+            for s in SIDES
+        ]
+        joints = {**last, **{n: b for n, b in first.items() if n.startswith(_PROXIMAL)}}
+        points = {
+            name: data.xmat[body].reshape(3, 3).T @ (centres[name] - data.xpos[body])
+            for name, body in joints.items()
+        }
+        axes = np.column_stack([forward, left, [0.0, 0.0, 1.0]])
+        return cls(model, joints, points, standing, axes, soles, float(np.mean(legs)))
+
+    @property
+    def limbs(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of joints between which the robot has a limb."""
+        pairs = [(f"{a}_{s}", f"{b}_{s}") for a, b in LIMBS for s in SIDES]
+        return tuple(pair for pair in pairs if set(pair) <= set(self.joints))
+
+    @property
+    def hinges(self) -> tuple[str, ...]:
+        """Names of the hinges, in the order of ``qpos[7:]``."""
+        return tuple(self.model.joint(k).name for k in range(1, self.model.njnt))
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies, without the world."""
+        return tuple(self.model.body(k).name for k in range(1, self.model.nbody))
+
+
+_PROXIMAL = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+"""Joints whose centre is that of the first of their hinges."""
+
+
+def _is_free(joint) -> bool:
+    return joint.type == mujoco.mjtJoint.mjJNT_FREE
+
+
+def _bodies_below(body) -> int:
+    return 1 + sum(_bodies_below(child) for child in body.bodies)
+
+
+def _joint(model: mujoco.MjModel, body: int) -> int:
+    return int(model.body_jntadr[body])
+
+
+def _welded(model: mujoco.MjModel, body: int) -> list[int]:
+    """Return a body and those that are fixed to it."""
+    weld = model.body_weldid
+    return [body, *(k for k in np.flatnonzero(weld == weld[body]).tolist() if k != body)]
+
+
+def _identified(model, data, names) -> tuple[dict[str, int], dict[str, int]]:
+    """Return joint of a person → first and last body of the robot that moves at it."""
+    bodies = [model.body(k).name for k in range(model.nbody)]
+    plain = [re.sub(r"\s+", "_", AXIS_WORDS.sub(" ", name).strip()) for name in bodies]
+    unknown = [body for body in names.values() if body not in bodies]
+    if unknown:
+        raise ParameterError(f"the robot has no body {unknown[0]!r}; it has {listed(bodies[1:])}")
+    kept, groups = [], []  # the first body of each chain of bodies with one plain name, and all
+    for k in range(1, model.nbody):
+        parent = model.body_parentid[k]
+        home = next((g for g in groups if parent in g and plain[g[0]] == plain[k]), None)
+        if home is not None and plain[k]:
+            home.append(k)
+        else:
+            kept.append(k)
+            groups.append([k])
+    index = {body: i for i, group in enumerate(groups) for body in group}
+    parents = [index.get(int(model.body_parentid[k]), -1) for k in kept]
+    centres = np.array(
+        [data.xanchor[_joint(model, k)] if model.body_jntnum[k] else data.xpos[k] for k in kept]
+    )
+    centres[0] = data.xpos[kept[0]]
+    labels = [plain[k] or bodies[k] for k in kept]
+    given = {ours: labels[index[bodies.index(theirs)]] for ours, theirs in names.items()}
+    try:
+        found = identify(labels, parents, centres, given)
+    except FitError as error:
+        raise FitError(
+            "hips, knees and ankles of the robot cannot be identified by name or shape; its "
+            f'bodies are {listed(bodies[1:])}. Say which is which: hip_l = "BODY", … ({error})'
+        ) from None
+    return _by_part(found, groups, labels)
+
+
+def _by_part(found: JointMap, groups, labels) -> tuple[dict[str, int], dict[str, int]]:
+    """Return parts by their first and their last body."""
+    kept = {name: k for name, k in found.joints.items() if name.removesuffix("_l")}
+    if "thorax" in kept:
+        kept["torso"] = kept.pop("thorax")
+    else:
+        words = [split_name(label)[0] for label in labels]
+        torso = next((k for k, word in enumerate(words) if word in ("torso", "chest")), None)
+        if torso is not None and torso != kept["pelvis"]:
+            kept.setdefault("torso", torso)
+    wanted = {f"{n}_{s}" for pair in LIMBS for n in pair for s in SIDES}
+    wanted |= {"pelvis", "torso", "head"}
+    kept = {name: k for name, k in kept.items() if name in wanted}
+    return (
+        {name: groups[k][0] for name, k in kept.items()},
+        {name: groups[k][-1] for name, k in kept.items()},
+    )
