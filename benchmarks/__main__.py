@@ -27,6 +27,7 @@ from benchmarks import (  # noqa: E402
     pictures,
     processes,
     reading,
+    robots,
     synthesis,
     ticks,
     world,
@@ -39,7 +40,7 @@ OPENSIM_VARIABLE = "PLANTIGRADE_OPENSIM_PYTHON"
 PEERS_VARIABLE = "PLANTIGRADE_PEERS_PYTHON"
 PARTS = (
     *("start", "demo", "compiled", "synthesis", "ticks", "feet", "world", "live", "pictures"),
-    *("environment", "controllers", "pendulum"),
+    *("environment", "controllers", "pendulum", "robots"),
     *("kinematics", "opensim", "reading", "fits", "long", "batch"),
 )
 
@@ -57,6 +58,7 @@ def main() -> int:
         "ticks": lambda: ticks.rows(data, arguments.peers_python),
         "feet": feet.rows,
         "world": world.rows,
+        "robots": lambda: robots.rows(arguments.robots),
         "live": live.rows,
         "pictures": pictures.rows,
         "environment": environment.rows,
@@ -110,6 +112,14 @@ def parse() -> argparse.Namespace:
         default=os.environ.get(PEERS_VARIABLE, sys.executable),
         metavar="PYTHON",
         help=f"a Python that has Pink or mink; else ${PEERS_VARIABLE} or this one",
+    )
+    parser.add_argument(
+        "--robots",
+        nargs="+",
+        type=Path,
+        default=(),
+        metavar="ROBOT.xml",
+        help="MJCF files of robots, besides those of packages that are installed",
     )
     parser.add_argument(
         "--minutes",

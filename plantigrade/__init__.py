@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from plantigrade.motion.recording import Recording
     from plantigrade.record.record import Record
     from plantigrade.record.run import Run, load_run
+    from plantigrade.robots.retargeting import retarget
     from plantigrade.workflows.compare import compare
     from plantigrade.workflows.fit import fit
     from plantigrade.workflows.fit_many import fit_many
@@ -65,6 +66,7 @@ __all__ = [
     "report",
     "reproduce",
     "reproduce_many",
+    "retarget",
     "simulate",
     "simulate_many",
     "synthesize",
@@ -95,6 +97,7 @@ _HOMES = {
     "report": "workflows.save",
     "reproduce": "workflows.reproduce",
     "reproduce_many": "workflows.reproduce_many",
+    "retarget": "robots.retargeting",
     "simulate": "workflows.simulate",
     "simulate_many": "workflows.simulate_many",
     "synthesize": "workflows.motions",

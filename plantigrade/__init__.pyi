@@ -16,6 +16,7 @@ from plantigrade.motion.recording import Recording
 from plantigrade.record.inputs import Inputs
 from plantigrade.record.record import Record
 from plantigrade.record.run import Run, load_run
+from plantigrade.robots.retargeting import retarget
 from plantigrade.trajopt.solve import Progress
 from plantigrade.workflows.batch import Batch
 from plantigrade.workflows.compare import compare
@@ -51,6 +52,7 @@ __all__ = [
     "report",
     "reproduce",
     "reproduce_many",
+    "retarget",
     "simulate",
     "simulate_many",
     "synthesize",

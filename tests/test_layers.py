@@ -31,7 +31,7 @@ LAYERS = (
     ("wbc",),
     ("ordered_tasks", "trajopt", "world"),
     ("control",),
-    ("learn", "live", "vaulting"),
+    ("learn", "live", "robots", "vaulting"),
     ("analyze",),
     ("pages",),
     ("exchange",),

@@ -47,6 +47,7 @@ COMMANDS = {
     "train": "Train a walking policy on a reference walk by reinforcement learning.",
     "vault": "Optimise a gymnast's vault: the joint activations that give the fastest take-off.",
     "convert": "Convert a motion file, or a run, to another format.",
+    "retarget": "Put the motion of a run on a robot, an MJCF model with two legs.",
     "model": "Write a human as MJCF, or print its segments, joints and strengths.",
     "view": "Show a run as an interactive 3-D scene in the browser.",
     "report": "Write the report and viewer pages of a run again.",
@@ -71,7 +72,6 @@ INPUTS = (
 )
 """Options that name what is read, and the problem and remedy where it is not there."""
 OTHER_WORDS = {
-    "retarget": "fit` puts the motion of any skeleton (.bvh, .amc) on a human, of folders too",
     "scale": "fit` scales the human and solves its motion in one step",
     "ik": "fit` scales the human and solves its motion in one step",
     "id": "fit` also computes forces and joint moments",

@@ -1,8 +1,10 @@
 """The motion of a robot, its figures, and the files in which learning frameworks read it."""
 
 import io
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -11,11 +13,16 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
-from plantigrade.robots.robot import Robot
+from plantigrade.record.folder import write_folder
+from plantigrade.record.run import RUNS
+from plantigrade.robots.robot import Robot, part_contacts
 from plantigrade.robots.targets import SWING, Targets
 
 MAX_SLIP = 2.0  # [mm] of a point of a sole while it touches the ground; of a foot that stands
 MAX_DEPTH = 1.0  # [mm] of a sole below the ground
+MAX_SELF_CONTACT = 5.0  # [mm] of parts that are no neighbours; shapes are coarse
+MAX_HIP_ERROR = 0.15  # [1] RMS in legs of the robot; .015 is usual
+MAX_PELVIS_ERROR = 20.0  # [deg] RMS; below 1 is usual
 TOUCHING = 0.001  # [m] height of a point that touches the ground
 
 
@@ -38,7 +45,7 @@ class RobotMotion:
     @property
     def rate(self) -> float:
         """Frames per second [Hz]."""
-        return float(1.0 / np.median(np.diff(self.targets.time)))
+        return round(float(1.0 / np.median(np.diff(self.targets.time))), 6)
 
     @cached_property
     def qvel(self) -> Float[Array, "n_frames nv"]:
@@ -114,7 +121,50 @@ class RobotMotion:
             wrong.append(f"a foot is {f['depth_max_mm']:.1f} mm below the ground")
         if f["range_violation_deg"] > 1e-6:
             wrong.append(f"a joint is {f['range_violation_deg']:.2g}° beyond its range")
+        far = f["hip_error_mm"] > 1000.0 * MAX_HIP_ERROR * self.robot.leg_length
+        if far or f["pelvis_error_deg"] > MAX_PELVIS_ERROR:
+            wrong.append(
+                f"the robot does not follow: its hips are {f['hip_error_mm']:.0f} mm and its "
+                f"pelvis {f['pelvis_error_deg']:.0f}° off (RMS)"
+            )
         return "; ".join(wrong) or "ok"
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a user should know, one sentence each."""
+        f, found = self.figures, []
+        if f["self_contact_max_mm"] > MAX_SELF_CONTACT:
+            deep = f["self_contact_max_mm"]
+            found.append(f"parts of the robot are {deep:.0f} mm inside one another at most")
+        return found
+
+    def save(
+        self,
+        out: str | Path | None = None,
+        *,
+        name: str = "retarget",
+        metrics: Mapping[str, Any] | None = None,
+        overwrite: bool = False,
+    ) -> Path:
+        """Write the folder, whole or not at all, and return it.
+
+        Args:
+            out: The folder; ``runs/<name>`` if absent, numbered where that is taken.
+            name: Its name where ``out`` is absent.
+            metrics: Contents of ``metrics.json``; status and figures if absent.
+            overwrite: Replace an existing one.
+
+        Raises:
+            RunExists: If the folder exists and is not to be replaced, or is no run.
+            FileError: If the place cannot be written.
+        """
+        return write_folder(
+            RUNS / name if out is None else out,
+            metrics={"status": self.status, **self.figures} if metrics is None else metrics,
+            files=self.files(),
+            overwrite=overwrite,
+            numbered=out is None and not overwrite,
+        )
 
     def _soles(self, side: str) -> Float[Array, "n_frames n_points 3"]:
         """Return the lowest points of the spheres of a sole [m]."""
@@ -170,15 +220,19 @@ class RobotMotion:
         return float(hip), *(float(np.degrees(value)) for value in root)
 
     def _self_contact(self) -> float:
-        """Return how deep two parts that are no neighbours are inside one another at most [mm]."""
+        """Return how deep two parts are inside one another, more than standing, at most [mm]."""
         model, data, deepest = self.robot.model, mujoco.MjData(self.robot.model), 0.0
-        for qpos in self.qpos:
+        usual: dict[tuple[int, int], float] = {}
+        for k, qpos in enumerate((self.robot.standing, *self.qpos)):
             data.qpos = qpos
-            mujoco.mj_fwdPosition(model, data)
-            for contact in data.contact:
-                a, b = model.geom_bodyid[contact.geom]
-                if model.body_weldid[a] and model.body_weldid[b]:
-                    deepest = max(deepest, -float(contact.dist))
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
+            for pair, contact in part_contacts(model, data):
+                depth = -float(contact.dist)
+                if k == 0:
+                    usual[pair] = max(usual.get(pair, 0.0), depth)
+                else:
+                    deepest = max(deepest, depth - usual.get(pair, 0.0))
         return 1000.0 * deepest
 
     def files(self) -> dict[str, bytes]:

@@ -28,9 +28,9 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import resampled
-from plantigrade.record import Record
+from plantigrade.record import Record, Run
 from plantigrade.robots.motion import RobotMotion
-from plantigrade.robots.robot import Robot
+from plantigrade.robots.robot import Robot, part_contacts
 from plantigrade.robots.targets import FLAT, SWING, Targets, targets_of
 from plantigrade.wbc.hierarchy import Level, solve_hierarchy
 from plantigrade.wbc.tasks.point import rotation_to
@@ -73,7 +73,7 @@ class RetargetSettings:
 
 
 def retarget(
-    record: Record,
+    record: Record | Run | str | Path,
     robot: Robot | str | Path,
     settings: RetargetSettings | None = None,
     *,
@@ -86,7 +86,7 @@ def retarget(
     Lengths are scaled by the ratio of leg lengths; time is kept.
 
     Args:
-        record: The motion of a person, on level ground.
+        record: The motion of a person, on level ground: a record, a run or its folder.
         robot: The robot, or its MJCF file.
         settings: Numbers of the inverse kinematics.
         names: Joint of a person → body of the robot, as :meth:`Robot.load` takes them.
@@ -102,6 +102,8 @@ def retarget(
     """
     settings = settings or RetargetSettings()
     robot = robot if isinstance(robot, Robot) else Robot.load(robot, names)
+    if not isinstance(record, Record):
+        record = (record if isinstance(record, Run) else Run.load(record)).record
     motion = record.motion
     if motion.n_frames < 2:
         raise ParameterError("a motion of one frame cannot be retargeted")
@@ -165,9 +167,9 @@ class _Body:
         mujoco.mj_kinematics(self.near, data)
         mujoco.mj_collision(self.near, data)
         self.clearance: dict[tuple[int, int], float] = {}  # pair of bodies → least distance
-        for a, b, contact in self._contacts():
+        for pair, contact in part_contacts(self.near, data):
             least = min(settings.clearance, float(contact.dist))
-            self.clearance[a, b] = min(self.clearance.get((a, b), least), least)
+            self.clearance[pair] = min(self.clearance.get(pair, least), least)
         pelvis = robot.joints["pelvis"]
         hips = [self._point(f"hip_{side}") for side in ("r", "l")]
         axes = data.xmat[pelvis].reshape(3, 3)
@@ -281,9 +283,9 @@ class _Body:
         """Return the rows that keep parts out of one another."""
         rows, s = _Rows(), self.settings
         nearest: dict[tuple[int, int], mujoco.MjContact] = {}
-        for a, b, contact in self._contacts():
-            if (a, b) not in nearest or contact.dist < nearest[a, b].dist:
-                nearest[a, b] = contact
+        for pair, contact in part_contacts(self.near, self.data):
+            if pair not in nearest or contact.dist < nearest[pair].dist:
+                nearest[pair] = contact
         for (a, b), contact in nearest.items():
             relative = self._jacobian(contact.pos, b)[0] - self._jacobian(contact.pos, a)[0]
             missing = self.clearance.get((a, b), s.clearance) - float(contact.dist)
@@ -294,19 +296,11 @@ class _Body:
     def arm_depth(self) -> float:
         """Return how far arms are nearer to the rest of the body than they may be [m]."""
         arms, depth = self.arms, 0.0
-        for a, b, contact in self._contacts():
+        for (a, b), contact in part_contacts(self.near, self.data):
             if arms[a] != arms[b]:
                 least = self.clearance.get((a, b), self.settings.clearance)
                 depth = max(depth, least - float(contact.dist))
         return depth
-
-    def _contacts(self):
-        """Yield pairs of bodies of the robot that are near one another, with their contacts."""
-        bodies, weld = self.robot.model.geom_bodyid, self.robot.model.body_weldid
-        for contact in self.data.contact:
-            a, b = (int(k) for k in bodies[contact.geom])
-            if weld[a] and weld[b]:
-                yield a, b, contact
 
     def _foot(self, side: str, targets: Targets, k: int, stand: "_Rows", feet: "_Rows") -> None:
         """Add the rows of a foot."""

@@ -14,6 +14,7 @@ from plantigrade.errors import FileError, FitError, ParameterError
 from plantigrade.models.joint_names import JointMap, identify, split_name
 from plantigrade.printable import listed
 from plantigrade.robots.sole import Sole, sole_of
+from plantigrade.toml import parse_toml, read_toml
 
 AXIS_WORDS = re.compile(
     r"(?:^|[_\-. ])(?:pitch|roll|yaw|link|body|joint|aa|fe|haa|hfe|x|y|z|\d+)(?=$|[_\-. ])", re.I
@@ -21,6 +22,10 @@ AXIS_WORDS = re.compile(
 """Words for one of several bodies at a joint (``left_hip_roll_link``)."""
 LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 """Limbs whose directions are retargeted: from one joint to the next."""
+_PROXIMAL = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+"""Joints whose centre is that of the first of their hinges."""
+PARTS = (*(f"{j}_{s}" for j in _PROXIMAL for s in SIDES), "pelvis", "torso", "head")
+"""Joints and parts of a person that bodies of a robot are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +63,7 @@ class Robot:
         Raises:
             FileError: If MuJoCo cannot read the file.
             FitError: If hips, knees or ankles cannot be identified.
-            ParameterError: If ``names`` holds an unknown joint or body.
+            ParameterError: If ``names`` holds an unknown joint or body, or a joint is no hinge.
         """
         path = Path(path).expanduser()
         if not path.is_file():
@@ -149,8 +154,27 @@ class Robot:
         return tuple(self.model.body(k).name for k in range(1, self.model.nbody))
 
 
-_PROXIMAL = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-"""Joints whose centre is that of the first of their hinges."""
+def part_contacts(model: mujoco.MjModel, data: mujoco.MjData):
+    """Yield pairs of parts of a robot that MuJoCo found in contact, with the contact."""
+    for contact in data.contact:
+        a, b = (int(k) for k in model.geom_bodyid[contact.geom])
+        if model.body_weldid[a] and model.body_weldid[b]:
+            yield (a, b), contact
+
+
+def read_names(path: str | Path) -> dict[str, str]:
+    """Return the joints of a TOML file: joint of a person → body of a robot.
+
+    Raises:
+        FileError: If it cannot be read, or holds anything but names.
+    """
+    remedy = 'write one line per joint: hip_l = "BODY"'
+    found = parse_toml(read_toml(path), path, remedy)
+    for name, body in found.items():
+        if name not in PARTS or not isinstance(body, str):
+            problem = f"{name!r} is no joint of a person with the name of a body"
+            raise FileError(path, problem, remedy=f"{remedy}; joints: {', '.join(PARTS)}")
+    return found
 
 
 def _is_free(joint) -> bool:
@@ -175,6 +199,9 @@ def _identified(model, data, names) -> tuple[dict[str, int], dict[str, int]]:
     """Return joint of a person → first and last body of the robot that moves at it."""
     bodies = [model.body(k).name for k in range(model.nbody)]
     plain = [re.sub(r"\s+", "_", AXIS_WORDS.sub(" ", name).strip()) for name in bodies]
+    wrong = [name for name in names if name not in PARTS]
+    if wrong:
+        raise ParameterError(f"{wrong[0]!r} is no joint of a person; there are {', '.join(PARTS)}")
     unknown = [body for body in names.values() if body not in bodies]
     if unknown:
         raise ParameterError(f"the robot has no body {unknown[0]!r}; it has {listed(bodies[1:])}")
@@ -207,7 +234,7 @@ def _identified(model, data, names) -> tuple[dict[str, int], dict[str, int]]:
 
 def _by_part(found: JointMap, groups, labels) -> tuple[dict[str, int], dict[str, int]]:
     """Return parts by their first and their last body."""
-    kept = {name: k for name, k in found.joints.items() if name.removesuffix("_l")}
+    kept = dict(found.joints)
     if "thorax" in kept:
         kept["torso"] = kept.pop("thorax")
     else:
@@ -215,9 +242,7 @@ def _by_part(found: JointMap, groups, labels) -> tuple[dict[str, int], dict[str,
         torso = next((k for k, word in enumerate(words) if word in ("torso", "chest")), None)
         if torso is not None and torso != kept["pelvis"]:
             kept.setdefault("torso", torso)
-    wanted = {f"{n}_{s}" for pair in LIMBS for n in pair for s in SIDES}
-    wanted |= {"pelvis", "torso", "head"}
-    kept = {name: k for name, k in kept.items() if name in wanted}
+    kept = {name: k for name, k in kept.items() if name in PARTS}
     return (
         {name: groups[k][0] for name, k in kept.items()},
         {name: groups[k][-1] for name, k in kept.items()},
