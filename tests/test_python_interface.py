@@ -66,8 +66,8 @@ def test_the_interface_has_the_designed_names():
     assert set(pg.__all__) == {
         "Human", "Person", "Recording", "Motion", "Record", "Run", "ContactPlan", "Ground", "read",
         "fit", "reproduce", "simulate", "synthesize", "vault", "check", "compare", "fit_many",
-        "reproduce_many", "simulate_many", "synthesize_many", "report", "export", "load_run",
-        "get_data", "PlantigradeError", "__version__", "view", "live_session",
+        "retarget", "reproduce_many", "simulate_many", "synthesize_many", "report", "export",
+        "load_run", "get_data", "PlantigradeError", "__version__", "view", "live_session",
     }  # fmt: skip
     assert sorted(pg.__all__) == dir(pg)
 

@@ -9,6 +9,7 @@ import tyro
 
 from plantigrade.commands.options import RunOptions, command_line
 from plantigrade.commands.outcome import Outcome
+from plantigrade.errors import FileError, ParameterError
 from plantigrade.options import OptionalPath
 
 
@@ -25,15 +26,21 @@ class Command(RunOptions):
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder: the motion of a person on level ground."""
-    to: Annotated[Path, tyro.conf.arg(metavar="ROBOT.xml")]
-    """MJCF file of the robot, its meshes beside it. (To put a skeleton on a person: fit.)"""
+    to: OptionalPath = None
+    """MJCF file of the robot, its meshes beside it."""
     names: OptionalPath = None
     """TOML file that says which body is which, for names that tell nothing: hip_l = "link_3"."""
     rate: float = 50.0
     """Frames per second of the robot's motion [Hz]."""
 
     def run(self) -> Outcome:
-        """Retarget, and write the folder."""
+        """Retarget, and write the folder.
+
+        Raises:
+            ParameterError: If no robot is named, or the ground is not level.
+            FileError: If a file or the run cannot be read.
+            FitError: If the robot's legs cannot be identified.
+        """
         from plantigrade import __version__
         from plantigrade.commands.progress import Progress
         from plantigrade.record import Run
@@ -41,6 +48,11 @@ class Command(RunOptions):
         from plantigrade.robots import RetargetSettings, Robot, retarget
         from plantigrade.robots.robot import read_names
 
+        if self.to is None:
+            raise ParameterError("name the robot: --to robot.xml")
+        if self.run_folder.is_file():
+            remedy = "`plantigrade fit` first: it puts the motion of any file on a human"
+            raise FileError(self.run_folder, "is a file, not a run folder", remedy=remedy)
         progress = Progress(quiet=self.quiet)
         name = f"retarget-{self.run_folder.name}-{self.to.stem}"
         self.refuse_existing(name)

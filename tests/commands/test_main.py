@@ -94,6 +94,7 @@ def test_unknown_option_is_bad_input(name, capsys):
         "convert": ["in.trc", "out.mot"],
         "view": ["run"],
         "report": ["run"],
+        "retarget": ["run"],
         "picture": ["run", "x.svg"],
     }
     files["synthesize"] = ["walk"]
@@ -108,7 +109,7 @@ def test_unknown_option_is_bad_input(name, capsys):
     ("words", "sentence"),
     [
         (["dmeo"], "did you mean demo?"),
-        (["retarget", "dance.bvh"], "`plantigrade fit` puts the motion of any skeleton"),
+        (["scale", "dance.bvh"], "`plantigrade fit` scales the human"),
         (["xyzzy"], "there are demo, fit"),
         (["--json", "demo"], "after the command"),
     ],

@@ -1,6 +1,7 @@
 """A person's walk on robots: feet that stand, joints within their ranges, files for others."""
 
 import io
+import json
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 import plantigrade as pg
 from benchmarks.robots import CARRIED
+from plantigrade.commands import main as cli
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import FileError, FitError, ParameterError
 from plantigrade.kinematics.textbook_walk import textbook_walk
@@ -177,3 +179,39 @@ def test_robots_that_packages_carry(package, walk):
     assert motion.status == "ok", motion.figures
     assert motion.figures["self_contact_max_mm"] < 2
     assert motion.figures["limb_error_deg"] < 8
+
+
+def test_the_command_writes_a_folder(walk, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pg.Run(walk, "fit", name="walk").save("walk")
+    Path("robot.xml").write_text(biped(arms=False))
+    assert cli.main(["retarget", "walk", "--to", "robot.xml", "--rate", "20", "--quiet"]) == 0
+    assert "check passed" in capsys.readouterr().out
+    folder = Path("runs/retarget-walk-robot")
+    assert {p.name for p in folder.iterdir()} == {
+        "metrics.json", "motion.npz", "motion.csv", "trajectory.npz",
+    }  # fmt: skip
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "ok" and metrics["bodies"]["knee_l"] == "left_knee_link"
+    assert "robot.xml" in metrics["source_files"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["walk.bvh", "--to", "robot.xml"], "plantigrade fit"),
+        (["walk"], "--to robot.xml"),
+        (["walk", "--to", "none.xml"], "there is no such file"),
+        (["walk", "--to", "robot.xml", "--names", "names.toml"], "no joint of a person"),
+        (["walk", "--to", "robot.xml", "--rate", "0"], "rate"),
+    ],
+)
+def test_what_the_command_refuses(words, said, walk, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pg.Run(walk, "fit", name="walk").save("walk")
+    Path("robot.xml").write_text(biped())
+    Path("walk.bvh").write_text("HIERARCHY")
+    Path("names.toml").write_text('hop_l = "base"')
+    assert cli.main(["retarget", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not Path("runs").exists()
