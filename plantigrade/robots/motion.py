@@ -215,9 +215,9 @@ class RobotMotion:
             for (a, b), goal in targets.direction.items():
                 along = point(b) - point(a)
                 limbs.append(np.arccos(np.clip(along @ goal[k] / np.linalg.norm(along), -1, 1)))
-        root = [np.sqrt(np.mean(np.square(values))) for values in (turns, limbs)]
-        hip = np.sqrt(np.mean(np.sum(np.square(hips), axis=1)))
-        return float(hip), *(float(np.degrees(value)) for value in root)
+        turn, limb = (float(np.sqrt(np.mean(np.square(v)))) for v in (turns, limbs))
+        hip = float(np.sqrt(np.mean(np.sum(np.square(hips), axis=1))))
+        return hip, float(np.degrees(turn)), float(np.degrees(limb))
 
     def _self_contact(self) -> float:
         """Return how deep two parts are inside one another, more than standing, at most [mm]."""

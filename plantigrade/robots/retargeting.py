@@ -360,8 +360,8 @@ class _Rows:
 
     def level(self, name: str) -> Level:
         """Return the level."""
-        parts = (np.concatenate(part) for part in (self.matrix, self.lower, self.upper))
-        return Level(*parts, name)
+        lower, upper = np.concatenate(self.lower), np.concatenate(self.upper)
+        return Level(np.concatenate(self.matrix), lower, upper, name)
 
 
 def _together(levels: list[Level]) -> Level:

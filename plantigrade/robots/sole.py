@@ -61,7 +61,7 @@ def sole_of(
     geoms = np.flatnonzero(touching if touching.any() else own)
     centres, radii = (
         np.concatenate(part)
-        for part in zip(*(_spheres(model, data, geom) for geom in geoms), strict=True)
+        for part in zip(*(_spheres(model, data, geom) for geom in geoms.tolist()), strict=True)
     )
     heights = centres[:, 2] - radii
     kept = heights < heights.min() + DEPTH
