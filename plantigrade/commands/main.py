@@ -48,7 +48,7 @@ COMMANDS = {
     "vault": "Optimise a gymnast's vault: the joint activations that give the fastest take-off.",
     "convert": "Convert a motion file, or a run, to another format.",
     "retarget": "Put the motion of a run on a robot, an MJCF model with two legs.",
-    "model": "Write a human as MJCF, or print its segments, joints and strengths.",
+    "model": "Write a human as MJCF or OpenSim model, or print its segments, joints and strengths.",
     "view": "Show a run as an interactive 3-D scene in the browser.",
     "report": "Write the report and viewer pages of a run again.",
     "compare": "Compare walks: overlaid curves and differences with confidence bands, on one page.",
