@@ -37,12 +37,6 @@ with markers, 0.08 to 0.14 with skeleton files."""
 MAX_RESIDUAL_MOMENT = 0.1
 """Maximum RMS residual moment about the centre of mass [BW m]; a larger one indicates another
 support. Markers give 0.006 to 0.015, skeleton files 0.02 to 0.08."""
-BAND_PER_NOISE = 40.0
-"""Increase of the force bands with the noise of keypoints above :data:`LITTLE_NOISE` [1/m]: a
-third at 14 mm in each direction. The program knows noise only where it contradicts the contacts,
-and that of the height of the body does so little; settled on three people, recorded as video."""
-LITTLE_NOISE = 0.006
-"""Noise of keypoints in each direction up to which the bands of the program hold [m]."""
 MAX_COM_SHIFT = 0.06
 """Maximum shift of the estimated centre of mass from that of the body model [m]."""
 MAX_STEP = 0.06  # [m] maximum height difference between stances on level ground
@@ -55,7 +49,7 @@ def estimate(
     measured: FootForces | None,
     soles: Float[Array, "n_frames 2"],
     ground: Ground = LEVEL_GROUND,
-    keypoint_noise: float | None = None,
+    band_factor: float = 1.0,
 ) -> tuple[GroundForces | None, Moments | None, tuple[str, ...]]:
     """Return ground reactions, measured and estimated, the joint moments, and notes.
 
@@ -67,7 +61,7 @@ def estimate(
         measured: Measured forces.
         soles: Height of each sole in stance [m]; NaN in swing.
         ground: The ground, to which these heights refer.
-        keypoint_noise: Noise of the keypoints of a video in each direction [m]; None for others.
+        band_factor: Factor of the bands of the forces, for noise that the program does not see [1].
     """
     if measured is not None and bool(np.all(measured.valid_side)):
         return None, None, ()
@@ -78,9 +72,7 @@ def estimate(
         found = estimate_forces(human, motion, measured=measured, ground=ground)
     except (ParameterError, SolverError) as error:
         return None, None, (f"{PREFIX}{error}.".replace("..", "."),)
-    if keypoint_noise is not None:
-        wider = 1.0 + BAND_PER_NOISE * max(0.0, keypoint_noise - LITTLE_NOISE)
-        found = replace(found, force_band=wider * found.force_band)
+    found = replace(found, force_band=band_factor * found.force_band)
     assert motion.qacc is not None  # the estimate requires them
     moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, found.forces)
     reason = _refusal(found, *residual_wrench(human, motion, found, moments))

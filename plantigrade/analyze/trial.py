@@ -214,7 +214,7 @@ def analyse(
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
     ground, moments, estimate_notes = estimate(
-        human, motion, forces, heights, fit.ground, fit.keypoint_noise
+        human, motion, forces, heights, fit.ground, fit.force_band_factor
     )
     notes += off_plate_notes(forces, ground is not None)
     notes += estimate_notes

@@ -18,7 +18,7 @@ from plantigrade.kinematics.calibrator import noise_factor
 from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.keypoints import TILT_OF_VIDEO
+from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
@@ -134,7 +134,7 @@ def fit_markers(
             "labels_exchanged": [list(cycle) for cycle in trial.exchanged],
         },
         assumed=assumed,
-        keypoint_noise=None if trial.video is None else trial.video.noise,
+        force_band_factor=force_band_factor(trial.video.noise, tracked) if trial.video else 1.0,
         ground=floor,
         warnings=tuple(recording.warnings) + tuple(notes),
     )

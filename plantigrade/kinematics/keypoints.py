@@ -5,6 +5,7 @@ or more in walking, so that its heights pile up there, and noise moves that pile
 the lowest point.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,11 @@ from plantigrade.notes import Info
 # swing of a leg is damped
 CUTOFFS = (6.0, 4.0)
 LITTLE_NOISE = 0.005  # [m] noise in each direction up to which the first of them is used
+# [1/m] increase of the bands of estimated forces with the noise in each direction, above that at
+# which they hold: a third at 14 mm. The program knows noise only where it contradicts the contacts,
+# and that of the body's height does so little; settled on three people, recorded as video.
+BAND_PER_NOISE, NOISE_OF_BANDS = 40.0, 0.006
+UNSEEN_FEET_BAND = 1.55  # [1] factor of these bands without toes, whose events are less certain
 LONGEST_GAP = 0.25  # [s] gap that is bridged while the keypoints are filtered
 STANDING_SHARE = 0.3  # [1] share of the time for which a point of a foot stands in walking
 MIN_DEPTH = 1e-4  # [m] spread of a keypoint over time along an axis that was measured
@@ -91,6 +97,17 @@ def cutoff_for(noise: float) -> float:
     """Return the low-pass [Hz] for keypoints with so much noise in each direction [m]."""
     most, least = CUTOFFS
     return float(np.clip(most * np.sqrt(LITTLE_NOISE / max(noise, 1e-6)), least, most))
+
+
+def force_band_factor(noise: float, names: Sequence[str]) -> float:
+    """Return the factor of the bands of estimated forces [1].
+
+    Args:
+        noise: Noise of the keypoints in each direction [m].
+        names: The keypoints.
+    """
+    unseen = 1.0 if shows_toes(names) else UNSEEN_FEET_BAND
+    return unseen * (1.0 + BAND_PER_NOISE * max(0.0, noise - NOISE_OF_BANDS))
 
 
 def smoothed(markers: Markers, cutoff: float) -> Markers:

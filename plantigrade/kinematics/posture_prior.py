@@ -21,6 +21,7 @@ USUAL = {
     "lumbar_extension": (0.0, 0.05),
     "hip_rotation": (0.0, 0.09),
     "hip_adduction": (0.0, 0.15),
+    "ankle_angle": (0.0, 0.2),
     "subtalar_angle": (0.0, 0.08),
     "mtp_angle": (0.1, 0.4),
     "pro_sup": (1.4, 0.3),

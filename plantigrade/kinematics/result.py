@@ -39,8 +39,8 @@ class Fit:
     #: Coordinates that the recording does not show: those of trunk, head and arms follow a
     #: published posture and motion of walking, others keep their value in standing
     assumed: tuple[str, ...] = ()
-    #: Noise of the keypoints of a video in each direction [m]; None for other recordings
-    keypoint_noise: float | None = None
+    #: Factor of the bands of estimated forces, for the noise of a video [1]
+    force_band_factor: float = 1.0
     ground: Ground = field(default_factory=Ground)  #: Ground under the feet
     metrics: dict = field(default_factory=dict)  #: Figures of the fit (flat, unit suffix)
     warnings: tuple[str, ...] = ()  #: Notes for the user, one sentence each

@@ -10,7 +10,7 @@ from experiments.video_recording import SETS, Video, as_video
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.keypoint_noise import bones_of_video
-from plantigrade.kinematics.keypoints import cutoff_for, floor_under
+from plantigrade.kinematics.keypoints import cutoff_for, floor_under, force_band_factor
 from plantigrade.kinematics.prepare import prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
@@ -127,3 +127,10 @@ def test_markers_computed_from_keypoints_are_used_instead_of_them(walk, suffix):
     trial = prepare(replace(video, markers=markers))
     assert set(trial.names) == set(names) and trial.video is None
     assert "keypoint" in trial.ignored["RHip"]
+
+
+def test_noise_and_unseen_feet_widen_the_bands_of_forces():
+    factors = [force_band_factor(noise, SETS["HALPE_26"]) for noise in (0.0, 0.005, 0.010, 0.015)]
+    assert factors[0] == factors[1] == 1.0
+    assert factors[3] > factors[2] > 1.0
+    assert force_band_factor(0.010, SETS["COCO"]) > factors[2]
