@@ -3,7 +3,7 @@
 Keypoints are joint centres. They leave two things open: the tilt of the pelvis, of which only the
 line through the hips is seen, and the turn of a straight leg or arm about itself. And they are
 noisy: one centimetre of noise turns a foot by several degrees. The prior is the usual posture of
-people with its spread between them, against the noise of the file.
+people, weighed against the noise of the file.
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,11 @@ from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.keypoint_noise import BonesOfVideo
 from plantigrade.models import Human
 
-# [rad] usual angle and its standard deviation, by coordinate without its side
+# [rad] usual angle and its standard deviation, by coordinate without its side. Angles are those of
+# standing and, of the forearm, of hanging arms; the lumbar extension of three people who walk is 2°
+# on the mean. Deviations are chosen about the size of the motion within a walk (hip rotation 3° to
+# 7°), not the difference between people: with that of the lumbar joint, above 10°, the pelvis would
+# follow the noise. Those of ankle and toes gave the smallest ankle errors of three people as video.
 USUAL = {
     "lumbar_extension": (0.0, 0.05),
     "hip_rotation": (0.0, 0.09),
