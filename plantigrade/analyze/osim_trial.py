@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.analyze.feet import FootPath
 from plantigrade.analyze.gait import gait_measures
 from plantigrade.analyze.plate_forces import evaluate_plates
-from plantigrade.analyze.trial import CUTOFF, RUNNING_CUTOFF
+from plantigrade.analyze.trial import usual_cutoff
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
@@ -20,7 +20,6 @@ from plantigrade.kinematics.osim_inverse import OsimFit
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
 from plantigrade.motion import ForcePlate, GaitEvent, Motion, Table
-from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.notes import Info
 from plantigrade.record import Record
@@ -42,15 +41,16 @@ def analyse_osim(
     Args:
         fit: The fit.
         plates: Measured ground reactions.
-        cutoff: Low-pass of motion and forces [Hz]; by default 6, in running 15.
+        cutoff: Low-pass of motion and forces [Hz]; by default 6, in running and jumps 15.
     """
     human, notes = fit.human, list(fit.notes)
     raw = human.poses(fit.u)
     feet, events = _feet(human, raw), ()
     if feet is not None:
         events = detect_gait_events(fit.time, feet.heel, feet.toe, feet.pelvis)
-    running = is_running(events)
-    cutoff = cutoff or (RUNNING_CUTOFF if running else CUTOFF)
+    if cutoff is None:
+        soles = None if feet is None or events else sole_paths(human, raw)
+        cutoff = usual_cutoff(fit.time, soles, events, notes)
     rate = (len(fit.time) - 1) / max(float(np.ptp(fit.time)), 1e-9)
     possible = len(fit.time) >= 12 and cutoff < 0.45 * rate
     motion = osim_motion(human, fit.time, fit.u, cutoff if possible else None)

@@ -43,7 +43,7 @@ from plantigrade.dynamics.plates import FootForces, sole_points
 from plantigrade.dynamics.segment_loads import segment_forces
 from plantigrade.kinematics.fitted_soles import height_figures
 from plantigrade.kinematics.result import Fit
-from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.models import Human
@@ -189,7 +189,8 @@ def analyse(
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
     if cutoff == "usual":
-        cutoff = _usual_cutoff(fit, events, notes)
+        soles = None if events else sole_paths(fit.human, fit.qpos, fit.ground)
+        cutoff = usual_cutoff(fit.time, soles, events, notes)
     cutoff = _possible_cutoff(fit.time, cutoff)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
     kinematics = (human, smooth.qpos, smooth.qvel, smooth.qacc)
@@ -239,10 +240,22 @@ def analyse(
     )
 
 
-def _usual_cutoff(fit: Fit, events: Sequence[GaitEvent], notes: list[str]) -> float:
-    """Return the usual low-pass of a motion [Hz]; add a note if it has a flight."""
+def usual_cutoff(
+    time: Float[Array, " n_frames"],
+    soles: SolePaths | None,
+    events: Sequence[GaitEvent],
+    notes: list[str],
+) -> float:
+    """Return the usual low-pass of a motion [Hz]; add a note if it has a flight.
+
+    Args:
+        time: Time of each frame [s].
+        soles: Paths of the soles; None where a jump need not be looked for.
+        events: Gait events.
+        notes: Notes, to which one may be added.
+    """
     flight = "runs" if is_running(events) else ""
-    if not events and leaves_the_ground(fit.time, sole_paths(fit.human, fit.qpos, fit.ground)):
+    if not events and soles is not None and leaves_the_ground(time, soles):
         flight = "jumps"
     if not flight:
         return CUTOFF
