@@ -170,8 +170,9 @@ class Feet:
                 swing = self._swing(i, ref, rate, positions, com, footstep, overlap)
                 hip = body.origins[self._hips[[i]]]
                 hip_velocity = body.rigid_points(self._hips[[i]], hip).velocity[0]
-                reach = self.settings.max_leg_extension * self.leg
-                limit_to_reach(reach, hip[0], hip_velocity, *swing, self.settings.reach_braking)
+                limit_to_reach(
+                    plan.leg_reach, hip[0], hip_velocity, *swing, self.settings.reach_braking
+                )
                 target = swing[0] - positions[i], *swing[1:]
                 rows.append(tasks.position.of(points, i, target).rows(body))
                 continue

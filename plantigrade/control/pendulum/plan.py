@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, cos, exp, sin, sqrt
+from math import atan, cos, exp, hypot, sin, sqrt
 
 import numpy as np
 
@@ -275,7 +275,7 @@ class StepPlan:
             com_ref: Centre of mass in the reference [m].
             foot_ref: The foot in it [m].
         """
-        leg = self.settings.swing.max_leg_extension * self.person.leg_length
+        leg = self.leg_reach
         height = []
         for c, f in ((com, foot), (com_ref, foot_ref)):
             x, y = (c - f).tolist()[:2]
@@ -286,6 +286,14 @@ class StepPlan:
         lowering = min(height[1] - height[0], own.max_lowering * length) + drop
         lowering -= max(spare, 0.0) + own.min_lowering * length
         self.lowering = max(self.lowering, lowering)
+
+    @property
+    def leg_reach(self) -> float:
+        """Greatest distance of hip and ankle of a desired foot [m]; less in a recovery step."""
+        own, tasks, length = self.settings.swing, self.settings.tasks, self.person.leg_length
+        share = min(hypot(*self.dcm_error) / (tasks.flywheel_error * length), 1.0) ** 2
+        less = own.max_leg_extension - own.max_recovery_leg_extension
+        return (own.max_leg_extension - share * less) * length
 
     def _path_offset(self) -> Array:
         """Return the offset from the reference that feet return to [m].

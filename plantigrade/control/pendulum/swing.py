@@ -44,6 +44,9 @@ class SwingPathSettings:
     resist by themselves. With 0.998, a knee flexed by 7°, feet were stopped in the air by 60 m/s²
     before most touchdowns; that threw the trunk forward, and hips stopped it after the strike with
     up to three times the recorded moment."""
+    max_recovery_leg_extension: float = 0.998
+    """The same where the divergent component has the error from which trunk and arms balance [leg
+    lengths]: with 1.02 a push of 400 N to the side ended in a fall."""
     reach_braking: float = 30.0
     """Deceleration with which a foot stops at that distance [m/s²]. A velocity that ends there at
     once threw the trunk forward in every step."""
