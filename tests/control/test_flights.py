@@ -84,6 +84,10 @@ def test_a_clock_waits_for_a_landing_that_comes_late_and_not_for_ever():
     assert own[-1] == pytest.approx(times[-1] - FlightSettings().max_wait, abs=0.03)
 
 
+def test_the_spine_of_a_planned_jump_stays_near_standing(jump):
+    assert np.abs(np.rad2deg(jump.motion["lumbar_extension"])).max() < 40.0
+
+
 def test_a_jump_rises_ten_centimetres_and_lands(jump):
     world = World(HUMAN, rate=900.0, control_rate=90.0, recording=False, qpos=jump.motion.qpos[0])
     balance, state = Balance(jump), world.reset()

@@ -79,8 +79,9 @@ class Balance(Controller):
         self._world = world
         self.contact = GroundContact(world, s.contact)
         self.program = WholeBody(human, armature=world.actuators.armature)
-        self._weight, self._gain = s.joint_weights(human), s.joint_gains.of(human)
         self._follows = self.reference or posture_reference(world, np.array(state.qpos))
+        self._weight = s.joint_weights(human, flies=bool(self._follows.flights))
+        self._gain = s.joint_gains.of(human)
         strength = np.abs(np.array(human.model.jnt_actfrcrange[1:])).max(axis=1)
         within = within_foot(human)
         self._damping = np.where(within, s.foot_joint_damping, s.joint_damping * strength)

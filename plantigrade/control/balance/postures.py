@@ -9,6 +9,7 @@ from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
+from plantigrade.control.gait.tasks import TRUNK
 from plantigrade.kinematics.foot_pose import SEGMENTS, FootPoser
 from plantigrade.kinematics.state import State, integrate
 from plantigrade.models import Human
@@ -33,6 +34,10 @@ class PostureSolverSettings:
     """Weight of joint angles as in standing [1/rad]. Chosen."""
     momentum_weight: float = 3.0
     """Weight of no angular momentum over body mass, for motions that fly [s/m²]. Chosen."""
+    flying_spine_weight: float = 0.6
+    """Weight of the joints of the spine as in standing, for motions that fly [1/rad]: with that of
+    other joints the spine made up for the angular momentum of the legs and bent by 90°; with that
+    of the pelvis the trunk was thrown back at take-off and landing."""
     n_first_iterations: int = 12
     """Gauss-Newton steps of the first frame. Chosen."""
     n_iterations: int = 3
@@ -74,6 +79,7 @@ class PostureSolver:
         names = [name for name, _, _ in human.contact_points]
         self._order = [np.array([names.index(n) for n in p.spheres]) for p in self._posers]
         self._n_sites = len(names)
+        self._spine = 6 + np.flatnonzero([c.startswith(TRUNK) for c in human.coordinates])
         self.side = np.array([name[-1] for name in names])
 
     def spheres_of(self, marked: Bool[Array, "n 2 n_marks"]) -> Bool[Array, "n n_sites"]:
@@ -170,6 +176,8 @@ class PostureSolver:
             rows.append(Rows(spin, -spin @ state.difference(before), s.momentum_weight))
         n = len(self.human.coordinates)
         own = np.r_[np.zeros(3), np.full(3, s.pelvis_weight), np.full(n, s.joint_weight)]
+        if flight_rate:
+            own[self._spine] = s.flying_spine_weight
         return posture_step(state, rows, self._standing, own, self._free, s.max_step)
 
 

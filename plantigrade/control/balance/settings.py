@@ -86,6 +86,9 @@ class BalanceSettings:
     """Weight of the joints of the arms [per (rad/s²)²]. Chosen (±20 %: deviation 18 %)."""
     hip_weight: float = 0.3
     """Weight of the hips [per (rad/s²)²]. Chosen (±20 %: deviation 62 %)."""
+    flying_trunk_weight: float = 1.0
+    """Weight of pelvis, spine and hips along a reference that flies [per (rad/s²)²], as of other
+    joints: in a jump the legs move the body, and a lighter trunk bent by 75° at the landing."""
     contact_weight: float = 1000.0
     """Weight of points that stay where they are [per (m/s²)²]. Chosen (±20 %: deviation 15 %)."""
     contact_gain: float = 100.0
@@ -114,15 +117,23 @@ class BalanceSettings:
         """Critical damping of the centre of mass [1/s]."""
         return 2.0 * self.com_gain**0.5
 
-    def joint_weights(self, human: Human) -> Float[Array, " nv"]:
-        """Return the weight of every coordinate; none of the position of the pelvis."""
+    def joint_weights(self, human: Human, *, flies: bool = False) -> Float[Array, " nv"]:
+        """Return the weight of every coordinate; none of the position of the pelvis.
+
+        Args:
+            human: The person.
+            flies: Whether the reference flies.
+        """
+        pelvis, spine, hip = self.pelvis_weight, self.spine_weight, self.hip_weight
+        if flies:
+            pelvis = spine = hip = self.flying_trunk_weight
         parts = {
-            ("lumbar", "thorax"): self.spine_weight,
+            ("lumbar", "thorax"): spine,
             ("arm", "elbow", "clavicle"): self.arm_weight,
-            "hip": self.hip_weight,
+            "hip": hip,
         }
         joints = [
             next((weight for start, weight in parts.items() if name.startswith(start)), 1.0)
             for name in human.coordinates
         ]
-        return np.array([0.0] * 3 + [self.pelvis_weight] * 3 + joints)
+        return np.array([0.0] * 3 + [pelvis] * 3 + joints)
