@@ -74,7 +74,8 @@ def trial_rows(path: Path, name: str, conditions: tuple[str, ...]) -> Iterator[R
     mass = clean.fit.human.mass
     true = analyse(clean.fit, mass=mass, without_plates=True)
     human = clean.fit.human
-    person = Person(height=human.height, mass=mass, sex=human.sex)
+    sex = "female" if human.sex == "female" else "male"
+    person = Person(height=human.height, mass=mass, sex=sex)
     for words in conditions:
         try:
             seen = analyse(fit_markers(as_video(clean.fit, CONDITIONS[words]), person), mass=mass)
