@@ -31,7 +31,7 @@ from plantigrade.motion.resample import resampled
 from plantigrade.record import Record, Run
 from plantigrade.robots.motion import RobotMotion
 from plantigrade.robots.robot import Robot, part_contacts
-from plantigrade.robots.targets import FLAT, SWING, Targets, targets_of
+from plantigrade.robots.targets import FLAT, HEEL, SWING, Targets, targets_of
 from plantigrade.wbc.hierarchy import Level, solve_hierarchy
 from plantigrade.wbc.tasks.point import rotation_to
 
@@ -61,7 +61,7 @@ class RetargetSettings:
     clearance: float = 0.005
     """Least distance of two parts that are no neighbours [m], unless they stand closer."""
     sight: float = 0.05
-    """Distance from which two parts are kept apart [m]."""
+    """Distance from which parts, or a sole and the ground, are kept apart [m]."""
     abductions: tuple[float, ...] = (0.0, 4.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0)
     """Angles by which arms are held away from the body [deg]; the first that clears it is taken."""
     look_every: float = 0.1
@@ -286,9 +286,10 @@ class _Body:
         for pair, contact in part_contacts(self.near, self.data):
             if pair not in nearest or contact.dist < nearest[pair].dist:
                 nearest[pair] = contact
-        for (a, b), contact in nearest.items():
+        for pair, contact in nearest.items():
+            a, b = (int(k) for k in self.robot.model.geom_bodyid[contact.geom])
             relative = self._jacobian(contact.pos, b)[0] - self._jacobian(contact.pos, a)[0]
-            missing = self.clearance.get((a, b), s.clearance) - float(contact.dist)
+            missing = self.clearance.get(pair, s.clearance) - float(contact.dist)
             missing = np.array([min(missing, s.retreat)])
             rows.add(contact.frame[None, :3] @ relative, missing, above=True)
         return rows
@@ -312,7 +313,7 @@ class _Body:
         origin = place + axes @ sole.origin
         pivot = np.zeros(3)
         if phase not in (SWING, FLAT):
-            pivot = sole.edge("heel" if phase == 2 else "toe")
+            pivot = sole.edge("heel" if phase == HEEL else "toe")
         point = origin + now @ pivot
         along, about = self._jacobian(point, sole.body)
         turn = rotation_to(goal, now)
@@ -328,7 +329,7 @@ class _Body:
                 feet.add(split[0][[1]], split[1][[1]])
         centres = origin + sole.points @ now.T
         height = centres[:, 2] - sole.radius
-        near = np.flatnonzero(height < 0.05)
+        near = np.flatnonzero(height < self.settings.sight)
         if phase == FLAT:
             near = near[:0]
         if len(near):

@@ -155,11 +155,11 @@ class Robot:
 
 
 def part_contacts(model: mujoco.MjModel, data: mujoco.MjData):
-    """Yield pairs of parts of a robot that MuJoCo found in contact, with the contact."""
+    """Yield pairs of bodies of a robot that MuJoCo found in contact, with the contact."""
     for contact in data.contact:
         a, b = (int(k) for k in model.geom_bodyid[contact.geom])
         if model.body_weldid[a] and model.body_weldid[b]:
-            yield (a, b), contact
+            yield (min(a, b), max(a, b)), contact
 
 
 def read_names(path: str | Path) -> dict[str, str]:
