@@ -72,7 +72,8 @@ def estimate(
         found = estimate_forces(human, motion, measured=measured, ground=ground)
     except (ParameterError, SolverError) as error:
         return None, None, (f"{PREFIX}{error}.".replace("..", "."),)
-    found = replace(found, force_band=band_factor * found.force_band)
+    if band_factor != 1.0:
+        found = replace(found, force_band=band_factor * found.force_band)
     assert motion.qacc is not None  # the estimate requires them
     moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, found.forces)
     reason = _refusal(found, *residual_wrench(human, motion, found, moments))

@@ -102,7 +102,7 @@ def test_what_bash_offers(tmp_path, capsys):
     (tmp_path / "script").write_text(capsys.readouterr().out)
     tabs = {
         "plantigrade sy": {"synthesize"},
-        "plantigrade re": {"report", "reproduce"},
+        "plantigrade re": {"report", "reproduce", "retarget"},
         "plantigrade synthesize si": {"side-step", "sit-to-stand"},
         "plantigrade synthesize walk --sp": {"--speed"},
         "plantigrade synthesize walk --chair": set(),

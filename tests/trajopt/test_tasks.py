@@ -357,7 +357,7 @@ def test_a_task_file_is_read_and_written_alike(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('[task]\nbase = "hop"', "no task 'hop'"),
+        ('[task]\nbase = "skip"', "no task 'skip'"),
         ('[task]\nbase = "squat"\n[parameters]\ndeph = 1', "unknown key 'deph'.*depth"),
         ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweigth = 1', "'weigth'.*weight"),
         ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweight = "x"', "a number is needed"),
