@@ -14,11 +14,12 @@ pytestmark = pytest.mark.solver
 ENGINES = {
     "fit": lambda walk: pg.fit(walk),
     "reproduce": lambda walk: pg.reproduce(walk),
+    "simulate": lambda _: pg.simulate(duration=0.4, push=("80,0.1,90,0.1",)),
     "synthesize": lambda _: pg.synthesize("squat", nodes_per_second=8.0, restarts=2, seed=5),
     "track": lambda walk: pg.synthesize("track", recording=walk, stop=1.3, refinements=0),
     "zhakatayev2023": lambda _: pg.synthesize("zhakatayev2023", motion="sit-to-stand"),
 }
-SLOW = ("reproduce", "synthesize", "track", "zhakatayev2023")
+SLOW = ("reproduce", "simulate", "synthesize", "track", "zhakatayev2023")
 
 
 @pytest.fixture(scope="module")
