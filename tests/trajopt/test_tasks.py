@@ -129,6 +129,10 @@ def test_a_hop_lands_after_as_long_a_flight_as_its_height_takes(legs):
 def test_a_hop_too_high_for_its_rate_is_refused():
     with pytest.raises(ParameterError, match=r"hop 0\.11 m high at most"):
         make_task("hop", person(), {"hop_height": 0.2})
+
+
+@pytest.mark.wrong_types
+def test_a_hop_on_legs_that_nobody_has_is_refused():
     with pytest.raises(ParameterError, match="legs"):
         make_task("hop", person(), {"legs": "left"})
 
