@@ -22,15 +22,7 @@ def install_command(extra: str = "") -> str:
 
 
 def require(module: str, extra: str) -> ModuleType:
-    """Return the imported ``module``.
-
-    Args:
-        module: Dotted name of the module.
-        extra: The extra of this package that installs it.
-
-    Raises:
-        MissingExtra: If the library is not installed; errors inside the library pass through.
-    """
+    """Return the imported ``module``."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

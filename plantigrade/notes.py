@@ -35,9 +35,6 @@ class Repeated(NamedTuple):
 def repeated(warnings: Iterable[tuple[str, Sequence[str]]]) -> list[Repeated]:
     """Return each warning once, with the results that have it, the most frequent first.
 
-    Args:
-        warnings: Name and warnings of each result.
-
     Example:
         >>> found = repeated([("a", ["no arms"]), ("b", ["1 frame is lost", "no arms"])])
         >>> [(each.sentence, len(each.names)) for each in found]

@@ -24,11 +24,7 @@ LEARNED, POLICY = "learned", ".npz"
 
 
 def number_of(kind: type, word: str) -> Any:
-    """Return the number that an argument of the command line spells.
-
-    Raises:
-        ValueError: If it is none; the parser names the option.
-    """
+    """Return the number that an argument of the command line spells."""
     try:
         return kind(word)
     except (ValueError, OverflowError):
@@ -84,9 +80,6 @@ def check_types(settings: Any) -> None:
     """Convert every field of a frozen dataclass to its annotated type.
 
     NumPy numbers, integers for floats, texts for paths and lists for tuples are converted.
-
-    Raises:
-        ParameterError: If a value is of another type.
     """
     for name, hint in _hints(type(settings)).items():
         value = getattr(settings, name)
@@ -99,22 +92,14 @@ def check_types(settings: Any) -> None:
 
 
 def as_path(value: Any, what: str) -> Path:
-    """Return the path of a file or folder.
-
-    Raises:
-        ParameterError: If it is not a path; the message names ``what``.
-    """
+    """Return the path of a file or folder."""
     if isinstance(value, str | os.PathLike) and str(value):
         return Path(value)
     raise ParameterError(f"{what} must be the path of a file or folder, not {shown(value)}")
 
 
 def refuse_unknown(what: str, given: Iterable[str], allowed: Iterable[str]) -> None:
-    """Check that all given options exist.
-
-    Raises:
-        ParameterError: If there is one; the message names the nearest and all that are allowed.
-    """
+    """Check that all given options exist."""
     names = list(allowed)
     for name in given:
         if name not in names:
@@ -197,11 +182,7 @@ def _in_words(hint: Any) -> str:
 
 
 def assignments(words: Iterable[str]) -> dict[str, str]:
-    """Return value by name, of words such as ``swing.clearance=0.05``.
-
-    Raises:
-        ParameterError: If a word is none, or a name comes twice.
-    """
+    """Return value by name, of words such as ``swing.clearance=0.05``."""
     found: dict[str, str] = {}
     for word in words:
         name, equals, value = word.partition("=")

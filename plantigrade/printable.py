@@ -21,10 +21,6 @@ MAX_FOLDER_NAME = 200
 def printable(text: str, *, lines: bool = True) -> str:
     r"""Return a text with control characters as escapes.
 
-    Args:
-        text: The text.
-        lines: Whether it may have several lines.
-
     Example:
         >>> print(printable("a\x1b]0;b\x07 c\udcff \u202etxt"))
         a\x1b]0;b\x07 c\xff \u202etxt

@@ -11,11 +11,7 @@ MAX_DEPTH = 32  # Maximum depth of nested tables and lists; task files have thre
 
 
 def read_toml(path: str | Path) -> str:
-    """Return the text of a TOML file.
-
-    Raises:
-        FileError: If it cannot be read, is too large or is no UTF-8.
-    """
+    """Return the text of a TOML file."""
     path = Path(path)
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
@@ -36,17 +32,7 @@ def read_toml(path: str | Path) -> str:
 
 
 def parse_toml(text: str, path: str | Path, remedy: str = "") -> dict[str, Any]:
-    """Return the contents of a TOML text.
-
-    Args:
-        text: The text.
-        path: Its file, for the error.
-        remedy: Remedy that the error names.
-
-    Raises:
-        FileError: If it is no TOML, is nested too deeply, or holds a whole number beyond 64 bits,
-            which TOML does not have.
-    """
+    """Return the contents of a TOML text."""
     try:
         document = tomllib.loads(text)
     except RecursionError as error:

@@ -56,12 +56,7 @@ def norms_for(record: Record, figures: Mapping[str, Any]) -> NormChoice:
 def clinical_angles(
     record: Record, curves: GaitCurves | None = None
 ) -> dict[str, Float[Array, "n_cycles n_percent"]]:
-    """Return every angle over the gait cycles of its side [deg], by name and side.
-
-    Args:
-        record: The record.
-        curves: Its gait curves, if they are known already.
-    """
+    """Return every angle over the gait cycles of its side [deg], by name and side."""
     curves = curves or gait_curves(record)
     found = {n: rows for n, rows in curves.angles.items() if n[-2:] in ("_r", "_l")}
     for side in SIDES:

@@ -105,11 +105,6 @@ def resels(residual: Float[Array, "n n_percent"], moving: Bool[Array, " n_percen
 def threshold(freedom: float, length: float, alpha: float = ALPHA) -> float:
     """Return the height that a random curve of *t* exceeds with probability ``alpha``, two-sided.
 
-    Args:
-        freedom: Degrees of freedom.
-        length: Length of the curve in resels.
-        alpha: Probability.
-
     Example:
         >>> round(threshold(1e6, 0.0), 2)  # a single number: normal distribution
         1.96

@@ -41,13 +41,7 @@ class FigureDifference:
 def figure_differences(
     first: Gait, second: Gait, names: Sequence[str]
 ) -> tuple[FigureDifference, ...]:
-    """Return range, peak and time of the peak of every curve in both gaits, with a test.
-
-    Args:
-        first: The gait from which differences are taken.
-        second: The other one.
-        names: The curves, which both gaits have.
-    """
+    """Return range, peak and time of the peak of every curve in both gaits, with a test."""
     found = []
     for name in names:
         unit = unit_of(without_side(name))

@@ -23,9 +23,6 @@ def motion_notes(record: Record) -> list[str]:
     """Return warnings about a computed motion that is physical and still beyond people.
 
     They concern cadence, joint power, joint strength, and the lean of the trunk in walking.
-
-    Args:
-        record: The motion, with its torques.
     """
     motion, human, notes = record.motion, record.human, []
     strikes = sorted(e.time for e in motion.events if e.kind == "heel_strike")

@@ -52,10 +52,6 @@ def norms_of_folder(*folders: str | Path) -> tuple[Population, dict[str, str]]:
 
     Returns:
         The norms, and for each excluded run the reason.
-
-    Raises:
-        FileError: If a run cannot be read.
-        ParameterError: If fewer than two runs remain, or two are of one recording.
     """
     found: dict[str, Run] = {}
     for folder in map(Path, folders):
@@ -100,11 +96,7 @@ def reason_excluded(run: Run) -> str:
 
 
 def norms_of(records: Mapping[str, Record], people: str, where: str = "") -> Population:
-    """Return mean and SD, over the people of records, of the curves that all have.
-
-    Raises:
-        ParameterError: If there are fewer than two, or one has no complete gait cycle.
-    """
+    """Return mean and SD, over the people of records, of the curves that all have."""
     if len(records) < MIN_PEOPLE:
         raise ParameterError(
             f"norms need runs of at least {MIN_PEOPLE} people; {where or 'this'} holds "

@@ -47,11 +47,7 @@ def own_population(curves: Mapping[str, tuple[Array, Array]], people: str) -> Po
 
 
 def read_norms_file(path: str | Path) -> Population:
-    """Return the norms of a file.
-
-    Raises:
-        FileError: If it cannot be read or is not such a table; the message names the line.
-    """
+    """Return the norms of a file."""
     lines = read_text(path, MAX_FILE_SIZE).split("\n")
     comments = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
     rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]

@@ -50,11 +50,7 @@ class Gait:
 
 
 def gait_of(run: Run, name: str) -> Gait:
-    """Return the gait of a run.
-
-    Raises:
-        ParameterError: If it has no complete gait cycle.
-    """
+    """Return the gait of a run."""
     curves, loaded = gait_curves(run.record), gait_curves(run.with_forces)
     if not curves.cycles:
         raise ParameterError(
@@ -83,9 +79,6 @@ def pooled(gaits: Sequence[Gait], name: str) -> Gait:
     """Return trials of one person as one gait, with the cycles of all of them.
 
     Curves that a trial lacks are those of the other trials.
-
-    Raises:
-        ParameterError: If there is none, or the bodies differ too much to be one person's.
     """
     if not gaits:
         raise ParameterError(f"{name}: there is no trial to pool")
@@ -115,9 +108,6 @@ def sides_of(gait: Gait, affected: Affected | None = None) -> tuple[Gait, Gait]:
     Args:
         gait: The gait.
         affected: The affected side, which comes second; without it right comes first.
-
-    Raises:
-        ParameterError: If a foot has no complete gait cycle.
     """
     order = ("l", "r") if affected == "right" else SIDES
     found = []

@@ -32,12 +32,7 @@ ADVICE = "; the report's “Residual of each level” shows which task gave way 
 
 
 def run_status(motion: str, forces: str = "ok") -> str:
-    """Return ``"ok"``, or the failures of each part of a run.
-
-    Args:
-        motion: Status of the gait computed from accelerations.
-        forces: Status of the gait computed with forces.
-    """
+    """Return ``"ok"``, or the failures of each part of a run."""
     parts = {"gait computed without forces": motion, "gait computed with forces": forces}
     return (
         "; ".join(f"{part}: {status}" for part, status in parts.items() if status != "ok") or "ok"

@@ -71,9 +71,6 @@ class Program:
         """Return the program of an SX function; equal operations on equal values are done once.
 
         Elements of a ``shared`` last input are constants, after those of the function.
-
-        Raises:
-            Untranslatable: If the function is not made of SX symbols or has an unknown operation.
         """
         import casadi as ca
 
@@ -225,11 +222,7 @@ class Signature:
 
     @classmethod
     def of(cls, function: "casadi.Function", shared: bool) -> "Signature":
-        """Return the signature of a function; a ``shared`` last input holds parameters.
-
-        Raises:
-            ParameterError: If an input is not a dense column.
-        """
+        """Return the signature of a function; a ``shared`` last input holds parameters."""
         for i in range(function.n_in()):
             if not (function.sparsity_in(i).is_dense() and function.size2_in(i) <= 1):
                 raise ParameterError(

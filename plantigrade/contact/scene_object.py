@@ -10,11 +10,7 @@ SHAPES = ("box", "capsule")
 
 @dataclass(frozen=True)
 class SceneObject:
-    """An object of simple shape.
-
-    Raises:
-        ParameterError: If there is no such kind, or a size is negative.
-    """
+    """An object of simple shape."""
 
     name: str  #: Name of the object
     kind: str  #: One of :data:`SHAPES`

@@ -210,11 +210,7 @@ def usual(
 
 
 def checked(name: str) -> str:
-    """Return the name of a controller.
-
-    Raises:
-        ParameterError: If there is none of that name.
-    """
+    """Return the name of a controller."""
     if name not in CONTROLLERS:
         raise ParameterError(f"no controller {name!r}; {known_names(name, list(CONTROLLERS))}")
     return name

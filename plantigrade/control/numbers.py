@@ -100,11 +100,7 @@ def _typed(name: str, value: Any, before: Any) -> Any:
 
 
 def _within(name: str, value: float, before: float) -> float:
-    """Return a number of the order of magnitude and sign of the usual one, or zero.
-
-    Raises:
-        ParameterError: If it is another one.
-    """
+    """Return a number of the order of magnitude and sign of the usual one, or zero."""
     far = before * (MAX_COUNT_FACTOR if isinstance(before, int) else MAX_FACTOR)
     low, high = min(far, 0.0), max(far, 0.0)
     if before and not low <= value <= high:

@@ -121,12 +121,6 @@ def resting_torques(
 
     Vertical forces of the spheres near the ground carry the weight, about the centre of mass if
     they can, as even as can be; no friction is needed.
-
-    Args:
-        human: The person.
-        ground: The ground.
-        qpos: The posture.
-        settings: Which spheres carry load, and how it is shared.
     """
     s, sites = settings or PostureSettings(), contact_sites(human)
     body = BodyState(human, qpos)

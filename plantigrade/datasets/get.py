@@ -102,11 +102,7 @@ def fetch(
 
 
 def mirror_of(given: str | None) -> str:
-    """Return the address of the mirror: the given one, that of the environment, or the public one.
-
-    Raises:
-        ParameterError: If it is neither HTTPS nor on this machine.
-    """
+    """Return the address of the mirror: as given, of the environment, or the public one."""
     mirror = given or os.environ.get(MIRROR) or HOST
     if not isinstance(mirror, str):
         raise ParameterError(f"mirror must be an address, not {mirror!r}")

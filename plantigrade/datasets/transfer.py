@@ -215,11 +215,7 @@ def _chunks(answer: HTTPResponse, most: int) -> Iterator[bytes]:
 
 @contextlib.contextmanager
 def _own(part: Path, expected: int) -> Iterator[BufferedRandom]:
-    """Open the partial download exclusively for this process.
-
-    Raises:
-        FileError: If another process downloads the same file.
-    """
+    """Open the partial download exclusively for this process."""
     part.parent.mkdir(parents=True, exist_ok=True)
     part.touch()
     with open(part, "r+b") as kept:
@@ -230,11 +226,7 @@ def _own(part: Path, expected: int) -> Iterator[BufferedRandom]:
 
 
 def _length(part: Path) -> int:
-    """Return the length of the partial download [bytes].
-
-    Raises:
-        FileError: If the name belongs to something other than a regular file.
-    """
+    """Return the length of the partial download [bytes]."""
     if part.is_symlink() or (part.exists() and not part.is_file()):
         problem = "is not a regular file, and its name is needed for the download"
         raise FileError(part, problem, remedy="move it elsewhere")

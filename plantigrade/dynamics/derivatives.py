@@ -54,9 +54,6 @@ def differentiate(
         qpos: Configurations; either sign of the quaternion.
         cutoff: Zero-lag fourth-order low-pass of everything before differentiation [Hz]; None
             for no filter. Use the same for the forces.
-
-    Raises:
-        ParameterError: If shapes do not agree or values are missing.
     """
     if qpos.shape != (len(time), human.model.nq):
         raise ParameterError(

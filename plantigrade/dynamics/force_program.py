@@ -112,14 +112,6 @@ class ForceScales:
 class ForceProgram:
     """Quadratic program of one recording with its solution and confidence bands.
 
-    Args:
-        human: The person.
-        needs: Required forces.
-        contacts: Intervals in which feet and supports may carry load.
-        supports: Supports other than the feet.
-        data: Measured wrenches on the frames of the program.
-        scales: Scales of the rows.
-
     Attributes:
         wrench: The estimate (n, k, 6) [BW, BW m].
         shift: Shift of the centre of mass [m].

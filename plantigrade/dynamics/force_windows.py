@@ -48,14 +48,6 @@ def solve_in_windows(
 ) -> ForceSolution:
     """Return the ground forces that a motion requires.
 
-    Args:
-        human: The person.
-        needs: Net force and moment that the motion requires.
-        contacts: Intervals in which feet and supports may carry load.
-        supports: Supports other than the feet.
-        data: Measured wrenches on the frames of the program.
-        scales: Scales by which its residuals are weighted.
-
     Raises:
         SolverError: If the program of a window cannot be solved.
     """
@@ -86,12 +78,7 @@ def solve_in_windows(
 
 
 def windows(n: int, margin: int) -> Iterator[tuple[slice, slice]]:
-    """Yield the frames of each window, and which of these are kept.
-
-    Args:
-        n: Number of frames.
-        margin: Frames by which a window reaches into its neighbours.
-    """
+    """Yield the frames of each window, and which of these are kept."""
     count = 1 if n <= MAX_WINDOW_FRAMES else int(np.ceil(n / (MAX_WINDOW_FRAMES - 2 * margin)))
     edges = np.linspace(0, n, count + 1).round().astype(int).tolist()
     for start, stop in pairwise(edges):

@@ -52,11 +52,7 @@ class Moments:
     com: Float[Array, "n_frames 3"]  #: Centre of mass [m]
 
     def __getitem__(self, name: str) -> Float[Array, " n_frames"]:
-        """Return the column of a coordinate or of the root.
-
-        Raises:
-            ParameterError: If there is no such column.
-        """
+        """Return the column of a coordinate or of the root."""
         if name not in self.names:
             raise ParameterError(f"no moment {name!r}; there are {', '.join(self.names)}")
         return self.tau[:, self.names.index(name)]
@@ -77,9 +73,6 @@ def inverse_dynamics(
         qvel: Velocities.
         qacc: Accelerations.
         forces: Ground reactions on the frames of the motion, smoothed like it; none if absent.
-
-    Raises:
-        ParameterError: If the arrays are inconsistent.
     """
     check_motion(human, qpos, qvel, qacc)
     n = len(qpos)

@@ -31,11 +31,7 @@ def inertia(link: Link) -> Array:
 
 
 def links_of(model: mujoco.MjModel) -> tuple[Link, ...]:
-    """Return the bodies of a model, with the pelvis angles as hinges of the first body.
-
-    Raises:
-        ParameterError: If the model is not a free body with hinges at the bodies' origins.
-    """
+    """Return the bodies of a model, with the pelvis angles as hinges of the first body."""
     hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
     passive = (model.dof_damping, model.dof_armature, model.dof_frictionloss, model.jnt_stiffness)
     fine = (

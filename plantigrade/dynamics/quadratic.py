@@ -105,9 +105,6 @@ def solve_quadratic(
         h: Upper limits of the inequalities.
         border: Number of unknowns at the end coupled to all others.
         start: Optimum of a similar program.
-
-    Raises:
-        SolverError: If the program is singular or does not converge.
     """
     scale = 1.0 / np.sqrt(np.maximum(np.asarray(P.diagonal()), 1e-12))
     S = sp.diags_array(scale)

@@ -82,16 +82,7 @@ def required_forces(
     supports: tuple[Support, ...] = (),
     ground: Ground = LEVEL_GROUND,
 ) -> RequiredForces:
-    """Return the forces that a motion requires.
-
-    Args:
-        human: The person.
-        motion: Configurations and velocities.
-        qacc: Accelerations.
-        contacts: Intervals in which each foot may carry load.
-        supports: Supports other than the feet.
-        ground: The ground.
-    """
+    """Return the forces that a motion requires."""
     to_world = ground.to_world
     time, n = even_clock(motion.time), motion.n_frames
     weight = human.mass * GRAVITY

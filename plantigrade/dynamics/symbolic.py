@@ -58,9 +58,6 @@ class SymbolicHuman:
         mass: Body mass of the model [kg].
         gravity: Gravity [m/s²], world axes.
 
-    Raises:
-        ParameterError: If the model is not a free pelvis with hinges at the bodies' origins.
-
     Example:
         >>> body = SymbolicHuman(Human.create(1.74, 70.0))
         >>> q = np.zeros(body.nv)
@@ -224,10 +221,6 @@ class SymbolicHuman:
           take a third more operations.
         * ``"coordinates"``: generalised forces of the pelvis angles [N m] and translations [N], in
           the order of q, with power :math:`\tau^T \dot q`; singular at a list of ±90°.
-
-        Args:
-            points: Points of application of forces.
-            root: Choice of the first six rows.
 
         Returns:
             Function of q, qd, qdd and, with points, ``forces`` (3, n_points): forces on the body,

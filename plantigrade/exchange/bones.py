@@ -106,9 +106,6 @@ def bones_of(human: Human, rig: str = "plantigrade") -> tuple[Bone, ...]:
     Args:
         human: The person.
         rig: One of :data:`RIGS`.
-
-    Raises:
-        ParameterError: If there is no such rig, or the person is a model of their own.
     """
     require_scaled(human, "a skeleton of bones")
     if rig not in RIGS:

@@ -124,12 +124,7 @@ class Document:
         self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
 
     def glb(self, scene: Sequence[int], *, title: str) -> bytes:
-        """Return the file.
-
-        Args:
-            scene: The nodes at the top.
-            title: Name of the scene and of its animation.
-        """
+        """Return the file."""
         from plantigrade import __version__
 
         self.content += b"\0" * (-len(self.content) % 4)

@@ -139,11 +139,6 @@ def _markers(record: Record, motion: Motion, marker_set: str | None) -> Markers:
 def body_markers(human: Human, motion: Motion, marker_set: str) -> Markers:
     """Return the markers of a set on a person in motion.
 
-    Args:
-        human: The person.
-        motion: The motion.
-        marker_set: Name of a marker set, or path of a TOML file.
-
     Raises:
         ParameterError: If there is no such set, or it names what the body has not.
         FileError: If the file cannot be read.

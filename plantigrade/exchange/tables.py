@@ -53,10 +53,6 @@ def write_table(
         over: One of :data:`OVER`.
         estimated: Whether forces, moments and powers count where forces were estimated off or
             without plates; otherwise they are empty there.
-
-    Raises:
-        ParameterError: If ``over`` is none of them.
-        FileError: If there is no complete gait cycle to show, or the file cannot be written.
     """
     if over not in OVER:
         raise ParameterError(f"{over=} must be one of {', '.join(OVER)}")
@@ -72,12 +68,7 @@ def write_table(
 
 
 def time_columns(run: Run, *, estimated: bool = False) -> dict[str, Array]:
-    """Return the curves over time by column, those of another clock at the instants of the motion.
-
-    Args:
-        run: The run.
-        estimated: Whether estimated forces count.
-    """
+    """Return the curves over time by column, all at the instants of the motion."""
     record = run.record
     columns = {"time_s": record.motion.time} | _angles(record)
     forces, time = run.with_forces, record.motion.time

@@ -262,11 +262,7 @@ def fixed_axes(order: str, angles: Float[Array, "n k"]) -> Float[Array, "n 3 3"]
 
 
 def find_asf(path: Path) -> Path:
-    """Return the skeleton file of a motion, from the same folder.
-
-    Raises:
-        FileError: If there is none, or several and none matches by name.
-    """
+    """Return the skeleton file of a motion, from the same folder."""
     neighbours, stem = Siblings.of(path).skeletons, path.stem.lower()
     for name_stem in (stem, stem.split("_")[0], re.split(r"[_\-. ]", stem)[0]):
         if name_stem in neighbours:

@@ -23,11 +23,7 @@ UP_AXES = tuple(_TO_WORLD)
 
 
 def rotation_to_world(up: str) -> Float[Array, "3 3"]:
-    """Return the rotation that maps vectors of a file whose vertical is ``up`` to world axes.
-
-    Raises:
-        ParameterError: If ``up`` is not one of :data:`UP_AXES`.
-    """
+    """Return the rotation that maps vectors of a file whose vertical is ``up`` to world axes."""
     try:
         return np.array(_TO_WORLD[up], dtype=float)
     except KeyError:
@@ -50,9 +46,6 @@ def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[
 
     Within one frame an upright body is taller than it is wide or than its step is long; the
     ground is near zero, so the body lies on the positive side.
-
-    Args:
-        positions: Marker positions in any unit, NaN where not seen.
 
     Returns:
         The axis, as in :data:`UP_AXES`, and its certainty: extent along it over the next largest

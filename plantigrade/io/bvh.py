@@ -63,10 +63,6 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
     Returns:
         A recording with a ``skeleton``. A rest pose in the first frame, and frames that only lead
         out of it, are removed with a warning (time is 0 in the frame after the rest pose).
-
-    Raises:
-        FileError: If the file cannot be read; the line is named.
-        ParameterError: If ``unit`` is unknown.
     """
     path = Path(path)
     if unit is not None and unit not in UNITS:

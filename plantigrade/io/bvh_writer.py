@@ -14,11 +14,7 @@ from plantigrade.motion.recording import Recording, SkeletonMotion
 
 
 def write_recording(recording: Recording, path: str | Path) -> None:
-    """Write the skeleton of a recording as BVH.
-
-    Raises:
-        FileError: If there is no skeleton, or the file cannot be written.
-    """
+    """Write the skeleton of a recording as BVH."""
     if recording.skeleton is None:
         raise FileError(path, "the recording has no skeleton", remedy="write its markers to .trc")
     write_bvh(recording.skeleton, path)

@@ -44,9 +44,6 @@ def read_c3d(path: str | Path) -> Recording:
         centres, segment axes, centre of mass) in world axes [m], as the markers; angles, forces,
         moments, powers and scalars in the file's own axes and units; and stray trajectories
         under names that start with ``*``, world axes [m].
-
-    Raises:
-        FileError: If the file cannot be read.
     """
     file = read_c3d_file(path)
     points = sort_points(file)

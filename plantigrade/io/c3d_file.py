@@ -100,11 +100,7 @@ class C3dFile(Parameters):
 
 
 def read_c3d_file(path: str | Path) -> C3dFile:
-    """Read the container.
-
-    Raises:
-        FileError: If the file is not a C3D file, or a count does not fit its size.
-    """
+    """Read the container."""
     path = Path(path)
     with reading(path), open(path, "rb") as file:
         size = os.fstat(file.fileno()).st_size

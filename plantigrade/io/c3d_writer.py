@@ -29,10 +29,6 @@ def write_c3d(recording: Recording, path: str | Path) -> None:
 
     Plates are resampled to the smallest multiple of the marker rate that is not below their own. A
     plate with unknown corners is written as 0.5 m by 0.5 m, centred on its mean centre of pressure.
-
-    Raises:
-        FileError: If there are no markers, they are not evenly sampled or too many for the format,
-            or the file cannot be written.
     """
     markers = recording.markers
     if markers is None or markers.n_frames == 0:
@@ -86,9 +82,6 @@ def c3d_bytes(
         rate: Frames per second [Hz].
         first: Number of the first frame, from 1.
         path: The file, for errors.
-
-    Raises:
-        FileError: If the content exceeds the limits of the format.
     """
     n_frames, n_points = points.shape[:2]
     per_frame, n_channels = samples.shape[1:]

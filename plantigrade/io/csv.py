@@ -97,11 +97,7 @@ def read_csv(path: str | Path) -> Recording:
 
 
 def write_csv(recording: Recording, path: str | Path) -> None:
-    """Write markers and coordinates at the same times: SI units, radians, z up.
-
-    Raises:
-        FileError: If there is neither, or their times differ.
-    """
+    """Write markers and coordinates at the same times: SI units, radians, z up."""
     markers, coordinates = recording.markers, recording.coordinates
     first = markers or coordinates
     if first is None:

@@ -41,10 +41,6 @@ def read_keypoints(path: str | Path, rate: float | None = None) -> Recording:
     Args:
         path: The file.
         rate: Frames per second [Hz]; that of the file if not given.
-
-    Raises:
-        FileError: If the file has no such layout, holds image points (2-D) or a body about its own
-            hips, or several people.
     """
     path = Path(path)
     try:

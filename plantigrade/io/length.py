@@ -22,9 +22,6 @@ def check_length(path: str | Path, n_frames: int, n_bytes: float = 0.0) -> None:
         path: The file.
         n_frames: Number of frames.
         n_bytes: Memory required for reading [bytes].
-
-    Raises:
-        FileError: If it has more than :data:`MAX_FRAMES` frames, or does not fit into free memory.
     """
     if n_frames > MAX_FRAMES:
         problem = f"has {n_frames} frames; at most {MAX_FRAMES} (an hour at 100 Hz) are read"

@@ -65,10 +65,6 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
         A recording with ``coordinates`` [rad, m] (knee flexion positive), ``plates``, or both.
         Speeds, activations, moments and the patella's coordinates are left out
         (:func:`read_table` returns them).
-
-    Raises:
-        FileError: If the file cannot be read or contains neither.
-        ParameterError: If ``knee_sign`` is neither 1, -1 nor None.
     """
     if knee_sign not in (None, 1, -1):
         raise ParameterError(f"{knee_sign=} must be 1, -1 or None")
@@ -267,13 +263,7 @@ def write_mot(
 
 
 def mot_text(table: Table, title: str, in_degrees: bool) -> str:
-    """Return a table in OpenSim's format.
-
-    Args:
-        table: The table, angles in radians.
-        title: First line.
-        in_degrees: Write angles in degrees, and say that they are.
-    """
+    """Return a table in OpenSim's format."""
     values = table.values
     if in_degrees:
         angle = np.array([NO_ANGLE.search(name) is None for name in table.names], dtype=bool)

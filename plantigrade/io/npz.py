@@ -31,9 +31,6 @@ class Arrays:
         path: The file.
         remedy: Remedy in error messages.
         only: Names of the arrays to read; all by default.
-
-    Raises:
-        FileError: If the file cannot be read, is damaged, or unpacks to more than is allowed.
     """
 
     def __init__(

@@ -57,13 +57,7 @@ def turn_knees(
 
 
 def coordinate_columns(names: Sequence[str], paths: Sequence[str], used: set[str]) -> list[int]:
-    """Return the columns that are coordinates; none unless at least one has a known name.
-
-    Args:
-        names: Reduced names of the columns.
-        paths: Their names as in the file.
-        used: Names of columns used otherwise.
-    """
+    """Return the columns that are coordinates; none unless at least one has a known name."""
     keep, known = [], False
     for k, (name, path) in enumerate(zip(names, paths, strict=True)):
         coordinate = "/" in path and path.endswith("/value")

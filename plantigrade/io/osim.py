@@ -114,11 +114,7 @@ def read_osim(path: str | Path) -> OsimModel:
 
 
 def parse_osim(text: str, path: str | Path = "model.osim") -> OsimModel:
-    """Return the model of an OpenSim text; ``path`` is named in errors.
-
-    Raises:
-        FileError: As :func:`read_osim`.
-    """
+    """Return the model of an OpenSim text; ``path`` is named in errors."""
     remedy = "export it again from OpenSim 3 or 4"
     try:
         root = ET.fromstring(text.lstrip("\ufeff").strip())

@@ -55,9 +55,6 @@ class OsimHuman(Human):
             text: The file.
             path: Its name, for errors.
             known: ``height`` [m] (by default by leg length) and ``sex``, which the file lacks.
-
-        Raises:
-            FileError: If it cannot be read, or is no person on MuJoCo.
         """
         osim = parse_osim(text, path)
         try:
@@ -120,11 +117,7 @@ class OsimHuman(Human):
         return ("root", *(each.name for each in self.drives))
 
     def hinge(self, coordinate: str) -> int:
-        """Return the index of a coordinate within ``qpos[7:]``.
-
-        Raises:
-            CoordinateNotFound: If this person has no such coordinate.
-        """
+        """Return the index of a coordinate within ``qpos[7:]``."""
         if coordinate not in self.coordinates:
             known = known_names(coordinate, self.coordinates)
             raise CoordinateNotFound(f"no coordinate {coordinate!r} in this model; {known}")
@@ -204,9 +197,6 @@ class OsimHuman(Human):
         """Return configurations from coordinates, the inverse of :meth:`to_coordinates`.
 
         Those not given keep their default.
-
-        Raises:
-            ParameterError: If none of the names is a coordinate of this model.
         """
         known = [c.name for c in self.every_coordinate]
         if not set(names) & set(known):
@@ -227,11 +217,7 @@ class OsimHuman(Human):
 
     @classmethod
     def from_dict(cls, description: Mapping) -> Human:
-        """Return the person described by :meth:`to_dict`, of either kind.
-
-        Raises:
-            ParameterError: If an entry is missing, of the wrong type or not allowed.
-        """
+        """Return the person described by :meth:`to_dict`, of either kind."""
         if "osim" not in description:
             return Human.from_dict(description)
         try:

@@ -36,12 +36,7 @@ class Function:
 
 
 class SimmSpline:
-    """Cubic spline of SIMM: third derivatives at the ends by the outer four knots, linear outside.
-
-    Args:
-        x: Knots, increasing.
-        y: Values there.
-    """
+    """Cubic spline of SIMM: third derivatives at its ends by four knots, linear outside."""
 
     def __init__(self, x: Float[Array, " n"], y: Float[Array, " n"]):
         self.x, self.y, n = x, y, len(x)
@@ -74,11 +69,7 @@ class SimmSpline:
 
 
 def read_function(node: ET.Element, depth: int = 0) -> Function:
-    """Return the function that an element describes.
-
-    Raises:
-        ValueError: If it is of an unknown kind or damaged.
-    """
+    """Return the function that an element describes."""
     tag = node.tag
     if depth > MAX_DEPTH:
         raise ValueError("functions are nested too deeply")
@@ -125,9 +116,6 @@ def numbers(
         tag: The child.
         count: How many there must be; any number if absent.
         default: Value of each where the child is missing; an error if absent.
-
-    Raises:
-        ValueError: If they are missing, not finite, or of another number.
     """
     words = (node.findtext(tag) or "").split()
     if not words and default is not None and count is not None:

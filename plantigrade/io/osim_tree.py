@@ -51,11 +51,7 @@ class Link:
 
 
 def links_of(model: OsimModel) -> tuple[Joint, tuple[Link, ...]]:
-    """Return the joint of the root to the ground, and the bodies below it, parents first.
-
-    Raises:
-        ParameterError: If the bodies are no tree on the ground, or an axis cannot be a joint.
-    """
+    """Return the joint of the root to the ground, and the bodies below it, parents first."""
     roots = [j for j in model.joints if j.parent.body == GROUND and j.coordinates]
     if len(roots) != 1:
         problem = f"{len(roots)} bodies move on the ground"

@@ -49,15 +49,8 @@ _Usual: Any = pickle._Unpickler  # in Python: joblib's arrays lie between the in
 def read_pickle(path: str | Path, remedy: str) -> Any:
     """Return the contents of a pickle, joblib or torch file of plain arrays.
 
-    Args:
-        path: The file.
-        remedy: Remedy in error messages.
-
     Returns:
         Dictionaries, lists and tuples of arrays, numbers and words.
-
-    Raises:
-        FileError: If the file is damaged, too large, or needs anything but these.
     """
     raw = read_bytes(path, MAX_BYTES)
     try:

@@ -72,11 +72,7 @@ def _layout_of(data: Any) -> Layout | None:
 def chosen(
     path: Path, contents: Mapping[Any, Any], warnings: list[str]
 ) -> tuple[Mapping[Any, Any], Layout]:
-    """Return the arrays of a motion and their layout: of GVHMR the world's, of several people one.
-
-    Raises:
-        FileError: If there is none.
-    """
+    """Return the arrays and layout of a motion: the world's of GVHMR, one of several people."""
     layout = _layout_of(contents)
     if layout is not None:
         return contents, layout
@@ -107,11 +103,7 @@ def chosen(
 
 
 def numbers(path: Path, data: Mapping[Any, Any], key: str) -> Any:
-    """Return an array as floats.
-
-    Raises:
-        FileError: If it is missing or not of finite numbers.
-    """
+    """Return an array as floats."""
     value = data.get(key)
     if not isinstance(value, np.ndarray | np.generic | float | int):
         problem = "is missing" if value is None else "is not an array"
@@ -163,14 +155,7 @@ def _scaling(path: Path, data: Mapping[Any, Any], layout: Layout) -> float:
 
 
 def _rotations(path: Path, key: str, values: np.ndarray, *, whole: bool) -> np.ndarray:
-    """Return rotation matrices (n, joints, 3, 3) of rotation vectors or matrices.
-
-    Args:
-        path: The file.
-        key: Name of the array.
-        values: The array, one row per frame.
-        whole: Whether it holds all joints of a model.
-    """
+    """Return rotation matrices (n, joints, 3, 3) of rotation vectors or matrices."""
     n, each = len(values), values[0].size
     as_matrices = values.ndim in (3, 4) and values.shape[-2:] == (3, 3)
     joints = each // (9 if as_matrices else 3)
@@ -204,9 +189,6 @@ def check_speed(path: Path, layout: Layout, trans: np.ndarray, rate: float) -> N
         layout: Its kind.
         trans: Translations (n, 3) [m].
         rate: Frames per second [Hz].
-
-    Raises:
-        FileError: If its median speed is above :data:`MAX_SPEED`.
     """
     moved = np.linalg.norm(np.diff(trans, axis=0), axis=1)
     speed = rate * float(np.median(moved)) if len(moved) else 0.0

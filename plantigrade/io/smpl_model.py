@@ -26,9 +26,6 @@ def model_offsets(
         path: Body model, ``.npz``.
         betas: Shape numbers; those that the model lacks are ignored, and of several rows the mean
             is taken.
-
-    Raises:
-        FileError: If the file is not such a model.
     """
     arrays = Arrays(path, _REMEDY, only=_KEYS)
     v, W = arrays.finite("v_template", None, 3), arrays.finite("J_regressor", None, None)

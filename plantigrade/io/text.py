@@ -38,11 +38,7 @@ _BYTE_ORDER_MARKS = (
 
 @contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Convert errors of reading a file to a FileError.
-
-    Raises:
-        FileError: If the file does not exist, is a folder, a pipe or a device, or may not be read.
-    """
+    """Convert errors of reading a file to a FileError."""
     try:
         if "\0" in str(path):
             raise OSError("a zero byte in its name")
@@ -60,11 +56,7 @@ def reading(path: str | Path) -> Iterator[None]:
 
 
 def read_bytes(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> bytes:
-    """Return the bytes of a file of limited size.
-
-    Raises:
-        FileError: If the file does not exist, is not a readable file, is empty or too large.
-    """
+    """Return the bytes of a file of limited size."""
     path = Path(path)
     with reading(path):
         size = path.stat().st_size
@@ -88,9 +80,6 @@ def read_text(path: str | Path, limit_bytes: float = LIMIT_BYTES) -> str:
 
     UTF-8, UTF-16 and UTF-32 (by their byte order mark, UTF-16 also without one) and, where bytes
     are not UTF-8, Latin-1, in which every byte is a letter.
-
-    Raises:
-        FileError: If the file cannot be read (see :func:`read_bytes`) or is not text.
     """
     raw = read_bytes(path, limit_bytes)
     encoding = _encoding_of(raw)
@@ -227,11 +216,7 @@ def parse_numbers(text: str) -> Float[Array, " n"] | None:
 
 
 def number(word: str, path: str | Path, *, where: str, what: str) -> float:
-    """Return one number of a header.
-
-    Raises:
-        FileError: If ``word`` is not a finite number.
-    """
+    """Return one number of a header."""
     try:
         value = float(word)
     except ValueError:

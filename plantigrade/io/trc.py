@@ -21,11 +21,7 @@ _MIN_CERTAINTY = 1.4  # extent along the vertical over the next, of an upright b
 
 
 def read_trc(path: str | Path) -> Recording:
-    """Read a TRC file.
-
-    Raises:
-        FileError: With the line, if the file does not follow the format.
-    """
+    """Read a TRC file."""
     lines = read_text(path).split("\n")
     cut = bool(lines[-1])
     if not cut:
@@ -78,9 +74,6 @@ def write_trc(recording: Recording, path: str | Path) -> None:
     """Write markers in mm, OpenSim's axes (x forward, y up, z right), to 1e-5 mm.
 
     A missing marker is an empty field.
-
-    Raises:
-        FileError: If there are no markers, or a name is not allowed in a TRC header.
     """
     markers = recording.markers
     if markers is None or markers.n_frames == 0 or not markers.names:

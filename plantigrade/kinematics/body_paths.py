@@ -12,13 +12,7 @@ from plantigrade.models import Human
 def body_paths(
     human: Human, qpos: Float[Array, "n_frames nq"], bodies: Sequence[int]
 ) -> tuple[Float[Array, "n_frames n_bodies 3"], Float[Array, "n_frames n_bodies 3 3"]]:
-    """Return origins [m] and rotations of bodies, world axes, in every frame of a motion.
-
-    Args:
-        human: The person.
-        qpos: The motion.
-        bodies: Indices of the bodies.
-    """
+    """Return origins [m] and rotations of bodies, world axes, in every frame of a motion."""
     chosen = list(bodies)
     origins = np.empty((len(qpos), len(bodies), 3))
     rotations = np.empty((len(qpos), len(bodies), 3, 3))

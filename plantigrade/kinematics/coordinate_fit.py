@@ -45,9 +45,6 @@ def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
         recording: The recording; it must have coordinates.
         person: Known properties of the person; the recording's metadata supply others. By default
             the height follows from the pelvis height and the mass from the stature.
-
-    Raises:
-        FitError: If there are no joint coordinates, or none of the legs'.
     """
     table = recording.coordinates
     if table is None:

@@ -117,9 +117,6 @@ def exchanged_by_anatomy(
         known: The markers with known positions.
         samples: Recorded positions [m]; NaN if not visible.
         source: The file, for the message.
-
-    Raises:
-        FitError: If the person is mirrored.
     """
     usual = _with_their_limb(known, distances(samples).spread)
     frames = samples[np.isfinite(samples[..., 0]).sum(axis=1) >= min(6, len(usual))]

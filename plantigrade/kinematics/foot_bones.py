@@ -285,10 +285,6 @@ def hinges_towards(axes: Float[Array, "k 3"], target: Float[Array, "n 3 3"]) -> 
     """Return the angles of hinges in a row that come closest to a rotation [rad].
 
     Three hinges reach it; two minimise the remaining angle.
-
-    Args:
-        axes: Axes of the hinges at zero angles, proximal first.
-        target: Rotation from the distal to the proximal body.
     """
     angles = np.zeros((len(target), len(axes)))
     for _ in range(_N_STEPS):

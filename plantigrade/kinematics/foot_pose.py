@@ -73,11 +73,7 @@ MAX_PLANE_ROUNDS = 4  # [1] iterations of pose and planes on curved ground
 
 
 def marks(*names: str) -> Bool[Array, " 6"]:
-    """Return the mask of named :data:`MARKS`.
-
-    Raises:
-        ParameterError: If a name is none of them.
-    """
+    """Return the mask of named :data:`MARKS`."""
     wrong = set(names) - set(MARKS)
     if wrong:
         raise ParameterError(f"no segment {', '.join(sorted(wrong))}; there are {', '.join(MARKS)}")
@@ -131,9 +127,6 @@ class FootPoser:
         segment: Index in :data:`SEGMENTS` of each sphere.
         toes: Distances of the tips of medial and lateral toes from their joints [m].
         standing: Height of the ankle of a standing foot above level ground [m].
-
-    Raises:
-        ParameterError: If the feet are not multi-segment.
     """
 
     def __init__(self, human: Human, side: str):
@@ -196,9 +189,6 @@ class FootPoser:
                 the foot deviates as little as possible and which gives the heading of the toes.
             marked: Mask of the loaded :data:`SEGMENTS` (or :data:`MARKS`).
             ground: The ground; level at height zero if not given.
-
-        Raises:
-            ParameterError: If a number is not finite, or ``marked`` has other columns.
         """
         ground = ground or Ground()
         if not len(SEGMENTS) <= marked.shape[1] <= len(MARKS):

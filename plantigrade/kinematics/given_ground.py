@@ -107,9 +107,6 @@ def below_feet(
         human: The person.
         time: Time of each frame [s].
         qpos: The motion, facing x.
-
-    Raises:
-        FitError: If too few feet stand, or they do not stand on this shape.
     """
     feet = standing_feet(human, time, qpos, shape.slope)
     if len(feet.height) < MIN_STANDING:

@@ -151,12 +151,7 @@ def axes_from(up, forward, instead=None):
 
 
 def hinge_angles(turn: Float[Array, "*n 3 3"], sign: float) -> Float[Array, "*n 3"]:
-    """Return bending, inversion and adduction of a joint within the foot [rad].
-
-    Args:
-        turn: Rotation from the segment below the joint to the one above.
-        sign: 1 for a right foot, -1 for a left one.
-    """
+    """Return bending, inversion and adduction of a joint within the foot [rad]."""
     out = np.empty(turn.shape[:-1])
     out[..., 0] = -np.arctan2(turn[..., 0, 2], turn[..., 2, 2])
     out[..., 1] = sign * np.arcsin(np.minimum(np.maximum(-turn[..., 1, 2], -1.0), 1.0))

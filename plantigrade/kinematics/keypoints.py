@@ -79,11 +79,7 @@ def of_video(
 
 
 def require_depth(markers: Markers) -> None:
-    """Raise where keypoints of one camera lie in the plane of its image.
-
-    Raises:
-        FitError: If no keypoint moves along one of the horizontal axes.
-    """
+    """Raise where keypoints of one camera lie in the plane of its image."""
     with np.errstate(all="ignore"):
         spread = np.nanmedian(np.nanstd(markers.positions[..., :2], axis=0), axis=0)
     if (spread < MIN_DEPTH).any() and (spread > 10 * MIN_DEPTH).any():

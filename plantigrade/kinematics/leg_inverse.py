@@ -40,11 +40,7 @@ class LegSolution:
 
 
 class LegInverse:
-    """Analytic inverse kinematics of both legs of a person.
-
-    Args:
-        human: The person.
-    """
+    """Analytic inverse kinematics of both legs of a person."""
 
     def __init__(self, human: Human):
         self.human = human

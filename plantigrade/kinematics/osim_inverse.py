@@ -50,9 +50,6 @@ def fit_osim(human: OsimHuman, recorded: Markers) -> OsimFit:
     Args:
         human: The person.
         recorded: Markers, world axes [m].
-
-    Raises:
-        FitError: If the recording has fewer than six markers of the model.
     """
     spelled = {name.lower(): name for name in human.places}
     names = [name for name in recorded.names if name.lower() in spelled]
@@ -100,9 +97,6 @@ def take_coordinates(human: OsimHuman, recorded: Table) -> OsimFit:
     Args:
         human: The person.
         recorded: Coordinates [rad, m], knee flexion positive.
-
-    Raises:
-        FitError: If none is a coordinate of the model, or values are missing.
     """
     known = [c.name for c in human.every_coordinate]
     shared = [name for name in recorded.names if name in known]
@@ -127,11 +121,7 @@ def take_coordinates(human: OsimHuman, recorded: Table) -> OsimFit:
 
 
 class OsimInverse:
-    """Solves frame after frame.
-
-    Args:
-        points: Places of the markers on the person.
-    """
+    """Solves frame after frame."""
 
     def __init__(self, points: PointSet):
         human = points.human

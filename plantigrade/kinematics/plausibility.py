@@ -25,11 +25,7 @@ HALF_WINDOW = 5  # [1] frames on each side for the running median of this centre
 
 
 def require_one_person(known: Sequence[str], source: object) -> None:
-    """Raise where markers of several people are in one file, distinguished by ``Name:LKNE``.
-
-    Raises:
-        FitError: If two or more people have as many markers of known place as a fit needs.
-    """
+    """Raise where markers of several people are in one file, distinguished by ``Name:LKNE``."""
     owners = Counter(name.rpartition(":")[0] for name in known)
     people = sorted(owner for owner, count in owners.items() if count >= MIN_MARKERS)
     if len(people) > 1:
@@ -40,11 +36,7 @@ def require_one_person(known: Sequence[str], source: object) -> None:
 
 
 def require_human_size(samples: Float[Array, "n_frames n_markers 3"], source: object) -> None:
-    """Raise where the markers of a frame spread over no person.
-
-    Raises:
-        FitError: If they spread too far or too little, or lie out of reach of any laboratory.
-    """
+    """Raise where the markers of a frame spread over no person."""
     seen = np.isfinite(samples[..., 0])
     frames = samples[seen.sum(axis=1) >= 3]
     if not len(frames):

@@ -45,11 +45,6 @@ def posture_figures(
     * What :func:`lean_figures` has; ``trunk_lean_standing_deg``: the trunk in the standing trial.
     * ``arms_at_stop_pct``: the largest share of frames in which a joint of elbow, forearm or
       wrist is at an end of its range.
-
-    Args:
-        human: The person.
-        qpos: The motion.
-        standing: Frames of the standing trial, if there was one.
     """
     d = human.dimensions
     names, values = human.to_coordinates(qpos)
@@ -96,13 +91,7 @@ def _few(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_few nq"]:
 def pelvis_notes(
     human: Human, places: Sequence[Attachment], attached: Mapping[str, str]
 ) -> list[str]:
-    """Return a warning where the markers do not determine the tilt of the pelvis.
-
-    Args:
-        human: The person.
-        places: Where the markers that were fitted sit.
-        attached: Markers of unknown name → the body they were put on.
-    """
+    """Return a warning where the markers do not determine the tilt of the pelvis."""
     joint = np.abs(attachments(human)["hip_joint_r"].position)  # does not show the tilt by itself
     known = [
         p

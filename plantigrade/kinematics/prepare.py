@@ -87,9 +87,6 @@ def prepare(
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Where markers sit; the built-in set that knows most names if not given.
         ground: Slope or steps on which the feet stand, where they are given.
-
-    Raises:
-        FitError: If the recording has no markers, too few known ones, or no usable frame.
     """
     if static is not None:
         known = replace(static.subject, date=None)  # the date is that of another recording

@@ -128,11 +128,7 @@ def fit_skeleton(
 def _source_of(
     recording: Recording, names: Mapping[str, str] | None, notes: list[str]
 ) -> tuple[Recording, SkeletonSource, float, dict[str, float]]:
-    """Return the recording without spikes, facing x, its skeleton, the turn [rad], and figures.
-
-    Raises:
-        FitError: If there is no skeleton without gaps, or its joints cannot be identified.
-    """
+    """Return the recording without spikes, facing x, its skeleton, the turn [rad], and figures."""
     skeleton = recording.skeleton
     if skeleton is None:
         raise FitError(f"{recording.source} has no skeleton to retarget")

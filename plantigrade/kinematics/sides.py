@@ -22,9 +22,6 @@ def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Rec
     Args:
         recording: The recording.
         marker_set: The user's own marker set, whose names may be spelled without a side.
-
-    Raises:
-        FitError: If no marker has a side.
     """
     markers = recording.markers
     if markers is None:
@@ -47,9 +44,6 @@ def mirror_axis(recording: Recording) -> Recording:
     """Return the recording with its axis to the left turned round, its standing trial too.
 
     Which horizontal axis is turned does not matter: the one or the other is a half turn away.
-
-    Raises:
-        FitError: If it has no markers.
     """
     markers = recording.markers
     if markers is None:

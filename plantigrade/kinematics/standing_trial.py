@@ -53,12 +53,7 @@ class SharedDistances:
         return cls(names, a.usual, b.usual, rigid)
 
     def wrong(self, order: np.ndarray, rows: Sequence[int]) -> Float[Array, "k n"]:
-        """Return by how much distances of some columns are wrong [m]; 0 of those that change.
-
-        Args:
-            order: The label that each column truly is of.
-            rows: The columns.
-        """
+        """Return by how much distances of some columns are wrong [m]; 0 of those that change."""
         off = np.abs(self.here[rows] - self.there[np.ix_(order[rows], order)])
         off = np.where(np.isfinite(off), np.minimum(off, MAX_DISTANCE_ERROR), MAX_DISTANCE_ERROR)
         return np.where(self.rigid[rows], off, 0.0)
@@ -122,15 +117,6 @@ def require_same_person(
 
     Compared are distances between markers of one segment, which skin alone changes. Their median
     over the pairs does not feel a few markers that were put elsewhere.
-
-    Args:
-        trial: The trial.
-        standing: The standing trial.
-        segments: Known marker → the segment it sits on.
-        source: The standing trial's file, for the message.
-
-    Raises:
-        FitError: If the median differs by more than what skin does.
     """
     kept = SharedDistances.of(trial, standing)
     body = np.array([segments.get(name, "") for name in kept.names])

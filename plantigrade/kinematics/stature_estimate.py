@@ -74,9 +74,6 @@ def stature_warnings(
         free: Scales a body to the markers alone; called only where that error, or the length of the
             legs for the stature, is unusual.
         source: The file, for the message.
-
-    Raises:
-        FitError: If the markers do not fit a person of that stature.
     """
     given = person.height
     if given is None:

@@ -94,9 +94,6 @@ def stride_of(human: Human, motion: Motion) -> Stride:
     that are most alike, or else a step and its mirror image. A walk on a belt gets the belt's way.
     The ends of the stride are closed by what they differ, spread over all of it, so that no seam is
     left.
-
-    Raises:
-        ParameterError: If the motion is of another person, too short, or has gaps.
     """
     if motion.joint_names != human.joint_names or motion.n_frames < 4:
         raise ParameterError("a reference needs four frames or more of a motion of this person")

@@ -31,11 +31,6 @@ def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     kinematics of the legs corrects the rest: soles are as high as recorded, and the distance of the
     feet is at least that of the hips, so that long legs do not cross. Feet that are large for their
     legs keep all angles. Forces are left out.
-
-    Args:
-        record: The motion, on level ground.
-        human: The other person.
-        faster: Factor by which the motion is faster.
     """
     motion, scale = record.motion, leg_length(human) / leg_length(record.human)
     names, values = record.human.to_coordinates(motion.qpos)

@@ -49,12 +49,6 @@ def toes_on_ground(
     """Return the poses with toes that carry no marker bent as far as the ground bends them.
 
     They are straight in the air; where the foot comes up over them they stay on the ground.
-
-    Args:
-        human: The person.
-        places: Where the markers sit.
-        qpos: The motion.
-        ground: Ground under the feet.
     """
     seen = {p.body for p in places}
     qpos = np.array(qpos)

@@ -28,12 +28,7 @@ ELBOW_MARKER_OFFSET = 0.042  # [m] distance of a lateral elbow marker from the j
 
 
 def exchanged_wrists(markers: Markers, marks: Mapping[str, str | None]) -> Exchange:
-    """Return the wrist markers that are exchanged through a whole recording.
-
-    Args:
-        markers: The recording.
-        marks: Landmark of each marker.
-    """
+    """Return the wrist markers that are exchanged through a whole recording."""
     label = {mark: name for name, mark in marks.items() if mark and name in markers.names}
     found = {}
     for side in SIDES:

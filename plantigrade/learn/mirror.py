@@ -19,12 +19,7 @@ MAX_ASYMMETRY = np.deg2rad(3.0)
 
 
 class Mirror:
-    """Mirrors observations and actions of the form ``lean``.
-
-    Args:
-        human: The person.
-        action: Layout of actions.
-    """
+    """Mirrors observations and actions of the form ``lean``."""
 
     def __init__(self, human: Human, action: Action):
         names = list(human.body_names)
@@ -78,11 +73,7 @@ def asymmetry(reference: Reference) -> float:
 
 
 def check_symmetry(reference: Reference) -> None:
-    """Check that the halves of a stride are mirror images.
-
-    Raises:
-        ParameterError: If they differ too much.
-    """
+    """Check that the halves of a stride are mirror images."""
     found = asymmetry(reference)
     if found > MAX_ASYMMETRY:
         raise ParameterError(

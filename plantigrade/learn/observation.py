@@ -37,13 +37,7 @@ class Observation:
     def of(
         self, view: BatchState, reference: ReferenceState, phase: Float[Array, " n"]
     ) -> Float[np.ndarray, "n size"]:
-        """Return the observations, one row per world.
-
-        Args:
-            view: Updated state of the persons.
-            reference: State of the reference.
-            phase: Phase of the stride.
-        """
+        """Return the observations, one row per world."""
         n, b, turn = len(phase), self.bodies, view.headings
         spin = view.velocities[..., :3]
         parts = np.empty((n, 5 if self.lean else 3, b, 3))

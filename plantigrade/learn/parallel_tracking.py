@@ -32,10 +32,6 @@ FELL, LOST, DIVERGED = "fell", "lost", "diverged"
 class ParallelTracking:
     """Persons in parallel worlds who track one reference.
 
-    Args:
-        rules: Rules of an episode.
-        n: Number of persons.
-
     Attributes:
         reference: Reference motion.
         worlds: The worlds.
@@ -94,13 +90,7 @@ class ParallelTracking:
     def start_episodes(
         self, which: Sequence[int], parts: Sequence[float], seeds: Sequence[int]
     ) -> None:
-        """Start episodes of some persons on the reference.
-
-        Args:
-            which: Indices of the persons.
-            parts: Initial phases, from 0 to 1.
-            seeds: Seeds of the worlds.
-        """
+        """Start episodes of some persons on the reference."""
         for i, part, seed in zip(which, parts, seeds, strict=True):
             world, self._begin[i] = self.worlds[i], part * self.reference.period
             frame = self.reference.at(float(self._begin[i]))

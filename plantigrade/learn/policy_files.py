@@ -10,11 +10,7 @@ FOLDER = Path(__file__).resolve().parent / "policies"
 
 
 def shipped(feet: str) -> Path:
-    """Return the file of the policy of the package that walks on such feet.
-
-    Raises:
-        ParameterError: If there is none.
-    """
+    """Return the file of the policy of the package that walks on such feet."""
     path = FOLDER / f"{feet}.npz"
     if not path.is_file():
         there = sorted(file.stem for file in FOLDER.glob("*.npz"))

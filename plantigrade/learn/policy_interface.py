@@ -16,10 +16,6 @@ from plantigrade.models import Human
 class PolicyInterface:
     """Observations and actions of a policy under given rules.
 
-    Args:
-        human: The person.
-        rules: The rules.
-
     Attributes:
         action: Layout of actions.
         observation: Layout of observations.
@@ -41,13 +37,7 @@ class PolicyInterface:
     def observe(
         self, view: BatchState, frame: ReferenceState, phase: Float[Array, " n"]
     ) -> Float[np.ndarray, "n size"]:
-        """Return the observations.
-
-        Args:
-            view: State of the persons.
-            frame: State of the reference.
-            phase: Phase of the stride.
-        """
+        """Return the observations."""
         seen = self.observation.of(view, frame, phase)
         if self._mirror is not None:
             late = phase >= 0.5
@@ -57,11 +47,7 @@ class PolicyInterface:
     def decode(
         self, action: Float[np.ndarray, "n k"], phase: Float[Array, " n"]
     ) -> Float[np.ndarray, "n k"]:
-        """Return actions clipped to ±1, mirrored in the second half of the stride.
-
-        Raises:
-            ParameterError: If the actions are not one row of finite numbers per person.
-        """
+        """Return actions clipped to ±1, mirrored in the second half of the stride."""
         bounded = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
         persons, size = len(phase), len(self.action)
         if bounded.shape != (persons, size) or not np.isfinite(bounded).all():

@@ -74,12 +74,7 @@ LANDING_WEIGHTS = replace(LEAN_WEIGHTS, force=2.0, soles=0.3)
 
 
 class Reward:
-    """Reward of tracking a reference.
-
-    Args:
-        reference: Reference motion.
-        weights: Weights of the terms.
-    """
+    """Reward of tracking a reference."""
 
     def __init__(self, reference: Reference, weights: RewardWeights):
         self._weights, human = weights, reference.human

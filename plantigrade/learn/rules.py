@@ -121,11 +121,7 @@ class Rules:
 
 
 def check_phase(name: str, part: Any) -> float | None:
-    """Return the initial phase of an episode, or None if it is random.
-
-    Raises:
-        ParameterError: If it is not a number from 0 to 1.
-    """
+    """Return the initial phase of an episode, or None if it is random."""
     if part is None:
         return None
     if not isinstance(part, Real) or not 0.0 <= float(part) <= 1.0:

@@ -18,10 +18,6 @@ TERMS = ("pose", "velocity", "com", "ends", "force", "soles")
 class TrainingEnvironment(_vec.VecEnv):
     """Parallel environments for training, with counts of rewards and falls.
 
-    Args:
-        walks: The environments.
-        factor: Factor of rewards, so that values are near one.
-
     Attributes:
         rewards: Sums of rewards and their terms since :meth:`reset_counts`.
         decisions: Number of decisions since then.

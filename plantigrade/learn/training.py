@@ -147,11 +147,7 @@ class Training:
         return self.reached or self.decisions >= self.max_decisions
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _: None) -> Policy:
-        """Train until the goal or the end, and return the policy, which is also in the folder.
-
-        Args:
-            on_progress: Called after every part.
-        """
+        """Train until the goal or the end, and return the policy, which is also in the folder."""
         while not self.finished:
             row = self.learn()
             self._save()

@@ -19,14 +19,6 @@ def transfer_policy(
 
     Bodies, hinges and joints are matched by name. New observations have zero weight, and new
     actions are zero.
-
-    Args:
-        policy: The policy.
-        human: The person.
-        rules: Rules of the new training.
-
-    Raises:
-        ParameterError: If one of them is not of the form ``"lean"``.
     """
     if {policy.rules.form, rules.form} != {"lean"}:
         raise ParameterError("a policy can start another one only if both have form='lean'")

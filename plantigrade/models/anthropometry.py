@@ -90,10 +90,6 @@ def dimensions(
         sex: ``"female"`` or ``"male"``.
         lengths: Individual lengths [m] that replace the average ones. Pelvis, trunk and head
             lengths that are not given absorb the difference in stature.
-
-    Raises:
-        ParameterError: If a value is out of range, a name unknown, or the given lengths leave
-            less than half or more than twice the usual length to the others.
     """
     check_range("height", height, 0.5, 2.5, "m")
     if sex not in SEXES:

@@ -144,9 +144,6 @@ def foot_parts(
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg].
         full_sole: Whether the foot has all sixteen contacts.
-
-    Raises:
-        ParameterError: If ``kind`` is unknown.
     """
     if kind not in FEET:
         raise ParameterError(f"feet is {kind!r}; allowed are {', '.join(FEET)}")

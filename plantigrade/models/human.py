@@ -381,11 +381,7 @@ class Human:
 
 
 def require_scaled(human: Human, what: str) -> None:
-    """Refuse a person who is a model of their own, without our anatomy.
-
-    Raises:
-        ParameterError: If it is one; ``what`` needs a scaled human.
-    """
+    """Refuse a person who is a model of their own, without our anatomy."""
     if type(human) is not Human:
         raise ParameterError(
             f"{what} needs a scaled human, and this run is on a model of your own: fit the "
@@ -394,11 +390,7 @@ def require_scaled(human: Human, what: str) -> None:
 
 
 def coordinate_of(name: str):
-    """Return the table row of a coordinate named with its side.
-
-    Raises:
-        CoordinateNotFound: If the table has no such coordinate.
-    """
+    """Return the table row of a coordinate named with its side."""
     plain, _ = split_side(name)
     if plain not in COORDINATES:
         raise CoordinateNotFound(f"no coordinate {name!r}; {known_names(name, list(COORDINATES))}")

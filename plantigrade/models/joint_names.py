@@ -121,9 +121,6 @@ def identify(
         parents: Index of each joint's parent, -1 for the root.
         rest: Joint positions in the rest pose, x forward, y left, z up [m].
         given: User's assignment, our name → the file's (``{"hip_l": "Bone7"}``).
-
-    Raises:
-        FitError: If hips, knees or ankles cannot be identified, or a given name does not exist.
     """
     tree = _Tree(names, parents, rest)
     named = _given(names, given or {})

@@ -124,9 +124,6 @@ def moving_parts(joints: str, feet: str) -> dict[str, MovingPart]:
     Args:
         joints: One of :data:`JOINT_SETS`.
         feet: One of :data:`plantigrade.models.feet.FEET`.
-
-    Raises:
-        ParameterError: If either is unknown.
     """
     if joints not in _PRESETS:
         raise ParameterError(f"joints is {joints!r}; allowed are {', '.join(JOINT_SETS)}")

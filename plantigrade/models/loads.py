@@ -24,11 +24,7 @@ sizes along x, y and z [m]: a rucksack against the back, a box that hangs in a h
 
 
 def check_loads(loads: Mapping[str, float]) -> None:
-    """Refuse loads that cannot be carried.
-
-    Raises:
-        ParameterError: If there is no such place, or a mass is out of range.
-    """
+    """Refuse loads that cannot be carried."""
     for place, mass in loads.items():
         if place not in PLACES:
             raise ParameterError(f"no load on {place!r}; {known_names(place, list(PLACES))}")

@@ -186,9 +186,6 @@ def place_markers(
         names: Marker names as in the recording.
         human: The person.
         marker_set: The set to use first; by default the best built-in one.
-
-    Raises:
-        ParameterError: If a set names a landmark or body that does not exist.
     """
     names = list(names)
     chosen = marker_set or best_set(names)
@@ -258,11 +255,7 @@ def marker_set_of(name: str) -> MarkerSet:
 
 
 def read_marker_set(path: str | Path) -> MarkerSet:
-    """Read a user's marker set; the module describes the format.
-
-    Raises:
-        FileError: If the file cannot be read or its content is not allowed.
-    """
+    """Read a user's marker set; the module describes the format."""
     path = Path(path)
     content = parse_toml(read_toml(path), path, _EXAMPLE)
     markers = content.get("markers")

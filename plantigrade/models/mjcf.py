@@ -57,10 +57,6 @@ def read_mjcf(read: Callable[[str], _T], xml: str) -> _T:
 
     MuJoCo looks at ``errno`` after such a list. The C library sets it when the heap cannot grow in
     place, although the memory then comes from elsewhere; a second reading finds that memory.
-
-    Args:
-        read: A function of MuJoCo that takes MJCF text.
-        xml: MJCF text of this package.
     """
     try:
         return read(xml)

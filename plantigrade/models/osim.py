@@ -29,10 +29,6 @@ _LINEAR, _OPAQUE = "1 0", "1"
 def to_osim(human: Human, markers: Mapping[str, Attachment] | None = None) -> str:
     """Return the text of the OpenSim 4 model of a person.
 
-    Args:
-        human: The person.
-        markers: Marker name → position on a body.
-
     Returns:
         XML text.
     """

@@ -65,10 +65,6 @@ def clock_shift(events: Sequence[GaitEvent], measured: Sequence[GaitEvent]) -> f
 
     A shift affects touchdown and lift-off equally. It is detected if both kinds were measured and
     differ by more than :data:`MIN_CLOCK_SHIFT` in the same direction.
-
-    Args:
-        events: Events from the motion.
-        measured: Events from the plates.
     """
     late: dict[str, list[float]] = {"heel_strike": [], "toe_off": []}
     for each in measured:

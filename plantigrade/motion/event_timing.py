@@ -43,11 +43,7 @@ RUNNING_CUTOFF = 20.0
 
 
 def is_running(events: Sequence[GaitEvent]) -> bool:
-    """Return whether most steps have a flight: one foot leaves before the other lands.
-
-    Args:
-        events: Heel strikes and toe offs of both feet, by time.
-    """
+    """Return whether most steps have a flight: one foot leaves before the other lands."""
     flights = []
     for off in (e for e in events if e.kind == "toe_off"):
         # The landing of the other foot that is nearest: before it in walking, after it in running.

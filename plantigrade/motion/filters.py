@@ -69,10 +69,6 @@ def lowpass(
         cutoff: Frequency of half power after both passes [Hz].
         order: Order of both passes together; even.
 
-    Raises:
-        ParameterError: If the cut-off is not between zero and half the frame rate, or the order is
-            not even and positive.
-
     References:
         [Winter2009]_, chapter 3.
     """
@@ -126,9 +122,6 @@ def derivative(
         values: Signal, NaN in gaps.
         order: 1 or 2.
         cutoff: Low-pass before differentiation [Hz]; see :func:`lowpass`.
-
-    Raises:
-        ParameterError: If the order is neither 1 nor 2.
     """
     from scipy.interpolate import CubicSpline
 

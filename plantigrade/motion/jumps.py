@@ -29,10 +29,6 @@ def jumps(skeleton: SkeletonMotion, joints: list[int]) -> list[Jump]:
     """Return sudden rotations of joints, largest first.
 
     They are relative rotations of the bones below and above a joint; full turns do not count.
-
-    Args:
-        skeleton: The motion.
-        joints: Joints to check.
     """
     found = []
     for j in joints:

@@ -53,9 +53,6 @@ def contact_events(
         time: Time of each sample [s].
         vertical_force: Force of the ground on the body, upward positive [N].
         threshold: Minimum force of a contact [N].
-
-    Raises:
-        ParameterError: If the threshold is not positive.
     """
     if not threshold > 0:
         raise ParameterError(f"{threshold=} [N] must be positive")

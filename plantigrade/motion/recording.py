@@ -143,11 +143,7 @@ class Table:
     values: Float[Array, "n_rows n_columns"]  #: SI units and radians; NaN where missing
 
     def __getitem__(self, name: str) -> Float[Array, " n_rows"]:
-        """Return the column ``name``.
-
-        Raises:
-            ParameterError: If there is no such column.
-        """
+        """Return the column ``name``."""
         if name not in self.names:
             raise ParameterError(f"no column {name!r}; {known_names(name, self.names)}")
         return self.values[:, self.names.index(name)]

@@ -22,9 +22,6 @@ def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, 
     """Return coordinates in degrees, those of the pelvis's position in metres, by name and unit.
 
     A stem (``"knee_angle"``) stands for both sides; all coordinates if there are no names.
-
-    Raises:
-        CoordinateNotFound: If there is no such coordinate.
     """
     found = {}
     for name in names or motion.coordinates:
@@ -41,11 +38,7 @@ def curves_of(motion: Any, names: Sequence[str] = ()) -> dict[str, Float[Array, 
 
 
 def plot_curves(curves: Mapping[str, Array], time: Float[Array, " n"], *, asked: bool) -> Figure:
-    """Return a figure of curves by name and unit, by default of the first ones.
-
-    Raises:
-        ParameterError: If none of the curves changes.
-    """
+    """Return a figure of curves by name and unit, by default of the first ones."""
     panels = panels_of(curves)
     if not panels:
         raise ParameterError("there is nothing to plot: none of these curves changes")

@@ -196,9 +196,6 @@ def phase_ends(
         reference: The recorded gait.
         phases: As in :class:`GaitTasks`.
         min_part: Minimum duration of a part of swing [s].
-
-    Raises:
-        ParameterError: If the division is unknown.
     """
     if phases not in ("two", "four", "six", "eight"):
         raise ParameterError(f"phases={phases!r}; allowed are two, four, six, eight")

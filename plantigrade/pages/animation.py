@@ -84,9 +84,6 @@ def moving_picture(
         title: Text above the body.
         solids: Whether the solids that physics sees are drawn in place of the skin.
         x_ray: Whether the bones of the feet are seen through the skin of the body, too.
-
-    Raises:
-        ParameterError: If a value is not allowed, or the motion cannot be drawn.
     """
     check(record)
     if foot not in FEET:

@@ -48,11 +48,7 @@ class Camera:
 
     @classmethod
     def named(cls, view: str, forward: Float[Array, " 3"]) -> "Camera":
-        """Return the camera of one of :data:`VIEWS`.
-
-        Raises:
-            ParameterError: If there is no such view.
-        """
+        """Return the camera of one of :data:`VIEWS`."""
         if view not in VIEWS:
             raise ParameterError(f"view is {view!r}; allowed are {', '.join(VIEWS)}")
         azimuth, elevation = VIEWS[view]

@@ -40,10 +40,6 @@ class Command:
 class Commands:
     """The commands of a session.
 
-    Args:
-        session: The session.
-        can_save: Whether runs can be saved.
-
     Attributes:
         joint: Joint whose curves are shown.
         save_requested: Event of the save button.

@@ -40,10 +40,6 @@ class PageServer:
 
     Attributes:
         port: Port on which it listens.
-
-    Raises:
-        ParameterError: If the port is none.
-        PlantigradeError: If no port is free.
     """
 
     def __init__(
@@ -75,12 +71,7 @@ class PageServer:
         return tuple(self._server.connections)
 
     def send(self, message: str, *, droppable: bool = False) -> None:
-        """Send a message to every browser; may be called from any thread.
-
-        Args:
-            message: The message.
-            droppable: Whether a browser that is behind does without it.
-        """
+        """Send a message to every browser; may be called from any thread."""
         self._loop.call_soon_threadsafe(self._send, message, droppable)
 
     def close(self) -> None:

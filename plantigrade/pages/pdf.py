@@ -36,11 +36,7 @@ def find_browser() -> str | None:
 
 
 def browser() -> str:
-    """Return the path of the browser that prints.
-
-    Raises:
-        PlantigradeError: If there is none.
-    """
+    """Return the path of the browser that prints."""
     found = find_browser()
     if found is None:
         raise PlantigradeError(
@@ -52,11 +48,7 @@ def browser() -> str:
 
 
 def pdf_of(page: Path) -> bytes:
-    """Return a page, printed.
-
-    Raises:
-        PlantigradeError: If there is no browser, or it prints nothing.
-    """
+    """Return a page, printed."""
     with tempfile.TemporaryDirectory(prefix="plantigrade-pdf-") as folder:
         out = Path(folder) / "page.pdf"
         own = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={out}"]

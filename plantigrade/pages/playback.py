@@ -45,9 +45,6 @@ def playback(
         start: First instant [s].
         stop: Last instant [s].
         rate: Frames per second.
-
-    Raises:
-        ParameterError: If the instants lie outside the motion or in the wrong order.
     """
     time = record.motion.time
     if not (np.isfinite(rate) and 1.0 <= rate <= 100.0):
@@ -80,9 +77,6 @@ def part_of(
         start: First instant; the motion's if None.
         stop: Last instant; by default that of the motion, or ``longest`` after the first.
         longest: Maximum duration if ``stop`` is None [s].
-
-    Raises:
-        ParameterError: If the instants lie outside the motion or in the wrong order.
     """
     first, last = float(time[0]), float(time[-1])
     begin = first if start is None else start

@@ -157,12 +157,7 @@ def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
 
 
 def thing_shape(placed: Placed, *, body: int) -> Shape:
-    """Return what a thing looks like, as a body of its own.
-
-    Args:
-        placed: The thing.
-        body: Index of it among the bodies.
-    """
+    """Return what a thing looks like, as a body of its own."""
     thing, size = placed.thing, np.array(placed.thing.size)
     middle, straight = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
     wood, name = rgb(theme.THING), f"{THING}_{thing.name}"

@@ -87,9 +87,6 @@ def strip_svg(
         view: One of :data:`~plantigrade.pages.camera.VIEWS`, at eye level.
         human: Person whose skin is drawn in place of the solids.
         x_ray: Whether the bones of the feet are seen through the skin.
-
-    Raises:
-        ParameterError: If there is no index, one lies outside the motion, or there is no such view.
     """
     indices = [int(i) for i in indices]
     if not indices or min(indices) < 0 or max(indices) >= len(qpos):

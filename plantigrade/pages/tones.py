@@ -10,14 +10,7 @@ RIM_TONE, SHADE_TONE = 0.62, 0.84
 def two_tones(
     name: str, colour: tuple[float, float, float], light: Float[Array, " 2"], *, far: float = 1.0
 ) -> tuple[str, str, str]:
-    """Return the clip of an outline, the outline in shade, and its lit tone, moved and clipped.
-
-    Args:
-        name: Name of its path.
-        colour: The lit tone, red, green and blue in 0-1.
-        light: Offset of the lit tone, in drawing units.
-        far: Factor of both tones.
-    """
+    """Return the clip of an outline, the outline in shade, and its lit tone, moved and clipped."""
     return (
         f'<clipPath id="{name}c"><use href="#{name}"/></clipPath>',
         f'<use href="#{name}" fill="{tone(colour, SHADE_TONE * far)}"/>',

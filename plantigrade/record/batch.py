@@ -137,10 +137,6 @@ class BatchFolder:
         spec: What two batches have in common if they are the same: command, settings, what varies.
         command: The command line.
         overwrite: Replace a folder of results that is there.
-
-    Raises:
-        RunExists: If the folder holds anything else.
-        FileError: If it cannot be read or written.
     """
 
     def __init__(self, path: Path, spec: Mapping[str, Any], command: str, overwrite: bool):
@@ -203,13 +199,7 @@ class BatchFolder:
     def finish(
         self, found: Mapping[str, Any], pages: Mapping[str, str], folders: Sequence[str] = ()
     ) -> dict[str, Any]:
-        """Write the tables, the pages and the figures; return ``metrics.json``.
-
-        Args:
-            found: Status and figures of the batch.
-            pages: Further files, by name.
-            folders: Names of folders of the batch that are no items.
-        """
+        """Write the tables, the pages and the figures; return ``metrics.json``."""
         written = self._tables()
         failed = [r.file for r in self.rows() if r.failed and r.file and not r.left_out]
         texts = dict(pages)

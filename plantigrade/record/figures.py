@@ -16,9 +16,5 @@ class Figures(dict[str, Any]):
     """
 
     def __missing__(self, key: str) -> Any:
-        """Refuse a key that is not there.
-
-        Raises:
-            FigureNotFound: Always; the message names the nearest keys.
-        """
+        """Refuse a key that is not there."""
         raise FigureNotFound(f"no figure {key!r}; {known_names(str(key), list(self))}")

@@ -113,11 +113,7 @@ def _fill(folder: Path, metrics: Mapping[str, Any], files: Mapping[str, str | by
 
 
 def remove_stale_parts(folder: Path) -> None:
-    """Remove unfinished runs of processes of this machine that have ended.
-
-    Args:
-        folder: Where the runs lie.
-    """
+    """Remove unfinished runs of processes of this machine that have ended."""
     for place in folder.glob(".*.part"):
         found = _PART.search(place.name)
         if found is None or found["host"] != _host() or place.is_symlink() or not place.is_dir():
@@ -208,9 +204,6 @@ def foreign_files(folder: Path) -> list[str]:
 
     A folder in it is ours only if ``metrics.json`` lists it among its ``folders`` and it is a
     folder of results itself.
-
-    Raises:
-        FileError: If it is no folder of results of this version.
     """
     metrics = read_metrics(folder)
     listed = metrics.get("files")

@@ -24,9 +24,6 @@ class Journal:
 
     Args:
         path: The file; it is made with the first line.
-
-    Raises:
-        FileError: If it cannot be read.
     """
 
     def __init__(self, path: Path):
@@ -59,11 +56,7 @@ class Journal:
                 yield json.loads(stream.readline())
 
     def open(self) -> BinaryIO:
-        """Open the journal to be written to, and keep other processes from it until it is closed.
-
-        Raises:
-            FileError: If it cannot be written, or another process writes to it.
-        """
+        """Open the journal for writing; other processes are kept from it until it is closed."""
         if self._stream is not None:
             return self._stream
         try:

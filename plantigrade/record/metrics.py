@@ -34,11 +34,7 @@ def metrics_json(metrics: Mapping[str, Any]) -> str:
 
 
 def read_metrics(folder: str | Path) -> dict[str, Any]:
-    """Return the contents of ``metrics.json`` of a folder of results.
-
-    Raises:
-        FileError: If there is no such folder or file, or it is broken.
-    """
+    """Return the contents of ``metrics.json`` of a folder of results."""
     folder = Path(folder).expanduser()
     if not folder.is_dir():
         what = "is not a folder" if folder.exists() else "there is no such folder"

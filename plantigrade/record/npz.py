@@ -118,11 +118,7 @@ def _arrays(record: Record) -> dict[str, Any]:
 
 
 def read_npz(path: str | Path) -> Record:
-    """Read a Record.
-
-    Raises:
-        FileError: If the file does not hold a whole Record; the key is named.
-    """
+    """Read a Record."""
     arrays = Arrays(path)
     for key in ("time", "qpos", "qvel", "joint_names", "human"):
         if key not in arrays:

@@ -215,9 +215,6 @@ _FAMILIES = {name[:-1]: signal for name, signal in SIGNALS.items() if name.endsw
 def signal_of(name: str) -> Signal:
     """Return the signal of a name, or the family that it belongs to.
 
-    Raises:
-        ParameterError: If there is none.
-
     Example:
         >>> signal_of("controller.com_error").unit
         'm'

@@ -58,9 +58,6 @@ def check_signals(
         n_frames: Frames of the motion.
         nv: Generalised forces of the person.
         n_markers: Recorded markers; None without a recording.
-
-    Raises:
-        ParameterError: If there is one, or a part of a set is missing.
     """
     sizes: dict[tuple[str, str], int] = {}
     lengths = {"frames": n_frames, "nv": nv, "hinges": nv - 6}

@@ -163,11 +163,7 @@ def part_contacts(model: mujoco.MjModel, data: mujoco.MjData):
 
 
 def read_names(path: str | Path) -> dict[str, str]:
-    """Return the joints of a TOML file: joint of a person → body of a robot.
-
-    Raises:
-        FileError: If it cannot be read, or holds anything but names.
-    """
+    """Return the joints of a TOML file: joint of a person → body of a robot."""
     remedy = 'write one line per joint: hip_l = "BODY"'
     found = parse_toml(read_toml(path), path, remedy)
     for name, body in found.items():

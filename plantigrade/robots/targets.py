@@ -98,16 +98,7 @@ def _body(human: Human, name: str) -> str | None:
 
 
 def targets_of(record: Record, motion: Motion, robot: Robot) -> Targets:
-    """Return what the robot is to do.
-
-    Args:
-        record: The person and the ground.
-        motion: The motion at the rate of the robot's.
-        robot: The robot.
-
-    Raises:
-        ParameterError: If the ground is not level, or a foot never touches it.
-    """
+    """Return what the robot is to do."""
     ground, human = record.ground, record.human
     if ground.slope or ground.steps or ground.bumps or ground.field is not None:
         raise ParameterError("a robot takes over motions on level ground alone; this one is not")

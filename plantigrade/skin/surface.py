@@ -55,12 +55,7 @@ class Surface:
 def weights_in_255ths(
     bones: Int[Array, "n 4"], weights: Float[Array, "n 4"]
 ) -> tuple[Int[Array, "n 4"], Int[Array, "n 4"]]:
-    """Return bones and their weights as bytes: 255 in all, and bone 0 where there is no weight.
-
-    Args:
-        bones: The bones of every vertex.
-        weights: Their weights, which add up to 1.
-    """
+    """Return bones and their weights as bytes: 255 in all, and bone 0 where there is no weight."""
     whole = np.rint(255 * weights).astype(int)
     whole[np.arange(len(whole)), weights.argmax(axis=1)] += 255 - whole.sum(axis=1)
     return np.where(whole > 0, bones, 0), whole

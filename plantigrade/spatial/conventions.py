@@ -128,9 +128,6 @@ def free_joint_to_pelvis_rates(
         angles: Pelvis tilt, list and rotation [rad].
         omega: Angular velocity in the pelvis' axes [rad/s].
         alpha: Its derivative [rad/s²].
-
-    Raises:
-        ParameterError: If the pelvis list is within 1e-6 rad of ±90°, where rates are not unique.
     """
     singular = np.abs(np.cos(angles[:, 1])) < 1e-6
     if singular.any():

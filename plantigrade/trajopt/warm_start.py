@@ -27,11 +27,7 @@ class WarmStart:
 
     @classmethod
     def of_record(cls, record: Record) -> "WarmStart":
-        """Return the warm start that a Record of ``synthesize`` holds.
-
-        Raises:
-            ParameterError: If it holds none, or one that does not fit together.
-        """
+        """Return the warm start that a Record of ``synthesize`` holds."""
         kept = record.group("spline")
         if any(name not in kept for name in _NEEDED):
             raise ParameterError(

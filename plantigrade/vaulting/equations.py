@@ -33,12 +33,7 @@ of a joint relative to its strength [1]."""
 
 @dataclass(frozen=True)
 class Equations:
-    """The equations of one gymnast on one table, as CasADi functions.
-
-    Args:
-        segments: The gymnast.
-        table: The table.
-    """
+    """The equations of one gymnast on one table, as CasADi functions."""
 
     segments: Segments
     table: Table

@@ -149,9 +149,6 @@ class ForceUnknowns:
     """The hierarchical program of one tick in joint accelerations and contact forces.
 
     Forces act at the sites of the order's contact task.
-
-    Raises:
-        ParameterError: If the order has none.
     """
 
     impacts = False  # forces let nothing jump

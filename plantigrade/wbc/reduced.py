@@ -62,13 +62,6 @@ class TorqueCost:
 class Reduced:
     """The program with accelerations eliminated, those of the best joints following the shares.
 
-    Args:
-        dynamics: The equations of motion.
-        H: Hessian of the cost of accelerations.
-        g: Its right side.
-        K: Wrenches on the bodies by shares.
-        torques: The cost of torques, if there is one.
-
     Attributes:
         K: Map from shares to wrenches on the bodies, or on the root alone.
         S: Hessian of the cost of that.

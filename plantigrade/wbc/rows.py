@@ -165,13 +165,7 @@ class PointRows:
 def cost(
     tasks: Sequence[Objective], desired: Float[Array, " nv"], weight: float | Float[Array, " nv"]
 ) -> tuple[Float[Array, "nv nv"], Float[Array, " nv"]]:
-    """Return the cost of a generalised acceleration: its Hessian, and the right side.
-
-    Args:
-        tasks: The objectives.
-        desired: Desired generalised acceleration.
-        weight: Cost of a squared unit off that.
-    """
+    """Return the cost of a generalised acceleration: its Hessian, and the right side."""
     nv = len(desired)
     own = weight if isinstance(weight, np.ndarray) else np.full(nv, float(weight))
     if not tasks:

@@ -69,13 +69,7 @@ class ShareProgram:
     def and_rows(
         self, rows: Float[Array, "k m"], give: Float[Array, "k k"], desired: Float[Array, " k"]
     ) -> "ShareProgram":
-        """Return the program that also has a cost of some rows of shares.
-
-        Args:
-            rows: The rows.
-            give: Inverse of its Hessian.
-            desired: Where it is zero.
-        """
+        """Return the program that also has a cost of some rows of shares."""
         c, k = len(self.K), len(rows)
         S, E = _one(c + k).copy(), np.zeros((c + k, c + k))
         S[:c, :c], E[:c, :c], E[c:, c:] = self.S, self.E, give
@@ -154,12 +148,7 @@ class ShareSolver:
     def _by_daqp(
         self, program: ShareProgram, free: Bool[Array, " m"]
     ) -> tuple[Float[Array, " m"], Float[Array, " c"], bool]:
-        """Return what DAQP finds for a plain program.
-
-        Args:
-            program: The program.
-            free: Shares that are probably not zero.
-        """
+        """Return what DAQP finds for a plain program."""
         import daqp
 
         m = len(free)
@@ -184,13 +173,6 @@ def _part(
     """Return which part of a step leads to the least cost; 1 where that is farther away.
 
     The slope along the step is made of straight pieces that end where shares begin or cease to be.
-
-    Args:
-        program: The cost.
-        price: Where the step begins.
-        step: The step.
-        carried: Load at this price.
-        more: Change of the load by the step.
     """
     a, b = program.q + price @ program.K, step @ program.K
     start, rise, each = float(step @ carried), float(step @ more), b / program.diagonal

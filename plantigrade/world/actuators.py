@@ -115,11 +115,7 @@ class Actuators:
             ]
 
     def command(self, command: AnyCommand, data: mujoco.MjData) -> Command:
-        """Apply a command until the next one, and return it as a :class:`Command`.
-
-        Raises:
-            ParameterError: If the command does not fit this person.
-        """
+        """Apply a command until the next one, and return it as a :class:`Command`."""
         if command is None:
             command = Command()
         elif isinstance(command, np.ndarray):
@@ -292,10 +288,6 @@ class Actuators:
 
         They are the sum of motors, passive moments, joint stops and contact of the body with
         itself.
-
-        Args:
-            data: The world's data after a step.
-            constraint: Generalised force of internal constraints, if there is any.
         """
         given = data.qfrc_actuator + data.qfrc_passive + data.qfrc_applied
         if constraint is not None:

@@ -36,13 +36,7 @@ class ExternalForces:
 
 
 class Contacts:
-    """Reads the contact forces of a person from MuJoCo.
-
-    Args:
-        human: The person.
-        model: The model of the world.
-        sites: The contact spheres.
-    """
+    """Reads the contact forces of a person from MuJoCo."""
 
     def __init__(self, human: Human, model: mujoco.MjModel, sites: tuple[ContactSite, ...]):
         self.model, self.n_sites = model, len(sites)
@@ -86,13 +80,7 @@ class Contacts:
     def group_loads(
         self, data: mujoco.MjData, group: Int[Array, " n_sites"], normal: Float[Array, " 3"]
     ) -> Float[Array, " n_groups"]:
-        """Return the load on groups of spheres in the last step, fast enough for every tick [N].
-
-        Args:
-            data: The world.
-            group: Group index of each sphere.
-            normal: Direction of the load, usually the ground normal.
-        """
+        """Return the load on groups of spheres in the last step, fast enough for every tick [N]."""
         contact, n = data.contact, int(group.max()) + 1
         site, address = self.site_of[contact.geom], contact.efc_address
         own_site = np.maximum(site[:, 0], site[:, 1])

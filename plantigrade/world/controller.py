@@ -153,11 +153,7 @@ class Controller(ABC):
 
 
 class FunctionController(Controller):
-    """A function as a controller.
-
-    Args:
-        function: Function of a state that returns a command.
-    """
+    """A function as a controller."""
 
     def __init__(self, function: Callable[[State], AnyCommand]):
         self.function = function

@@ -33,17 +33,7 @@ def body_index(human: Human, body: str = "") -> int:
 
 
 def parse_numbers(word: str, what: str, form: str, *counts: int) -> list[float]:
-    """Return the comma-separated numbers of a text from the command line.
-
-    Args:
-        word: The text.
-        what: Name of the quantity, for the message.
-        form: Expected form with an example, for the message.
-        counts: Allowed counts of numbers.
-
-    Raises:
-        ParameterError: If the count is another one, or a part is not a number.
-    """
+    """Return the comma-separated numbers of a text from the command line."""
     try:
         numbers = [float(part) for part in word.split(",")]
     except ValueError:

@@ -32,12 +32,7 @@ class Fall:
 
 
 class FallWatch:
-    """Detects falls in a world.
-
-    Args:
-        human: The person.
-        model: The model of the world.
-    """
+    """Detects falls in a world."""
 
     def __init__(self, human: Human, model: mujoco.MjModel):
         names = [model.geom(i).name for i in range(model.ngeom)]

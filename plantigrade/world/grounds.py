@@ -37,13 +37,6 @@ def ground_named(word: str, *, seed: int = 0) -> Ground:
     ``tiles:CM``    tiles of 40 cm with random heights up to this; level within 0.5 m of the start
     ``stones``      stepping stones over a trench of 20 cm
     ==============  =============================================================================
-
-    Args:
-        word: Name of the ground, with its number.
-        seed: Seed of random grounds.
-
-    Raises:
-        ParameterError: If the name is unknown or the number is out of range.
     """
     name, colon, number = word.strip().partition(":")
     if name not in GROUNDS:
@@ -74,9 +67,6 @@ def platform_named(word: str) -> Tilting | None:
 
     Returns:
         The plate; None for any other ground.
-
-    Raises:
-        ParameterError: If the numbers are out of range.
     """
     name, _, numbers = word.strip().partition(":")
     if name != "tilting":

@@ -53,12 +53,6 @@ class ModelMismatch:
 
         Feet are moved to the ground unless the motion starts in flight. A person who stands on
         another ground than planned has the soles fitted to it.
-
-        Args:
-            human: The person.
-            motion: The motion.
-            planned: Ground of the motion.
-            seed: Seed of the noise.
         """
         ground, qpos, qvel = self.ground_of(planned), motion.qpos[0], motion.qvel[0]
         placed = on_ground(human, ground, qpos)

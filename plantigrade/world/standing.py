@@ -141,11 +141,7 @@ def at_placement(
 
 
 def _apart(human: Human, width: float) -> Float[Array, " nq"]:
-    """Return quiet standing with a given distance between the ankles, soles level, feet forward.
-
-    Raises:
-        ParameterError: If the legs cannot reach that stance.
-    """
+    """Return quiet standing with a given distance between the ankles, soles level, feet forward."""
     state = State(human, human.standing())
     names = [f"foot_{side}" for side in SIDES]
     points = PointSet(human, names, np.zeros((2, 3)))

@@ -332,11 +332,7 @@ def _ignore_warning(_: str) -> None:
 
 
 def _multiple(rate: float, slower: float, name: str) -> int:
-    """Return the number of physics steps per period of a slower rate.
-
-    Raises:
-        ParameterError: If it is not an integer.
-    """
+    """Return the number of physics steps per period of a slower rate."""
     if not (np.isfinite([rate, slower]).all() and 0 < slower <= rate <= 1e5):
         raise ParameterError(f"{name}={slower:g} must be above 0 and at most rate={rate:g} 1/s")
     times = round(rate / slower)

@@ -45,10 +45,6 @@ class GroundContact:
 
     The simulator reports contacts within :attr:`GroundContactSettings.max_gap`, where there is no
     force yet.
-
-    Args:
-        world: The world.
-        settings: Which contacts count.
     """
 
     def __init__(self, world: SimulatedWorld, settings: GroundContactSettings):

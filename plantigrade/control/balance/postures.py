@@ -49,10 +49,6 @@ class PostureSolverSettings:
 class PostureSolver:
     """Finds postures of one person over feet that are posed.
 
-    Args:
-        human: The person.
-        settings: Weights and iterations.
-
     Attributes:
         com: Centre of mass in standing [m].
         side: Side of every contact sphere.

@@ -110,11 +110,6 @@ class TakenStep:
 class Recovery:
     """Takes steps when standing in place can no longer succeed.
 
-    Args:
-        human: The person.
-        contact: The spheres of the feet.
-        settings: Its settings.
-
     Attributes:
         swing: The foot in the air; None where both stand.
         n_begun: Number of steps that began.

@@ -84,12 +84,7 @@ class Reference(ABC):
 
 
 class PostureReference(Reference):
-    """A posture that is held, on both feet.
-
-    Args:
-        human: The person.
-        qpos: The posture.
-    """
+    """A posture that is held, on both feet."""
 
     def __init__(self, human: Human, qpos: Float[Array, " nq"]):
         spheres = PointSet.of(human, contact_sites(human))
@@ -116,12 +111,7 @@ def posture_reference(world: SimulatedWorld, qpos: Float[Array, " nq"]) -> Refer
 
 
 class PlatformReference(Reference):
-    """A posture on a platform that moves: feet go with it, the body stays upright above them.
-
-    Args:
-        world: The world with the platform.
-        qpos: The posture, feet on the platform as it is now.
-    """
+    """A posture on a platform that moves: feet go with it, the body stays upright above them."""
 
     def __init__(self, world: SimulatedWorld, qpos: Float[Array, " nq"]):
         human, solver = world.human, PostureSolverSettings()

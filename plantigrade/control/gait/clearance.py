@@ -43,12 +43,7 @@ class Clearance:
 
 
 def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> Clearance:
-    """Return how far the arms of a motion are to be held out, and whether its legs overlap.
-
-    Args:
-        record: The motion.
-        settings: The numbers of the search.
-    """
+    """Return how far the arms of a motion are to be held out, and whether its legs overlap."""
     settings = settings or ClearanceSettings()
     human, motion = record.human, record.motion
     model = world_model(human, Ground(), step=0.001)

@@ -89,13 +89,7 @@ FIELDS = tuple(each for each in vars(Instant).values() if isinstance(each, Field
 
 
 def layout_of(nq: int, nv: int, n_sites: int) -> Layout:
-    """Return the layout of a row.
-
-    Args:
-        nq: Size of the configuration.
-        nv: Size of the velocity.
-        n_sites: Number of contact spheres.
-    """
+    """Return the layout of a row."""
     sizes = {"nq": nq, "nv": nv, "n_hinges": nv - 6, "n_sites": n_sites}
     layout: Layout = {}
     first = 0

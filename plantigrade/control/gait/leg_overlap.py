@@ -11,9 +11,6 @@ MAX_LEG_OVERLAP = 0.03  # [m] depth that flesh could yield; deeper, legs are no 
 class LegOverlap:
     """Depth to which one leg penetrates the other.
 
-    Args:
-        world: The world of the person.
-
     Attributes:
         deepest: Maximum depth [m].
     """

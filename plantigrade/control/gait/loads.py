@@ -113,9 +113,6 @@ def transferred(touches: Bool[Array, "n 2"]) -> Float[Array, "n 2"]:
 
     In a double support between single supports of both feet it goes evenly from one to the other;
     in any other they share it equally.
-
-    Args:
-        touches: Which feet do, right and left.
     """
     share = touches / np.maximum(touches.sum(axis=1, keepdims=True), 1)
     for both in runs(touches[:, 0] & touches[:, 1]):

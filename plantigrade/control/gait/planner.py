@@ -81,11 +81,7 @@ class FootstepSettings:
         return 1.0 + self.double_support_speedup * part
 
     def decayed(self, weights: Float[Array, " k"]) -> float:
-        """Return the weight of successive stances whose offsets decay from one to the next.
-
-        Args:
-            weights: Weights of the next stance and of all after it.
-        """
+        """Return the weight of successive stances whose offsets decay from one to the next."""
         return float(weights @ self.offset_decay ** np.arange(len(weights)))
 
 

@@ -214,13 +214,7 @@ def translation_of(layout: Layout) -> Float[Array, "n_columns 3"]:
 
 
 def before(on: Bool[Array, "n k"], rows: int, *, periodic: bool) -> Bool[Array, "n k"]:
-    """Return which spheres are in contact in a row or within some rows after it.
-
-    Args:
-        on: Contact of each sphere in each row.
-        rows: Number of rows.
-        periodic: Whether the last row is the first one again.
-    """
+    """Return which spheres are in contact in a row or within some rows after it."""
     more = on[1 : rows + 1] if periodic else np.repeat(on[-1:], rows, axis=0)
     ahead = np.concatenate([on, more])
     return np.any([ahead[i : i + len(on)] for i in range(len(ahead) - len(on) + 1)], axis=0)

@@ -139,12 +139,7 @@ class StepPlanner:
         return self.leg_length - float(np.sqrt(self.leg_length**2 - reach**2))
 
     def plan(self, now: PendulumState, sides: Sequence[int] = (0, 1)) -> Footstep:
-        """Return the footstep with the least cost.
-
-        Args:
-            now: The pendulum.
-            sides: The feet that can be lifted.
-        """
+        """Return the footstep with the least cost."""
         durations = self.settings.swing_durations
         found = [self.footstep(now, side, time) for side in sides for time in durations]
         return min(found, key=lambda each: each.cost)

@@ -96,10 +96,6 @@ class TaskSettings(TaskWeights):
 class TrackingTasks:
     """The tasks of feet and centre of mass.
 
-    Args:
-        feet: Origin of each foot, right first.
-        settings: Weights and gains.
-
     Attributes:
         com: The centre of mass; its desired acceleration is given.
         swing: Position of each foot.

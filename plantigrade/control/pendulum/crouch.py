@@ -33,11 +33,7 @@ class CrouchSettings:
     met)."""
 
     def barriers(self, world: SimulatedWorld) -> list[tuple[float, float]]:
-        """Return how far ahead barriers of a world are [m], and the depth under them [cm].
-
-        Raises:
-            ParameterError: If one is too low.
-        """
+        """Return how far ahead barriers of a world are [m], and the depth under them [cm]."""
         found, tall = [], world.human.height + self.barrier_clearance
         for each in world.disturbances:
             if isinstance(each, Barrier):
@@ -87,11 +83,6 @@ class Crouch:
 
 class CrouchControl:
     """Crouches to a desired depth, and under barriers.
-
-    Args:
-        human: The person.
-        world: Where they walk.
-        settings: Its numbers.
 
     Attributes:
         barriers: How far ahead barriers are [m], and the depth under each [cm].

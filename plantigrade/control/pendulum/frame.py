@@ -65,12 +65,7 @@ class Frame:
 
 
 class ObservedState(State):
-    """A state of the world in a frame.
-
-    Args:
-        state: The state in the world.
-        frame: The frame.
-    """
+    """A state of the world in a frame."""
 
     def __init__(self, state: State, frame: Frame):
         self._state, self._turn = state, frame.turn
@@ -97,10 +92,6 @@ class Terrain:
     """The ground of a world in a frame, with the plate that may tilt upon it.
 
     It has those methods of :class:`~plantigrade.contact.ground.Ground` that a walk needs.
-
-    Args:
-        world: The world.
-        frame: The frame.
     """
 
     def __init__(self, world: SimulatedWorld, frame: Frame):

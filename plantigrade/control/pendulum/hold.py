@@ -37,12 +37,7 @@ class CommandHold:
         return 0.5 * self.samples * self.step
 
     def still_holds(self, touching: Bool[Array, " n_sites"], stance: list[bool]) -> bool:
-        """Return whether the last command still holds; to be called at every sample.
-
-        Args:
-            touching: Which spheres are at the ground.
-            stance: Which feet are stance feet.
-        """
+        """Return whether the last command still holds; to be called at every sample."""
         contact = touching.tobytes(), bytes(stance)
         holds = contact == self._contact and self._left > 0
         self._contact = contact

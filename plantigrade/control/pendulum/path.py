@@ -85,11 +85,7 @@ class Timed:
 
     @classmethod
     def written(cls, word: str, what: str, form: str) -> "Timed":
-        """Return the numbers of a word, ``VALUE[,VALUE@SECONDS…]``.
-
-        Raises:
-            ParameterError: If it is none; ``what`` it should be, and its ``form``.
-        """
+        """Return the numbers of a word, ``VALUE[,VALUE@SECONDS…]``."""
         times, values = [], []
         try:
             for i, part in enumerate(word.split(",")):
@@ -110,9 +106,6 @@ class Timed:
 def speeds_of(word: str) -> Timed:
     """Return the speeds of a word [m/s].
 
-    Raises:
-        ParameterError: If it is none.
-
     Example:
         >>> speeds_of("1.2,0.8@5").at(6.0)
         0.8
@@ -124,11 +117,7 @@ def speeds_of(word: str) -> Timed:
 
 
 def depths_of(word: str) -> Timed:
-    """Return the lowerings of the head of a word [cm].
-
-    Raises:
-        ParameterError: If it is none.
-    """
+    """Return the lowerings of the head of a word [cm]."""
     found, deepest = Timed.written(word, "stoop", STOOP), CrouchSettings.max_depth_cm
     if not all(0.0 <= d <= deepest for d in found.values):
         raise ParameterError(f"{word!r}: a stoop must be 0–{deepest:g} cm")
@@ -292,9 +281,6 @@ def _distance(
 
 def path_of(word: str) -> Path:
     """Return the path of a word.
-
-    Raises:
-        ParameterError: If it is none.
 
     Example:
         >>> path_of("points:4,0/4,3").points[-1]

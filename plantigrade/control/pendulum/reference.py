@@ -109,10 +109,6 @@ def with_feasible_com(reference: Reference, cop_smoothing: float = 0.0) -> Refer
 class ScaledReference:
     """A reference walked at another speed; everything else as :class:`Reference`.
 
-    Args:
-        reference: The reference.
-        settings: How steps change with their length.
-
     Attributes:
         recorded: The reference.
         step_scale: Length of steps [recorded steps].

@@ -37,19 +37,10 @@ class Walk:
 class Styles:
     """Changes the walk of a pendulum, and its upper body, when the targets say so.
 
-    Args:
-        pendulum: The walk.
-        own: Its name.
-        walks: Other walks.
-        uppers: Other upper bodies.
-
     Attributes:
         targets: The walk and the upper body by number, to be chosen while it walks; only where
             there are several.
         changes: From one walk to another, in order.
-
-    Raises:
-        ParameterError: If one is of another person, or none that is repeated on level ground.
     """
 
     def __init__(

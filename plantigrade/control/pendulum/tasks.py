@@ -319,14 +319,7 @@ class WalkingTasks:
         return Rows(matrix, matrix @ desired, weight, "angular momentum")
 
     def resist_hyperextension(self, body: State, ref: Instant, desired: Array, cost: Array) -> None:
-        """Let knees that would soon be bent backwards, farther than the reference, resist.
-
-        Args:
-            body: The person now.
-            ref: The reference at the phase of the gait.
-            desired: Desired accelerations, to be changed.
-            cost: Their cost, to be changed.
-        """
+        """Let knees that would soon be bent backwards, farther than the reference, resist."""
         own, at, time = self.settings, self._knees, self.settings.knee_stop_time
         angle, speed = body.qpos[at + 1], body.qvel[at]
         excess = np.minimum(ref.q[at + 1], 0.0) - angle - time * speed

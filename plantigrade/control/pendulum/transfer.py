@@ -24,13 +24,6 @@ def transferred_walk(record: Record, human: Human) -> Record:
     After :func:`~plantigrade.kinematics.transfer.transferred`, whole feet are planted while they
     stand in the original walk, so that feet of another shape do not rock or slide. Each foot
     carries the share of the weight that it has there.
-
-    Args:
-        record: The walk.
-        human: The other person.
-
-    Raises:
-        ParameterError: If it has no stride that could be repeated.
     """
     walk = walk_of(record)
     period, advance = period_of(walk)

@@ -77,11 +77,7 @@ class PhaseMap:
 
 
 def instants(schedule: StanceSchedule) -> Float[Array, " 4"]:
-    """Return when feet strike, right and left, and lift, from the first right strike on [s].
-
-    Raises:
-        ParameterError: If the walk is not repeated, or a foot does not stand once in a stride.
-    """
+    """Return when feet strike, right and left, and lift, from the first right strike on [s]."""
     period = schedule.period
     own = {s: [x for x in schedule.stances if x.side == s and np.isfinite(x.stop)] for s in SIDES}
     if period is None or schedule.per_period != len(SIDES) or not all(own.values()):
@@ -99,19 +95,11 @@ def instants(schedule: StanceSchedule) -> Float[Array, " 4"]:
 class Transition:
     """One walk that turns into another.
 
-    Args:
-        new: The new walk.
-        old: The one before.
-        settings: How speeds change.
-
     Attributes:
         phases: From the new walk to the old one.
         speed: Speed of the old walk, on the clock of the new one [m/s].
         part: Weight of the new one, from 0 to 1.
         duration: Duration of the transition [s].
-
-    Raises:
-        ParameterError: If the walks are of different bodies, or not to be compared.
     """
 
     def __init__(self, new: Reference, old: Reference, settings: SpeedSettings | None = None):

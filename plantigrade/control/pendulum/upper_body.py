@@ -74,9 +74,6 @@ class Pose:
         Args:
             human: The person.
             angles: Coordinate of spine, neck or arms → angle [rad].
-
-        Raises:
-            ParameterError: If the person has no such coordinate above the hips, or cannot bend so.
         """
         upper, names = upper_hinges(human), human.coordinates
         free = [name for name, own in zip(names, upper, strict=True) if own]

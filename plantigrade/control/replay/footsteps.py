@@ -81,12 +81,7 @@ class FootstepPlanner:
         return float(self.reference.schedule.weights(self.gait.phase)[1] @ self._seats)
 
     def rest(self, body: BodyState, ref: Instant) -> None:
-        """Update the error of the divergent component while the motion waits at rest.
-
-        Args:
-            body: The person now.
-            ref: The motion now.
-        """
+        """Update the error of the divergent component while the motion waits at rest."""
         first, alpha, _ = self.reference.schedule.weights(self.gait.phase)
         own = [f.stance - first for f in self.gait.stance_feet if f.stance is not None]
         share = np.zeros(len(alpha))

@@ -131,9 +131,6 @@ def certificate(record: Record) -> dict[str, Any]:
 
     One undisturbed and one disturbed start; pushes forward, back and to the sides in the middle of
     the motion, of 50 and 100 N.
-
-    Args:
-        record: The motion.
     """
     controller = Replay(record)
     found = [replay_once(controller, seed=seed) for seed in (0, 1)]

@@ -70,11 +70,7 @@ def clinical_section(subject: Subject) -> list[Section]:
 
 
 def grid_of(drawn: Mapping[str, Figure]) -> list[Sequence[Figure | str]]:
-    """Return plots by level and plane under a row of headings; levels without a plot are left out.
-
-    Args:
-        drawn: The plots by coordinate.
-    """
+    """Return plots by level and plane under a row of headings, levels without a plot left out."""
     rows = [[drawn.get(name, "") for name in level] for level in LEVELS]
     return [PLANES, *(row for row in rows if any(row))]
 

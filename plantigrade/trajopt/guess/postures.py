@@ -38,11 +38,7 @@ def standing_stances(feet: Mapping[str, Footprint], duration: float) -> tuple[St
 
 
 def foot_stances(stances: Sequence[Stance], side: str) -> list[Stance]:
-    """Return the stances of one foot.
-
-    Raises:
-        ParameterError: If it never stands.
-    """
+    """Return the stances of one foot."""
     own = [s for s in stances if s.footprint.side == side]
     if not own:
         raise ParameterError(f"the {'right' if side == 'r' else 'left'} foot has no stance")

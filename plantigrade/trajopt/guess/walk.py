@@ -49,9 +49,6 @@ def walking_guess(
     """Return the coordinates of a walk whose feet follow a plan, at times [s].
 
     Times may lie some steps before or after a periodic plan.
-
-    Raises:
-        ParameterError: If a foot has no stance, or there are no times.
     """
     if len(times) == 0:
         raise ParameterError("a guess needs at least one time")
@@ -121,9 +118,6 @@ def with_noise(
         seed: Seed of the noise.
         size: Root mean square of the noise of angles [rad].
         closure: How a periodic motion goes on; the noise goes on in the same way.
-
-    Raises:
-        ParameterError: If the size is negative.
     """
     if not size >= 0:
         raise ParameterError(f"{size=} must be zero or more")

@@ -42,11 +42,7 @@ class Trial:
 
 
 class Filter:
-    """Pairs of residual and barrier function that no later point may be worse than in both.
-
-    Args:
-        floor: Residual below which the barrier function has to decrease.
-    """
+    """Pairs of residual and barrier function that no later point may be worse than in both."""
 
     def __init__(self, floor: float):
         self._floor = floor
@@ -57,14 +53,7 @@ class Filter:
         self._pairs = []
 
     def accepts(self, trial: Merit, here: Merit, slope: float, alpha: float) -> bool:
-        """Return whether a trial point may be taken; remember the present one if it may.
-
-        Args:
-            trial: The trial point.
-            here: The present point.
-            slope: Derivative of the barrier function along the step.
-            alpha: Fraction of the step that leads to the trial point.
-        """
+        """Return whether a trial point may be taken; remember the present one if it may."""
         theta, phi = here.residual, here.barrier
         if not (np.isfinite(trial.residual) and np.isfinite(trial.barrier)):
             return False

@@ -128,9 +128,6 @@ class Basis(ABC):
         r"""Return the support of basis function ``i``, :math:`[t_i, t_{i+\gamma+1}]` [s].
 
         It is cut to the span; that of a periodic basis is not cut, and recurs every period.
-
-        Raises:
-            ParameterError: If there is no such coefficient.
         """
         if not 0 <= i < self.n_coefficients:
             raise ParameterError(
@@ -198,10 +195,6 @@ class Basis(ABC):
             values: Samples :math:`q_j`, coordinates along the later axes.
             smoothing: Weight :math:`\lambda` [s^3]; a small one determines coefficients that the
                 samples do not.
-
-        Raises:
-            ParameterError: If samples are missing or not finite, or do not determine all
-                coefficients.
         """
         if len(values) != len(times) or not np.isfinite(values).all():
             raise ParameterError(

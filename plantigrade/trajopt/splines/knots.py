@@ -50,10 +50,6 @@ def periodic_knots(breaks: Float[Array, " n_breaks"], degree: int = 3) -> Float[
             later.
         degree: Degree of the spline, 0 or more, below the number of pieces.
 
-    Raises:
-        ParameterError: If the breakpoints are not finite and in order, span nothing, or are so few
-            that the support of a function exceeds a period.
-
     Example:
         >>> periodic_knots(np.array([0.0, 0.4, 1.0]), degree=1)
         array([-0.6,  0. ,  0.4,  1. ,  1.4])
@@ -95,9 +91,6 @@ def require_knots(knots: Float[Array, " n_knots"], degree: int, *, periodic: boo
     """Raise unless the knots define a spline of this degree in which every coefficient matters.
 
     Those of a periodic one must repeat, as from :func:`periodic_knots`.
-
-    Raises:
-        ParameterError: If they do not.
     """
     require_degree(degree)
     require_breaks(knots)

@@ -141,10 +141,6 @@ class TrigonometricBasis(Basis):
 
         Returns:
             Coefficients of cosine and sine, :math:`\theta = 0` at ``start``.
-
-        Raises:
-            ParameterError: If the space does not hold it: another ``k``, or one that does not
-                repeat with a periodic basis.
         """
         if k not in range(self.degree % 2, self.degree + 1, 2):
             allowed = ", ".join(map(str, range(self.degree % 2, self.degree + 1, 2)))

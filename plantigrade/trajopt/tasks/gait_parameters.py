@@ -126,9 +126,6 @@ def gait_parameters(
     Returns:
         Lengths, times and fractions; :func:`dataclasses.replace` changes single ones.
 
-    Raises:
-        ParameterError: If a value is out of range or the three do not agree.
-
     Example:
         >>> free = gait_parameters(0.92, 1.3)
         >>> round(free.step_length, 2), round(free.cadence), round(free.stance_fraction, 2)

@@ -74,11 +74,7 @@ def hop(human: Human, parameters: Hop) -> MotionTask:
 
 
 def hopping_plan(human: Human, parameters: Hop) -> ContactPlan:
-    """Return one contact and the flight after it.
-
-    Raises:
-        ParameterError: If a hop of that height leaves no time for the contact.
-    """
+    """Return one contact and the flight after it."""
     period = 60.0 / parameters.hops_per_minute
     contact = period - 2.0 * float(np.sqrt(2.0 * parameters.hop_height / GRAVITY))
     if contact < MIN_CONTACT:

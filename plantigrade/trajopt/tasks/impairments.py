@@ -39,9 +39,6 @@ class Impairments(Bounded):
 
     A name is that of a coordinate (``knee_angle_r``), or its beginning (``knee_r``, ``hip`` for all
     of both hips).
-
-    Raises:
-        ParameterError: If a word is not NAME=VALUE, or a value is out of range.
     """
 
     limit: Annotated[Words, tyro.conf.UseAppendAction, optional("NAME=LOW:HIGH")] = ()
@@ -193,13 +190,7 @@ def _numbers(
 
 
 def _coordinates(human: "Human", name: str, *, one: bool = False) -> list[str]:
-    """Return the coordinates of a name: its own, with both sides, or all that begin with it.
-
-    Args:
-        human: The person.
-        name: The name.
-        one: Whether it may mean only one coordinate of a side.
-    """
+    """Return the coordinates of a name: its own, with both sides, or all that begin with it."""
     stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_r", "_l") else (name, "")
     of_side = [c for c in human.coordinates if not side or c.endswith(side)]
     exact = [c for c in of_side if c == name or c[:-2] == stem]

@@ -51,9 +51,6 @@ def check_push(height: float, stroke: float, what: str) -> None:
         height: How far the centre of mass rises after take-off [m].
         stroke: How far it rises before [m].
         what: The requested motion, in words.
-
-    Raises:
-        ParameterError: If it does.
     """
     power = push_power(height, stroke)
     if power <= MAX_PUSH_POWER:
@@ -98,9 +95,6 @@ def check_time(seconds: float, distance: float, what: str) -> None:
         seconds: Time that there is [s].
         distance: How far the centre of mass goes [m].
         what: The motion, in words.
-
-    Raises:
-        ParameterError: If that is too soon.
     """
     least = quickest(distance)
     if seconds < least:
@@ -120,9 +114,6 @@ def check_crouch(human: Human, depth: float, strength: float) -> None:
         human: The person.
         depth: How far the hips are below those in standing [m].
         strength: Part of the joints' torques that may be used.
-
-    Raises:
-        ParameterError: If it takes more than that.
     """
     d = human.dimensions
     torque = human.model.jnt_actfrcrange[1:]
@@ -138,11 +129,7 @@ def check_crouch(human: Human, depth: float, strength: float) -> None:
 
 
 def check_froude(speed: float, leg: float) -> None:
-    """Refuse to walk faster [m/s] than gravity holds a body on the arc of a leg [m].
-
-    Raises:
-        ParameterError: If it is so fast.
-    """
+    """Refuse to walk faster [m/s] than gravity holds a body on the arc of a leg [m]."""
     froude, most = speed**2 / (GRAVITY * leg), float(np.sqrt(GRAVITY * leg))
     if froude > 1.0:
         raise ParameterError(
@@ -159,9 +146,6 @@ def check_support(human: Human, plan: ContactPlan, rests: Rests | None = None) -
         plan: Contacts.
         rests: Centre of mass where the person rests at the start and at the end [m]; over the
             middle of the feet if absent.
-
-    Raises:
-        ParameterError: If it would have to be outside of the feet.
     """
     outside = missing_support(human, plan, rests)
     if outside > MAX_OUTSIDE_SUPPORT:

@@ -23,11 +23,7 @@ from plantigrade.trajopt.terms.term import Term
 
 
 def reach(human: Human, parameters: settings.Reach) -> MotionTask:
-    """Return the task of bringing a hand to a place, feet where they are.
-
-    Raises:
-        ParameterError: If the target is too far away for this person.
-    """
+    """Return the task of bringing a hand to a place, feet where they are."""
     side, target, duration = parameters.side, parameters.target, parameters.duration
     d = human.dimensions
     hand = attachments(human)[f"hand_{side}"]

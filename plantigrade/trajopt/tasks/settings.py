@@ -305,11 +305,7 @@ TASKS: dict[str, type[TaskSettings]] = {
 
 
 def settings_for(name: str, **parameters: Any) -> TaskSettings:
-    """Return the settings of a task by name.
-
-    Raises:
-        ParameterError: If there is no such task or parameter, or a value is out of range.
-    """
+    """Return the settings of a task by name."""
     if name not in TASKS:
         raise ParameterError(f"no task {name!r}; {known_names(name, list(TASKS))}")
     refuse_unknown(name, parameters, (f.name for f in fields(TASKS[name])))

@@ -42,11 +42,7 @@ def in_radians(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_field(kind: Any, value: Any) -> Any:
-    """Return a value as a field of that type needs it.
-
-    Raises:
-        ParameterError: If it is something else; the message names the type required.
-    """
+    """Return a value as a field of that type needs it."""
     if kind in _NEEDED:
         if not (is_number(value) if kind is float else isinstance(value, kind)):
             raise ParameterError(f"is {shown(value)}; {_NEEDED[kind]} is needed")

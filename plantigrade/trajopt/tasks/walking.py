@@ -173,11 +173,7 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
 
 
 def obstacle(plan: ContactPlan, height: float) -> Obstacle:
-    """Return a block of a height [m] in the middle of a straight way, between two footprints.
-
-    Raises:
-        ParameterError: If the steps are too short to leave room for it.
-    """
+    """Return a block of a height [m] in the middle of a straight way, between two footprints."""
     places = sorted({s.footprint.position[0] for s in plan.stances})
     behind = (len(places) - 1) // 2
     toes = places[behind] + FOOT_AHEAD_OF_ANKLE

@@ -43,9 +43,6 @@ class Derivatives:
         function: CasADi function of columns (q, qd, qdd, u, p) ↦ rows (n_rows,).
         n_rows: Rows of the function, m.
         n_arguments: Length of z = (q, qd, qdd, u), nz.
-
-    Raises:
-        ParameterError: If the function is not one of five dense columns with one column.
     """
 
     def __init__(self, function: "casadi.Function", *, backend: str | None = None):

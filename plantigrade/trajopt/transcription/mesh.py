@@ -24,10 +24,6 @@ def nodes_of(
         nodes_per_second: Least number of nodes per second [1/s].
         least: Least number of intervals between two changes: with a single one, a force that is
             zero at both ends would be zero throughout.
-
-    Raises:
-        ParameterError: If ``nodes_per_second`` is not positive, ``least`` is below 1, or there
-            would be more nodes than :data:`MAX_NODES`.
     """
     if not 0 < nodes_per_second < np.inf:
         raise ParameterError(f"{nodes_per_second=} [1/s] must be positive: 20 is usual")

@@ -48,11 +48,7 @@ class Variables:
         return x[self.c_at], u
 
     def start(self, c: Array, u: Array | None = None) -> Float[Array, " size"]:
-        """Return the vector of an initial guess; unknowns are zero if there are none given.
-
-        Raises:
-            ParameterError: If the guess has another shape than the problem, or is not finite.
-        """
+        """Return the vector of an initial guess; unknowns are zero if there are none given."""
         u = np.zeros(self.u_at.shape) if u is None else u
         for what, given, expected in (
             ("coefficients", c, self.c_at),
