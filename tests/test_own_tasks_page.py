@@ -8,7 +8,7 @@ import pytest
 from plantigrade import check
 from plantigrade.models import Human
 from plantigrade.trajopt import TaskFile, parse_task_file, synthesize
-from plantigrade.trajopt.tasks.impairments import Impairments
+from plantigrade.workflows.settings import SolveSettings
 from tests.paste import blocks
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "own-tasks.md"
@@ -23,13 +23,13 @@ def person() -> Human:
 def task_of(name: str):
     """Return the person and the task of a file."""
     file = FILES[name]
-    impaired = Impairments(**file.impairments)
+    impaired = SolveSettings(**file.options)
     human = impaired.person(person())
     return human, impaired.task(human, file.task(human))
 
 
-def test_there_are_ten():
-    assert len(FILES) == 10
+def test_there_are_as_many_as_it_says():
+    assert len(FILES) == 11
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
@@ -103,7 +103,7 @@ def residual_wrench(
     They are RMS values of the components over the estimated frames; the moment is about the
     estimated centre of mass.
     """
-    weight = human.mass * GRAVITY
+    weight = human.mass * human.gravity
     root = moments.tau[:, :6] - support_forces(human, motion, ground)[:, :6]
     force, moment = root_wrench_at(root, motion.qpos, moments.com)
     given = ground.forces.force.sum(axis=1) + ground.support_force.sum(axis=1)

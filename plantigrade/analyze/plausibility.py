@@ -14,7 +14,7 @@ import numpy as np
 from plantigrade.analyze.feet import pitch_in_stance, progress_in_stance
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.dynamics.ball_joints import BallJoint
 from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
 from plantigrade.kinematics.shoulders import arms_of
@@ -184,5 +184,5 @@ def _residual(trial: Trial) -> float | None:
     if trial.ground is not None and trial.ground.supports:
         left = left - trial.ground.support_force.sum(axis=1)
     valid = np.asarray(trial.forces.valid)
-    weight = trial.fit.human.mass * GRAVITY
+    weight = trial.fit.human.mass * trial.fit.human.gravity
     return float(np.sqrt((left[valid] ** 2).sum(axis=1).mean())) / weight

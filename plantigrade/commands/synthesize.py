@@ -290,7 +290,7 @@ def parse(words: Sequence[str]) -> Any:
 
         file = read_task_file(first)
         kind = SUBCOMMANDS[file.base]
-        options["default"] = kind(**file.parameters, **file.impairments, file=Path(first))
+        options["default"] = kind(**file.parameters, **file.options, file=Path(first))
     if kind is None:
         raise ParameterError(f"no task {first!r}; {known_names(first, list(SUBCOMMANDS))}")
     return parsing.parse(kind, f"plantigrade synthesize {first}", words[1:], **options)

@@ -6,7 +6,6 @@ import numpy as np
 from scipy.optimize import nnls
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet
@@ -127,7 +126,7 @@ def resting_torques(
     points = PointSet.of(human, sites)
     low = body.position(points) - np.array([[site.radius] for site in sites]) * ground.normal
     loaded = low @ ground.normal - ground.under(low) < s.contact_height
-    weight = human.mass * GRAVITY
+    weight = human.mass * human.gravity
     if not loaded.any():
         return np.zeros(len(human.coordinates))
     offset = (low[loaded, :2] - body.com[:2]).T

@@ -16,7 +16,6 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -70,7 +69,7 @@ def centroid(
     if root is None:
         return Centroid(com, com_vel, momentum)
     force, moment = root_wrench_at(root, qpos, com)
-    min_force = 0.01 * human.mass * GRAVITY
+    min_force = 0.01 * human.mass * human.gravity
     points = zero_moment_point(force, moment, com, ground, min_force=min_force)
     return Centroid(com, com_vel, momentum, force, moment, points)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import contact_sites
@@ -85,7 +85,7 @@ def required_forces(
     """Return the forces that a motion requires."""
     to_world = ground.to_world
     time, n = even_clock(motion.time), motion.n_frames
-    weight = human.mass * GRAVITY
+    weight = human.mass * human.gravity
     feet = [human.body(f"foot_{side}") for side in SIDES]
     points = PointSet(human, [f"foot_{side}" for side in SIDES], np.zeros((2, 3)))
     columns = tuple(tuple(np.flatnonzero(points.moved[k, 0])[6:].tolist()) for k in (0, 1))

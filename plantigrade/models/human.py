@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
 from plantigrade.models.coordinates import COORDINATES
 from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
 from plantigrade.models.loads import check_loads, loaded
-from plantigrade.models.mjcf import to_mjcf, with_contact_heights, with_inertia
+from plantigrade.models.mjcf import to_mjcf, with_contact_heights, with_gravity, with_inertia
 from plantigrade.models.skeleton import Skeleton, build, split_side
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -30,6 +30,8 @@ MAX_SOLE_OFFSET = 0.1
 """Largest displacement of a contact sphere from its default position [m]."""
 MAX_TRUNK_SHIFT = 0.15
 """Largest displacement of the trunk's centre of mass from its default position [m]."""
+MIN_GRAVITY, MAX_GRAVITY = 0.1, 2.0
+"""Range of gravity, relative to the earth's [1]: the moon has 0.165, Jupiter 2.5."""
 _STANDING_ARMS = {"pro_sup": 1.4, "arm_add": -0.14}
 """Angles of hanging arms [rad]: palms towards the thighs, clear of the hips."""
 
@@ -125,6 +127,16 @@ class Human:
         import mujoco
 
         return mujoco.MjModel.from_xml_string(self.xml)
+
+    @cached_property
+    def gravity(self) -> float:
+        """Acceleration of gravity where the person is, as the model has it [m/s²]."""
+        return float(np.linalg.norm(self.model.opt.gravity))
+
+    @property
+    def on_earth(self) -> bool:
+        """Whether gravity is that of the earth, for which controllers are made."""
+        return abs(self.gravity / GRAVITY - 1.0) < 0.01
 
     @cached_property
     def coordinates(self) -> tuple[str, ...]:
@@ -323,6 +335,23 @@ class Human:
         bodies = tuple(replace(b, inertia=heavier.get(b.name, b.inertia)) for b in bodies)
         return replace(self, skeleton=replace(self.skeleton, bodies=bodies), xml=xml, loads=total)
 
+    def with_gravity(self, gravity: float) -> "Human":
+        """Return the person where gravity is another one, as on the moon; weight changes with it.
+
+        Args:
+            gravity: Acceleration of gravity [m/s²].
+
+        Raises:
+            ParameterError: If it is out of range.
+
+        Example:
+            >>> moon = Human.create().with_gravity(1.62)
+            >>> round(moon.gravity, 2)
+            1.62
+        """
+        check_range("gravity", gravity / GRAVITY, MIN_GRAVITY, MAX_GRAVITY, "of the earth's")
+        return replace(self, xml=with_gravity(self.xml, float(gravity)))
+
     def with_mass(self, mass: float) -> "Human":
         """Return the person with another body mass [kg] and the same lengths.
 
@@ -337,6 +366,7 @@ class Human:
         moved = {"trunk_mass": list(self.trunk_mass)} if any(self.trunk_mass) else {}
         touching = {"full_sole": True} if self.full_sole else {}
         carried = {"loads": dict(self.loads)} if self.loads else {}
+        elsewhere = {} if self.gravity == GRAVITY else {"gravity": self.gravity}
         return {
             "height": self.height,
             "mass": self.mass,
@@ -348,6 +378,7 @@ class Human:
             **moved,
             **touching,
             **carried,
+            **elsewhere,
         }
 
     @classmethod
@@ -362,7 +393,9 @@ class Human:
             soles = {str(k): float(v) for k, v in d.pop("soles", {}).items()}
             trunk = [float(v) for v in d.pop("trunk_mass", (0.0, 0.0, 0.0))]
             loads = {str(k): float(v) for k, v in d.pop("loads", {}).items()}
+            gravity = float(d.pop("gravity", GRAVITY))
             human = cls.create(**d)
+            human = human.with_gravity(gravity) if gravity != GRAVITY else human
             human = human.with_trunk_mass(trunk) if any(trunk) else human
             human = human.with_loads(loads) if loads else human
         except (TypeError, ValueError, AttributeError, OverflowError) as error:

@@ -101,6 +101,15 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
+def with_gravity(xml: str, gravity: float) -> str:
+    """Return the MJCF text with another gravity [m/s²], along -z."""
+    root = ET.fromstring(xml)
+    for option in root.iter("option"):
+        option.set("gravity", f"0 0 {-gravity}")
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode")
+
+
 def with_inertia(xml: str, body: str, inertia: Inertia) -> str:
     """Return the MJCF text with other mass properties of a body."""
     root = ET.fromstring(xml)

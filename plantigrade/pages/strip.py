@@ -12,7 +12,6 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -95,7 +94,7 @@ def strip_svg(
     positions, quats, com = poses(model, chosen)
     shapes = [shape for shape in shapes_of(model, pale) if shape.body]
     along = Camera.named(view, travel(com)).right
-    weight = max(float(model.body_mass.sum()) * GRAVITY, 1e-9)
+    weight = max(float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)), 1e-9)
 
     drawing = _Drawing(shapes, along, human, frozenset(pale), x_ray)
     bodies = drawing.bodies(positions, quats)

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.charts import Figure
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
@@ -141,7 +141,7 @@ class Record:
     @property
     def weight(self) -> float:
         """Body weight [N]."""
-        return self.human.mass * GRAVITY
+        return self.human.mass * self.human.gravity
 
     @property
     def has_forces(self) -> bool:

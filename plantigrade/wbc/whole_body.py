@@ -25,7 +25,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -93,7 +92,7 @@ class WholeBody:
         self.armature = _each(armature, n)
         own = np.array(human.model.jnt_actfrcrange[1:]).T
         self.low, self.high = own if limits is None else np.asarray(limits, dtype=float)
-        self.unit = UNIT * human.mass * GRAVITY
+        self.unit = UNIT * human.mass * human.gravity
         self._limits = TorqueLimits(self.low, self.high)
 
     def solve(

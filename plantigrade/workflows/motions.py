@@ -110,7 +110,7 @@ def run_synthesis(
     refuse_unknown(word, options, [*own, *_names(SolveSettings)])
     parameters = {} if file is None else dict(file.parameters)
     parameters |= {name: value for name, value in options.items() if name in own}
-    how = {} if file is None else dict(file.impairments)
+    how = {} if file is None else dict(file.options)
     how |= {name: value for name, value in options.items() if name not in own}
     name = base if file is None else Path(word).stem
     title = f"{name.replace('-', ' ').capitalize()}, generated from the task"

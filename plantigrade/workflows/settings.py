@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import tyro
 
 from plantigrade.bounds import AGES, SEEDS, word
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models.person import Person
 from plantigrade.options import (
@@ -23,6 +24,9 @@ from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.settings import Basis
 from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.table import Table
+
+if TYPE_CHECKING:
+    from plantigrade.models.human import Human
 
 TRACK, PAPER = "track", "zhakatayev2023"
 """Motions that ``synthesize`` makes from something other than a task."""
@@ -214,7 +218,15 @@ class SolveSettings(Impairments, Settings):
     """
 
     activity = "a mesh"
-    ranges = {"nodes_per_second": (2, 500, "1/s"), "restarts": (1, 1000, ""), "seed": SEEDS}
+    ranges = {
+        "gravity": (0.15, 1.5, "of the earth's"),
+        "nodes_per_second": (2, 500, "1/s"),
+        "restarts": (1, 1000, ""),
+        "seed": SEEDS,
+    }
+
+    gravity: float = 1.0
+    """Gravity relative to the earth's: 0.165 on the moon, 0.38 on Mars."""
 
     solver: Literal["interior-point", "ipopt"] = "interior-point"
     """Built-in banded interior-point solver, or IPOPT as a reference."""
@@ -239,6 +251,19 @@ class SolveSettings(Impairments, Settings):
             word("basis", self.basis, ("trigonometric", "polynomial"))
         if self.seed and self.restarts == 1:
             raise ParameterError("seed has no effect without restarts")
+        if self.gravity != 1.0 and self.replay:
+            raise ParameterError("replay needs the gravity of the earth: leave out one of both")
+
+    @property
+    def words(self) -> list[str]:
+        """What differs from an able person on the earth, in words."""
+        elsewhere = [] if self.gravity == 1.0 else [f"{self.gravity:g} g"]
+        return [*elsewhere, *super().words]
+
+    def person(self, human: "Human") -> "Human":
+        """Return the person with these loads and soles, where gravity is as given."""
+        human = super().person(human)
+        return human if self.gravity == 1.0 else human.with_gravity(self.gravity * GRAVITY)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -221,6 +221,11 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
     how.refuse_person()
     record, folder = source.record, source.folder
     require_scaled(record.human, "a simulation")
+    if not record.human.on_earth:
+        raise ParameterError(
+            f"this run has a gravity of {record.human.gravity:.2f} m/s², and controllers are made "
+            "for the earth's: give a run without gravity"
+        )
     first = record.motion.qpos[0]
     sunk = float(on_ground(record.human, record.ground, first)[2] - first[2])
     if sunk > MAX_START_DEPTH:

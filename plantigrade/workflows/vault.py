@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 
 from plantigrade.analyze.check import check
-from plantigrade.constants import GRAVITY
 from plantigrade.extras import require
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Run
@@ -207,7 +206,7 @@ def figures_of(vaulted: VaultResult) -> dict[str, Any]:
     """Return what a vault shows."""
     contact, vault = vaulted.contact, vaulted.vault
     angles = vaulted.angles
-    weight = vault.segments.human.mass * GRAVITY
+    weight = vault.segments.human.mass * vault.segments.human.gravity
     forward, up = contact.extras[-1, 2], contact.extras[-1, 3]
     hinge, share = vaulted.most_loaded_fixed_joint
     turn, elbow = np.rad2deg(angles[:, 0]), angles[:, 2]

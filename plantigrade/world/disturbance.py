@@ -8,7 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -210,7 +210,7 @@ class PhasePush(Push):
         mine = np.array([site.side == self.side for site in world.sites])
         if timer.push_time is None:
             force = float(world.contact_force()[mine, 2].sum())
-            timer.update(world.time, force / (world.human.mass * GRAVITY), self)
+            timer.update(world.time, force / (world.human.mass * world.human.gravity), self)
         begin = np.inf if timer.push_time is None else timer.push_time
         if begin - 1e-9 <= world.time < begin + self.duration - 1e-9:
             world.push(self.on(world.human), self.vector)

@@ -6,7 +6,6 @@ from scipy.integrate import trapezoid
 from plantigrade.analyze.pushes import SIGNAL, push_intervals
 from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import REFERENCE, STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT
-from plantigrade.constants import GRAVITY
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject, needs
 
@@ -60,7 +59,7 @@ def push_section(subject: Subject) -> list[Section]:
             [
                 f"{push.start:.2f} s",
                 f"{push.stop - push.start:.2f} s",
-                f"{push.force:.0f} N ({100 * push.force / (record.human.mass * GRAVITY):.0f} % BW)",
+                f"{push.force:.0f} N ({100 * push.force / record.weight:.0f} % BW)",
                 f"{impulse:.0f} N s",
                 direction_text(float(mean[0]), float(mean[1])),
             ]

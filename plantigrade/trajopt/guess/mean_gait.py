@@ -25,8 +25,8 @@ class MeanGait:
         phase: tuple[Array, Array],
         walking: tuple[Array, Array],
     ):
-        slowest, fastest = np.array([0.101, 0.799]) * np.sqrt(GRAVITY * parameters.leg_length)
-        speed = float(np.clip(parameters.speed, slowest, fastest))
+        similar = np.sqrt(GRAVITY * parameters.leg_length)  # where gravity is another, as slow
+        speed = float(np.clip(parameters.relative_speed, 0.101, 0.799) * similar)
         gait = textbook_gait(speed, parameters.leg_length, rate=400.0, cycles=1)
         self.human, self.foot_off = human, gait.foot_off
         self.step_length = gait.stride_length / 2

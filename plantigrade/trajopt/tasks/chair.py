@@ -97,7 +97,10 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
     plan = ContactPlan(duration, standing_stances(feet, duration), supports=supports)
     places = [_centre_of_mass(human, q) for q in (keys[0], keys[-1])]
     check_time(
-        duration - off, abs(places[1][2] - places[0][2]), "to sit down" if reverse else "to rise"
+        human,
+        duration - off,
+        abs(places[1][2] - places[0][2]),
+        "to sit down" if reverse else "to rise",
     )
     check_support(human, plan, (places[0], places[1]))
     terms = (

@@ -9,6 +9,9 @@ With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v
   [Fukuchi2018]_: 120 a minute at 1.3 m/s instead of 110. As the excursion of the centre of mass is
   the force's over the square of the cadence, it stays smaller than people's there.
   ``step_length`` gives others.
+- **Gravity**: at a quarter of it and the same speed, people on a treadmill who are lifted at the
+  trunk take steps that are 16 % shorter; stance follows from the dimensionless speed, because at
+  equal ones people have nearly the same [Donelan1997]_.
 - **Stance** as the fraction of the stride until foot off, by dimensionless speed
   [Schwartz2008]_: 68 % when very slow, 59 % at free speed, 56 % when very fast.
 - **Step width** :math:`0.13\, l` between the ankles, preferred at 1.25 m/s [Donelan2001]_; walkway
@@ -38,6 +41,7 @@ from plantigrade.trajopt.tasks.settings import MAX_WALKING_SPEED, MIN_WALKING_SP
 STEP_TIMES = (0.15, 3.0)  # [s] minimum and maximum step time
 
 STEP_LENGTH_COEFFICIENT = 1.16  # [leg lengths] step length at a dimensionless speed of 1
+GRAVITY_EXPONENT = 0.126  # [1] of gravity in step length: at 0.25 g and equal speed, 16 % shorter
 STEP_WIDTH_SHARE = 0.13  # [leg lengths] step width
 TOE_OUT = float(np.deg2rad(5.0))
 HEEL_OFF = 0.58  # [1] time of heel off relative to stance
@@ -61,6 +65,7 @@ class GaitParameters:
     heel_off: float  #: When the heel leaves, fraction of the stride
     forefoot_off: float  #: When all but the toes leave, fraction of the stride
     leg_length: float  #: Hip to ground [m]
+    gravity: float = GRAVITY  #: Acceleration of gravity [m/s²]
 
     def __post_init__(self):
         """Refuse a stance out of order."""
@@ -99,7 +104,7 @@ class GaitParameters:
     @property
     def relative_speed(self) -> float:
         r"""Dimensionless speed :math:`v^*`."""
-        return self.speed / float(np.sqrt(GRAVITY * self.leg_length))
+        return self.speed / float(np.sqrt(self.gravity * self.leg_length))
 
 
 def leg_length(human: Human) -> float:
@@ -135,14 +140,15 @@ def gait_parameters(
     if not 0.2 <= length <= 1.5:
         raise ParameterError(f"a leg length of {length} m must lie between 0.2 and 1.5 m")
     number("speed", speed, MIN_WALKING_SPEED, MAX_WALKING_SPEED, "m/s", "walking")
-    relative = float(speed / np.sqrt(GRAVITY * length))
+    gravity = human.gravity if isinstance(human, Human) else GRAVITY
+    relative, usual = (float(speed / np.sqrt(g * length)) for g in (gravity, GRAVITY))
     if cadence is not None and not cadence > 0:
         raise ParameterError(f"{cadence=} [1/min] must be positive")
     if step_length is not None:
         step = float(step_length)
     else:
         step = (
-            STEP_LENGTH_COEFFICIENT * length * relative**0.5
+            STEP_LENGTH_COEFFICIENT * length * usual**0.5 * (gravity / GRAVITY) ** GRAVITY_EXPONENT
             if cadence is None
             else 60.0 * speed / cadence
         )
@@ -172,6 +178,7 @@ def gait_parameters(
         heel_off=HEEL_OFF * stance,
         forefoot_off=ball_off(stance, flat),
         leg_length=length,
+        gravity=gravity,
     )
 
 

@@ -12,7 +12,7 @@ People who may choose hop 2.2 times a second, and like springs at that rate and 
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -76,9 +76,9 @@ def hop(human: Human, parameters: Hop) -> MotionTask:
 def hopping_plan(human: Human, parameters: Hop) -> ContactPlan:
     """Return one contact and the flight after it."""
     period = 60.0 / parameters.hops_per_minute
-    contact = period - 2.0 * float(np.sqrt(2.0 * parameters.hop_height / GRAVITY))
+    contact = period - 2.0 * float(np.sqrt(2.0 * parameters.hop_height / human.gravity))
     if contact < MIN_CONTACT:
-        most = GRAVITY / 8.0 * max(period - MIN_CONTACT, 0.0) ** 2
+        most = human.gravity / 8.0 * max(period - MIN_CONTACT, 0.0) ** 2
         raise ParameterError(
             f"{parameters.hops_per_minute:g} hops/min of {parameters.hop_height:g} m leave "
             f"{max(contact, 0.0):.2f} s for the contact, people need {MIN_CONTACT:g} s: hop "

@@ -11,7 +11,7 @@ The body is required to be stretched at take-off, because a crouched take-off wo
 import numpy as np
 
 from plantigrade.bounds import number
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -63,9 +63,9 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
     most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
     number("distance", distance, -most, most, "m", what)
     depth = _depth(human, parameters)
-    check_push(height, depth + TAKE_OFF_RISE * human.height, "a jump")
-    speed = float(np.sqrt(2 * GRAVITY * height))
-    flight = 2 * speed / GRAVITY
+    check_push(human, height, depth + TAKE_OFF_RISE * human.height, "a jump")
+    speed = float(np.sqrt(2 * human.gravity * height))
+    flight = 2 * speed / human.gravity
     down = push + flight
     duration = down + landing
     stances = []
@@ -129,7 +129,7 @@ def take_off(human: Human, parameters: TakeOff) -> MotionTask:
     plan = ContactPlan(duration, tuple(_pushing(f, push) for f in standing_feet(human).values()))
     before = standing_posture(human)
     low = crouch(human, standing_feet(human), depth)
-    usual = float(np.sqrt(2 * GRAVITY * 0.35))  # height is z + v^2 / 2 g; this is its slope
+    usual = float(np.sqrt(2 * human.gravity * 0.35))  # height is z + v^2 / 2 g; this is its slope
     terms: tuple[Term, ...] = (
         *(
             Limits(strength=parameters.strength) if isinstance(t, Limits) else t
@@ -137,7 +137,9 @@ def take_off(human: Human, parameters: TakeOff) -> MotionTask:
         ),
         *at_rest(human, 0.0, before),
         CentreOfMass(
-            push, position=(np.nan, np.nan, _stretched(human)), gain=(gain, gain * usual / GRAVITY)
+            push,
+            position=(np.nan, np.nan, _stretched(human)),
+            gain=(gain, gain * usual / human.gravity),
         ),
         PowerLimit(JOINT_POWER),
         *_countermovement(human, push, depth),
@@ -180,7 +182,7 @@ def _depth(human: Human, parameters: Pushing) -> float:
     depth = COUNTERMOVEMENT_DEPTH * human.height if parameters.depth is None else parameters.depth
     what = f"a jump of a person of {human.height:.2f} m"
     number("depth", depth, 0.05 * human.height, 0.3 * human.height, "m", what)
-    check_time(LOWEST_POINT_TIME * parameters.push, depth, "a countermovement")
+    check_time(human, LOWEST_POINT_TIME * parameters.push, depth, "a countermovement")
     return depth
 
 

@@ -14,7 +14,7 @@ Each limit lies above the abilities of people: a refused motion is impossible.
   program [Kajita2001]_; its result is the distance outside the feet at which the ground would have
   to push.
 - **A walk** vaults over a leg, and gravity must hold the body on its arc: the Froude number
-  :math:`v^2 / g l` is at most 1 [Alexander1989]_.
+  :math:`v^2 / g l` is at most 1 [Alexander1989]_, on the moon 1.4.
 """
 
 from collections.abc import Sequence
@@ -28,13 +28,19 @@ from plantigrade.contact.plan import ContactPlan, Footprint
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
+from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
+MAX_FROUDE = (0.165, 0.4), (1.4, 1.0)
+"""Gravity relative to the earth's, and the largest Froude number of a walk there [1]. A point mass
+leaves the ground above 1; people run from 0.5 on, but from 1.39 (SD 0.45) on the moon, in parabolic
+flight [DeWitt2014]_."""
 MAX_PUSH_POWER = 50.0
 """Maximum mean power of a push-off [W/kg]: weightlifters, who jump with the highest peaks,
 reach 80 at the peak. With a constant force power grows with speed, to twice its mean; as the force
 of people falls towards the end, the mean is more than half (*estimate*: six tenths)."""
 MAX_LEG_FORCE = 4.0
-"""Maximum mean force of both legs in stopping or pushing the body [body weights]. Estimate."""
+"""Maximum mean force of both legs in stopping or pushing the body [body weights on the earth].
+Estimate."""
 MAX_OUTSIDE_SUPPORT = 0.1
 """Maximum distance of the centre of pressure of a point mass outside the feet [m], the effect of
 hip flexion, arm swing and vertical motion. Estimate."""
@@ -44,22 +50,24 @@ MAX_TIME_STEP = 0.05  # [s] maximum time step of the linear program
 Rests = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
-def check_push(height: float, stroke: float, what: str) -> None:
+def check_push(human: Human, height: float, stroke: float, what: str) -> None:
     """Refuse a jump that requires more power than people have.
 
     Args:
+        human: The person.
         height: How far the centre of mass rises after take-off [m].
         stroke: How far it rises before [m].
         what: The requested motion, in words.
     """
-    power = push_power(height, stroke)
+    g = human.gravity
+    power = push_power(height, stroke, g)
     if power <= MAX_PUSH_POWER:
         return
     low, high = 0.0, height
     for _ in range(30):
         middle = (low + high) / 2
         low, high = (
-            (middle, high) if push_power(middle, stroke) <= MAX_PUSH_POWER else (low, middle)
+            (middle, high) if push_power(middle, stroke, g) <= MAX_PUSH_POWER else (low, middle)
         )
     raise ParameterError(
         f"{what} of {height:.2f} m from a push of {stroke:.2f} m takes {power:.0f} W/kg on "
@@ -68,39 +76,43 @@ def check_push(height: float, stroke: float, what: str) -> None:
     )
 
 
-def push_power(height: float, stroke: float) -> float:
+def push_power(height: float, stroke: float, gravity: float = GRAVITY) -> float:
     """Return the mean power of the push of a jump, per body mass [W/kg]; [Samozino2008]_.
 
     Example:
         >>> round(push_power(0.4, 0.4), 1)
         27.5
     """
-    return GRAVITY * (height / stroke + 1.0) * float(np.sqrt(GRAVITY * height / 2.0))
+    return gravity * (height / stroke + 1.0) * float(np.sqrt(gravity * height / 2.0))
 
 
-def quickest(distance: float) -> float:
+def quickest(distance: float, gravity: float = GRAVITY) -> float:
     """Return the least time in which a body goes down or up, from rest to rest [s].
 
     Example:
         >>> round(quickest(0.3), 2)
         0.29
     """
-    return float(np.sqrt(2.0 * distance * (1.0 + 1.0 / (MAX_LEG_FORCE - 1.0)) / GRAVITY))
+    return float(
+        np.sqrt(2.0 * distance * (1.0 + 1.0 / (MAX_LEG_FORCE * GRAVITY / gravity - 1.0)) / gravity)
+    )
 
 
-def check_time(seconds: float, distance: float, what: str) -> None:
+def check_time(human: Human, seconds: float, distance: float, what: str) -> None:
     """Refuse to go down or up faster than gravity and legs do.
 
     Args:
+        human: The person.
         seconds: Time that there is [s].
         distance: How far the centre of mass goes [m].
         what: The motion, in words.
     """
-    least = quickest(distance)
+    least = quickest(distance, human.gravity)
     if seconds < least:
         raise ParameterError(
             f"{what} by {distance:.2f} m in {seconds:.2f} s is too soon: gravity and legs of "
-            f"{MAX_LEG_FORCE:.0f} body weights take {least:.2f} s from rest to rest"
+            f"{MAX_LEG_FORCE * GRAVITY / human.gravity:.0f} body weights take {least:.2f} s from "
+            "rest to rest"
         )
 
 
@@ -120,7 +132,7 @@ def check_crouch(human: Human, depth: float, strength: float) -> None:
     have = -sum(torque[human.hinge(f"{joint}_r"), 0] for joint in ("hip_flexion", "knee_angle"))
     lean = human.limits[1, human.hinge("ankle_angle_r")]
     upright = np.clip((d.thigh + d.shank * (1.0 - np.cos(lean)) - depth) / d.thigh, 0.0, 1.0)
-    need = human.mass * GRAVITY / 2.0 * d.thigh * float(np.sqrt(1.0 - upright**2))
+    need = human.mass * human.gravity / 2.0 * d.thigh * float(np.sqrt(1.0 - upright**2))
     if need > strength * have:
         raise ParameterError(
             f"a crouch of {depth:.2f} m takes {100 * need / have:.0f} % of the strength of hips "
@@ -128,13 +140,16 @@ def check_crouch(human: Human, depth: float, strength: float) -> None:
         )
 
 
-def check_froude(speed: float, leg: float) -> None:
-    """Refuse to walk faster [m/s] than gravity holds a body on the arc of a leg [m]."""
-    froude, most = speed**2 / (GRAVITY * leg), float(np.sqrt(GRAVITY * leg))
-    if froude > 1.0:
+def check_froude(human: Human, speed: float) -> None:
+    """Refuse to walk faster [m/s] than gravity holds a body on the arc of a leg."""
+    leg, g = leg_length(human), human.gravity
+    froude, most = speed**2 / (g * leg), float(np.sqrt(g * leg))
+    limit = float(np.interp(g / GRAVITY, *MAX_FROUDE))
+    most *= float(np.sqrt(limit))
+    if froude > limit:
         raise ParameterError(
-            f"{speed:.2f} m/s on legs of {leg:.2f} m is Froude number {froude:.2f}: above 1 a body "
-            f"leaves the ground, so walk at most {most:.2f} m/s"
+            f"{speed:.2f} m/s on legs of {leg:.2f} m is Froude number {froude:.2f}: above "
+            f"{limit:.2g} a body leaves the ground, so walk at most {most:.2f} m/s"
         )
 
 
@@ -172,7 +187,7 @@ def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None)
     if rests is None:
         height = State(human, human.standing()).com[2]
         rests = (*places[0].mean(axis=0), height), (*places[-1].mean(axis=0), height)
-    rate = float(np.sqrt(GRAVITY / min(x[2] for x in rests)))
+    rate = float(np.sqrt(human.gravity / min(x[2] for x in rests)))
     n = len(steps)
     out = sum(map(len, places))
     most = out + 2 * n

@@ -35,7 +35,7 @@ def expected_wrenches(
         found: The estimate, on frames ``time`` of the motion.
         time: Their times, as the task counts them [s].
     """
-    weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
+    weight = human.mass * human.gravity
     forces = found.forces
     point = np.array(forces.point[..., :2])
     here = np.asarray(np.isfinite(point).all(axis=2))
@@ -84,7 +84,7 @@ def expected_moments(
 
 def seat_share(human: Human, found: GroundForces) -> Float[Array, "n_frames 3"]:
     """Return the estimated force of all that carries besides the feet [body weights]."""
-    weight = human.mass * float(np.linalg.norm(human.model.opt.gravity))
+    weight = human.mass * human.gravity
     return np.nan_to_num(found.support_force).sum(axis=1) / weight
 
 

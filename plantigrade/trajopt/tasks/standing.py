@@ -86,7 +86,7 @@ def squat(human: Human, parameters: Squat) -> MotionTask:
     depth = 0.2 * human.height if parameters.depth is None else parameters.depth
     what = f"a squat of a person of {human.height:.2f} m"
     number("depth", depth, 0.02 * human.height, 0.32 * human.height, "m", what)
-    check_time(duration / 2, depth, "a squat")
+    check_time(human, duration / 2, depth, "a squat")
     standing = standing_posture(human)
     crouched = crouch(human, feet, depth)
     plan = ContactPlan(duration, standing_stances(feet, duration))

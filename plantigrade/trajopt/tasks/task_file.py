@@ -70,7 +70,7 @@ TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _
 
 RENAMED = {"head-stability": "upright"}  #: Former name of a term → today's
 STANDING = "standing"
-_TASK = ("name", "base", "without", "nodes_per_second", "basis")
+_TASK = ("name", "base", "without", "gravity", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
 _STANCE = ("side", "x", "y", "height", "heading", *_TIMES)
 _TOP = ("task", "parameters", "impairments", "term", "stance")
@@ -89,6 +89,7 @@ class TaskFile:
     #: Names and arguments of terms that are added
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     stances: tuple[Mapping[str, Any], ...] = ()  #: Stances as written; the base's if empty
+    gravity: float | None = None  #: Relative to the earth's; the earth's if None
     nodes_per_second: float | None = None  #: The base's if None
     basis: str | None = None  #: ``"trigonometric"`` or ``"polynomial"``; the base's if None
 
@@ -107,6 +108,12 @@ class TaskFile:
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
         return replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of the person and the place, as ``synthesize`` takes them."""
+        place = {} if self.gravity is None else {"gravity": self.gravity}
+        return {**place, **self.impairments}
+
     def _mesh(self) -> dict[str, Any]:
         """Return the options of mesh and basis in the file."""
         given = {"nodes_per_second": self.nodes_per_second, "basis": self.basis}
@@ -117,6 +124,8 @@ class TaskFile:
         head: dict[str, Any] = {"name": self.name, "base": self.base}
         if self.without:
             head["without"] = list(self.without)
+        if self.gravity is not None:
+            head["gravity"] = self.gravity
         parts = [table("[task]", head | self._mesh())]
         if self.parameters:
             parts.append(table("[parameters]", self.parameters))
@@ -210,6 +219,9 @@ class _Reader:
         name = given.get("name", base)
         if not isinstance(name, str) or not name:
             raise self.wrong("[task] name", f"is {shown(name)}", "write a name in quotes")
+        gravity = given.get("gravity")
+        if gravity is not None and not is_number(gravity):
+            raise self.wrong("[task] gravity", f"is {shown(gravity)}", "a number, 1 on the earth")
         rate = given.get("nodes_per_second")
         if rate is not None and not (is_number(rate) and 0 < rate <= 500):
             raise self.wrong("[task] nodes_per_second", f"is {shown(rate)}", "a number up to 500")
@@ -224,7 +236,7 @@ class _Reader:
             names = without if isinstance(without, list) else [without]
             raise self.no_term("[task] without", f"is {shown(without)}", names)
         mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
-        return {"name": name, "base": base, "without": tuple(without), **mesh}
+        return {"name": name, "base": base, "without": tuple(without), "gravity": gravity, **mesh}
 
     def impairments(self, given: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
         """Return the options that ``[impairments]`` gives."""

@@ -36,7 +36,7 @@ from plantigrade.contact.plan import ContactPlan, Obstacle
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
-from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters, leg_length
+from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
 from plantigrade.trajopt.tasks.mechanics import check_froude, check_support
 from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.trajopt.tasks.task import Guess, MotionTask
@@ -144,7 +144,7 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
     Raises:
         ParameterError: If a value is out of range for this person, or mechanics rules it out.
     """
-    check_froude(parameters.speed, leg_length(human))
+    check_froude(human, parameters.speed)
     p = gait_parameters(
         human, parameters.speed, step_length=parameters.step_length, cadence=parameters.cadence
     )

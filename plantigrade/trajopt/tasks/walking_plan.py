@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 
 from plantigrade.bounds import word
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -82,7 +82,7 @@ def walk_plan(
     """
     p = parameters
     _check(steps, start, stop, first, heights)
-    rest = 2.0 * float(np.sqrt(p.leg_length / GRAVITY))  # [s] on both feet, before and after
+    rest = 2.0 * float(np.sqrt(p.leg_length / p.gravity))  # [s] on both feet, before and after
     standing_width = standing_distance(human)
     still, closing = start == "standing", stop == "standing"
     back = other(first)
