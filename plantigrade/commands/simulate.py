@@ -4,6 +4,7 @@ import re
 import textwrap
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -11,6 +12,7 @@ import tyro
 
 from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions
+from plantigrade.commands.live_options import LiveOptions, written_live
 from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.simulate_batch import several, varied
@@ -31,7 +33,14 @@ PROGRAM, INDENT = "plantigrade simulate", 6 * " "
 
 @dataclass(frozen=True, kw_only=True)
 class Command(
-    SimulateSettings, AnyOptions, SpringOptions, StepOptions, WalkOptions, PageOptions, BatchOptions
+    SimulateSettings,
+    AnyOptions,
+    SpringOptions,
+    StepOptions,
+    WalkOptions,
+    LiveOptions,
+    PageOptions,
+    BatchOptions,
 ):
     """Simulate a person, standing or moving, under a controller.
 
@@ -57,18 +66,12 @@ class Command(
     """Option to vary and its values, such as ground flat slope:5; repeatable, all combined."""
     live: Flag = False
     """Run interactively in the browser: push, drag, change ground and controller."""
-    port: int = 8080
-    """Port of the live page, or the next free one."""
-    no_open: Flag = False
-    """Print the address of the live page without opening a browser."""
 
-    ranges = {"port": (1, 65535, ""), "seeds": (1, 100000, "")}
+    ranges = {"seeds": (1, 100000, "")}
 
     def __post_init__(self):
         """Refuse what only a live page has a use for."""
         super().__post_init__()
-        if not self.live and (self.port != 8080 or self.no_open):
-            raise ParameterError("--port and --no-open need --live")
         if self.live and (self.seeds > 1 or self.vary or self.listed or len(self.sources) > 1):
             raise ParameterError("several simulations are a batch, which cannot be --live")
 
@@ -112,41 +115,15 @@ class Command(
 
     def show(self) -> Outcome:
         """Simulate in the browser; write the run where one is named, or where Save is pressed."""
-        import sys
-
         from plantigrade.commands.progress import Progress
-        from plantigrade.record import Run
         from plantigrade.workflows.live import live
-        from plantigrade.workflows.save import save
 
-        if self.out is not None:
-            self.refuse_existing()
-        progress, written = Progress(quiet=self.quiet), []
-
-        def keep(run: Run) -> Run:
-            out = written[-1].folder if written else self.out
-            written.append(save(run, out, overwrite=self.overwrite or bool(written)))
-            return written[-1]
-
-        run = live(
-            self.sources[0] if self.sources else None,
-            SimulateSettings.of(self),
-            port=self.port,
-            open=not self.no_open,
-            tell=lambda line: print(line, file=sys.stderr, flush=True),
-            save=keep,
-            step=progress.step,
-            command=command_line(),
-        )
-        if self.out is None and written:
-            return Outcome(summary(written[-1].folder or Path(), written[-1].metrics))
-        if self.out is None:
-            progress.say("not saved: press Save on the page, or name a folder with --out")
-            return Outcome()
-        with progress.step("writing the report and the viewer"):
-            run = keep(run)
-        folder = run.folder or Path()
-        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
+        progress = Progress(quiet=self.quiet)
+        source = self.sources[0] if self.sources else None
+        where = {"port": self.port, "open": not self.no_open}
+        how = {"step": progress.step, "command": command_line()}
+        session = partial(live, source, SimulateSettings.of(self), **where, **how)
+        return written_live(self, progress, session, summary)
 
 
 def parse(words: Sequence[str]) -> Command:

@@ -3,7 +3,7 @@
 import glob
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -12,12 +12,13 @@ import tyro
 
 from plantigrade.commands import parsing
 from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch_outcome
+from plantigrade.commands.live_options import LiveOptions, written_live
 from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.commands.solver_watch import Watch
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.options import optional, refuse_unknown
+from plantigrade.options import Flag, optional, refuse_unknown
 from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings
 from plantigrade.workflows.settings import PAPER, TRACK, PaperSettings, SolveSettings, TrackSettings
 
@@ -143,10 +144,21 @@ class Command(PageOptions, BatchOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Task(SolveSettings, Command):
+class _Task(SolveSettings, LiveOptions, Command):
     """A task of the registry, or of a file."""
 
     file: tyro.conf.Suppress[Path | None] = None
+    live: Flag = False
+    """Open a page on which sliders and dragging change the task, and it is solved again."""
+
+    def __post_init__(self):
+        """Refuse what a live page has no use for."""
+        super().__post_init__()
+        if self.live and (self.vary or self.listed):
+            raise ParameterError("several motions are a batch, which cannot be --live")
+        slow = [f for f in ("replay", "optimise_timing") if getattr(self, f, False)]
+        if self.live and (slow or self.restarts > 1):
+            raise ParameterError("replay, restarts and optimise_timing take too long for --live")
 
     @property
     def task(self) -> str | Path:
@@ -157,6 +169,19 @@ class _Task(SolveSettings, Command):
     def name(self) -> str:
         """The task, or its file."""
         return self.word if self.file is None else self.file.stem
+
+    def run(self) -> Outcome:
+        """Make the motion, or many, and write the run folder or the batch; or open the page."""
+        return self._live() if self.live else super().run()
+
+    def _live(self) -> Outcome:
+        """Show the task in the browser; write its run where one is named or Save is pressed."""
+        from plantigrade.workflows.live_task import live_task
+
+        progress = Progress(quiet=self.quiet)
+        where = {"port": self.port, "open": not self.no_open, "command": command_line()}
+        live = partial(live_task, self.task, **where, **self.chosen())
+        return written_live(self, progress, live, summary)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -37,6 +37,21 @@ class Command:
     arguments: Mapping[str, Check]
 
 
+def carry_out(text: str, table: Mapping[str, Command]) -> str:
+    """Carry out a message of a browser; return the reason if it is refused, or an empty text."""
+    try:
+        message = dict(json.loads(text))
+        name = message.pop("do")
+        command = table[name]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return "A message was refused: it is no command."
+    checks = command.arguments
+    if set(message) != set(checks) or not all(checks[k](message[k]) for k in checks):
+        return f"A message was refused: its values for {name} are invalid."
+    command.act(**message)
+    return ""
+
+
 class Commands:
     """The commands of a session.
 
@@ -53,18 +68,8 @@ class Commands:
 
     def receive(self, text: str) -> None:
         """Carry out a message of a browser, or refuse it and say so."""
-        try:
-            message = dict(json.loads(text))
-            name = message.pop("do")
-            command = self._table()[name]
-        except (ValueError, TypeError, KeyError, RecursionError):
-            self.session.message = "A message was refused: it is no command."
-            return
-        checks = command.arguments
-        if set(message) != set(checks) or not all(checks[k](message[k]) for k in checks):
-            self.session.message = f"A message was refused: its values for {name} are invalid."
-            return
-        command.act(**message)
+        if complaint := carry_out(text, self._table()):
+            self.session.message = complaint
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Return the ranges of the sliders."""

@@ -26,7 +26,7 @@ from plantigrade.world import World
 
 PANEL_INTERVAL = 8  # frames between updates of figures and curves
 IDLE_WAIT = 0.05  # [s] for a new frame, before other changes are sent
-SCRIPTS = (*SHARED_SCRIPTS, "live_drag.js", "live_panels.js", "live.js")
+SCRIPTS = (*SHARED_SCRIPTS, "live_socket.js", "live_drag.js", "live_panels.js", "live.js")
 
 
 class LiveWorld:

@@ -72,10 +72,6 @@ def viewer_html(
         ParameterError: If the record cannot be drawn.
     """
     scene = build_scene(record, forces=forces, rate=rate)
-    panels = panels_of(curves_of(record.motion, coordinates or record.motion.joint_names[1:]))
-    curves = [_curve(panel, record.motion.time, scene.time) for panel in panels]
-    shown = record if forces is None else forces
-    curves += [_curve(p, shown.motion.time, scene.time) for p in force_panels(shown)]
     has_cop = scene.cop is not None and bool(np.isfinite(scene.cop).any())
     has = {
         "reference": scene.reference_positions is not None,
@@ -91,7 +87,7 @@ def viewer_html(
     }
     return stage_html(
         "viewer.html",
-        page_data(record, scene) | {"curves": curves, "skin": skin, "foot": foot},
+        motion_data(record, scene, coordinates, forces) | {"skin": skin, "foot": foot},
         styles=("viewer.css",),
         scripts=SCRIPTS,
         title=title,
@@ -101,6 +97,20 @@ def viewer_html(
         thinned=_thinned(record, scene, rate),
         reference_label=scene.reference_name.capitalize(),
     )
+
+
+def motion_data(
+    record: Record,
+    scene: Scene,
+    coordinates: tuple[str, ...] = (),
+    forces: Record | None = None,
+) -> dict[str, Any]:
+    """Return the data of the page that change with the motion; see :func:`viewer_html`."""
+    panels = panels_of(curves_of(record.motion, coordinates or record.motion.joint_names[1:]))
+    curves = [_curve(panel, record.motion.time, scene.time) for panel in panels]
+    shown = record if forces is None else forces
+    curves += [_curve(p, shown.motion.time, scene.time) for p in force_panels(shown)]
+    return page_data(record, scene) | {"curves": curves}
 
 
 def stage_html(

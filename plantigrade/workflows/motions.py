@@ -15,6 +15,7 @@ from plantigrade.threads import on_one_thread
 from plantigrade.trajopt.solve import Progress
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task_file import read_task_file
+from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.workflows.cell_progress import cell_progress
 from plantigrade.workflows.fit import silent
 from plantigrade.workflows.settings import (
@@ -76,13 +77,15 @@ def run_synthesis(
     settings: Settings | None,
     options: Mapping[str, Any],
     *,
+    warm: WarmStart | None = None,
     progress: Progress | None = None,
     step: Callable[[str], contextlib.AbstractContextManager] = silent,
     command: str = "",
 ) -> Run:
     """Generate a motion: what :func:`synthesize` and the command do.
 
-    ``step`` shows progress of the fit of ``"track"``, and ``command`` is for the provenance.
+    ``warm`` is a similar motion for a task to start from, ``step`` shows progress of the fit of
+    ``"track"``, and ``command`` is for the provenance.
     """
     require("casadi", "synthesis")
     word, options = str(as_path(task, "a task")), {**options}
@@ -119,6 +122,7 @@ def run_synthesis(
         TASKS[base](**parameters),
         SolveSettings.given(word, settings, how),
         file=file,
+        warm=warm,
         progress=progress,
         origin=Origin(title, files=files, name=_folder(name), **common),
     )

@@ -18,7 +18,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
-from plantigrade.trajopt.diagnose.violations import Violation
+from plantigrade.trajopt.diagnose.violations import Violation, pressing
 from plantigrade.trajopt.guess.walk import with_noise
 from plantigrade.trajopt.optimise_timing import optimise_timing
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -56,6 +56,7 @@ def synthesize_task(
     how: SolveSettings | None = None,
     *,
     file: TaskFile | None = None,
+    warm: WarmStart | None = None,
     progress: Progress | None = None,
     origin: Origin | None = None,
 ) -> Run:
@@ -65,6 +66,7 @@ def synthesize_task(
         parameters: The task and its parameters.
         how: Person and options of the solver.
         file: A task file; ``parameters`` replaces its parameters.
+        warm: A similar motion to start from, in place of the run folder of ``how``.
         progress: Called with every iteration; returning True stops with the best so far.
         origin: For the provenance.
 
@@ -76,7 +78,8 @@ def synthesize_task(
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
     if isinstance(parameters, Walk) and parameters.optimise_timing:
         _refuse_beside_timing(how, file)
-    warm = None if how.warm is None else WarmStart.of_record(Run.load(how.warm).record)
+    if warm is None and how.warm is not None:
+        warm = WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, parameters, how, file)
     body = task.body_of(human)
@@ -338,6 +341,8 @@ def solver_figures(solution: Solution) -> dict[str, Any]:
         "equations": int(sum(r.equations.sum() for r in problem.rows)),
         "inequalities": int(sum(r.inequalities.sum() for r in problem.rows)),
     }
+    if solution.success:
+        found["binding_limits"] = list(pressing(problem, solution.multipliers))
     if solution.violations:
         found["violations"] = [v.sentence() for v in solution.violations]
     return found

@@ -134,3 +134,20 @@ def test_the_first_interrupt_stops_with_the_best_the_second_gives_up(synthesized
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
     assert "best solution so far" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (["walk", "--port", "8081"], "need --live"),
+        (["walk", "--no-open"], "need --live"),
+        (["walk", "--live", "--vary", "speed", "1", "1.2"], "batch"),
+        (["walk", "--live", "--restarts", "2"], "too long"),
+        (["walk", "--live", "--periodic", "--optimise-timing"], "too long"),
+        (["walk", "--live", "--port", "0"], "port"),
+        (["track", "--live"], "live"),
+    ],
+)
+def test_what_does_not_go_with_a_live_page(capsys, words, complaint):
+    assert cli.main(["synthesize", *words]) == 2
+    assert complaint in capsys.readouterr().err

@@ -45,15 +45,9 @@ function overlays() {
 
 /* ---- the session ---- */
 const RECEIVERS = { frame: accept, panel: showPanel, curves: showCurves };
-function connect() {
-  socket = new WebSocket(`ws://${location.host}/live`);
-  socket.addEventListener("open", () => send("join"));
-  socket.addEventListener("message", (ev) => {
-    const message = JSON.parse(ev.data);
-    if (message.world === D.world) RECEIVERS[message.kind]?.(message);
-    else if (message.world > D.world) again();   // another body: its shapes come with the page
-  });
-  socket.addEventListener("close", () => { $("status").textContent = "The session has ended, or the connection is lost. Reload the page to try again."; });
+function receive(message) {
+  if (message.world === D.world) RECEIVERS[message.kind]?.(message);
+  else if (message.world > D.world) again();   // another body: its shapes come with the page
 }
 function again() {           // the view and what is shown stay
   sessionStorage.setItem("view", JSON.stringify({ camera: { azimuth: camera.azimuth, elevation: camera.elevation, distance: camera.distance, height: camera.height }, show, follow: state.follow, panels: document.body.className }));
@@ -79,7 +73,7 @@ sessionStorage.removeItem("view");
 if (kept) Object.assign(show, kept.show);
 setUpLegend(); setUpPointers({ grab, drag }); setQuality("auto"); setView("oblique");
 if (kept) { Object.assign(camera, kept.camera); document.body.className = kept.panels; markView(null); if (!kept.follow) $("follow").click(); }
-connect();
+connect(receive);
 window.plantigrade = { state, camera, show, setView, setQuality, quality, send };
 document.body.dataset.ready = "1";
 requestAnimationFrame(tick);

@@ -1,11 +1,5 @@
 
 /* ---- what the mouse points at: the nearest triangle of the skin, or of the solids ---- */
-function rayAt(ev) {
-  const r = canvas.getBoundingClientRect(), e = last.eye, z = unit(sub(e, camera.target));
-  const x = unit(cross([0, 0, 1], z)), y = cross(z, x), f = Math.tan(FOV / 2);
-  const a = (2 * (ev.clientX - r.left) / r.width - 1) * f * r.width / r.height, b = (1 - 2 * (ev.clientY - r.top) / r.height) * f;
-  return { from: e, along: unit([0, 1, 2].map((k) => a * x[k] + b * y[k] - z[k])), normal: z };
-}
 function distanceTo({ from, along }, a, b, c) {    // Möller and Trumbore, 1997; Infinity beside the triangle
   const u = sub(b, a), v = sub(c, a), p = cross(along, v), d = dot(u, p);
   if (Math.abs(d) < 1e-14) return Infinity;

@@ -1,15 +1,5 @@
 
-/* ---- controls: what is set here is sent, and follows what the session has ---- */
-const HELD = 1000;           // a control that was just moved is left alone for so long [ms]
-let socket = null;
-function send(what, values = {}) { if (socket?.readyState === 1) socket.send(JSON.stringify({ do: what, ...values })); }
-const valueOf = (c) => (c.type === "range" || "number" in c.dataset ? +c.value : c.value);
-function say(c) { if (c.type === "range") c.previousElementSibling.value = signed(+c.value, Math.max(0, Math.ceil(-Math.log10(c.step) - 1e-9))) + c.dataset.unit; }
-function follow(c, value) {  // the session's value, unless somebody moves it now
-  if (performance.now() - (c.held || -HELD) < HELD) return;
-  if (String(c.value) !== String(value)) { c.value = value; say(c); }
-}
-function onSet(c, act) { c.addEventListener("input", () => { c.held = performance.now(); say(c); act(valueOf(c)); }); say(c); }
+/* ---- controls of a running simulation ---- */
 const setters = [...document.querySelectorAll("[data-set]")];
 const field = (name) => +document.querySelector(`#panel [name=${name}]`).value;
 function pushTrunk() { send("push", { force: field("force"), direction: field("direction"), duration: field("duration") }); }
@@ -43,13 +33,7 @@ function setUpPanels() {
   $("play").addEventListener("click", togglePause);
   $("push").addEventListener("click", pushTrunk);
   for (const name of ["step", "restart", "save"]) $(name)?.addEventListener("click", () => send(name));
-  for (const b of document.querySelectorAll("#toggles button")) b.addEventListener("click", () => {   // one at a time: the person stays in sight
-    const on = !document.body.classList.contains(b.dataset.panel);
-    for (const other of document.querySelectorAll("#toggles button")) {
-      const open = on && other === b;
-      state.dirty = true; document.body.classList.toggle(other.dataset.panel, open); other.classList.toggle("on", open); other.setAttribute("aria-expanded", open);
-    }
-  });
+  setUpToggles();
 }
 
 /* ---- the last seconds ---- */

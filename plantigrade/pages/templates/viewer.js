@@ -17,24 +17,30 @@ const KEYS = {
   Home: () => { pause(); seek(T0); }, End: () => { pause(); seek(T1); },
   ...VIEW_KEYS,
 };
-function setUpControls() {
-  slider.min = T0; slider.max = T1; slider.step = "any"; slider.value = T0;
-  slider.addEventListener("input", () => { pause(); seek(+slider.value); });
-  $("play").addEventListener("click", toggle);
+function showTimes() {       // of the motion on the slider
+  slider.min = T0; slider.max = T1;
   $("play").disabled = $("back").disabled = $("next").disabled = slider.disabled = N < 2;
-  $("back").addEventListener("click", () => frameStep(-1));
-  $("next").addEventListener("click", () => frameStep(1));
-  $("speed").addEventListener("change", (ev) => { state.speed = +ev.target.value; });
-  $("repeat").addEventListener("change", (ev) => { state.repeat = ev.target.checked; });
-  $("subtitle")?.addEventListener("click", (ev) => ev.currentTarget.classList.toggle("whole"));
+  $("events").replaceChildren();
   for (const ev of D.events) {
     const s = document.createElement("i");
     s.style.left = (100 * (ev.time - T0)) / ((T1 - T0) || 1) + "%"; s.style.setProperty("--c", ev.colour); s.className = ev.kind;
     s.title = ev.title; s.addEventListener("click", () => { pause(); seek(ev.time); }); $("events").append(s);
   }
+}
+const hands = { grab: () => false, drag: () => {} };   // what a page of a task that is solved live drags
+function setUpControls() {
+  showTimes();
+  slider.step = "any"; slider.value = T0;
+  slider.addEventListener("input", () => { pause(); seek(+slider.value); });
+  $("play").addEventListener("click", toggle);
+  $("back").addEventListener("click", () => frameStep(-1));
+  $("next").addEventListener("click", () => frameStep(1));
+  $("speed").addEventListener("change", (ev) => { state.speed = +ev.target.value; });
+  $("repeat").addEventListener("change", (ev) => { state.repeat = ev.target.checked; });
+  $("subtitle")?.addEventListener("click", (ev) => ev.currentTarget.classList.toggle("whole"));
   document.addEventListener("visibilitychange", () => { before = null; });
   setUpLegend();
-  setUpPointers({ hover });
+  setUpPointers({ hover, grab: (ev) => hands.grab(ev), drag: (ev) => hands.drag(ev) });
   setUpPrint();
 }
 function hover(ev) {

@@ -29,6 +29,12 @@ function move(dx, dy) {
   camera.target[1] += k * (-c * dx - s * dy * Math.sin(camera.elevation));
   camera.target[2] += k * dy * Math.cos(camera.elevation);
 }
+function rayAt(ev) {
+  const r = canvas.getBoundingClientRect(), e = last.eye, z = unit(sub(e, camera.target));
+  const x = unit(cross([0, 0, 1], z)), y = cross(z, x), f = Math.tan(FOV / 2);
+  const a = (2 * (ev.clientX - r.left) / r.width - 1) * f * r.width / r.height, b = (1 - 2 * (ev.clientY - r.top) / r.height) * f;
+  return { from: e, along: unit([0, 1, 2].map((k) => a * x[k] + b * y[k] - z[k])), normal: z };
+}
 function setUpPointers({ hover = () => {}, grab = () => false, drag = () => {} }) {
   const pointers = new Map();
   const pair = () => {

@@ -2,7 +2,7 @@
 /* ---- curves ---- */
 const cursors = [];
 function buildCurves() {
-  const host = $("curves");
+  const host = $("curves"); host.replaceChildren(); cursors.length = 0;
   for (const chart of D.curves) {
     const lines = chart.lines.map((l) => ({ ...l, values: decode(l.values) }));
     let low = Infinity, high = -Infinity;
@@ -49,5 +49,5 @@ function buildCurves() {
     });
     host.append(figure);
   }
-  if (!cursors.length) document.body.classList.add("nocurves");
+  document.body.classList.toggle("nocurves", !cursors.length);
 }

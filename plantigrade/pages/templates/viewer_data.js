@@ -9,16 +9,18 @@ function decode(a) {
     out[i] = words[i] === 65535 ? NaN : a.low + words[i] * a.step;
   return out;
 }
-const time = D.time, N = time.length;
-const T0 = time[0], T1 = time[N - 1];
-const body = { p: decode(D.positions), q: decode(D.quats) };
-const ref = D.reference ? { p: decode(D.reference.positions), q: decode(D.reference.quats) } : null;
-const com = decode(D.com), recorded = decode(D.recorded), fitted = decode(D.fitted);
-const force = decode(D.force), point = decode(D.point), total = decode(D.total), cop = decode(D.cop);
-const estimated = decode(D.estimated);
-const floor = decode(D.floor) || new Float32Array(N), level = decode(D.level) || floor;
-const M = D.marker_names.length, K = D.contact_colours.length;
-
+let time, N, T0, T1, body, ref, com, recorded, fitted, force, point, total, cop, estimated, floor, level, M, K;
+function readMotion() {      // of D, which another motion of the same person may have replaced
+  time = D.time; N = time.length; T0 = time[0]; T1 = time[N - 1];
+  body = { p: decode(D.positions), q: decode(D.quats) };
+  ref = D.reference ? { p: decode(D.reference.positions), q: decode(D.reference.quats) } : null;
+  com = decode(D.com); recorded = decode(D.recorded); fitted = decode(D.fitted);
+  force = decode(D.force); point = decode(D.point); total = decode(D.total); cop = decode(D.cop);
+  estimated = decode(D.estimated);
+  floor = decode(D.floor) || new Float32Array(N); level = decode(D.level) || floor;
+  M = D.marker_names.length; K = D.contact_colours.length;
+}
+readMotion();
 state.t = T0; show.ref = !!ref;
 
 /* ---- time ---- */
@@ -105,4 +107,6 @@ function overlays({ at, com: c, floor: ground }) {
     }
   }
   if (show.com && !closeUp()) centreOfMass(c, ground);
+  for (const draw of extras) draw();
 }
+const extras = [];           // drawn by the page of a task that is solved live

@@ -152,9 +152,9 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
         return periodic_walk(human, p, slope=parameters.slope)
     heights = parameters.heights
     if parameters.step_height:
-        heights = tuple(
-            parameters.step_height * (k >= parameters.steps // 2) for k in range(parameters.steps)
-        )
+        # the last step closes, beside the one before it, and is as high
+        first = min(parameters.steps // 2, parameters.steps - 2)
+        heights = tuple(parameters.step_height * (k >= first) for k in range(parameters.steps))
     plan = walk_plan(human, p, steps=parameters.steps, turn=parameters.turn, heights=heights)
     check_support(human, plan)
     plan = replace(plan, slope=parameters.slope)
