@@ -3,7 +3,8 @@
 import pytest
 
 from plantigrade.live.task_controls import STRENGTH, Control, controls_of, options_from
-from plantigrade.trajopt.tasks.settings import TASKS, Reach, Walk
+from plantigrade.trajopt import TASKS
+from plantigrade.trajopt.tasks.settings import Reach, Walk
 
 KINDS = [*(kind() for kind in TASKS.values()), Walk(periodic=True), Walk(slope=0.1)]
 

@@ -9,9 +9,8 @@ from plantigrade.commands.synthesize import parse
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
+from plantigrade.trajopt import make_task, parse_task_file
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
-from plantigrade.trajopt.tasks.registry import make_task
-from plantigrade.trajopt.tasks.task_file import parse_task_file
 
 HUMAN = Human.create(joints="43")
 MOON = HUMAN.with_gravity(0.165 * GRAVITY)
