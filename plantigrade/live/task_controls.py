@@ -42,7 +42,7 @@ SLIDERS: Mapping[str, tuple[float, float]] = {
 TARGET = "target"
 """Parameter that is a point in space."""
 
-HIDDEN = {
+HIDDEN: Mapping[type[TaskSettings], tuple[str, ...]] = {
     Walk: ("cadence", "optimise_timing"),  # excluded by a step length; and minutes to solve
 }
 """Parameters of a task that are left to the command line."""

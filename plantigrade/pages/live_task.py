@@ -17,7 +17,7 @@ from plantigrade.pages.live_commands import Command, a_name, carry_out, whole
 from plantigrade.pages.page_server import PageServer
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.task_handles import handles_of
-from plantigrade.pages.viewer import SCRIPTS, motion_data, stage_html
+from plantigrade.pages.viewer import COLOURS, SCRIPTS, motion_data, stage_html
 from plantigrade.pages.viewer_skin import foot_data, skin_data
 
 WAIT = 0.05  # [s] for a change, before the end is looked for
@@ -128,8 +128,8 @@ class LiveTask:
             return ""
         record = solved.run.record
         skin, foot = skin_data(record.human), foot_data(record.human)
-        data = self.data | {"skin": skin, "foot": foot}
-        data["colours"] = data["colours"] | {"handle": theme.RECORDED}
+        colours = COLOURS | {"handle": theme.RECORDED}
+        data = self.data | {"skin": skin, "foot": foot, "colours": colours}
         names = ("recorded", "fitted", "estimated", "plate", "pushes")
         controls = tuple(self.session.controls.values())
         return stage_html(
