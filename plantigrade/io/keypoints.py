@@ -141,7 +141,9 @@ def _points(path: Path, rows: Sequence[Sequence[Any]], count: int) -> Float[Arra
                     raise FileError(path, problem, where=f"frame {f}", remedy=_REMEDY)
     missing = ~np.isfinite(out).all(axis=2) | (out == 0).all(axis=2)
     out[missing] = np.nan
-    if np.isfinite(out).any() and not np.nanmax(np.abs(np.diff(out[..., 2], axis=1)), initial=0.0):
+    if missing.all():
+        raise FileError(path, "has no point of any keypoint in any frame", remedy=_REMEDY)
+    if not np.nanmax(np.abs(np.diff(out[..., 2], axis=1)), initial=0.0):
         raise _flat(path)
     return out
 

@@ -14,12 +14,14 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import STANDARD_GRAVITY
 from plantigrade.errors import FileError
 from plantigrade.io.osim_functions import Function, numbers, read_function
 from plantigrade.io.text import read_text
 
 GROUND = "ground"  # name of the world in every model
 MAX_BYTES = 50e6  # of a file [bytes]; models with wrapped muscles have some megabytes
+MAX_NESTING = 20  # offset frames on one another; a frame on itself has no end
 FIRST_VERSION = 30000  # of the file format; older ones have other joints
 
 X, Y, Z = np.eye(3)
@@ -154,7 +156,9 @@ def _model(model: ET.Element) -> OsimModel:
         markers[_named(node)] = replace(at, position=place)
     constraints = (n.tag for n in model.iterfind("ConstraintSet/objects/*"))
     forces = (n.tag for n in model.iterfind("ForceSet/objects/*"))
-    gravity = numbers(model, "gravity", 3) if model.find("gravity") is not None else -9.80665 * Y
+    gravity = (
+        numbers(model, "gravity", 3) if model.find("gravity") is not None else -STANDARD_GRAVITY * Y
+    )
     return OsimModel(
         model.get("name", "model"),
         segments,
@@ -193,7 +197,7 @@ class _Frames:
         if node is None and (name in self.bodies or name == GROUND):
             return Frame(name, np.zeros(3), np.eye(3))
         node = self.offsets.get(name) if node is None else node
-        if node is None or depth > 20:  # offsets of offsets that end in themselves
+        if node is None or depth > MAX_NESTING:
             raise ValueError(f"there is no frame {path.strip()[:60]!r}")
         base = self.find(node.findtext("socket_parent") or "", None, depth + 1)
         return Frame(

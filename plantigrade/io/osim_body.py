@@ -28,6 +28,11 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.skeleton import Skeleton
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
 
+USUAL_STATURE = (
+    1.75  # [m] where legs do not tell it; men of ANSUR II: 1.756 on average [Gordon2014]_
+)
+# [m] hips lower or higher are no standing person's: statures of 0.57 and 2.8 m by [Winter2009]_
+HIP_HEIGHTS = (0.3, 1.5)
 STEP = 1e-5  # [rad, m] of the differences for G; its square is below the noise of doubles
 _KEPT = {"BodySet", "JointSet", "ConstraintSet", "MarkerSet", "Ground", "gravity"}
 _DRAWN = ("attached_geometry", "VisibleObject", "WrapObjectSet")
@@ -48,26 +53,34 @@ class OsimHuman(Human):
     links: tuple[Link, ...] = field(repr=False, kw_only=True)
 
     @classmethod
-    def of(cls, text: str, path: str | Path = "model.osim", **known) -> "OsimHuman":
+    def of(
+        cls,
+        text: str,
+        path: str | Path = "model.osim",
+        *,
+        height: float | None = None,
+        sex: str | None = None,
+    ) -> "OsimHuman":
         """Return the person of an OpenSim model.
 
         Args:
             text: The file.
             path: Its name, for errors.
-            known: ``height`` [m] (by default by leg length) and ``sex``, which the file lacks.
+            height: Stature [m], which the file lacks; by leg length if not given.
+            sex: ``"female"`` or ``"male"``; the file lacks it, too, and male is assumed.
         """
         osim = parse_osim(text, path)
         try:
             root, links = links_of(osim)
             check_root(root)
-            return cls._built(reduced(text), osim, root, links, **known)
+            return cls._built(reduced(text), osim, root, links, height, sex)
         except (ParameterError, ValueError, KeyError) as error:
             if isinstance(error, FileError):
                 raise
             raise FileError(path, str(error), remedy="give a model of one person") from error
 
     @classmethod
-    def _built(cls, text, osim, root, links, height=None, sex=None) -> "OsimHuman":
+    def _built(cls, text, osim, root, links, height, sex) -> "OsimHuman":
         solids, spheres = solids_of(osim, links), foot_spheres(links)
         xml, order = osim_mjcf(osim, root, links, solids, spheres)
         links = tuple(next(link for link in links if link.name == name) for name in order)
@@ -77,13 +90,13 @@ class OsimHuman(Human):
         feet = "two-segment" if any(s.startswith("toe") for s in spheres) else "rigid"
         skeleton = Skeleton(bodies, {}, {})
         made = cls(
-            height or 1.75, mass, sex, "own", feet, dimensions(1.75, sex), skeleton, xml,
-            text=text, osim=osim, root=root, links=links,
+            height or USUAL_STATURE, mass, sex, "own", feet, dimensions(USUAL_STATURE, sex),
+            skeleton, xml, text=text, osim=osim, root=root, links=links,
         )  # fmt: skip
         return made if height else replace(made, height=made._stature())
 
     def _stature(self) -> float:
-        """Return the stature that suits the legs [m]; 1.75 m where they are not seen."""
+        """Return the stature that suits the legs [m]; the usual one where they are not seen."""
         from plantigrade.models.stature import stature_from_legs
 
         data = mujoco.MjData(self.model)
@@ -91,9 +104,10 @@ class OsimHuman(Human):
         mujoco.mj_kinematics(self.model, data)
         hips = [k for k in self.links if k.parent == self.body_names[0] and "femur" in k.name]
         if not hips or not self.contact_points:
-            return 1.75
+            return USUAL_STATURE
         leg = float(data.body(hips[0].name).xpos[2])
-        return stature_from_legs(leg, None)[0] if 0.3 < leg < 1.5 else 1.75
+        low, high = HIP_HEIGHTS
+        return stature_from_legs(leg, None)[0] if low < leg < high else USUAL_STATURE
 
     @cached_property
     def drives(self) -> tuple[Driven, ...]:
@@ -221,8 +235,8 @@ class OsimHuman(Human):
         if "osim" not in description:
             return Human.from_dict(description)
         try:
-            known = {"height": float(description["height"]), "sex": str(description["sex"])}
-            return cls.of(str(description["osim"]), **known)
+            height, sex = float(description["height"]), str(description["sex"])
+            return cls.of(str(description["osim"]), height=height, sex=sex)
         except (FileError, KeyError, TypeError, ValueError) as error:
             raise ParameterError(f"not a description of a person: {error}") from error
 

@@ -17,6 +17,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.io.osim import GROUND, Axis, Joint, OsimModel
 from plantigrade.io.osim_functions import Function
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
+from plantigrade.spatial.conventions import about_axis
 
 _KNEE = re.compile(r"knee_angle(_[rl])?")
 FREE_RANGE = (-1e3, 1e3)  # of joints that follow a coordinate, and of coordinates without range
@@ -86,7 +87,7 @@ def _link(joint: Joint, owned: set[str]) -> Link:
         if axis.slides and value is not None:
             fixed = fixed + value * axis.direction
         elif value is not None:  # a fixed rotation moves the axes before it into its own frame
-            step = _about(axis.direction, value)
+            step = about_axis(axis.direction, np.array([value]))[0]
             turns = [(before, step.T @ direction) for before, direction in turns]
             turn = turn @ step
         elif not axis.slides:
@@ -120,9 +121,3 @@ def _link(joint: Joint, owned: set[str]) -> Link:
     anchor = W @ joint.child.position
     parent = joint.parent.body
     return Link(joint.child.body, parent, place, W @ rotation @ W.T, anchor, tuple(joints))
-
-
-def _about(axis: Float[Array, " 3"], angle: float) -> Float[Array, "3 3"]:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_rotvec(angle * axis).as_matrix()

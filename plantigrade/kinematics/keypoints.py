@@ -90,7 +90,14 @@ def require_depth(markers: Markers) -> None:
 
 
 def cutoff_for(noise: float) -> float:
-    """Return the low-pass [Hz] for keypoints with so much noise in each direction [m]."""
+    """Return the cut-off frequency [Hz] of the low-pass for keypoints of a video.
+
+    Keypoints with little noise are filtered at the first of :data:`CUTOFFS`. The frequency falls
+    with the square root of the noise, down to the second.
+
+    Args:
+        noise: Noise of the keypoints in each direction, root mean square [m].
+    """
     most, least = CUTOFFS
     return float(np.clip(most * np.sqrt(LITTLE_NOISE / max(noise, 1e-6)), least, most))
 

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from plantigrade.constants import MAX_LOAD
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.models.parts import Inertia, block, combine
 from plantigrade.models.skeleton import Skeleton
 
-MAX_LOAD = 60.0  # [kg] largest load at one place; soldiers march with up to 60
 REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following lengths belong to
 PLACES = {
     "back": ("thorax", (-0.2, 0.0, 0.1), (0.12, 0.15, 0.22)),

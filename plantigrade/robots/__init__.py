@@ -5,7 +5,8 @@ trunk, then the directions of the limbs.
 """
 
 from plantigrade.robots.motion import RobotMotion
-from plantigrade.robots.retargeting import RetargetSettings, retarget
-from plantigrade.robots.robot import Robot
+from plantigrade.robots.pose_solver import RetargetSettings
+from plantigrade.robots.retargeting import retarget
+from plantigrade.robots.robot import Robot, RobotSettings
 
-__all__ = ["RetargetSettings", "Robot", "RobotMotion", "retarget"]
+__all__ = ["RetargetSettings", "Robot", "RobotMotion", "RobotSettings", "retarget"]

@@ -1,6 +1,5 @@
-"""The motion of a robot, its figures, and the files in which learning frameworks read it."""
+"""The motion of a robot, its figures and what they say."""
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,8 +14,10 @@ from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.record.folder import write_folder
 from plantigrade.record.run import RUNS
+from plantigrade.robots.layouts import files_of
 from plantigrade.robots.robot import Robot, part_contacts
 from plantigrade.robots.targets import SWING, Targets
+from plantigrade.spatial.conventions import rotation_matrix
 
 MAX_SLIP = 2.0  # [mm] of a point of a sole while it touches the ground; of a foot that stands
 MAX_DEPTH = 1.0  # [mm] of a sole below the ground
@@ -67,25 +68,25 @@ class RobotMotion:
         the velocity of the centre of mass as MuJoCo states it [m, m/s, rad/s].
         """
         model, data = self.robot.model, mujoco.MjData(self.robot.model)
-        names = ("position", "quaternion", "velocity", "angular_velocity", "cvel", "com")
-        found: dict[str, list] = {name: [] for name in names}
-        twist = np.zeros(6)
+        rows = []
         for qpos, qvel in zip(self.qpos, self.qvel, strict=True):
             data.qpos, data.qvel = qpos, qvel
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
-            twists = []
-            for body in range(1, model.nbody):
-                kind = mujoco.mjtObj.mjOBJ_XBODY
-                mujoco.mj_objectVelocity(model, data, kind, body, twist, 0)
-                twists.append(twist.copy())
-            found["position"].append(data.xpos[1:].copy())
-            found["quaternion"].append(data.xquat[1:].copy())
-            found["velocity"].append([t[3:] for t in twists])
-            found["angular_velocity"].append([t[:3] for t in twists])
-            found["cvel"].append(data.cvel.copy())
-            found["com"].append(data.subtree_com.copy())
-        return {name: np.array(values) for name, values in found.items()}
+            rows.append([data.xpos[1:], data.xquat[1:], data.cvel, data.subtree_com])
+            rows[-1] = [array.copy() for array in rows[-1]]
+        position, quaternion, cvel, com = (np.array(part) for part in zip(*rows, strict=True))
+        # MuJoCo states the velocity of a body at the centre of mass of its tree.
+        about = cvel[:, 1:, :3]
+        arm = position - com[:, model.body_rootid[1:]]
+        return {
+            "position": position,
+            "quaternion": quaternion,
+            "velocity": cvel[:, 1:, 3:] + np.cross(about, arm),
+            "angular_velocity": about,
+            "cvel": cvel,
+            "com": com,
+        }
 
     @cached_property
     def figures(self) -> dict[str, float]:
@@ -161,21 +162,27 @@ class RobotMotion:
         return write_folder(
             RUNS / name if out is None else out,
             metrics={"status": self.status, **self.figures} if metrics is None else metrics,
-            files=self.files(),
+            files=files_of(self.robot, self.rate, self.qpos, self.qvel, self.bodies),
             overwrite=overwrite,
             numbered=out is None and not overwrite,
         )
 
+    def _frame(self, body: int) -> tuple[Float[Array, "n_frames 3"], Float[Array, "n_frames 3 3"]]:
+        """Return the positions [m] and orientations of a body."""
+        k = body - 1
+        return self.bodies["position"][:, k], rotation_matrix(self.bodies["quaternion"][:, k])
+
+    def _centre(self, joint: str) -> Float[Array, "n_frames 3"]:
+        """Return the positions of the centre of a joint of a person [m]."""
+        position, rotation = self._frame(self.robot.joints[joint])
+        return position + rotation @ self.robot.points[joint]
+
     def _soles(self, side: str) -> Float[Array, "n_frames n_points 3"]:
         """Return the lowest points of the spheres of a sole [m]."""
-        sole, k = self.robot.soles[side], self.robot.soles[side].body - 1
-        quat = self.bodies["quaternion"][:, k]
-        axes = np.empty((len(quat), 9))
-        for row, q in zip(axes, quat, strict=True):
-            mujoco.mju_quat2Mat(row, q)
-        axes = axes.reshape(-1, 3, 3)
+        sole = self.robot.soles[side]
+        position, rotation = self._frame(sole.body)
         local = sole.origin + sole.points @ sole.rotation.T
-        found = self.bodies["position"][:, k, None] + np.einsum("nij,pj->npi", axes, local)
+        found = position[:, None] + local @ np.moveaxis(rotation, -1, -2)
         found[..., 2] -= sole.radius
         return found
 
@@ -194,27 +201,21 @@ class RobotMotion:
 
     def _errors(self) -> tuple[float, float, float]:
         """Return RMS errors of hips [m], pelvis [deg] and limbs [deg]."""
-        model, data, robot = self.robot.model, mujoco.MjData(self.robot.model), self.robot
-        goals, targets = self.targets.rotation["pelvis"], self.targets
+        robot, targets = self.robot, self.targets
+        model, data = robot.model, mujoco.MjData(robot.model)
         data.qpos = robot.standing
         mujoco.mj_kinematics(model, data)
         pelvis = robot.joints["pelvis"]
         rest = robot.facing.T @ data.xmat[pelvis].reshape(3, 3)
-        hips, turns, limbs = [], [], []
-
-        def point(name: str) -> Float[Array, " 3"]:
-            body = robot.joints[name]
-            return data.xpos[body] + data.xmat[body].reshape(3, 3) @ robot.points[name]
-
-        for k, qpos in enumerate(self.qpos):
-            data.qpos = qpos
-            mujoco.mj_kinematics(model, data)
-            hips.append(np.mean([point("hip_r"), point("hip_l")], axis=0) - targets.hips[k])
-            turn = goals[k] @ rest @ data.xmat[pelvis].reshape(3, 3).T
-            turns.append(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
-            for (a, b), goal in targets.direction.items():
-                along = point(b) - point(a)
-                limbs.append(np.arccos(np.clip(along @ goal[k] / np.linalg.norm(along), -1, 1)))
+        hips = (self._centre("hip_r") + self._centre("hip_l")) / 2 - targets.hips
+        now = self._frame(pelvis)[1]
+        trace = np.einsum("nij,nij->n", targets.rotation["pelvis"] @ rest, now)
+        turns = np.arccos(np.clip((trace - 1) / 2, -1, 1))
+        limbs = []
+        for (a, b), goal in targets.direction.items():
+            along = self._centre(b) - self._centre(a)
+            along /= np.linalg.norm(along, axis=1, keepdims=True)
+            limbs.append(np.arccos(np.clip(np.sum(along * goal, axis=1), -1, 1)))
         turn, limb = (float(np.sqrt(np.mean(np.square(v)))) for v in (turns, limbs))
         hip = float(np.sqrt(np.mean(np.sum(np.square(hips), axis=1))))
         return hip, float(np.degrees(turn)), float(np.degrees(limb))
@@ -234,62 +235,3 @@ class RobotMotion:
                 else:
                     deepest = max(deepest, depth - usual.get(pair, 0.0))
         return 1000.0 * deepest
-
-    def files(self) -> dict[str, bytes]:
-        """Return the files by name.
-
-        ``motion.npz`` is in the layout of mjlab's and Isaac Lab's motion tracking, ``motion.csv``
-        in that of Unitree's retargeted LAFAN1 (position and x y z w of the root, then the hinges),
-        ``trajectory.npz`` in that of loco-mujoco.
-        """
-        root = self.qpos[:, [0, 1, 2, 4, 5, 6, 3]]
-        text = io.StringIO()
-        np.savetxt(text, np.hstack([root, self.qpos[:, 7:]]), "%.6f", ",")
-        return {
-            "motion.npz": _npz(self._mjlab()),
-            "motion.csv": text.getvalue().encode(),
-            "trajectory.npz": _npz(self._loco()),
-        }
-
-    def _mjlab(self) -> dict[str, Any]:
-        bodies = self.bodies
-        return {
-            "fps": np.array([self.rate]),
-            "joint_pos": self.qpos[:, 7:].astype(np.float32),
-            "joint_vel": self.qvel[:, 6:].astype(np.float32),
-            "body_pos_w": bodies["position"].astype(np.float32),
-            "body_quat_w": bodies["quaternion"].astype(np.float32),
-            "body_lin_vel_w": bodies["velocity"].astype(np.float32),
-            "body_ang_vel_w": bodies["angular_velocity"].astype(np.float32),
-            "joint_names": np.array(self.robot.hinges),
-            "body_names": np.array(self.robot.bodies),
-        }
-
-    def _loco(self) -> dict[str, Any]:
-        model, bodies = self.robot.model, self.bodies
-        n = len(self.qpos)
-        world = np.zeros((n, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1, 1))
-        names = [model.joint(0).name or "root", *self.robot.hinges]
-        fields = ("rootid", "weldid", "mocapid", "pos", "quat", "ipos", "iquat")
-        return {
-            "joint_names": np.array(names),
-            "body_names": np.array(["world", *self.robot.bodies]),
-            "frequency": np.array(self.rate),
-            "njnt": np.array(model.njnt),
-            "jnt_type": model.jnt_type,
-            "nbody": np.array(model.nbody),
-            **{f"body_{name}": getattr(model, f"body_{name}") for name in fields},
-            "qpos": self.qpos,
-            "qvel": self.qvel,
-            "xpos": np.concatenate([world[0], bodies["position"]], axis=1),
-            "xquat": np.concatenate([world[1], bodies["quaternion"]], axis=1),
-            "cvel": bodies["cvel"],
-            "subtree_com": bodies["com"],
-            "split_points": np.array([0, n]),
-        }
-
-
-def _npz(arrays: dict[str, Any]) -> bytes:
-    file = io.BytesIO()
-    np.savez_compressed(file, **arrays)
-    return file.getvalue()

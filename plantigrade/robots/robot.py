@@ -12,6 +12,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import FileError, FitError, ParameterError
 from plantigrade.models.joint_names import JointMap, identify, split_name
+from plantigrade.models.mujoco_warnings import collected_warnings
 from plantigrade.printable import listed
 from plantigrade.robots.sole import Sole, sole_of
 from plantigrade.toml import parse_toml, read_toml
@@ -26,6 +27,15 @@ _PROXIMAL = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 """Joints whose centre is that of the first of their hinges."""
 PARTS = (*(f"{j}_{s}" for j in _PROXIMAL for s in SIDES), "pelvis", "torso", "head")
 """Joints and parts of a person that bodies of a robot are."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotSettings:
+    """What is taken for a robot."""
+
+    leg_lengths: tuple[float, float] = (0.05, 5.0)
+    """Least and greatest length of a leg [m]: a tenth of the smallest humanoid sold, and more than
+    the largest one ever built; beyond it the file has another unit, or a slip in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +61,12 @@ class Robot:
     leg_length: float
 
     @classmethod
-    def load(cls, path: str | Path, names: Mapping[str, str] | None = None) -> "Robot":
+    def load(
+        cls,
+        path: str | Path,
+        names: Mapping[str, str] | None = None,
+        settings: RobotSettings | None = None,
+    ) -> "Robot":
         """Return the robot of an MJCF file, or URDF that MuJoCo reads.
 
         Args:
@@ -59,53 +74,61 @@ class Robot:
             names: Joint of a person → body of the robot, for names that say nothing
                 (``{"hip_l": "L_leg_1"}``): ``hip``, ``knee``, ``ankle``, ``shoulder``, ``elbow``,
                 ``wrist`` with ``_l`` and ``_r``, ``pelvis``, ``torso``, ``head``.
+            settings: What is taken for a robot.
 
         Raises:
-            FileError: If MuJoCo cannot read the file.
+            FileError: If MuJoCo cannot read the file, or it holds NaN.
             FitError: If hips, knees or ankles cannot be identified.
-            ParameterError: If ``names`` holds an unknown joint or body, or a joint is no hinge.
+            ParameterError: If ``names`` holds an unknown joint or body, a joint is no hinge, or
+                legs are too short or too long for any robot.
         """
         path = Path(path).expanduser()
         if not path.is_file():
             raise FileError(path, "there is no such file", remedy="check the name and the folder")
         try:
-            spec = mujoco.MjSpec.from_file(str(path))
-            roots = [body for body in spec.bodies if body.parent == spec.worldbody]
-            free = [r for r in roots if any(_is_free(joint) for joint in r.joints)]
-            if not free:
-                (max(roots, key=_bodies_below) if roots else spec.worldbody).add_freejoint()
-            model = spec.compile()
+            with collected_warnings() as said:
+                model = _compiled(path)
         except (ValueError, mujoco.FatalError) as error:
             problem = f"MuJoCo cannot read it as a robot: {' '.join(str(error).split())[:200]}"
             remedy = "give MJCF with a body of its own for the robot, and its meshes beside it"
             raise FileError(path, problem, remedy=remedy) from None
-        return cls.of(model, names)
+        if any("NaN" in each for each in said):
+            raise FileError(path, "holds NaN", remedy="write a number in its place")
+        return cls.of(model, names, settings)
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, names: Mapping[str, str] | None = None) -> "Robot":
-        """Return the robot of a compiled model; errors and ``names`` are those of :meth:`load`."""
+    def of(
+        cls,
+        model: mujoco.MjModel,
+        names: Mapping[str, str] | None = None,
+        settings: RobotSettings | None = None,
+    ) -> "Robot":
+        """Return the robot of a compiled model; arguments and errors are those of :meth:`load`."""
         if model.njnt == 0 or model.jnt_type[0] != mujoco.mjtJoint.mjJNT_FREE:
             raise ParameterError("the first joint of the robot must be free; add <freejoint/>")
         if (model.jnt_type[1:] != mujoco.mjtJoint.mjJNT_HINGE).any():
             raise ParameterError("the robot must have hinges alone besides its free root")
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below, in a sentence
+            robot = cls._measured(model, names or {})
+        low, high = (settings or RobotSettings()).leg_lengths
+        if not low <= robot.leg_length <= high:  # NaN is not within them
+            raise ParameterError(
+                f"the legs of the robot are {robot.leg_length:.3g} m long; from {low:g} to "
+                f"{high:g} m are allowed, so check the unit of the file"
+            )
+        return robot
+
+    @classmethod
+    def _measured(cls, model: mujoco.MjModel, names: Mapping[str, str]) -> "Robot":
+        """Return the robot of a model, whatever its size."""
         data = mujoco.MjData(model)
         data.qpos[:] = model.qpos0
         mujoco.mj_kinematics(model, data)
-        found = _identified(model, data, names or {})
-        first, last = found
-        left = (
-            data.xanchor[_joint(model, first["hip_l"])]
-            - (data.xanchor[_joint(model, first["hip_r"])])
-        )
-        left[2] = 0.0
+        first, last = _identified(model, data, names)
+        centres = {name: _centre(model, data, body) for name, body in first.items()}
+        left = (centres["hip_l"] - centres["hip_r"]) * [1.0, 1.0, 0.0]
         left /= np.linalg.norm(left)
         forward = np.cross(left, [0.0, 0.0, 1.0])
-        centres = {
-            name: data.xanchor[_joint(model, body)].copy()
-            if model.body_jntnum[body]
-            else data.xpos[body].copy()
-            for name, body in first.items()
-        }
         soles = {
             side: sole_of(
                 model,
@@ -181,8 +204,19 @@ def _bodies_below(body) -> int:
     return 1 + sum(_bodies_below(child) for child in body.bodies)
 
 
-def _joint(model: mujoco.MjModel, body: int) -> int:
-    return int(model.body_jntadr[body])
+def _compiled(path: Path) -> mujoco.MjModel:
+    """Return the model of a file, with a free root."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    roots = [body for body in spec.bodies if body.parent == spec.worldbody]
+    if not any(_is_free(joint) for root in roots for joint in root.joints):
+        (max(roots, key=_bodies_below) if roots else spec.worldbody).add_freejoint()
+    return spec.compile()
+
+
+def _centre(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Float[Array, " 3"]:
+    """Return the centre of the first joint of a body, or its origin where it has none [m]."""
+    joint = int(model.body_jntadr[body])
+    return (data.xpos[body] if joint < 0 else data.xanchor[joint]).copy()
 
 
 def _welded(model: mujoco.MjModel, body: int) -> list[int]:
@@ -212,9 +246,7 @@ def _identified(model, data, names) -> tuple[dict[str, int], dict[str, int]]:
             groups.append([k])
     index = {body: i for i, group in enumerate(groups) for body in group}
     parents = [index.get(int(model.body_parentid[k]), -1) for k in kept]
-    centres = np.array(
-        [data.xanchor[_joint(model, k)] if model.body_jntnum[k] else data.xpos[k] for k in kept]
-    )
+    centres = np.array([_centre(model, data, k) for k in kept])
     centres[0] = data.xpos[kept[0]]
     labels = [plain[k] or bodies[k] for k in kept]
     given = {ours: labels[index[bodies.index(theirs)]] for ours, theirs in names.items()}

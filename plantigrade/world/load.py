@@ -7,12 +7,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
+from plantigrade.constants import MAX_LOAD
 from plantigrade.contact.scene_object import SceneObject
 from plantigrade.world.disturbance import Disturbance, body_index
 from plantigrade.world.world import World
 
 PACK_OFFSET = np.array([-0.2, 0.0, 0.05])  # [m] of the pack's centre from that of the trunk
-MAX_LOAD = 60.0  # [kg]
 PACK_DENSITY = 350.0  # [kg/m³] of a full pack, about 20 kg in 60 l
 PACK_PROPORTIONS = np.array([0.6, 0.9, 1.85])
 """Depth, width and height of the pack, relative to the edge of a cube of its volume."""

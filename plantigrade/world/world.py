@@ -24,6 +24,7 @@ from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
+from plantigrade.models.mujoco_warnings import collected_warnings
 from plantigrade.record import Record
 from plantigrade.record.signal_registry import CONTROLLER
 from plantigrade.record.things import PLACES
@@ -198,13 +199,8 @@ class World(SimulatedWorld):
         data = self.data
         recorder = self._recorder
         good = 0 if recorder is None else len(recorder)
-        # MuJoCo would write a log file; divergence is reported by the world.
-        before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(_ignore_warning)
-        try:
+        with collected_warnings():  # the world itself reports divergence
             self._advance_to(self._steps + self._per_control)
-        finally:
-            mujoco.set_mju_user_warning(before)
         speed = data.qvel
         if not (
             speed.max() < MAX_SPEED and speed.min() > -MAX_SPEED
@@ -325,10 +321,6 @@ class World(SimulatedWorld):
         if poses := [d.pose(self) for d in self.disturbances if d.scene_object is not None]:
             signals[PLACES] = np.array(poses)
         recorder.after(data, step_contacts, tau, motor, pushed, signals)
-
-
-def _ignore_warning(_: str) -> None:
-    """Ignore a warning of MuJoCo."""
 
 
 def _multiple(rate: float, slower: float, name: str) -> int:

@@ -85,6 +85,14 @@ def still(data):
     data["keypoints"] = {name: row[:1] * len(row) for name, row in data["keypoints"].items()}
 
 
+def empty(data):
+    data["keypoints"] = {name: [None] * len(row) for name, row in data["keypoints"].items()}
+
+
+def zeros(data):
+    data["keypoints"] = {n: [[0, 0, 0]] * len(row) for n, row in data["keypoints"].items()}
+
+
 def one_frame_less(data):
     data["keypoints"]["RHip"].pop()
 
@@ -98,6 +106,8 @@ def word(data):
     [
         (flat, "2-D"),
         (still, "middle of the hips"),
+        (empty, "no point of any keypoint"),
+        (zeros, "no point of any keypoint"),
         (one_frame_less, "4, 5 frames"),
         (word, "frame 3"),
         (lambda data: data.update(fps=0), "fps"),

@@ -115,7 +115,12 @@ def test_where_frames_are_late_the_drawing_gets_simple_and_says_so(still):
     frames(still, *[300] * 12)
     assert still.evaluate(look) == ["simple", False]
     assert still.evaluate(size) < wide
-    assert "3 pictures per second" in still.evaluate("document.getElementById('slow').textContent")
+    assert "3.3 pictures per second" in still.evaluate(
+        "document.getElementById('slow').textContent"
+    )
+    said = [still.evaluate(f"pictures({rate})") for rate in (0.4, 1, 1.04, 2.5, 9.97, 31.2)]
+    assert said == ["0.4 pictures", "1 picture", "1 picture", "2.5 pictures", "10 pictures",
+                    "31 pictures"]  # fmt: skip
     choose = "(() => {{ const s = document.getElementById('quality'); s.value = '{}';"
     choose += "s.dispatchEvent(new Event('change')); }})()"
     still.evaluate(choose.format("full"))

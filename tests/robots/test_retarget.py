@@ -1,6 +1,5 @@
 """A person's walk on robots: feet that stand, joints within their ranges, files for others."""
 
-import io
 import json
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,7 +17,7 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
-from plantigrade.robots import RetargetSettings, Robot, retarget
+from plantigrade.robots import RetargetSettings, Robot, RobotSettings, retarget
 from tests.robots.biped import biped
 
 SETTINGS = RetargetSettings(rate=25.0)
@@ -114,9 +113,20 @@ def test_velocities_are_those_of_the_poses(walked):
     mujoco.mj_integratePos(model, pose, walked.qvel[k], 1 / 25)
     halfway = (walked.qpos[k + 1] - walked.qpos[k - 1]) / 2 + walked.qpos[k]
     assert pose == pytest.approx(halfway, abs=0.02)
-    arrays = np.load(io.BytesIO(walked.files()["motion.npz"]))
-    moved = np.gradient(arrays["body_pos_w"], 1 / 25, axis=0)
-    assert arrays["body_lin_vel_w"][5:-5] == pytest.approx(moved[5:-5], abs=0.25)
+    moved = np.gradient(walked.bodies["position"], 1 / 25, axis=0)
+    assert walked.bodies["velocity"][5:-5] == pytest.approx(moved[5:-5], abs=0.25)
+
+
+def test_velocities_of_bodies_are_those_of_mujoco(walked):
+    model, k = walked.robot.model, 10
+    data, twist = mujoco.MjData(model), np.zeros(6)
+    data.qpos, data.qvel = walked.qpos[k], walked.qvel[k]
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_fwdVelocity(model, data)
+    for body in range(1, model.nbody):
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, twist, 0)
+        assert walked.bodies["angular_velocity"][k, body - 1] == pytest.approx(twist[:3], abs=1e-9)
+        assert walked.bodies["velocity"][k, body - 1] == pytest.approx(twist[3:], abs=1e-9)
 
 
 def test_names_say_which_body_is_which(walk, tmp_path):
@@ -155,6 +165,38 @@ def test_what_is_no_robot_is_refused(text, error, words, tmp_path):
     path.write_text(text)
     with pytest.raises(error, match=words):
         Robot.load(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "words"),
+    [
+        ('pos="0 0 -0.35"', 'pos="0 0 nan"', FileError, "holds NaN"),
+        ('range="-2 1.5"', 'range="nan 1.5"', FileError, "holds NaN"),
+        ('pos="0 0 -0.35"', 'pos="0 0 -1e300"', ParameterError, "legs of the robot"),
+        ('pos="0.04 0 -0.04"', 'pos="0.04 0 -1e300"', ParameterError, "legs of the robot"),
+    ],
+)
+def test_numbers_of_no_robot_are_refused(old, new, error, words, tmp_path, monkeypatch):
+    """In one sentence, without warnings of NumPy or a log file of MuJoCo."""
+    monkeypatch.chdir(tmp_path)
+    Path("robot.xml").write_text(biped(arms=False).replace(old, new))
+    with np.errstate(all="raise"), pytest.raises(error, match=words):
+        Robot.load("robot.xml")
+    assert [p.name for p in tmp_path.iterdir()] == ["robot.xml"]
+
+
+def test_a_larger_robot_can_be_allowed(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(biped(arms=False))
+    with pytest.raises(ParameterError, match="legs of the robot"):
+        Robot.load(path, settings=RobotSettings(leg_lengths=(1.0, 5.0)))
+
+
+def test_a_motion_shorter_than_two_frames_is_refused(walk, robot):
+    short = Motion(walk.motion.time[:3], walk.motion.qpos[:3], walk.motion.qvel[:3],
+                   walk.motion.joint_names)  # fmt: skip
+    with pytest.raises(ParameterError, match="two frames"):
+        retarget(Record(walk.human, short), robot, SETTINGS)
 
 
 def test_other_ground_and_unknown_names_are_refused(walk, robot, tmp_path):

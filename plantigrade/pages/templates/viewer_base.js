@@ -31,13 +31,17 @@ function setSimple(simple) {
   const slow = simple && quality.wish === "auto";
   $("slow").hidden = !simple;
   $("slow").textContent = slow
-    ? `Drawn simply: this machine drew ${quality.rate.toFixed(0)} pictures per second. The speed is true.`
+    ? `Drawn simply: this machine drew ${pictures(quality.rate)} per second. The speed is true.`
     : "Drawn simply.";
   document.body.dataset.quality = simple ? "simple" : "full";
   state.dirty = true;
 }
 
 /* ---- text ---- */
+function pictures(rate) {   // decimals below ten, and one picture in the singular
+  const shown = rate.toFixed(rate < 9.95 ? 1 : 0).replace(/\.0$/, "");
+  return `${shown} picture${shown === "1" ? "" : "s"}`;
+}
 function nice(low, high) {   // two to five round values
   const raw = (high - low) / 4, power = 10 ** Math.floor(Math.log10(raw || 1));
   const steps = [1, 2, 2.5, 5, 10].map((x) => x * power), step = steps.find((x) => x >= raw) || power, ticks = [];

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from plantigrade.bounds import Bounded, number, shown
+from plantigrade.constants import MAX_LOAD
 from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.options import optional
 
@@ -26,8 +27,6 @@ MAX_STRENGTH = 3.0  # Largest strength, as part of the person's own [1]; chosen
 MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
 MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
-
-MAX_LOAD = 60.0  # [kg] largest load at one place; soldiers march with up to 60
 LOAD_PLACES = ("back", "hands", "hand_r", "hand_l")
 
 Words = tuple[str, ...]

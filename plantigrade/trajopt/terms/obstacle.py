@@ -22,6 +22,9 @@ class StepOver(Term):
     """
 
     margin: float = 0.04  #: :math:`m`, above the block [m]
+    tolerance: float = 0.002
+    """How far a site may be below the hill [m]: a sole that stands beside a block is at zero, and
+    the hill is not quite zero there."""
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the height above the hills."""
@@ -39,7 +42,7 @@ class StepOver(Term):
 
             names = tuple(f"{site.name} above the obstacle at {block.x:.2f} m" for site in feet)
             family = b.custom_family(f"obstacle at {block.x:.3f} m", names, expression, "m")
-            b.limit(family, lower=-0.002)
+            b.limit(family, lower=-self.tolerance)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return nothing: blocks belong to the ground of the Record, which the check knows."""
