@@ -29,7 +29,7 @@ def task_of(name: str):
 
 
 def test_there_are_as_many_as_it_says():
-    assert len(FILES) == 11
+    assert len(FILES) == 13
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -43,7 +43,9 @@ def test_a_file_is_a_task_of_a_person(name):
 
 @pytest.mark.slow
 @pytest.mark.solver
-@pytest.mark.parametrize("name", ["rise onto the toes", "squat with an upright trunk"])
+@pytest.mark.parametrize(
+    "name", ["tug of a rope", "rise onto the toes", "squat with an upright trunk"]
+)
 def test_a_file_is_solved(name):
     human, task = task_of(name)
     made = synthesize(task.body_of(human), task)

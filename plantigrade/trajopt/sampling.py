@@ -67,7 +67,7 @@ def sample(
             standing[at] = standing[at][:, closure.u_source[::3] // 3]
     qpos, qvel, qacc = body.symbolic.to_mujoco(q, v, a)
     force = u.reshape(len(times), n_sites, 3) * body.weight
-    force = explaining(body, q, v, a, force, standing, friction)
+    force = explaining(body, q, v, a, force, standing, friction, np.asarray(times, float))
     if plan.slope:
         qpos, qvel, qacc, force = _in_world(plan.to_world, qpos, qvel, qacc, force)
         q = body.human.to_coordinates(qpos)[1]

@@ -127,7 +127,7 @@ class Solution:
         times = self.times(samples_per_interval)[:-1]
         q, v, a = self.problem.states(self.coefficients, times)
         force = self.sample(times).force @ self.task.plan.to_world
-        return times, remainder(self.body, q, v, a, force)
+        return times, remainder(self.body, q, v, a, force, times)
 
     def overloaded(
         self, samples_per_interval: int = 6
@@ -144,7 +144,7 @@ class Solution:
             return times, np.zeros(len(times))
         states = self.problem.states(self.coefficients, times)
         force = (self.sample(times).force @ self.task.plan.to_world).reshape(len(times), -1)
-        _, tau = asked_by(body, *states, force / body.weight)
+        _, tau = asked_by(body, *states, force / body.weight, times)
         with np.errstate(divide="ignore", invalid="ignore"):
             use = np.where(tau > 0, tau / limit[1], tau / limit[0])
         use = np.nan_to_num(use, posinf=0.0, neginf=0.0)

@@ -251,8 +251,9 @@ class SolveSettings(Impairments, Settings):
             word("basis", self.basis, ("trigonometric", "polynomial"))
         if self.seed and self.restarts == 1:
             raise ParameterError("seed has no effect without restarts")
-        if self.gravity != 1.0 and self.replay:
-            raise ParameterError("replay needs the gravity of the earth: leave out one of both")
+        for name in ("gravity", "wrench"):
+            if self.replay and getattr(self, name) != getattr(type(self), name):
+                raise ParameterError(f"replay has no {name}: leave out one of both")
 
     @property
     def words(self) -> list[str]:

@@ -45,7 +45,9 @@ def test_words_are_terms_in_radians_and_their_names_may_be_short():
     ("words", "match"),
     [
         ({"limit": "knee_r"}, "write NAME=LOW:HIGH"),
-        ({"limit": "knee_r=20"}, "2 numbers with a colon"),
+        ({"limit": "knee_r=20"}, "2 numbers with ':'"),
+        ({"wrench": "pelvis=20"}, "3 numbers"),
+        ({"wrench": "pelvis=0,0,5000"}, "must be -999–999 N"),
         ({"limit": "knee_r=20:0"}, "the first angle must be the smaller"),
         ({"limit": "knee_r=0:nan"}, "must be -360–360 degrees"),
         ({"limit": "hip_r=0:20"}, "is several coordinates, name one: hip_flexion_r"),

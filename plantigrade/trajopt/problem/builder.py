@@ -22,7 +22,7 @@ from plantigrade.trajopt.splines.basis import Basis
 MOTION = ("coordinates", "speeds", "accelerations")
 
 _MAKERS: Mapping[str, Callable[["ProblemBuilder"], ConstraintFamily]] = {
-    "dynamics": lambda b: dynamics(b.body, len(b.nodes)),
+    "dynamics": lambda b: dynamics(b.body, len(b.nodes), b.body.external.parameters(b.nodes)),
     "contact": lambda b: site_places(b.body, b.headings, rates=False),
     "contact speed": lambda b: site_places(b.body, b.headings, rates=True),
     **{name: lambda b, name=name: b.motion_family(name) for name in MOTION},

@@ -78,18 +78,20 @@ class ConstraintFamily:
         """Return families as one that is evaluated at once.
 
         Its ``parts`` are the families on the same memory: what limits or weighs one of them does
-        so in the whole. None has parameters; ``function`` gives the rows of all, in their order.
+        so in the whole. All have the parameters of the first; ``function`` gives the rows of all,
+        in their order.
         """
-        whole = cls.free(name, function, sum((p.names for p in parts), ()), len(parts[0].lower))
-        views, first = [], 0
+        names, first = sum((p.names for p in parts), ()), parts[0]
+        whole = cls.free(name, function, names, len(first.lower), first.parameters)
+        views, at = [], 0
         for part in parts:
-            columns = slice(first, first + len(part.names))
+            columns = slice(at, at + len(part.names))
             arrays = {}
             for what in ("lower", "upper", "weight", "target", "gain"):
                 arrays[what] = getattr(whole, what)[:, columns]
                 arrays[what][:] = getattr(part, what)
             views.append(replace(part, **arrays))
-            first = columns.stop
+            at = columns.stop
         return replace(whole, parts=tuple(views))
 
     @property

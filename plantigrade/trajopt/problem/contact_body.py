@@ -12,6 +12,7 @@ from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.constraint_family import node_symbols
+from plantigrade.trajopt.problem.external import Acting, External, Worn
 
 if TYPE_CHECKING:
     import casadi
@@ -69,6 +70,7 @@ class ContactBody:
         sites: Places that can carry force.
         passive: Whether passive tissue provides part of the torques, and muscles the rest.
         braces: Springs across joints that the person wears.
+        external: Wrenches on the body, and devices that add torque at joints.
         symbolic: Equations of motion.
         cache: Functions and matrices made for this body.
     """
@@ -81,20 +83,29 @@ class ContactBody:
         passive: bool = True,
         plan: ContactPlan | None = None,
         braces: Sequence[Spring] = (),
+        wrenches: Sequence[Acting] = (),
+        devices: Sequence[Worn] = (),
     ):
         self.human, self.sites, self.passive = human, tuple(sites), passive
         self.braces = tuple(braces)
+        self.external = External(wrenches, devices, plan)
         gravity = np.array(human.model.opt.gravity)
         self.symbolic = SymbolicHuman(human, gravity if plan is None else plan.to_world.T @ gravity)
         self.cache = Cache()
 
     @classmethod
     def for_plan(
-        cls, human: Human, plan: ContactPlan, braces: Sequence[Spring] = ()
+        cls,
+        human: Human,
+        plan: ContactPlan,
+        braces: Sequence[Spring] = (),
+        wrenches: Sequence[Acting] = (),
+        devices: Sequence[Worn] = (),
     ) -> "ContactBody":
         """Return a person with every site a plan may load: both feet, and its supports."""
         places = {s.site.name: s.site for s in plan.supports}
-        return cls(human, (*foot_sites(human), *places.values()), plan=plan, braces=braces)
+        worn = {"braces": braces, "wrenches": wrenches, "devices": devices}
+        return cls(human, (*foot_sites(human), *places.values()), plan=plan, **worn)
 
     def tissue(self, q: Any, v: Any) -> list[Any]:
         """Return the moments of passive tissue and of braces, at angles and rates of the hinges.

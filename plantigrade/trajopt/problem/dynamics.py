@@ -24,14 +24,18 @@ ANKLE_ROUNDING = 0.02
 """Rounding of the transition from plantarflexors to dorsiflexors, in units of rows [1]."""
 
 
-def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
-    r"""Return the equations of motion.
+def dynamics(
+    body: ContactBody,
+    n_nodes: int,
+    parameters: Float[Array, "n_nodes n_parameters"] | None = None,
+) -> ConstraintFamily:
+    r"""Return the equations of motion, with what acts from outside at nodes as parameters.
 
     Its parts are
 
     - ``"root force"`` [body weights] and ``"root moment"`` [body weight · m], what nothing explains
       at the pelvis: zero;
-    - ``"muscle torque"``, :math:`\tau` less what passive tissue and braces bear
+    - ``"muscle torque"``, :math:`\tau` less what passive tissue, braces and devices bear
       [:attr:`ContactBody.torque`];
     - ``"work rate"`` of the muscles, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2} - \epsilon`;
     - ``"joint torque"``, muscles and tissue together, where tissue bears much
@@ -56,7 +60,9 @@ def dynamics(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     for (name, of, unit, size), function in zip(described, functions, strict=True):
         joined = f"{name} " if of == "xyz" else f"{name} of "
         names = tuple(joined + n for n in of)
-        families.append(ConstraintFamily.free(name, function, names, n_nodes, None, unit, size))
+        families.append(
+            ConstraintFamily.free(name, function, names, n_nodes, parameters, unit, size)
+        )
     for root in families[:2]:
         root.lower[:] = root.upper[:] = 0.0
     return ConstraintFamily.stacked("dynamics", whole, families)
@@ -68,14 +74,20 @@ def asked_by(
     v: Float[Array, "n nv"],
     a: Float[Array, "n nv"],
     force: Float[Array, "n n_forces"],
+    times: Float[Array, " n"] | None = None,
 ) -> tuple[Float[Array, "n 6"], Float[Array, "n n_hinges"]]:
     """Return the wrench that a motion requires in addition to ground forces [body weights].
 
     It is the wrench at the pelvis [body weights, body weights · m], and torques of joints [N m].
-    The function is that of :func:`dynamics`, which a solver has.
+    The function is that of :func:`dynamics`, which a solver has. Where something acts on the body
+    from outside, ``times`` say when [s].
     """
+    p = np.zeros((len(q), 0))
+    if body.external.n_parameters:
+        assert times is not None, "what acts from outside depends on time"
+        p = body.external.parameters(times)
     whole, _ = body.cache.get("dynamics", lambda: _functions(body))
-    rows = derivatives_of(whole).values(q, v, a, force, np.zeros((len(q), 0)))
+    rows = derivatives_of(whole).values(q, v, a, force, p)
     hinges = body.symbolic.names[6:]
     torques = rows[:, 6 : 6 + len(hinges)] * body.torque
     torques += np.stack(body.tissue(list(q[:, 6:].T), list(v[:, 6:].T)), axis=1)
@@ -87,10 +99,17 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
     import casadi as ca
 
     sym, k = body.symbolic, len(body.sites)
-    given = list(node_symbols(sym.nv, 3 * k))
-    q, v, a, u, _ = given
+    external = body.external
+    given = list(node_symbols(sym.nv, 3 * k, external.n_parameters))
+    q, v, a, u, p = given
     forces = ca.reshape(u, 3, k) * body.weight
-    tau = sym.inverse_dynamics(list(body.sites))(q, v, a, forces)
+    points = [*body.sites, *(each.point for each in external.wrenches)]
+    tau = sym.inverse_dynamics(points)(q, v, a, ca.horzcat(forces, *external.forces(p)))
+    tau = external.less_moments(sym, q, v, p, tau)
+    helped = external.torques(sym.names[6:], q[6:], p, ca.sqrt)
+    if helped:
+        own = [tau[6 + i] - helped.get(i, 0.0) for i in range(sym.nv - 6)]
+        tau = ca.vertcat(tau[:6], *own)
     muscle = tau[6:]
     if body.passive or body.braces:
         muscle = muscle - ca.vertcat(*body.tissue(q[6:], v[6:]))

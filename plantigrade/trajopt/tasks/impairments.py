@@ -27,6 +27,7 @@ MAX_STRENGTH = 3.0  # Largest strength, as part of the person's own [1]; chosen
 MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
 MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
+MAX_PULL = 999.0  # [N] largest component of a force on a body; more than a body weight
 LOAD_PLACES = ("back", "hands", "hand_r", "hand_l")
 
 Words = tuple[str, ...]
@@ -55,6 +56,10 @@ class Impairments(Bounded):
     """Load on the back or in the hands (back, hand_r, hand_l, or hands, half in each) [kg], such
     as back=20; repeatable."""
 
+    wrench: Annotated[Words, tyro.conf.UseAppendAction, optional("BODY=FX,FY,FZ")] = ()
+    """Force at the middle of a body, forward, to the left and up [N], such as pelvis=-50,0,0, or
+    trunk, hand_r, hand_l; repeatable."""
+
     def __post_init__(self):
         """Refuse words that say nothing."""
         super().__post_init__()
@@ -67,6 +72,8 @@ class Impairments(Bounded):
         for word in self.sole:
             self._sole(word)
         self._loads()
+        for word in self.wrench:
+            self._pull(word)
 
     @property
     def words(self) -> list[str]:
@@ -77,6 +84,7 @@ class Impairments(Bounded):
             *(f"brace {n} {k:g} N m/° at {at:g}°" for n, k, at in map(self._spring, self.brace)),
             *(f"sole {s} {1e3 * up:+g} mm" for s, up in map(self._sole, self.sole)),
             *(f"load {word.replace('=', ' ')} kg" for word in self.load),
+            *(f"force {word.replace('=', ' ')} N" for word in self.wrench),
         ]
 
     def person(self, human: "Human") -> "Human":
@@ -97,6 +105,8 @@ class Impairments(Bounded):
         return task.with_terms(*self._terms(human))
 
     def _terms(self, human: "Human") -> "list[Term]":
+        from plantigrade.contact.site import Point
+        from plantigrade.trajopt.terms.external import Wrench
         from plantigrade.trajopt.terms.impairment import Brace, Uneven, Weakness
         from plantigrade.trajopt.terms.limits import Within
 
@@ -116,7 +126,16 @@ class Impairments(Bounded):
         loads = self._loads()
         if loads.get("hand_r", 0.0) != loads.get("hand_l", 0.0):
             found.append(Uneven("r"))
+        for name, force in map(self._pull, self.wrench):
+            body = human.trunk if name == "trunk" else name
+            middle = human.model.body_ipos[human.body(body)]
+            found.append(Wrench(Point(body, middle), force))
         return found
+
+    def _pull(self, word: str) -> tuple[str, tuple[float, float, float]]:
+        name, value = _split("wrench", word, "BODY=FX,FY,FZ, such as pelvis=-50,0,0")
+        x, y, z = _numbers("wrench", word, value.split(","), 3, -MAX_PULL, MAX_PULL, "N", ",")
+        return name, (x, y, z)
 
     def _loads(self) -> dict[str, float]:
         """Return the mass at each place [kg]."""
@@ -174,14 +193,21 @@ def _split(option: str, word: str, form: str) -> tuple[str, str]:
 
 
 def _numbers(
-    option: str, word: str, words: Sequence[str], n: int, low: float, high: float, unit: str
+    option: str,
+    word: str,
+    words: Sequence[str],
+    n: int,
+    low: float,
+    high: float,
+    unit: str,
+    mark: str = ":",
 ) -> list[float]:
     try:
         values = [float(each) for each in words]
     except ValueError:
         values = []
     if len(values) != n:
-        needed = "a number is" if n == 1 else f"{n} numbers with a colon are"
+        needed = "a number is" if n == 1 else f"{n} numbers with {mark!r} between are"
         raise ParameterError(f"{option}={shown(word)}: {needed} needed")
     for value in values:
         number(f"{option} {word.partition('=')[0]}", value, low, high, unit, "an impairment")

@@ -54,6 +54,7 @@ class Walk(TaskSettings):
         "slope": (-20, 20, "degrees"),
         "step_height": (-1, 1, "m"),
         "obstacle_height": (0, 0.5, "m"),
+        "cart_force": (0, 400, "N"),
         "strides": (1, 100, ""),
     }
 
@@ -77,6 +78,8 @@ class Walk(TaskSettings):
     """Height of the ground under each step [m], instead of a single step."""
     obstacle_height: float = 0.0
     """Height of a block in the middle of the path, to step over [m]."""
+    cart_force: float = 0.0
+    """Force on the handle of a cart that both hands push, in a periodic walk [N]."""
     optimise_timing: Flag = False
     """Optimise step length, stance duration and heel rise of a periodic walk."""
     strides: int = 2
@@ -85,8 +88,11 @@ class Walk(TaskSettings):
     def __post_init__(self):
         """Refuse combinations that make no walk."""
         super().__post_init__()
-        if self.optimise_timing and not self.periodic:
-            raise ParameterError("optimise_timing needs periodic")
+        for name in ("optimise_timing", "cart_force"):
+            if getattr(self, name) and not self.periodic:
+                raise ParameterError(f"{name} needs periodic")
+        if self.cart_force and (self.slope or self.optimise_timing):
+            raise ParameterError("a cart is pushed on level ground, with the usual timing")
         if self.strides != Walk.strides and not self.periodic:
             raise ParameterError("strides needs periodic; without it give steps")
         if self.steps != Walk.steps and self.periodic:

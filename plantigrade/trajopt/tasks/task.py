@@ -18,6 +18,7 @@ from plantigrade.trajopt.splines.basis import Basis
 from plantigrade.trajopt.splines.knots import clamped_knots, periodic_knots
 from plantigrade.trajopt.splines.polynomial import PolynomialBasis
 from plantigrade.trajopt.splines.trigonometric import TrigonometricBasis
+from plantigrade.trajopt.terms.external import Wrench
 from plantigrade.trajopt.terms.impairment import Brace
 from plantigrade.trajopt.terms.term import Term, one_sided, repeated
 from plantigrade.trajopt.transcription.mesh import nodes_of, split
@@ -59,13 +60,18 @@ class MotionTask:
         return replace(self, terms=(*self.terms, *terms))
 
     def body_of(self, human: Human) -> ContactBody:
-        """Return the body of a person who does it: sites of the plan, braces of the terms."""
-        return ContactBody.for_plan(human, self.plan, self.braces)
+        """Return the body of a person who does it: sites of the plan, what terms put on it."""
+        return ContactBody.for_plan(human, self.plan, self.braces, self.wrenches)
 
     @property
     def braces(self) -> tuple[Brace, ...]:
         """Braces among the terms."""
         return tuple(term for term in self.terms if isinstance(term, Brace))
+
+    @property
+    def wrenches(self) -> tuple[Wrench, ...]:
+        """Wrenches among the terms."""
+        return tuple(term for term in self.terms if isinstance(term, Wrench))
 
     def conditions(self, body: ContactBody, periods: int = 1) -> tuple[Condition, ...]:
         """Return what must hold of the motion over some periods, as the checker judges it."""

@@ -47,6 +47,7 @@ from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_numbe
 from plantigrade.trajopt.terms import (
     contact,
     effort,
+    external,
     impairment,
     limits,
     momentum,
@@ -59,7 +60,7 @@ from plantigrade.trajopt.terms.term import Term
 _KINDS: tuple[type[Term], ...] = (
     *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
     *(limits.Limits, limits.Within, limits.PowerLimit),
-    *(impairment.Weakness, impairment.Brace),
+    *(impairment.Weakness, impairment.Brace, external.Wrench, external.Hold),
     *(effort.Torque, effort.Work, effort.Acceleration, effort.Jerk),
     *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
     *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),

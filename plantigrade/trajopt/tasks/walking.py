@@ -28,14 +28,19 @@ recording and no norm.
 """
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
+from plantigrade.arrays import Array
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import FOOT_AHEAD_OF_ANKLE, FOOT_BEHIND_ANKLE
 from plantigrade.contact.plan import ContactPlan, Obstacle
+from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
+from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
 from plantigrade.trajopt.tasks.mechanics import check_froude, check_support
 from plantigrade.trajopt.tasks.settings import Walk
@@ -43,6 +48,7 @@ from plantigrade.trajopt.tasks.task import Guess, MotionTask
 from plantigrade.trajopt.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.trajopt.terms.contact import Clearance, Contact, Dynamics, Forces
 from plantigrade.trajopt.terms.effort import Acceleration, Endurance, Jerk, Torque, Work
+from plantigrade.trajopt.terms.external import Hold, Wrench
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.terms.momentum import AngularMomentum
 from plantigrade.trajopt.terms.obstacle import StepOver
@@ -100,6 +106,13 @@ STANDING_POSTURE = {
 }
 """Postures that are not zero [rad]."""
 
+REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following lengths belong to
+HANDLE_HEIGHT, HANDLE_AHEAD = 1.05, 0.45
+"""Height of the handle of a cart, and distance ahead of the pelvis [m]; shopping trolleys and
+beds have 0.95 to 1.1 m."""
+ARMS_AHEAD = {"arm_flex": float(np.deg2rad(25.0)), "elbow_flex": float(np.deg2rad(65.0))}
+"""Arms of the guess of someone who pushes a cart [rad]."""
+PALM = 0.08  # [m] middle of the palm below the wrist
 CLEARANCE = 0.01  # [m] clearance of the foot in mid-swing
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes per second up to :data:`USUAL_SPEED`, periodic and from standing; proportionally more
@@ -149,7 +162,11 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
         human, parameters.speed, step_length=parameters.step_length, cadence=parameters.cadence
     )
     if parameters.periodic:
-        return periodic_walk(human, p, slope=parameters.slope)
+        task = periodic_walk(human, p, slope=parameters.slope)
+        if not parameters.cart_force:
+            return task
+        pushing = task.with_terms(*cart_terms(human, p, parameters.cart_force))
+        return replace(pushing, guess=_arms_ahead(task.guess))
     heights = parameters.heights
     if parameters.step_height:
         # the last step closes, beside the one before it, and is as high
@@ -193,6 +210,32 @@ def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.
     rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL_SPEED)
     terms = walking_terms(parameters.step_time, slope)
     return MotionTask("walk", plan, terms, _guess(parameters), rate)
+
+
+def cart_terms(human: Human, parameters: GaitParameters, force: float) -> tuple[Term, ...]:
+    """Return hands on the handle of a cart at walking speed, and its force [N] on them."""
+    terms: list[Term] = []
+    d, size = human.dimensions, human.height / REFERENCE_HEIGHT
+    ahead = HANDLE_AHEAD * size - parameters.step_length / 2
+    for side, left in (("r", -1.0), ("l", 1.0)):
+        body, origin = human.skeleton.parts[f"hand_{side}"]
+        palm = Point(body, origin + np.array([0.0, 0.0, -PALM]) * size)
+        place = (ahead, left * d.shoulder_width / 2, HANDLE_HEIGHT * size)
+        terms.append(Hold(palm, place, (parameters.speed, 0.0, 0.0)))
+        terms.append(Wrench(palm, (-force / 2, 0.0, 0.0)))
+    return tuple(terms)
+
+
+def _arms_ahead(guess: Guess) -> Guess:
+    """Return a guess whose hands are about on a handle; from hanging arms none is found."""
+
+    def ahead(body: ContactBody, plan: ContactPlan, times: Array) -> Array:
+        q = guess(body, plan, times)
+        for side, (name, angle) in product(SIDES, ARMS_AHEAD.items()):
+            q[:, 6 + body.human.hinge(f"{name}_{side}")] = angle
+        return q
+
+    return ahead
 
 
 def _guess(parameters: GaitParameters) -> Guess:

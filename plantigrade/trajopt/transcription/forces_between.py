@@ -34,6 +34,7 @@ def explaining(
     force: Float[Array, "n n_sites 3"],
     standing: Bool[Array, "n n_sites"],
     friction: float = FRICTION,
+    times: Float[Array, " n"] | None = None,
 ) -> Float[Array, "n n_sites 3"]:
     """Return forces that provide the wrench a motion requires, as far as the ground can.
 
@@ -45,11 +46,12 @@ def explaining(
         force: Forces to stay near, world [N].
         standing: Which sites are on the ground.
         friction: Coefficient of friction.
+        times: When, where something acts on the body from outside [s].
     """
     if not body.sites:
         return force
     n, k = force.shape[:2]
-    required, A = _wrenches(body, q, v, a)
+    required, A = _wrenches(body, q, v, a, times)
     f = force.reshape(n, 3 * k) / body.weight
     load = np.where(standing, np.maximum(f.reshape(n, k, 3)[..., 2], 0.0), 0.0)
     share = np.repeat((load + _MIN_LOAD * (load > _MIN_LOAD / 10)) ** 2, 3, axis=1)
@@ -68,26 +70,33 @@ def explaining(
 
 
 def remainder(
-    body: ContactBody, q: States, v: States, a: States, force: Float[Array, "n n_sites 3"]
+    body: ContactBody,
+    q: States,
+    v: States,
+    a: States,
+    force: Float[Array, "n n_sites 3"],
+    times: Float[Array, " n"] | None = None,
 ) -> Float[Array, " n"]:
     """Return the wrench at the root that forces do not account for.
 
     Returns:
         The larger of force [body weights] and moment about the pelvis [body weight · m].
     """
-    required, A = _wrenches(body, q, v, a)
+    required, A = _wrenches(body, q, v, a, times)
     f = force.reshape(len(force), -1) / body.weight
     left = required - np.einsum("nij,nj->ni", A, f)
     return np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
 
 
-def _wrenches(body: ContactBody, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
+def _wrenches(
+    body: ContactBody, q: Array, v: Array, a: Array, times: Array | None
+) -> tuple[Array, Array]:
     """Return the wrench a motion requires [body weights], and the matrix from forces to it."""
     symbolic, sites = body.symbolic, list(body.sites)
     places = body.cache.get("site positions", lambda: BatchedFunction(symbolic.positions(sites)))
     frames = body.cache.get("frames", lambda: BatchedFunction(symbolic.frames()))
     n, k = len(q), len(body.sites)
-    required, _ = asked_by(body, q, v, a, np.zeros((n, 3 * k)))
+    required, _ = asked_by(body, q, v, a, np.zeros((n, 3 * k)), times)
     place = places(q)[0].reshape(n, k, 3)
     arm = place - frames(q)[0].reshape(n, -1, 3)[:, :1]
     A = np.zeros((n, 6, k, 3))

@@ -1,0 +1,116 @@
+"""Terms of what acts on a person from outside: a wrench on a body, and hands that hold a thing."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.site import Point
+from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.record.conditions import AXES, Condition
+from plantigrade.trajopt.problem.builder import ProblemBuilder
+from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.terms.term import Term
+
+Triple = tuple[float, float, float]
+RAMP = 0.1  # [s] in which a wrench comes and goes; a step would need a node at every instant
+
+
+@dataclass(frozen=True)
+class Wrench(Term):
+    """A force and a moment on a body: a push, a pull, wind, a cable.
+
+    The task makes the body with it (:meth:`~plantigrade.trajopt.tasks.task.MotionTask.body_of`).
+    Between ``start`` and ``stop`` it acts, and comes and goes within a tenth of a second; a
+    periodic motion has it all the time.
+    """
+
+    point: Point  #: Where the force acts
+    force: Triple = (0.0, 0.0, 0.0)  #: World axes: x forward, y to the left, z up [N]
+    moment: Triple = (0.0, 0.0, 0.0)  #: World axes [N m]
+    start: float = -np.inf  #: When it has come [s]
+    stop: float = np.inf  #: When it goes [s]
+
+    def values(self, times: Float[Array, " n"], plan: ContactPlan) -> Float[Array, "n 6"]:
+        """Return force [N] and moment [N m] at times [s], world axes."""
+        share = np.ones(len(times))
+        if np.isfinite(self.start):
+            share *= _smooth((times - self.start) / RAMP + 1.0)
+        if np.isfinite(self.stop):
+            share *= _smooth((self.stop - times) / RAMP + 1.0)
+        return share[:, None] * np.array([*self.force, *self.moment])
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Check that the body has it.
+
+        Raises:
+            ParameterError: If it has not, or comes and goes in a periodic motion.
+        """
+        if self not in b.body.external.wrenches:
+            raise ParameterError(
+                f"the task has a wrench on {self.point.body}, and the body was made without: make "
+                "it with task.body_of(human)"
+            )
+        if b.plan.periodic and (np.isfinite(self.start) or np.isfinite(self.stop)):
+            raise ParameterError(
+                "a wrench on a periodic motion acts all the time: leave out start and stop"
+            )
+
+    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
+        """Return nothing: a wrench demands nothing."""
+        return ()
+
+    def mirrored(self) -> "Wrench":
+        """Return the same wrench on the other side."""
+        (x, y, z), (a, b, c) = self.force, self.moment
+        turned = replace(super().mirrored(), force=(x, -y, z), moment=(-a, b, -c))  # type: ignore[arg-type]
+        return turned  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
+class Hold(Term):
+    """A point of the body stays on a thing that stands or moves: a handle, a rail, a wall."""
+
+    point: Point  #: The point
+    place: Triple  #: Where the thing is at the start, world [m]; NaN for an axis that is free
+    velocity: Triple = (0.0, 0.0, 0.0)  #: How it moves, world [m/s]
+    start: float = 0.0  #: From when [s]
+    stop: float = np.inf  #: Until when [s]
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Fix the position at nodes."""
+        try:
+            positions = b.body.symbolic.positions([self.point])
+        except CoordinateNotFound as error:
+            raise ParameterError(str(error)) from error
+        names = tuple(f"{axis} of {self.point.body} that holds" for axis in AXES)
+        name = f"hold of {self.point.body} {self.point.position}"
+        family = b.custom_family(name, names, lambda q, v, a, u: positions(q), "m")
+        axes = ~np.isnan(self.place)
+        for k in b.during(self.start, self.stop):
+            there = np.add(self.place, np.multiply(self.velocity, b.nodes[k]))
+            family.lower[k, axes] = family.upper[k, axes] = there[axes]
+
+    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
+        """Return where the point is, axis by axis."""
+        p, found = self.point, []
+        times = (max(self.start, 0.0), min(self.stop, plan.duration))
+        for axis, x, speed in zip(AXES, self.place, self.velocity, strict=True):
+            if not np.isnan(x):
+                at = tuple(float(x + speed * t) for t in times)
+                where = (p.body, axis, p.position, p.radius)
+                found.append(Condition(f"{axis} of {p.body}", "point", times, at, at, *where))
+        return tuple(found)
+
+    def mirrored(self) -> "Hold":
+        """Return the same of the other side's point."""
+        (x, y, z), (u, v, w) = self.place, self.velocity
+        turned = replace(super().mirrored(), place=(x, -y, z), velocity=(u, -v, w))  # type: ignore[arg-type]
+        return turned  # type: ignore[return-value]
+
+
+def _smooth(share: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Return a cubic from 0 to 1, flat at both ends."""
+    s = np.clip(share, 0.0, 1.0)
+    return s * s * (3.0 - 2.0 * s)
