@@ -12,9 +12,11 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import require_known
+from plantigrade.kinematics.faulty_samples import glued, without_faulty_samples
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.keypoint_noise import BonesOfVideo, bones_of_video
 from plantigrade.kinematics.keypoints import of_video
+from plantigrade.kinematics.label_continuity import with_continuous_labels
 from plantigrade.kinematics.label_repair import corrected_labels
 from plantigrade.kinematics.plausibility import (
     require_human_size,
@@ -95,20 +97,23 @@ def prepare(
     markers = recording.markers
     if markers is None or not markers.names:
         raise FitError(f"{recording.source} has no markers to fit")
-    notes: list[str] = []
+    markers, notes = with_continuous_labels(markers)
     names, ignored = _usable(markers)
     if static is not None and static.markers is not None:
         seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
         shown = zip(static.markers.names, seen, strict=True)
         names += [n for n, ever in shown if ever and n not in markers.names]
+    human = human_of(person, person.height or USUAL_HEIGHT, age=recording.subject.age)
+    placed = place_markers(names, human, marker_set)
+    markers, said = without_faulty_samples(markers, placed)
+    notes += said
+    recording = replace(recording, markers=markers)
     start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
     if start > 0 or stop < markers.n_frames:
         notes.append(
             f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
             f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
         )
-    human = human_of(person, person.height or USUAL_HEIGHT, age=recording.subject.age)
-    placed = place_markers(names, human, marker_set)
     known = [n for n in names if placed[n] is not None and n in markers.names]
     require_known([n for n in names if n in markers.names], placed)
     require_one_person(known, recording.source)
@@ -175,6 +180,9 @@ def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:
         for name in [n for n in names if n in KEYPOINTS]:
             names.remove(name)
             ignored[name] = "a keypoint from which the other markers were computed"
+    for name in [] if video else glued(markers, names, marks):
+        names.remove(name)
+        ignored[name] = "within a marker's width of another one throughout"
     measured = {landmark_of(name): name for name in names if not is_regressed(name)}
     for name in [n for n in names if is_regressed(n) and landmark_of(n) in measured]:
         names.remove(name)
