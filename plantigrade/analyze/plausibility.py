@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.feet import pitch_in_stance, progress_in_stance
+from plantigrade.analyze.force_agreement import force_disagreement, offset_note, weak_note
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
@@ -65,6 +66,8 @@ class Plausibility:
     #: Cut-off of motion and forces over the usual one; the noise is proportional
     noise_factor: float = 1.0
     mirrored: bool = False  #: Whether left and right seem to be exchanged
+    disagreement: str = ""  #: Why measured forces are not those of the motion
+    doubts: tuple[str, ...] = ()  #: Warnings on the plates and the direction of the walk
 
     @classmethod
     def of(cls, trial: Trial) -> "Plausibility":
@@ -73,7 +76,16 @@ class Plausibility:
             RUNNING_FREQUENCY_RATIO if trial.cutoff is None else max(1.0, trial.cutoff / CUTOFF)
         )
         fast = fast_joints(trial.fit.human, trial.motion)
-        return cls(_residual(trial), fast, noise_factor, seems_mirrored(trial))
+        mirrored = seems_mirrored(trial)
+        doubts = offset_note(trial), weak_note(trial), "" if mirrored else backward_note(trial)
+        return cls(
+            _residual(trial),
+            fast,
+            noise_factor,
+            mirrored,
+            "" if fast else force_disagreement(trial),
+            tuple(doubt for doubt in doubts if doubt),
+        )
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -86,7 +98,7 @@ class Plausibility:
     @property
     def notes(self) -> list[str]:
         """Warnings, to be listed before all others."""
-        notes = []
+        notes: list[str] = []
         if self.residual is not None and self.residual > self.noise_factor * WARNING_RESIDUAL:
             notes.append(
                 "the measured forces do not match the motion: the residual at the root is "
@@ -94,6 +106,9 @@ class Plausibility:
                 "(usually 4 to 7 %). Another support may carry the person, or plates, body mass "
                 "or a joint may be wrong; do not trust the moments."
             )
+        if self.disagreement:
+            notes.append(f"{self.disagreement}; do not trust the moments.")
+        notes += self.doubts
         if self.fast:
             named = [
                 f"{name} at {times * max_joint_speed(name):.0f}°/s"
@@ -115,6 +130,8 @@ class Plausibility:
                 "exchanged. --swap-sides exchanges the names of markers, --mirror-axis turns an "
                 "axis of the file"
             )
+        if self.disagreement:
+            return self.disagreement
         most = self.noise_factor * MAX_RESIDUAL
         if self.residual is not None and self.residual > most:
             return (
@@ -137,6 +154,16 @@ def seems_mirrored(trial: Trial) -> bool:
     return (
         error > MAX_BACKWARD_ERROR
         or np.rad2deg(pitch_in_stance(human, motion)) > MAX_BACKWARD_PITCH
+    )
+
+
+def backward_note(trial: Trial) -> str:
+    """Return a warning where a person walks backward; empty otherwise."""
+    if not progress_in_stance(trial.fit.human, trial.motion) < 0:
+        return ""
+    return (
+        "the person walks backward; if this is wrong, the frames are in reverse order, or left and "
+        "right are exchanged."
     )
 
 

@@ -65,7 +65,7 @@ def _notes(markers: Markers, order: np.ndarray, labels: np.ndarray) -> list[str]
             start, stop = time[run.start], time[run.stop - 1]
             if stop - start >= MIN_TIME:
                 notes.append(
-                    f"labels are exchanged from {start:.2f} to {stop:.2f} s: {pairs}; the "
+                    f"labels are swapped from {start:.2f} to {stop:.2f} s: {pairs}; the "
                     "trajectories are continuous otherwise, and this was corrected."
                 )
     return notes

@@ -52,6 +52,59 @@ def test_forces_that_do_not_explain_the_motion_are_the_first_note(share, status,
     assert found.figures["root_residual_rms_bw"] == pytest.approx(1 - share, abs=0.1)
 
 
+def by_plate(change):
+    """Return a fit of the walk whose plates are changed."""
+    fit = plated_walk().fit()
+    plates = tuple(change(k, plate) for k, plate in enumerate(fit.recording.plates))
+    return replace(fit, recording=replace(fit.recording, plates=plates))
+
+
+def times(*factors):
+    """Return a change of the force by factors along x, y and z."""
+    return lambda _, plate: replace(plate, force=plate.force * factors)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (times(-1, -1, 1), "opposite"),
+        (times(-1, 1, 1), "fore-aft force has the opposite"),
+        (lambda k, p: p if k else replace(p, force=p.force * [-1, 1, 1]), "under the right foot"),
+        (lambda _, p: replace(p, force=p.force[:, [1, 0, 2]]), "axis"),
+        (times(3, 3, 1), "times as much"),
+        (lambda _, p: replace(p, free_moment=1000.0 * p.free_moment + 200.0), "unit of moments"),
+    ],
+)
+def test_forces_of_another_sign_axis_or_unit_are_not_ok(change, told, run):
+    found = run(by_plate(change))
+    assert told in found.status
+    assert any(note.startswith(found.status) for note in found.record.notes[:2])
+
+
+@pytest.mark.parametrize(("clock", "word"), [(2.0, "2.0 times too low"), (0.5, "too high")])
+def test_a_wrong_frame_rate_is_named(clock, word, run):
+    fit = by_plate(lambda _, p: replace(p, time=clock * p.time))
+    assert word in run(replace(fit, time=clock * fit.time)).status
+
+
+def test_forces_that_belong_to_the_motion_are_believed(run):
+    found = run(plated_walk().fit())
+    assert found.status == "ok"
+    assert not any("act" in note or "backward" in note for note in found.record.notes)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda _, p: replace(p, cop=p.cop + [0.05, 0.0, 0.0]), "mm ahead of"),
+        (lambda _, p: replace(p, cop=p.cop + [0.0, 0.05, 0.0]), "mm to the left of"),
+        (times(2e-3, 2e-3, 2e-3), "no step"),
+    ],
+)
+def test_plates_elsewhere_or_in_another_unit_are_the_first_note(change, told, run):
+    assert told in run(by_plate(change)).record.notes[0]
+
+
 def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_the_first_note(run):
     """Within 0.1 s, from (a + 180°, -180° - b, c + 180°) to (a, b, c), which is the same pose."""
     fit = plated_walk().fit()
@@ -86,6 +139,7 @@ def test_a_mirror_image_that_was_fitted_after_all_is_not_ok(data, monkeypatch, r
     fitted = fit_markers(legs if reverse else swap_sides(legs), Person(height=1.58, mass=60.3))
     plausibility = Plausibility.of(analyse(fitted, cutoff=6.0))
     assert plausibility.mirrored != reverse
+    assert any("backward" in note for note in plausibility.doubts) == reverse
     assert ("--swap-sides" in plausibility.failure) != reverse
 
 
