@@ -14,8 +14,6 @@ vertical to where it is to be (the second of the subproblems of [MurrayLiSastry1
 left, its heading, is the rotation of the ankle where the model has one, and missed where not.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -27,16 +25,6 @@ HIP = ("hip_flexion", "hip_adduction", "hip_rotation")
 KNEE = ("knee_angle", "knee_adduction", "knee_rotation")
 ANKLE = ("ankle_angle", "subtalar_angle", "ankle_rotation")
 _UP = np.array([0.0, 0.0, 1.0])
-
-
-@dataclass(frozen=True, eq=False)
-class LegSolution:
-    """Postures whose legs reach given foot poses."""
-
-    qpos: Float[Array, "n_frames nq"]  #: The postures
-    #: Distance of each ankle from its target, right and left [m]
-    missed: Float[Array, "n_frames 2"]
-    turned: Float[Array, "n_frames 2"]  #: Angle of each foot from its target [rad]
 
 
 class LegInverse:
@@ -51,7 +39,7 @@ class LegInverse:
         qpos: Float[Array, "n_frames nq"],
         ankle: Float[Array, "n_frames 2 3"],
         foot: Float[Array, "n_frames 2 3 3"],
-    ) -> LegSolution:
+    ) -> Float[Array, "n_frames nq"]:
         """Return postures with the same pelvis, trunk and arms whose feet are elsewhere.
 
         A foot out of reach is put where the leg, straight (or bent as far as it goes), points to
@@ -65,13 +53,11 @@ class LegInverse:
         """
         out = np.array(qpos, dtype=float)
         pelvis = rotation_matrix(out[:, 3:7])
-        missed, turned = np.zeros((len(out), 2)), np.zeros((len(out), 2))
         for i, leg in enumerate(self._legs):
             to = np.einsum("nji,nj->ni", pelvis, ankle[:, i] - out[:, :3])
             turn = pelvis.transpose(0, 2, 1) @ foot[:, i]
-            angles, missed[:, i], turned[:, i] = leg.angles(out[:, 7:], to, turn)
-            out[:, 7 + leg.hinges] = angles
-        return LegSolution(out, missed, turned)
+            out[:, 7 + leg.hinges] = leg.angles(out[:, 7:], to, turn)
+        return out
 
 
 class _Leg:
@@ -89,8 +75,8 @@ class _Leg:
         at = [model.body_pos[human.body(f"{b}_{side}")].copy() for b in ("femur", "tibia", "foot")]
         self.hip_place, self.thigh, self.shank = at
 
-    def angles(self, q: Array, ankle: Array, foot: Array) -> tuple[Array, Array, Array]:
-        """Return angles, and what place and turn miss, of a foot in the axes of the pelvis."""
+    def angles(self, q: Array, ankle: Array, foot: Array) -> Array:
+        """Return angles that lead to a foot in the axes of the pelvis."""
         axis, k = self.axis, self.thigh
         to = ankle - self.hip_place
         far = np.sqrt((to * to).sum(axis=1))
@@ -109,7 +95,6 @@ class _Leg:
         recorded = q[:, self.knee[0]]
         side = np.where(recorded < middle, -1.0, 1.0)
         knee = middle + side * np.arccos(cosine)
-        reached = np.sqrt(k @ k + (shank * shank).sum(axis=1) + 2 * (fixed + size * cosine))
         leg = k + np.einsum("nij,nj->ni", about_axis(a, knee), shank)
         # The hip: along the line, with the axis of the knee carried there from the recording.
         before = self._hip_turn(q[:, self.hip])
@@ -120,9 +105,8 @@ class _Leg:
         # The ankle takes what is left.
         tibia = hip @ about_axis(a, knee) @ beyond
         left = tibia.transpose(0, 2, 1) @ foot
-        ankles, turned = self._ankle_angles(left, q[:, self.ankle])
-        found = np.concatenate([self._hip_angles(hip), knee[:, None], ankles], axis=1)
-        return found, np.abs(far - reached), turned
+        ankles = self._ankle_angles(left, q[:, self.ankle])
+        return np.concatenate([self._hip_angles(hip), knee[:, None], ankles], axis=1)
 
     def _hip_turn(self, q: Array) -> Array:
         one, two, three = (about_axis(self.axis[i], x) for i, x in zip(self.hip, q.T, strict=True))
@@ -135,8 +119,8 @@ class _Leg:
         z = np.arctan2(R[:, 1, 0], R[:, 1, 1])
         return np.stack([y, x, z], axis=1) * self.signs
 
-    def _ankle_angles(self, R: Array, recorded: Array) -> tuple[Array, Array]:
-        """Return the angles of a turn of the foot in the shank, and what they miss [rad]."""
+    def _ankle_angles(self, R: Array, recorded: Array) -> Array:
+        """Return the angles of a turn of the foot in the shank [rad]."""
         one, two = self.axis[self.ankle[0]], self.axis[self.ankle[1]]
         up, slant = R @ _UP, float(one @ two)
         normal = np.cross(one, two)
@@ -152,17 +136,12 @@ class _Leg:
             found.append(np.stack([_angle(one, between, up), second], axis=1))
         off = [np.abs(within_half_turn(each - recorded[:, :2])).sum(axis=1) for each in found]
         angles = np.where((off[0] <= off[1])[:, None], found[0], found[1])
-        left = (about_axis(one, angles[:, 0]) @ about_axis(two, angles[:, 1])).transpose(
-            0, 2, 1
-        ) @ R
         if len(self.ankle) > 2:
-            last = np.arctan2(left[:, 1, 0], left[:, 0, 0])
-            left = about_axis(_UP, last).transpose(0, 2, 1) @ left
-            turn = last * self.axis[self.ankle[2]].sum()
-            angles = np.concatenate([angles, turn[:, None]], axis=1)
-        sine = 0.5 * (left - left.transpose(0, 2, 1))[:, (2, 0, 1), (1, 2, 0)]
-        cosine = 0.5 * (np.trace(left, axis1=1, axis2=2) - 1.0)
-        return angles, np.arctan2(np.sqrt((sine * sine).sum(axis=1)), cosine)
+            turn = about_axis(one, angles[:, 0]) @ about_axis(two, angles[:, 1])
+            left = turn.transpose(0, 2, 1) @ R
+            last = np.arctan2(left[:, 1, 0], left[:, 0, 0]) * self.axis[self.ankle[2]].sum()
+            angles = np.concatenate([angles, last[:, None]], axis=1)
+        return angles
 
 
 def _shortest(one: Array, other: Array) -> Float[Array, "n 3 3"]:

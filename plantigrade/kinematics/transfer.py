@@ -93,4 +93,4 @@ def _reached(
     now = _Legs.of(human, qpos)
     ankle = now.ankle + (aside - now.aside)[:, :, None] * now.left[:, None]
     ankle[:, :, 2] += sole - now.sole
-    return LegInverse(human).reach(qpos, ankle, now.turn).qpos
+    return LegInverse(human).reach(qpos, ankle, now.turn)
