@@ -14,14 +14,13 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import interpolate, resampled
 from plantigrade.pages.animated_ground import stage
 from plantigrade.pages.bone_layers import bone_layers, contact_dots, veil
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
-from plantigrade.pages.outlines import arrows
+from plantigrade.pages.outlines import force_arrow
 from plantigrade.pages.playback import FRAME_RATE, Playback, playback
 from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
 from plantigrade.pages.skin_figure import SkinFigure, skin_of
@@ -34,10 +33,7 @@ MARGIN = 110  # drawing units around the body
 MIN_VIEW_WIDTH = 800  # minimum half width of the view, in drawing units
 INSET_SIZE = (1560, 1160)  # width and height of the enlarged foot
 FOOT_SCALE = 4.5  # magnification of the foot
-ARROW_PER_BODY_WEIGHT, SITE_ARROW_PER_BODY_WEIGHT = (
-    0.6,
-    0.22,
-)  # length of the arrow of one body weight, also at a site [m]
+SITE_ARROW_PER_BODY_WEIGHT = 0.22  # [m] length of the arrow of one body weight at a site
 HEIGHTS = (100, 2000)  # of a picture [px]
 FEET = {"right": "r", "left": "l", "none": ""}
 INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
@@ -161,10 +157,9 @@ class _Instants:
     def only(self, k: int) -> "_Instants":
         """Return one instant."""
         one = slice(k, k + 1)
-        figure = self.figure
         return replace(
             self,
-            figure=Figure(figure.model, figure.positions[one], figure.quats[one]),
+            figure=self.figure.frames(one),
             skin=self.skin and self.skin.frames(one),
             centre=self.centre[one],
             **{name: _cut(getattr(self, name), one) for name in ("total", "cop", "force", "point")},
@@ -217,7 +212,8 @@ def _scene(
     if drawn.total is not None and drawn.cop is not None:
         for k in range(3):
             at = drawn.cop[:, k] - drawn.centre
-            parts.append(_arrow(drawn.total[:, k], at, camera, clock, drawn.weight))
+            total = drawn.total[:, k]
+            parts.append(force_arrow(total, at, camera, clock, drawn.weight, per_metre=UNITS))
     if side:
         parts.append(_enlarged(record, drawn, forward, side, clock, prefix, box))
     return box, "".join(parts)
@@ -260,7 +256,7 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
             if name == side:
                 at = drawn.point[:, k] - follow
                 parts.append(
-                    _arrow(
+                    force_arrow(
                         drawn.force[:, k], at, camera, clock, drawn.weight,
                         per_metre=per_metre, length=SITE_ARROW_PER_BODY_WEIGHT, width=0.014,
                     )
@@ -281,27 +277,6 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
         f'<text x="{x + 40}" y="{y + height - 45}" font-size="56" fill="{SOFT}">'
         f"{escape(label)}</text>"
     )
-
-
-def _arrow(
-    force,
-    point,
-    camera,
-    clock,
-    weight,
-    *,
-    per_metre=UNITS,
-    length=ARROW_PER_BODY_WEIGHT,
-    width=0.05,
-) -> str:
-    """Return a force as an animated arrow; nothing if it is always zero."""
-    data = arrows(
-        force, point, camera, per_metre=per_metre, length=length, weight=weight, width=width
-    )
-    if data is None:
-        return ""
-    line = f'fill="none" stroke="{theme.FORCE}" stroke-width="{0.36 * width * per_metre:g}"'
-    return clock.path(data[0], line) + clock.path(data[1], f'fill="{theme.FORCE}"')
 
 
 def _words(title: str, left: int, top: int) -> str:

@@ -1,6 +1,7 @@
 """A moving body as layers of an SVG: the limbs as silhouettes, the bones of a foot one by one."""
 
 from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,14 +9,15 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.charts import theme
 from plantigrade.pages.outlines import is_stroke, outlines, path_data
-from plantigrade.pages.shapes import Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
-from plantigrade.pages.strip import TINTS
+from plantigrade.pages.shapes import PALE, Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
 from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
 RIM, FINE_RIM = 0.012, 0.004  # width of the outline of a limb, and of a bone [m]
-PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # share of white in the colours of foot segments
+SEGMENT_PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # share of white of foot segments
+TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +27,16 @@ class Figure:
     model: mujoco.MjModel  #: The body and its ground
     positions: Float[Array, "n nbody 3"]  #: World position of each body in each frame [m]
     quats: Float[Array, "n nbody 4"]  #: World rotation of each body, ``wxyz``
+    pale: Collection[str] = ()  #: Bodies that are drawn paler
+
+    def frames(self, part: slice) -> "Figure":
+        """Return some of its frames."""
+        return replace(self, positions=self.positions[part], quats=self.quats[part])
 
     @cached_property
     def shapes(self) -> tuple[Shape, ...]:
         """The visual geoms of the body."""
-        return tuple(shape for shape in shapes_of(self.model) if shape.body)
+        return tuple(shape for shape in shapes_of(self.model, self.pale) if shape.body)
 
     def bones(self, side: str) -> tuple[Shape, ...]:
         """Return the geoms of a foot."""
@@ -51,18 +58,18 @@ class Figure:
 
 
 def figure_layers(
-    figure: Figure,
-    shot: Shot,
+    figure: Figure, shot: Shot, *, colour: str = ""
 ) -> tuple[list[str], tuple[float, float, float, float]]:
     """Return the layers of a body, the far ones first, and their extent (left, top, right, bottom).
 
-    All geoms of a limb share one outline; those of a foot have one each.
+    All geoms of a limb share one outline; those of a foot have one each. A ``colour`` is that of
+    everything, of a shadow of a motion.
     """
     feet = foot_bodies(figure.model, "r") | foot_bodies(figure.model, "l")
     groups: dict[object, list[Shape]] = defaultdict(list)
     for k, shape in enumerate(figure.shapes):
         groups[("bone", k) if feet[shape.body] else _limb(figure.model, shape)].append(shape)
-    return _layers(list(groups.values()), figure, shot, RIM)
+    return _layers(list(groups.values()), figure, shot, RIM, colour)
 
 
 def foot_layers(
@@ -93,7 +100,7 @@ def _limb(model: mujoco.MjModel, shape: Shape) -> object:
         body = parent
 
 
-def _layers(groups, figure, shot, rim):
+def _layers(groups, figure, shot, rim, colour=""):
     per_metre = shot.per_metre
     layers, spans = [], []
     segments: dict[int, int] = {}
@@ -115,7 +122,11 @@ def _layers(groups, figure, shot, rim):
                 fill = hexadecimal(shape.colour)
             if feet[shape.body]:
                 kind = segments.setdefault(shape.body, len(segments))
-                fill = hexadecimal(whiter(rgb(fill), PALE[kind % len(PALE)]))
+                fill = hexadecimal(whiter(rgb(fill), SEGMENT_PALE[kind % len(SEGMENT_PALE)]))
+            if shape.pale:
+                edge, fill = (hexadecimal(whiter(rgb(each), PALE)) for each in (edge, fill))
+            if colour:
+                edge = fill = colour
             thin = min(rim, width / 4) if stroke else rim
             use = f'<use href="#{name}"'
             if stroke:

@@ -8,10 +8,13 @@ of their extreme points in fixed directions of the picture.
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.charts import theme
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import Shape, surface_points
+from plantigrade.pages.svg_animation import Clock
 from plantigrade.spatial.conventions import rotation_matrix
 
+ARROW_PER_BODY_WEIGHT = 0.6  # [m] length of the arrow of one body weight
 ROUND, EDGED = 20, 12  # corners of the polygon of an ellipsoid, and of other shapes
 
 
@@ -65,30 +68,32 @@ def path_data(points: Float[Array, "n m 2"], *, per_metre: float, closed: bool) 
     ]
 
 
-def arrows(
+def force_arrow(
     force: Float[Array, "n 3"],
     point: Float[Array, "n 3"],
     camera: Camera,
+    clock: Clock,
+    weight: float,
     *,
     per_metre: float,
-    length: float,
-    weight: float,
-    width: float,
-) -> tuple[list[str], list[str]] | None:
-    """Return shaft and head of a force arrow in each frame; None if there is never a force.
+    length: float = ARROW_PER_BODY_WEIGHT,
+    width: float = 0.05,
+) -> str:
+    """Return a force as an animated arrow; nothing if there never is one.
 
     Args:
         force: Force, world [N].
         point: Point of application, relative to the camera [m]; NaN without force.
         camera: The camera.
+        clock: The clock of the picture.
+        weight: Body weight [N].
         per_metre: Drawing units per metre.
         length: Length of the arrow of one body weight [m].
-        weight: Body weight [N].
         width: Width of the head [m]; it shrinks with a short arrow.
     """
     known = np.isfinite(np.concatenate([point, force], axis=1)).all(axis=1)
     if not known.any():
-        return None
+        return ""
     frames = np.arange(len(point))
     foot = np.stack([np.interp(frames, frames[known], p[known]) for p in point.T], axis=1)
     start = camera.project(foot)
@@ -97,16 +102,16 @@ def arrows(
     )
     size = np.linalg.norm(shaft, axis=1, keepdims=True)
     if size.max() < width / 4:
-        return None
+        return ""
     along = shaft / np.maximum(size, 1e-9)
     across = along[:, ::-1] * [-1.0, 1.0]
     head = np.minimum(width, size * 0.6)
     tip, neck = start + shaft, start + shaft - 1.6 * head * along
     corners = np.stack([tip, neck + 0.6 * head * across, neck - 0.6 * head * across], axis=1)
     line = np.stack([start, np.where(size > 1.6 * head, neck, start)], axis=1)
-    return (
-        path_data(line, per_metre=per_metre, closed=False),
-        path_data(corners, per_metre=per_metre, closed=True),
+    stroke = f'fill="none" stroke="{theme.FORCE}" stroke-width="{0.36 * width * per_metre:g}"'
+    return clock.path(path_data(line, per_metre=per_metre, closed=False), stroke) + clock.path(
+        path_data(corners, per_metre=per_metre, closed=True), f'fill="{theme.FORCE}"'
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.charts import theme
 from plantigrade.charts.labels import side_of
-from plantigrade.spatial.conventions import rotation_matrix
 
 _KINDS = {
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name
@@ -198,22 +197,6 @@ def mesh_of(shape: Shape, *, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
 def surface_points(shape: Shape) -> np.ndarray:
     """Return points on the geom, in its frame, whose hull is (nearly) the geom [m]."""
     return mesh_of(shape, around=24)[0]
-
-
-def silhouette(
-    shape: Shape, position: Float[Array, " 3"], quat: Float[Array, " 4"], plane: Float[Array, "2 3"]
-) -> tuple[np.ndarray, float]:
-    """Return a geom on a plane, its body where it is: a hull and 0, or a thick stroke [m].
-
-    A capsule or sphere is the stroke between two ends (nearly one for a sphere), with its width.
-    """
-    frame = rotation_matrix(quat) @ rotation_matrix(shape.quat)
-    origin = position + rotation_matrix(quat) @ shape.position
-    if shape.kind in ("capsule", "sphere"):
-        half = shape.size[1] if shape.kind == "capsule" else 1e-4
-        ends = origin + np.outer([-half, half], frame[:, 2])
-        return ends @ plane.T, 2 * float(shape.size[0])
-    return convex_hull((origin + surface_points(shape) @ frame.T) @ plane.T), 0.0
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """A picture strip of a motion as plain SVG, without OpenGL.
 
-A person is drawn with skin and clothes; other bodies as solids, capsules as thick round strokes.
+A person is drawn with skin and clothes, other bodies as solids.
 """
 
 from collections.abc import Collection, Sequence
@@ -16,12 +16,13 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.pages.camera import Camera
+from plantigrade.pages.figure_layers import Figure, figure_layers
+from plantigrade.pages.outlines import force_arrow, outlines
 from plantigrade.pages.scene import poses, travel
-from plantigrade.pages.shapes import PALE, Shape, hexadecimal, rgb, shapes_of, silhouette, whiter
+from plantigrade.pages.shapes import hexadecimal, shapes_of
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
 from plantigrade.pages.svg_animation import Clock, Shot
-from plantigrade.spatial.conventions import rotation_matrix
 
 GROUND = "#8a94a3"
 PROFILE_HALF_WIDTH = 0.25  # [m] to each side, over which the outline of the ground is taken
@@ -34,7 +35,7 @@ VIEW_TEXT = {
     "back": "from behind",
     "quarter": "from the front right",
 }
-TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
+STILL = Clock(1.0)  # [s] of a picture in which nothing moves
 
 
 def instants(n_frames: int, count: int = 8) -> list[int]:
@@ -67,8 +68,7 @@ def strip_svg(
 ) -> str:
     """Return an SVG of the body and its supports at several instants.
 
-    Every geom is projected horizontally; near ones are drawn over far ones. A capsule or
-    sphere is exact, an ellipsoid, cylinder or box is drawn as the outline of its projection.
+    Everything is projected horizontally; near parts are drawn over far ones.
 
     Args:
         model: The body.
@@ -92,11 +92,12 @@ def strip_svg(
         raise ParameterError(f"picture instants {indices} must be frames from 0 to {len(qpos) - 1}")
     chosen = np.asarray(qpos)[indices]
     positions, quats, com = poses(model, chosen)
-    shapes = [shape for shape in shapes_of(model, pale) if shape.body]
     along = Camera.named(view, travel(com)).right
+    across = np.array([along[1], -along[0], 0.0])
+    camera = Camera(along, np.array([0.0, 0.0, 1.0]), across)
     weight = max(float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)), 1e-9)
 
-    drawing = _Drawing(shapes, along, human, frozenset(pale), x_ray)
+    drawing = _Drawing(model, camera, human, frozenset(pale), x_ray)
     bodies = drawing.bodies(positions, quats)
     drawn = [elements for elements, _ in bodies]  # in metres, the far ones first
     left, right, tops = np.array([extent for _, extent in bodies]).T
@@ -109,7 +110,7 @@ def strip_svg(
             tops[i] = max(tops[i], extent[2])
     centre = com @ along
     ground = ground or Ground()
-    boards = _boards(model, along)
+    boards = _boards(model, camera)
     for i in range(len(indices)):
         for elements, (a, b) in boards:
             if a - MAX_SEAT_DISTANCE < centre[i] < b + MAX_SEAT_DISTANCE:
@@ -149,7 +150,10 @@ def strip_svg(
         shift = places[i] - centre[i]
         parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(drawn[i])}')
         if force is not None and point is not None:
-            parts += _arrows(force[frame], point[frame], along, weight)
+            parts.append(f'<g transform="scale({1 / UNITS:g})">')
+            for f, p in zip(force[frame][:, None], point[frame][:, None], strict=True):
+                parts.append(force_arrow(f, p, camera, STILL, weight, per_metre=UNITS))
+            parts.append("</g>")
         parts.append("</g>")
         if time is not None:
             parts.append(
@@ -191,26 +195,22 @@ def _profile(
     return ahead, points[..., 2].max(axis=1)
 
 
-def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
+def _boards(model: mujoco.MjModel, camera: Camera):
     """Return the elements of each seat with legs, and its extent along the path."""
-    plane, found = np.array([along, [0.0, 0.0, 1.0]]), []
+    found, still = [], (np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]))
     for shape in shapes_of(model):
         if not shape.name.startswith("seat_"):
             continue
-        points, _ = silhouette(shape, np.zeros(3), np.array([1.0, 0, 0, 0]), plane)
-        (a, low), (b, _) = points.min(axis=0), points.max(axis=0)
-        red, green, blue = (round(255 * c) for c in shape.colour or (0.7, 0.6, 0.45))
-        fill = f"#{red:02x}{green:02x}{blue:02x}"
-        legs = "".join(f"M{x:.3f} {-low:.3f}V0" for x in (a + 0.03, b - 0.03))
-        found.append(
-            (
-                [
-                    f'<path d="{legs}" fill="none" stroke="{fill}" stroke-width=".03"/>',
-                    _element(points, 0.0, "#8a6d4a", fill),
-                ],
-                (a, b),
-            )
+        points = outlines(shape, *still, camera)[0]
+        (a, _), (b, low) = points.min(axis=0), points.max(axis=0)
+        fill = hexadecimal(shape.colour or (0.7, 0.6, 0.45))
+        legs = "".join(f"M{x:.3f} {low:.3f}V0" for x in (a + 0.03, b - 0.03))
+        outline = "L".join(f"{x:.3f} {y:.3f}" for x, y in points)
+        board = (
+            f'<path d="{legs}" fill="none" stroke="{fill}" stroke-width=".03"/>'
+            f'<path d="M{outline}Z" fill="{fill}" stroke="#8a6d4a" stroke-width=".008"/>'
         )
+        found.append(([board], (a, b)))
     return found
 
 
@@ -218,8 +218,8 @@ def _boards(model: mujoco.MjModel, along: Float[Array, " 3"]):
 class _Drawing:
     """Drawing of a body, seen along a horizontal line."""
 
-    shapes: Sequence[Shape]
-    along: Float[Array, " 3"]
+    model: mujoco.MjModel
+    camera: Camera
     human: Human | None
     pale: frozenset[str]
     x_ray: bool
@@ -228,81 +228,17 @@ class _Drawing:
         self, positions: Float[Array, "n nbody 3"], quats: Float[Array, "n nbody 4"], colour=""
     ) -> list[tuple[list[str], tuple[float, float, float]]]:
         """Return elements and extent (left, right, top) of every picture; one colour if given."""
-        if self.human is None:
-            both = (colour, colour) if colour else None
-            poses = zip(positions, quats, strict=True)
-            return [_figure(self.shapes, p, q, self.along, both) for p, q in poses]
-        across = np.array([self.along[1], -self.along[0], 0.0])
-        camera = Camera(self.along, np.array([0.0, 0.0, 1.0]), across)
-        figure = SkinFigure.of(self.human, positions, quats, self.pale)
+        skin = self.human and SkinFigure.of(self.human, positions, quats, self.pale)
+        figure = Figure(self.model, positions, quats, self.pale)
         found = []
         for i in range(len(positions)):
-            layers, (left, top, right, _) = skin_layers(
-                figure.frames(slice(i, i + 1)),
-                Shot(np.zeros((1, 3)), camera, Clock(1.0), f"b{i}" + "g" * bool(colour), UNITS),
-                x_ray=self.x_ray,
-                colour=colour,
-            )
+            one, prefix = slice(i, i + 1), f"b{i}" + ("g" if colour else "_")
+            shot = Shot(np.zeros((1, 3)), self.camera, STILL, prefix, UNITS)
+            if skin:
+                drawn = skin_layers(skin.frames(one), shot, x_ray=self.x_ray, colour=colour)
+            else:
+                drawn = figure_layers(figure.frames(one), shot, colour=colour)
+            layers, (left, top, right, _) = drawn
             elements = [f'<g transform="scale({1 / UNITS:g})">', *layers, "</g>"]
             found.append((elements, (left / UNITS, right / UNITS, -top / UNITS)))
         return found
-
-
-def _figure(shapes, positions, quats, along, colours=None):
-    """Return the elements of one picture, far ones first, and its extent (left, right, top)."""
-    marks, spans = [], []
-    plane = np.array([along, [0.0, 0.0, 1.0]])
-    across = np.array([along[1], -along[0], 0.0])  # to the right: towards the reader
-    for shape in shapes:
-        position, quat = positions[shape.body], quats[shape.body]
-        points, width = silhouette(shape, position, quat, plane)
-        near = (position + rotation_matrix(quat) @ shape.position) @ across
-        edge, fill = colours or TINTS[shape.side]
-        if shape.colour is not None and colours is None:
-            fill = hexadecimal(shape.colour)
-        if shape.pale and colours is None:
-            edge, fill = (hexadecimal(whiter(rgb(colour), PALE)) for colour in (edge, fill))
-        marks.append((near, _element(points, width, edge, fill)))
-        low, high = points.min(axis=0) - width / 2, points.max(axis=0) + width / 2
-        spans.append((low[0], high[0], high[1]))
-    left, right, top = np.transpose(spans)
-    elements = [element for _, element in sorted(marks, key=lambda mark: mark[0])]
-    return elements, (left.min(), right.max(), top.max())
-
-
-def _element(points: np.ndarray, width: float, edge: str, fill: str) -> str:
-    """Return the SVG of a thick stroke with a rim, or of a closed shape (metres, y down)."""
-    if not width:
-        path = "M" + "L".join(f"{x:.3f} {-z:.3f}" for x, z in points) + "Z"
-        style = 'stroke-width=".008" stroke-linejoin="round"'
-        return f'<path d="{path}" fill="{fill}" stroke="{edge}" {style}/>'
-    (x1, z1), (x2, z2) = points
-    if abs(x1 - x2) + abs(z1 - z2) < 1e-4:
-        x2 += 1e-4  # some readers draw no ends of a stroke without length
-    place = f'x1="{x1:.3f}" y1="{-z1:.3f}" x2="{x2:.3f}" y2="{-z2:.3f}"'
-    line = f'<line {place} stroke-linecap="round" stroke='
-    rim = min(0.012, width / 4)
-    return (
-        f'{line}"{edge}" stroke-width="{width:.3f}"/>'
-        f'{line}"{fill}" stroke-width="{width - rim:.3f}"/>'
-    )
-
-
-def _arrows(force, point, along, weight):
-    """Yield ground reactions as arrows; one body weight is 0.6 m long."""
-    for f, p in zip(np.nan_to_num(force), point, strict=True):
-        length = 0.6 * float(np.linalg.norm(f)) / weight
-        if length < 0.03 or not np.isfinite(p).all():
-            continue
-        x, z = float(p @ along), float(p[2])
-        dx, dz = 0.6 * float(f @ along) / weight, 0.6 * float(f[2]) / weight
-        tip_x, tip_z = x + dx, z + dz
-        ux, uz = dx / length, dz / length
-        back_x, back_z = tip_x - 0.07 * ux, tip_z - 0.07 * uz
-        yield (
-            f'<line x1="{x:.3f}" y1="{-z:.3f}" x2="{back_x:.3f}" y2="{-back_z:.3f}" '
-            f'stroke="{theme.FORCE}" stroke-width=".018"/>'
-            f'<path d="M{tip_x:.3f} {-tip_z:.3f}'
-            f"L{back_x - 0.028 * uz:.3f} {-(back_z + 0.028 * ux):.3f}"
-            f'L{back_x + 0.028 * uz:.3f} {-(back_z - 0.028 * ux):.3f}Z" fill="{theme.FORCE}"/>'
-        )

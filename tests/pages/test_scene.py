@@ -20,7 +20,7 @@ from plantigrade.pages.scene import (
     standing_height,
 )
 from plantigrade.pages.shapes import foot_bodies, mesh_of, shapes_of
-from plantigrade.pages.strip import strip_svg
+from plantigrade.pages.strip import UNITS, strip_svg
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Record
 
@@ -156,8 +156,8 @@ def test_strip_is_true_to_scale(record):
     """Strokes of the SVG are as thick as the capsules and as far apart as their ends."""
     model = record.human.model
     tree = ElementTree.fromstring(strip_svg(model, record.motion.qpos, [0, 60, 120]))
-    lines = tree.iter("{http://www.w3.org/2000/svg}line")
-    widths = {float(line.get("stroke-width")) for line in lines}
+    drawn = tree.iter("{http://www.w3.org/2000/svg}use")
+    widths = {float(use.get("stroke-width", 0.0)) / UNITS for use in drawn}
     capsules = {2 * s.size[0] for s in shapes_of(model) if s.kind in ("capsule", "sphere")}
     assert all(any(abs(w - c) < 1e-3 for w in widths) for c in capsules)
 

@@ -11,10 +11,12 @@ from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.site import PUSH_PART, TOUCH_PART, ContactSite
 from plantigrade.motion.filters import runs
+from plantigrade.pages.camera import Camera
+from plantigrade.pages.outlines import is_stroke, outlines
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject
 from plantigrade.pages.sections.pushes import push_shades
-from plantigrade.pages.shapes import Shape, foot_bodies, shapes_of, silhouette
+from plantigrade.pages.shapes import Shape, foot_bodies, shapes_of
 from plantigrade.record import Record
 
 MAX_PRINTS = 16  # footprints that are drawn; more hide each other
@@ -38,9 +40,9 @@ def ground_section(subject: Subject) -> list[Section]:
         text += " All forces are estimated from the motion; none were measured."
     elif "forces.measured" in record.signals:
         text += " Where no plate measured it, the force is estimated from the motion."
-    outlines = foot_prints(record, total)
-    if cop is not None and np.isfinite(cop).any() and outlines:
-        figures += [_above(cop, outlines), *_foot_figures(record, total, cop)]
+    prints = foot_prints(record, total)
+    if cop is not None and np.isfinite(cop).any() and prints:
+        figures += [_above(cop, prints), *_foot_figures(record, total, cop)]
     return [Section(TITLE, figures, text=text, folded=True)]
 
 
@@ -154,5 +156,7 @@ def _foot_shapes(model: mujoco.MjModel, side: str) -> list[Shape]:
 
 def _print(shape: Shape, positions: Array, quats: Array, colour: str) -> Outline:
     """Return a bone from above."""
-    points, width = silhouette(shape, positions[shape.body], quats[shape.body], np.eye(3)[:2])
-    return Outline(points, colour, width)
+    body, camera = shape.body, Camera(*np.eye(3))  # from above
+    points = outlines(shape, positions[body][None], quats[body][None], camera)[0]
+    width = 2 * float(shape.size[0]) if is_stroke(shape) else 0.0
+    return Outline(points * [1.0, -1.0], colour, width)
