@@ -16,9 +16,6 @@ instants is accounted for.
 Cycles are assumed to be independent samples of one person on one day. Successive strides are
 correlated, which makes the band somewhat too narrow, and variation between days or marker
 placements is not included: a band that excludes zero shows that two recordings differ, not why.
-
-References:
-    [Pataky2010]_, [Kiebel1999]_.
 """
 
 from dataclasses import dataclass

@@ -9,9 +9,6 @@ Terms as in [Whittle2007]_, chapter 2: double support is the sum of both parts o
 which both feet are on the ground. In running, where steps have a flight
 (:func:`~plantigrade.motion.event_timing.is_running`), there is none; contact time, flight time and
 duty factor, the ratio of contact time to stride time, are reported instead.
-
-References:
-    [Whittle2007]_.
 """
 
 from collections.abc import Iterable, Sequence

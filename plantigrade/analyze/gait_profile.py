@@ -9,9 +9,6 @@ Constant offsets between the conventions of two body models are part of every di
 original, and so are differences of speed. Each value is shown with the standard deviation of the
 population, root mean square over the cycle, which is the usual value of its people. The minimal
 clinically important difference of the score is :data:`MIN_IMPORTANT_DIFFERENCE` [Baker2012]_.
-
-References:
-    [Baker2009]_, [Baker2012]_.
 """
 
 from collections.abc import Mapping

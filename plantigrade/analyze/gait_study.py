@@ -87,19 +87,6 @@ class StudyRow:
 
 
 @dataclass(frozen=True)
-class Band:
-    """A coordinate over the gait cycle, mean and standard deviation over the gaits [deg].
-
-    Every gait counts once, with the mean of its cycles. A single gait has no deviation (NaN).
-    """
-
-    simulated_mean: Float[Array, " n_percent"]  #: Reproduced
-    simulated_sd: Float[Array, " n_percent"]  #: Its deviation
-    reference_mean: Float[Array, " n_percent"]  #: Recorded
-    reference_sd: Float[Array, " n_percent"]  #: Its deviation
-
-
-@dataclass(frozen=True)
 class Study:
     """Several reproduced gaits compared with the recorded ones."""
 
@@ -107,9 +94,6 @@ class Study:
     comparisons: tuple[Comparison, ...] = field(repr=False)  #: One per gait
     rows: tuple[StudyRow, ...]  #: The twelve rotations of Table I, in its order
     percent: Float[Array, " n_percent"] = field(repr=False)  #: Percent of the gait cycle
-    #: Curves of the twelve rotations by coordinate; :data:`FIGURES` says which of them the
-    #: paper draws
-    bands: dict[str, Band] = field(repr=False)
 
     @property
     def n(self) -> int:
@@ -176,7 +160,6 @@ def study(names: Sequence[str], comparisons: Sequence[Comparison]) -> Study:
         tuple(comparisons),
         tuple(_row(label, name, comparisons) for label, name in ROTATIONS),
         PERCENT,
-        {name: _band(name, comparisons) for _, name in ROTATIONS},
     )
 
 
@@ -188,9 +171,9 @@ def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> Stud
         label=label,
         coordinate=coordinate,
         simulated=float(ours.mean()),
-        simulated_sd=float(_sd(ours)),
+        simulated_sd=_sd(ours),
         reference=float(theirs.mean()),
-        reference_sd=float(_sd(theirs)),
+        reference_sd=_sd(theirs),
         difference=float(difference.mean()),
         difference_abs=float(np.abs(difference).mean()),
         interval=confidence_interval(difference),
@@ -202,12 +185,6 @@ def _row(label: str, coordinate: str, comparisons: Sequence[Comparison]) -> Stud
         correlation=known_mean([c.correlation[coordinate] for c in comparisons]),
         paper=PAPER_TABLE[coordinate],
     )
-
-
-def _band(coordinate: str, comparisons: Sequence[Comparison]) -> Band:
-    ours = np.array([c.curves_simulated[coordinate].mean(axis=0) for c in comparisons])
-    theirs = np.array([c.curves_reference[coordinate].mean(axis=0) for c in comparisons])
-    return Band(ours.mean(axis=0), _sd(ours), theirs.mean(axis=0), _sd(theirs))
 
 
 def paired_test(difference: Float[Array, " n"]) -> tuple[float | None, str, float | None]:
@@ -240,8 +217,6 @@ def confidence_interval(values: Float[Array, " n"]) -> tuple[float, float]:
     return mean - half, mean + half
 
 
-def _sd(values: np.ndarray) -> np.ndarray:
-    """Return the sample standard deviation over the first axis; NaN for a single gait."""
-    if len(values) < 2:
-        return np.full(values.shape[1:], np.nan)
-    return np.asarray(values.std(axis=0, ddof=1))
+def _sd(values: Float[Array, " n"]) -> float:
+    """Return the sample standard deviation; NaN for a single gait."""
+    return float(values.std(ddof=1)) if len(values) > 1 else float("nan")

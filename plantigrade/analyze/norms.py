@@ -25,9 +25,6 @@ down, rotation positive to the left, knee flexion positive; internal moments pos
 direction of their coordinate, so that knee extensors and plantarflexors are negative; foot
 progression positive inward). Curves are those of the right leg (of adults the mean of both legs);
 for the left leg, pelvis list and rotation change sign.
-
-References:
-    [Fukuchi2018]_, [Schwartz2008]_.
 """
 
 import json

@@ -11,9 +11,6 @@ sign, such as an angle; for those the range over the cycle is used.
 The trend symmetry of two curves compares their shapes alone [Crenshaw2006]_: of the points
 :math:`(R_i - \bar R, L_i - \bar L)` over the cycle it is the variance across the principal axis in
 percent of that along it; 0 if one curve is the other scaled and shifted.
-
-References:
-    [Robinson1987]_, [Crenshaw2006]_.
 """
 
 from collections.abc import Mapping

@@ -108,9 +108,6 @@ def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
     Args:
         moments: From :func:`inverse_dynamics`.
         forces: The ground reactions used.
-
-    References:
-        [Hicks2015]_.
     """
     valid = forces.valid
     if not valid.any():

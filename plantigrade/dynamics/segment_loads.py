@@ -12,9 +12,6 @@ above the foot are independent of the choice, joints within it are not.
   :math:`\sum s_i^2 / w_i`; :math:`w_i = \exp(-h_i / h_0)` decreases with the height of the point
   above the lowest one. The remainder for a centre of pressure outside the sole is a moment on the
   segment with the largest share, so that the sum equals the measurement.
-
-References:
-    [Stefanyshyn1997]_.
 """
 
 from dataclasses import dataclass

@@ -21,9 +21,6 @@ Step length follows the preferred relation of [Kuo2001]_, :math:`s/l = (v^*)^{0.
 moves at the mean speed with two small oscillations per stride and one lateral sway, with the
 amplitudes of [Zijlstra1997]_. Arm swing follows [Murray1967]_, about 32 degrees in the shoulder at
 free speed, opposite to the leg and increasing with speed.
-
-References:
-    [Schwartz2008]_, [Fukuchi2018]_, [Stebbins2006]_, [Kuo2001]_, [Zijlstra1997]_, [Murray1967]_.
 """
 
 import json

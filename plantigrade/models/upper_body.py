@@ -21,9 +21,6 @@ The arm swings opposite to the ipsilateral leg, 32 degrees at free speed [Murray
 flexes in forward swing from 12 to 36 degrees at free speed [Falisse2019]_. All amplitudes increase
 with the dimensionless speed up to :data:`MAX_SWING_SCALE` and vanish in standing, with an upright
 trunk and hanging arms. Runners flex the elbow to 90 degrees [Yegian2019]_.
-
-References:
-    [Chung2010]_, [Falisse2019]_, [Murray1967]_, [Schwartz2008]_, [Yegian2019]_.
 """
 
 from dataclasses import dataclass

@@ -13,9 +13,6 @@ acceleration of heel or forefoot, whichever comes first, and leaves at the peak 
 of the forefoot [Handsaker2016]_.
 
 An event whose neighbourhood shows no such extremum stays where the swing put it.
-
-References:
-    [OConnor2007]_, [Ghoussayni2004]_, [Bruening2014]_, [Handsaker2016]_.
 """
 
 from collections.abc import Sequence

@@ -27,9 +27,6 @@ three and a half times the walking speed. A heel strike threshold must lie above
 a heel marker still rolls forward about the heel while the foot comes down (a tenth of the peak).
 The coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms before the plates do on the
 recordings this was checked on, so it is not used here.
-
-References:
-    [Ghoussayni2004]_, [Bruening2014]_, [Zeni2008]_.
 """
 
 import numpy as np

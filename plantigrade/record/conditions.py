@@ -76,11 +76,6 @@ class Condition:
             raise ParameterError(f"{self.name}: times must be in order")
 
     @property
-    def instant(self) -> bool:
-        """Whether it holds at one time only."""
-        return self.time[0] == self.time[-1]
-
-    @property
     def unit(self) -> str:
         """SI unit of the bounds."""
         dynamic = {"power": "W", "muscle torque": "N m"}
