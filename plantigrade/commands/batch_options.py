@@ -53,9 +53,6 @@ class BatchOptions(JobOptions):
             name: First part of the name of the batch's folder in ``runs``.
             one: Processes a single recording.
             many: Makes the batch of several.
-
-        Raises:
-            ParameterError: If there is no recording, or an option is for a batch alone.
         """
         from plantigrade.commands.progress import Progress
         from plantigrade.workflows.fit_many import recordings
@@ -91,11 +88,7 @@ class BatchOptions(JobOptions):
         )
 
     def refuse_batch_options(self, needs: str) -> None:
-        """Refuse options of a batch where there is a single item.
-
-        Raises:
-            ParameterError: If one is given; ``needs`` says what makes a batch.
-        """
+        """Refuse options of a batch where there is a single item."""
         given = {"--keep": self.keep is not None, "--collect": self.collect}
         given |= {"--jobs": self.jobs != 1, "--backend": self.backend != "loky"}
         for name, there in given.items():

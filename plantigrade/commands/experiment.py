@@ -15,11 +15,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 def find_checkout() -> Path:
-    """Return the checkout that the package is run from, or else the current folder if it is one.
-
-    Raises:
-        CheckoutNeeded: If neither has the experiments.
-    """
+    """Return the checkout that the package is run from, or else the current folder if it is one."""
     for folder in (CHECKOUT, Path.cwd()):
         if (folder / "experiments" / "command.py").is_file():
             return folder

@@ -213,11 +213,7 @@ def parse(name: str, words: Sequence[str]) -> Any:
 
 
 def _refuse_absent(command: Any) -> None:
-    """Refuse an input that is not there, before the libraries are loaded that would read it.
-
-    Raises:
-        FileError: If there is one.
-    """
+    """Refuse an input that is not there, before the libraries are loaded that would read it."""
     for names, problem, remedy in INPUTS:
         for name in names:
             value = getattr(command, name, None)

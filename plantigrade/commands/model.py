@@ -111,11 +111,7 @@ class Command(Person, PrintOptions):
 
 
 def own_lengths(words: tuple[str, ...]) -> dict[str, float]:
-    """Return segment lengths [m] by name from words like ``thigh=0.43``.
-
-    Raises:
-        ParameterError: If a word is not of that form or a name comes twice.
-    """
+    """Return segment lengths [m] by name from words like ``thigh=0.43``."""
     found: dict[str, float] = {}
     for word in words:
         name, sign, value = word.partition("=")

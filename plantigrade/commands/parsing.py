@@ -39,9 +39,6 @@ def completion(shell: str, commands: Mapping[str, tuple[str, Any]]) -> str:
     Args:
         shell: One of :data:`SHELLS`.
         commands: Name → what it does, and its dataclass or a mapping of the same kind.
-
-    Raises:
-        ParameterError: If the shell is another one.
     """
     if shell not in SHELLS:
         raise ParameterError(f"no completion for {shell!r}; there is one for {', '.join(SHELLS)}")

@@ -19,11 +19,7 @@ class Progress:
     """
 
     def __init__(self, *, quiet: bool = False):
-        """Open on standard error.
-
-        Args:
-            quiet: Say nothing but warnings.
-        """
+        """Open on standard error."""
         from rich.console import Console
 
         self.quiet = quiet
@@ -39,12 +35,7 @@ class Progress:
         self._console.print(f"warning: {printable(sentence, lines=False)}", style="yellow")
 
     def note(self, sentence: str, of: str = "") -> None:
-        """Print a note: information unless quiet, a warning always.
-
-        Args:
-            sentence: The note.
-            of: Its subject, put before it.
-        """
+        """Print a note: information unless quiet, a warning always."""
         say = self.say if isinstance(sentence, Info) else self.warn
         say(of + sentence)
 
@@ -103,11 +94,6 @@ class Progress:
 
     def track(self, items: Iterable[Item], sentence: str, *, total: int):
         """Yield ``items`` while a bar counts them.
-
-        Args:
-            items: The items.
-            sentence: The work, in words.
-            total: How many there are.
 
         Example:
             >>> [2 * x for x in Progress(quiet=True).track([1, 2], "doubling", total=2)]

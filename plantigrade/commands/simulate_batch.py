@@ -59,9 +59,6 @@ def several(
 def varied(given: tuple[tuple[str, ...], ...]) -> dict[str, list[str]]:
     """Return option → values, of what was given as name and values.
 
-    Raises:
-        ParameterError: If there are no values, or an option comes twice.
-
     Example:
         >>> varied((("ground", "flat", "slope:5"), ("control-rate", "30", "100")))
         {'ground': ['flat', 'slope:5'], 'control_rate': ['30', '100']}

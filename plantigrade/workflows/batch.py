@@ -99,11 +99,6 @@ class Batch(Iterable[Result]):
 
     Every other use (``members``, ``status``, ``to_dataframe()``) computes what is left first.
 
-    Args:
-        plan: What is computed.
-        how: Where, and what is kept.
-        command: The command line, for the provenance.
-
     Raises:
         ParameterError: If settings contradict each other.
         RunExists: If the folder holds anything else.

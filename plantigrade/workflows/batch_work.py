@@ -69,11 +69,7 @@ def made(work: Work, kept: Kept, task: tuple[Item, Any]) -> Made:
 
 
 def _packed(run: Run) -> bytes:
-    """Return a run folder as one archive.
-
-    Raises:
-        ParameterError: If it is too large to be sent.
-    """
+    """Return a run folder as one archive."""
     assert run.folder is not None
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -115,11 +115,7 @@ def _shared_name(given: Iterable[object], trials: Sequence[Run]) -> str:
 
 
 def names_of(runs: Sequence[Run]) -> list[str]:
-    """Return a name for each run: that of its folder, with folders above it where two are alike.
-
-    Raises:
-        ParameterError: If a run was named twice.
-    """
+    """Return a name for each run: that of its folder, with folders above it where two are alike."""
     for k, run in enumerate(runs):
         same = [r for r in runs[:k] if r is run or _same_folder(r, run)]
         if same:

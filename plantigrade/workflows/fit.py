@@ -115,11 +115,7 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
 def fit_recording(
     recording: Recording, settings: RecordingSettings, shared: Shared | None = None
 ) -> Fit:
-    """Fit a recording of any kind; ``shared`` is what it has in common with other trials.
-
-    Raises:
-        FitError: If it cannot be fitted; the message says why.
-    """
+    """Fit a recording of any kind; ``shared`` is what it has in common with other trials."""
     person = Person(**settings.known)
     subject = filled(Subject(age=settings.age), recording.subject)
     recording = replace(recording, subject=subject)
@@ -148,12 +144,7 @@ def fit_recording(
 
 
 def given_ground(settings: RecordingSettings) -> GivenGround | None:
-    """Return the ground that settings of a fit give; None where they give none.
-
-    Raises:
-        ParameterError: If it is neither ``slope:DEG``, ``slope:DEG,HEADING`` nor ``steps:CM``, or
-            a number is not allowed.
-    """
+    """Return the ground that settings of a fit give; None where they give none."""
     word = settings.ground if isinstance(settings, FitSettings) else None
     if word is None:
         return None
@@ -182,12 +173,6 @@ def fit_trial(
     shared: Shared | None = None,
 ) -> tuple[Recording, Trial]:
     """Read, fit and analyse a recording; return it as it was read, and the trial.
-
-    Args:
-        path: The recording.
-        settings: What decides the result.
-        step: Shows progress.
-        shared: Body and mass of the subject, from several trials.
 
     Raises:
         ParameterError: If ``path`` is no path.

@@ -128,11 +128,7 @@ def _begun(settings: FitSettings, paths: Sequence[Path]) -> tuple[Shared | None,
 
 
 def _of_one_subject(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
-    """Return body and mass shared by recordings of one subject.
-
-    Raises:
-        ParameterError: If they cannot be.
-    """
+    """Return body and mass shared by recordings of one subject."""
     shared, problem = _begun(settings, [path.absolute() for path in paths])
     if problem:
         raise ParameterError(problem)

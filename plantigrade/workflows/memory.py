@@ -15,11 +15,7 @@ RECORDING_COPIES = 2  # Copies of the recording that a fit makes: turned to face
 
 
 def require_memory(recording: Recording) -> None:
-    """Refuse a recording whose fit would not fit into free memory; the machine would swap.
-
-    Raises:
-        FitError: If it does not.
-    """
+    """Refuse a recording whose fit would not fit into free memory; the machine would swap."""
     motion = (recording.markers, recording.skeleton, recording.coordinates)
     parts = [part for part in (*motion, *recording.plates) if part is not None]
     arrays = [getattr(part, f.name) for part in parts for f in fields(part)]

@@ -21,11 +21,7 @@ MIN_HEIGHT, MAX_HEIGHT = 200, 4000  # [px] allowed heights; chosen
 
 @dataclass(frozen=True)
 class PageFrame:
-    """A page in a cell: what a notebook shows of it.
-
-    Raises:
-        ParameterError: If the height is out of range.
-    """
+    """A page in a cell: what a notebook shows of it."""
 
     source: str  #: Attribute of the frame that holds the page or names its address, as HTML
     height: int  #: Height of the frame [px]

@@ -65,13 +65,6 @@ def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
     """Scale one body to the trials of a subject and weigh it on all their plates.
 
     Trials that cannot be fitted are left aside; None where fewer than two remain.
-
-    Args:
-        paths: The trials, in any order.
-        settings: How they are fitted.
-
-    Raises:
-        FitError: If two files give heights or masses that are not one person's.
     """
     chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
     recordings: list[Recording] = []

@@ -14,10 +14,6 @@ PRINTED = ("report.html", "batch.html", "compare.html", "study.html")
 def print_pages(folder: Path, say: Callable[[str], object] = lambda _: None) -> list[Path]:
     """Print the pages of a folder of results, and of the results in it, beside them.
 
-    Args:
-        folder: The folder of a run, a batch, a study or a comparison.
-        say: Called with a line before each page.
-
     Returns:
         The PDFs.
 

@@ -56,11 +56,7 @@ def reproduce_many(
 def reproduce_batch(
     given: Inputs, how: ReproduceSettings, where: BatchSettings, *, command: str = ""
 ) -> Batch:
-    """Return the batch of recordings that are reproduced; ``command`` is for the provenance.
-
-    Raises:
-        ParameterError: If only figures are kept.
-    """
+    """Return the batch of recordings that are reproduced; ``command`` is for the provenance."""
     if where.keep == "figures":
         raise ParameterError("a study compares whole gaits: keep runs or pages, not figures")
     plan = Plan(

@@ -87,12 +87,7 @@ class Start:
 
 
 def surroundings(how: SimulateSettings) -> tuple[ModelMismatch, tuple[Disturbance, ...]]:
-    """Return the model mismatch, its ground included, and the disturbances.
-
-    Raises:
-        ParameterError: If there is no such ground, or a text is no push, rope, box, barrier or
-            shift.
-    """
+    """Return the model mismatch, its ground included, and the disturbances."""
     pushes: tuple[Disturbance, ...] = (
         *(Push.parse(word) for word in how.push),
         *(Rope.parse(word) for word in how.rope),
@@ -245,11 +240,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
 
 
 def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
-    """Return the start of a foot motion.
-
-    Raises:
-        ParameterError: If there is no such script, or the feet have no segments.
-    """
+    """Return the start of a foot motion."""
     human, script = how.human(), script_named(word)
     if human.feet != "multi-segment":
         raise ParameterError(

@@ -33,11 +33,6 @@ def styles_of(
     Recordings are fitted, with the joints and feet of the person; their walks are carried over to
     the person's body.
 
-    Args:
-        human: The person.
-        how: The settings, with their words.
-        step: Shows progress.
-
     Raises:
         ParameterError: If a text is invalid, or a walk has no stride or a person with other
             joints.
@@ -68,11 +63,7 @@ def _posed(human: Human, angles: Mapping[str, float]) -> Pose:
 
 
 def timed(word: str, what: str, form: str) -> tuple[str, float | None]:
-    """Return a word without its time, and that [s]; None where it has none.
-
-    Raises:
-        ParameterError: If its time is none.
-    """
+    """Return a word without its time, and that [s]; None where it has none."""
     name, at, when = word.rpartition("@")
     if not at:
         return word, None
@@ -86,11 +77,7 @@ def timed(word: str, what: str, form: str) -> tuple[str, float | None]:
 
 
 def pose_of(word: str) -> dict[str, float] | None:
-    """Return coordinate → angle of a word [rad]; None where it is no pose.
-
-    Raises:
-        ParameterError: If an angle is no number.
-    """
+    """Return coordinate → angle of a word [rad]; None where it is no pose."""
     if "=" not in word:
         return None
     angles = {}
@@ -124,11 +111,7 @@ def _upper(word: str, human: Human, how: SimulateSettings, step: Step) -> Style:
 
 
 def _found(word: str, human: Human, how: SimulateSettings, step: Step) -> Record:
-    """Return the record of a recording or run.
-
-    Raises:
-        ParameterError: If its person has other joints.
-    """
+    """Return the record of a recording or run."""
     path = as_path(word, "another walk")
     if path.is_dir():
         record = Run.load(path).record

@@ -242,16 +242,7 @@ def run_of(
     words: str = "",
     figures: Mapping[str, Any] | None = None,
 ) -> Run:
-    """Return the run of a solved task: recorded, checked, with every figure.
-
-    Args:
-        solution: What the solver found.
-        settings: Everything that decided it.
-        origin: For the provenance.
-        strides: Of a periodic motion.
-        words: The task's parameters, in words.
-        figures: Further figures.
-    """
+    """Return the run of a solved task: recorded, checked, with every figure."""
     record, name = solution.record(strides=strides), solution.task.name
     made = "generated from the task alone"
     what = f"{name} ({words})" if words else name

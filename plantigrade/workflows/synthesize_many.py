@@ -61,11 +61,7 @@ def synthesize_batch(
     *,
     command: str = "",
 ) -> Batch:
-    """Return the batch of tasks in all combinations; ``command`` is for the provenance.
-
-    Raises:
-        ParameterError: If there is no task, or an option has no values or a value twice.
-    """
+    """Return the batch of tasks in all combinations; ``command`` is for the provenance."""
     if not given:
         raise ParameterError("no task is given to be synthesised")
     words = [str(as_path(task, "a task")) for task in given]

@@ -171,11 +171,7 @@ def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
 
 
 def _claim(places: list[Path], resume: bool, overwrite: bool) -> None:
-    """Refuse to lose a training; remove what is to be replaced.
-
-    Raises:
-        RunExists: If there is one.
-    """
+    """Refuse to lose a training; remove what is to be replaced."""
     if resume:
         return
     there = [p / name for p in places for name in FILES if (p / name).exists()]

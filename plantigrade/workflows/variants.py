@@ -31,18 +31,7 @@ Variant = dict[str, Any]  # Option → its value in one simulation
 def variants(
     how: SimulateSettings, vary: Mapping[str, Sequence[Any]], seeds: int, *, standing: bool
 ) -> list[Variant]:
-    """Return what every simulation has of its own, all combinations; words as their types.
-
-    Args:
-        how: What all have in common.
-        vary: Option → its values.
-        seeds: Each combination with so many seeds.
-        standing: Whether the person is made from the settings, and may vary.
-
-    Raises:
-        ParameterError: If an option does not exist, is no word of its type or has a value twice,
-            or there are too many combinations.
-    """
+    """Return what every simulation has of its own, all combinations; words as their types."""
     allowed = (*OWN, *_PERSON, *WORDS) if standing else (*OWN, *WORDS)
     refuse_unknown("a batch", (name for name in vary if not having(name)), allowed)
     if not 1 <= seeds <= MOST or ("seed" in vary and seeds > 1):
@@ -79,9 +68,6 @@ def combinations(axes: Mapping[str, Sequence[Any]], what: str) -> list[dict[str,
 
 def typed(name: str, value: Any) -> Any:
     """Return a value of an option; a word of the command line becomes what the option takes.
-
-    Raises:
-        ParameterError: If it is none.
 
     Example:
         >>> typed("stiffness", "0.5"), typed("push", "none"), typed("ground", "flat")
