@@ -1,4 +1,4 @@
-"""Forces where no plate told them: kept apart from measured ones, refused where they cannot be."""
+"""Forces that no plate measured: kept apart from measured ones, refused where they cannot be."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def partly():
     return analyse(replace(fit, recording=replace(fit.recording, plates=right)))
 
 
-def test_withheld_plates_stand_beside_and_enter_nothing(plated, withheld):
+def test_withheld_plates_are_compared_and_enter_nothing(plated, withheld):
     """All that is estimated is as if there had never been plates."""
     bare = analyse(without_plates(plated_walk().fit()))  # equal trials give equal forces, too
     assert withheld.forces is None and withheld.weighed is None
@@ -62,11 +62,11 @@ def test_estimated_forces_count_nowhere_as_measured(withheld):
 def test_a_foot_off_its_plate(plated, partly):
     """What the right plate tells is kept to the last digit; the left foot is estimated."""
     assert partly.forces is not None and partly.ground is not None
-    record, told = partly.record(), partly.ground.measured
+    record, is_measured = partly.record(), partly.ground.measured
     right, left = record.foot("r"), record.foot("l")
     assert right.known.all() and left.known.all(), "known at all, measured or not"
     assert left.measured.mean() < 0.6 < right.measured.mean() + 0.4
-    sure = told[:, 0] & plated.forces.valid_side[:, 0]
+    sure = is_measured[:, 0] & plated.forces.valid_side[:, 0]
     np.testing.assert_array_equal(partly.ground.forces.force[sure, 0], plated.forces.force[sure, 0])
     np.testing.assert_allclose(
         partly.moments["knee_angle_r"][sure], plated.moments["knee_angle_r"][sure], atol=1e-9

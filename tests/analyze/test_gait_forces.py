@@ -1,4 +1,4 @@
-"""Forces that no plate told, beside the measured ones: stance only, foot by foot."""
+"""Estimated forces compared with measured ones: stance only, foot by foot."""
 
 from dataclasses import replace
 
@@ -61,12 +61,12 @@ def test_figures_are_means_over_feet(measured):
 
 
 def test_what_was_estimated_is_not_compared_with(measured):
-    told = np.ones((measured.motion.n_frames, 2), bool)
-    told[:, 1] = False
+    is_measured = np.ones((measured.motion.n_frames, 2), bool)
+    is_measured[:, 1] = False
     nv = measured.human.model.nv
     n = measured.motion.n_frames
     signals = {
-        "forces.measured": told,
+        "forces.measured": is_measured,
         "forces.band": np.ones((n, 2, 3)),
         "forces.point_band": np.ones((n, 2, 2)),
         "forces.torque_band": np.ones((n, 2)),

@@ -125,7 +125,7 @@ def test_a_thigh_that_turns_under_its_hinge_is_seen_by_its_own_markers(human):
 
 @pytest.mark.parametrize("side", ["r", "l"])
 def test_a_knee_that_turns_about_another_axis_is_seen_by_the_markers_of_both_segments(human, side):
-    """The body's knee is a hinge; what its markers turn beside it is told, not lost."""
+    """The body's knee is a hinge; further rotation of its markers is reported, not lost."""
     marks = ("knee_lateral", "knee_medial", "thigh", "ankle_lateral", "ankle_medial", "shank")
     names = ("KNE", "KNM", "THI", "ANK", "MED", "TIB")
     qpos = np.tile(human.standing(), (len(TIME), 1))

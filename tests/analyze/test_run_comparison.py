@@ -135,12 +135,12 @@ def test_the_command_writes_page_table_and_figures(folders, tmp_path, monkeypatc
     words = ["compare", str(folders / "before"), str(folders / "after"), "--json"]
     assert main(words) == 0
     out, err = capsys.readouterr()
-    told = json.loads(out)
+    printed = json.loads(out)
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name == "compare-before-after"
     files = {"compare.html", "compare.csv", "differences.csv", "metrics.json"}
     assert {p.name for p in folder.iterdir()} == files
-    assert told["gaits"] == ["before", "after"] and "knee_angle_r" in err
+    assert printed["gaits"] == ["before", "after"] and "knee_angle_r" in err
     header, *rows = (folder / "compare.csv").read_text().splitlines()
     assert header.startswith("variable,percent,mean before,sd before,mean after")
     knee = [row.split(",") for row in rows if row.startswith("knee_angle_r,")]

@@ -1,4 +1,4 @@
-"""Operations of CasADi's functions as arrays: as told one by one, and run again by hand."""
+"""Operations of CasADi's functions as arrays: as listed one by one, and run again by hand."""
 
 import casadi as ca
 import numpy as np

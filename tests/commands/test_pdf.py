@@ -18,7 +18,7 @@ def folder(tmp_path_factory):
     return run.save(tmp_path_factory.mktemp("runs") / "walk").folder
 
 
-def test_a_report_is_printed_beside_its_page(folder, browser, capsys):
+def test_a_report_is_printed_next_to_its_page(folder, browser, capsys):
     assert main(["report", str(folder), "--pdf"]) == 0
     assert f"pdf            {folder / 'report.pdf'}" in capsys.readouterr().out
     pdf = (folder / "report.pdf").read_bytes()

@@ -210,7 +210,7 @@ def test_a_motion_from_standing_starts_with_its_soles_on_another_ground():
     np.testing.assert_allclose(np.subtract(ankles, planned), np.deg2rad(10.0), atol=0.03)
 
 
-def test_a_live_session_knows_what_is_otherwise():
+def test_a_live_session_knows_the_model_mismatch():
     made = prepare(Run.load(STORED / "side-step"), mass_error_pct=10.0, delay=0.01, friction=0.6)
     session, own = made.session, made.stage.begin.human.mass
     mine = slice(1, 1 + len(session.world.human.body_names))

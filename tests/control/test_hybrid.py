@@ -31,7 +31,7 @@ def test_it_stands_and_is_pushed_and_stands(pushed):
     assert not record.signals["controller.joints_beyond_strength"][:-1].any()
 
 
-def test_the_joints_move_as_they_are_told(pushed):
+def test_joints_have_the_commanded_accelerations(pushed):
     world, _ = pushed
     controller, state = Hybrid(), world.reset()
     for _ in range(6):

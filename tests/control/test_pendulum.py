@@ -220,7 +220,7 @@ def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
         assert (y[1:][x[1:] * x[:-1] < 0.0] > 0.0).all()  # passes on its own side
 
 
-def test_a_push_is_estimated_besides_the_ground(walk, world_of):
+def test_a_push_is_estimated_in_addition_to_ground_forces(walk, world_of):
     controller = Pendulum(walk)
     world = world_of(controller)
     state, estimated = world.reset(), []
@@ -370,7 +370,7 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
     high, speed = heights(lambda place: 0.1 if 0.3 < place[0] < 0.5 else 0.0)
     assert high[0] == high[-1] == 0.0
     assert high[160:260].min() > 0.1  # toes are over the edge before the ankle is
-    # It is told how fast it rises: else it comes late.
+    # The speed of the rise is an input: without it the reaction is late.
     np.testing.assert_allclose(np.gradient(high, 0.001)[2:-2], speed[2:-2], atol=0.06)
     up, _ = heights(lambda place: 0.1 if place[0] > 0.5 else 0.0)
     assert up[-1] == pytest.approx(0.1) and up[200] > 0.095

@@ -172,7 +172,7 @@ def test_arms_that_pass_through_the_body_are_held_out_of_it(side_step):
     assert found.legs == 0.0
 
 
-def test_what_it_did_is_told(replay):
+def test_touchdowns_are_described(replay):
     axes, zero = np.eye(2), np.zeros(3)
     steps = [
         Touchdown(1.0, "r", 0.01, zero, axes),
@@ -181,8 +181,8 @@ def test_what_it_did_is_told(replay):
     assert describe_steps(steps, 0.04, 4) == [
         "Stepped 5 cm short and 8 cm to the left with the left foot at 1.5 s."
     ]
-    told = describe_touchdowns(steps)
-    assert told.startswith("2 touchdowns: 1 sooner than planned by 10 ms, 1 later")
+    sentence = describe_touchdowns(steps)
+    assert sentence.startswith("2 touchdowns: 1 sooner than planned by 10 ms, 1 later")
     assert describe_touchdowns([]) == ""
     figures = touchdown_figures(steps)
     assert (figures["touchdowns_early"], figures["touchdowns_late"]) == (1, 1)
@@ -237,7 +237,7 @@ def test_who_is_pushed_while_standing_takes_a_step_and_the_motion_goes_on_after_
     assert "Stepped" in " ".join(replay.summary().sentences)
 
 
-def test_what_is_down_soon_is_told_across_the_end_of_a_period():
+def test_contacts_ahead_are_found_across_the_end_of_a_period():
     on = np.array([[True, False], [False, False], [False, True], [False, False], [True, False]])
     whole = before(on, 1, periodic=True)
     np.testing.assert_array_equal(whole[:, 0], [True, False, False, True, True])
@@ -247,7 +247,7 @@ def test_what_is_down_soon_is_told_across_the_end_of_a_period():
     np.testing.assert_array_equal(before(on, 0, periodic=True), on)
 
 
-def test_legs_that_steps_have_bent_otherwise_are_slowed_and_not_led_to_the_motion(replay):
+def test_legs_bent_by_steps_are_slowed_and_not_led_to_the_motion(replay):
     ref, legs = replay.reference.at(0.2), leg_joints(replay.human)
     qpos = ref.q + 0.0
     qpos[7:] += 0.3

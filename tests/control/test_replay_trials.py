@@ -23,7 +23,7 @@ def test_a_replay_is_the_same_again_and_another_start_another_one(controller):
     assert one.error != other.error
 
 
-def test_what_is_otherwise_than_planned_reaches_the_world(controller):
+def test_model_mismatch_reaches_the_world(controller):
     plain = replay_once(controller, 0.02)
     cases = (
         ModelMismatch(mass=1.1),

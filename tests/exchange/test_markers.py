@@ -30,8 +30,8 @@ def test_c3d_holds_markers_forces_events_and_the_person(walk, tmp_path):
     assert found.subject.mass == pytest.approx(human.mass)
     assert found.subject.height == pytest.approx(human.height)
     shift = found.markers.time[0] - motion.time[0]
-    told = [(e.side, e.kind, pytest.approx(e.time + shift, abs=1e-4)) for e in motion.events]
-    assert [(e.side, e.kind, e.time) for e in found.events] == told
+    expected = [(e.side, e.kind, pytest.approx(e.time + shift, abs=1e-4)) for e in motion.events]
+    assert [(e.side, e.kind, e.time) for e in found.events] == expected
     heel = attachments(human)["heel_r"]
     assert found.markers.select(["RHEE"]).positions == pytest.approx(
         PointSet.of(human, [heel]).path(motion.qpos), abs=1e-5

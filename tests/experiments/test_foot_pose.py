@@ -31,5 +31,5 @@ def test_hindfoot_and_forefoot_follow_from_the_ankle(data: Path):
         assert found[f"forefoot_adduction_{side}, controller, r"] is None
         assert found[f"hallux_by_markers_{side}, span"] > 30
         assert found[f"hallux_by_markers_{side}, controller, r"] > 0.85
-    told = [row for row in rows if row.met is not None]
-    assert len(told) == 2 * (len(TOLD) + 1) and all(np.isfinite(row.value) for row in told)
+    known = [row for row in rows if row.met is not None]
+    assert len(known) == 2 * (len(TOLD) + 1) and all(np.isfinite(row.value) for row in known)

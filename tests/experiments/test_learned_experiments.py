@@ -91,8 +91,8 @@ def test_trainings_of_a_foot_are_held_against_those_of_another(measured):
     off = next(line for line in grid.lines if line[0].startswith("joints"))
     assert off[1:] == ["2 ± 6.4", "-"]  # Student's t of one degree of freedom is 12.7
     assert grid.header == ("", f"{FOOT}, 2", "rigid, 1")
-    told = {f"{row.subject} {row.quantity}": row for row in learned_feet.EXPERIMENT.rows(found)}
-    assert told[f"{FOOT} joints off the reference"].value == 2.0
+    by_name = {f"{row.subject} {row.quantity}": row for row in learned_feet.EXPERIMENT.rows(found)}
+    assert by_name[f"{FOOT} joints off the reference"].value == 2.0
 
 
 def test_a_policy_of_your_own_is_named_by_its_file(tmp_path):

@@ -20,7 +20,7 @@ def gait() -> Gait:
     return Gait(165.0, 0.30, 0.8, curves)
 
 
-def test_a_gait_beside_itself_misses_only_the_knee_at_strike():
+def test_a_gait_compared_with_itself_misses_only_the_knee_at_strike():
     rows = {r.quantity: r for r in rows_beside("3 m/s", gait(), gait())}
     assert {q for q, r in rows.items() if r.met is False} == {"knee at strike"}  # -5 degrees
     assert rows["peak vertical force"].note == "+0 %"

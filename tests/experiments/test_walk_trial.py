@@ -104,7 +104,7 @@ def test_controllers_by_word(record, tmp_path):
     assert callable(policy.make(policy.record))
     with pytest.raises(ParameterError, match="needs a walk"):
         walker("pendulum")
-    for word, told in (
+    for word, message in (
         ("learned:none", "learned walks on feet="),
         ("moon", "no controller 'moon'; there are passive"),
         ("pendulum:moon", "no landing law"),
@@ -112,7 +112,7 @@ def test_controllers_by_word(record, tmp_path):
         (f"{tmp_path}/none.py:a", "there is no file"),
         ("no.such.module:a", "ModuleNotFoundError"),
     ):
-        with pytest.raises(ParameterError, match=told):
+        with pytest.raises(ParameterError, match=message):
             walker(word, record)
     assert walks_as("pendulum", record).record.human is record.human
     own = replace(record, human=Human.create(1.6, 55.0, "female", "42", "rigid"))
@@ -191,11 +191,11 @@ def test_a_tour_has_a_punch_on_every_leg_and_turns_only_for_controllers_that_fol
     np.testing.assert_allclose(far, 0.8 * 5.0 * falling.speed)
     assert goals[0, 1] == 0.0 and np.ptp(goals[:, 1]) > 1.0
     assert np.ptp(waypoints(falling, rng, straight=True)[:, 1]) == 0.0
-    told = []
+    goals_seen = []
 
     class Follows(Controller):
         def follow(self, points):
-            told.append(points)
+            goals_seen.append(points)
             return True
 
         def __call__(self, state):
@@ -203,7 +203,7 @@ def test_a_tour_has_a_punch_on_every_leg_and_turns_only_for_controllers_that_fol
 
     found = tour(walker(lambda _: Follows(), record), seed=3, n=2)
     assert not found.completed and found.reached == 0 and found.end.startswith("fell")
-    assert not found.straight and told[0].shape == (2, 2) and len(found.punches) <= 2
+    assert not found.straight and goals_seen[0].shape == (2, 2) and len(found.punches) <= 2
     assert tour(falling, seed=3, n=2).straight
     every = punches(falling, np.random.default_rng(0))
     assert [int(p.time // 5.0) for p in every] == list(range(12))

@@ -187,8 +187,8 @@ def test_joints_with_axes_along_their_bones(body):
     body.write_text(text + "\n".join(rows))
     recording = read_bvh(body)
     found = recording.skeleton
-    assert any("an upright frame" in told for told in recording.warnings)
-    assert any("1.70 m from ankle to head" in told for told in recording.warnings)
+    assert any("an upright frame" in warning for warning in recording.warnings)
+    assert any("1.70 m from ankle to head" in warning for warning in recording.warnings)
     rest = found.rest_positions[1:] - found.rest_positions[1]
     np.testing.assert_allclose(rest[:, 2], plain.rest_positions[:, 2], atol=1e-9)
     bones = [2, 4]  # a bone stays on its joint whatever is taken as the rest pose

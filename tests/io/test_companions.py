@@ -226,7 +226,7 @@ def test_public_recordings(data, name):
 
 def test_two_persons_are_distinguished(data):
     a, b = data / "c3d/HC038A11.c3d", data / "c3d/HC032A01.c3d"
-    bare = [Recording(p, read(p).markers) for p in (a, b)]  # their statures not told
+    bare = [Recording(p, read(p).markers) for p in (a, b)]  # without their statures
     assert not same_person(*bare)
     own = read(data / "c3d/HC038A01.c3d")
     assert same_person(bare[0], Recording(own.source, own.markers))

@@ -256,7 +256,7 @@ def test_what_is_wrong_is_said(file, what):
         read_smpl(path)
 
 
-def test_formats_are_told_by_their_contents(file, tmp_path):
+def test_formats_are_recognised_by_their_contents(file, tmp_path):
     assert format_of(file(GOOD)).name == "SMPL"
     assert format_of(file(GOOD, "a.pkl")).name == "SMPL"
     assert format_of(file({"qpos": GOOD["poses"], "time": GOOD["trans"]})).name == "npz"

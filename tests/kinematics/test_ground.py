@@ -1,4 +1,4 @@
-"""Feet and the ground: planted feet neither slide nor sink, and a path can be told from them."""
+"""Feet and the ground: planted feet neither slide nor sink, and a path follows from them."""
 
 import numpy as np
 import pytest

@@ -104,7 +104,7 @@ def test_a_dragged_body_follows_the_hand_with_no_more_than_is_allowed(session):
         session.hold(0, at, at)
 
 
-def test_the_ground_tilts_to_what_is_wanted_and_is_level_again_after_a_restart(session):
+def test_the_ground_tilts_to_the_target_and_is_level_again_after_a_restart(session):
     session.submit(lambda: session.tilt(np.deg2rad(2.0), np.deg2rad(-1.0)))
     session.advance(1.6)
     place = session.record().signals["ground.place"]

@@ -30,11 +30,11 @@ def estimated(record: Record, *, beside: str = "nothing", **figures) -> Run:
     Measured is ``beside`` it: nothing, the right foot by its plate, or both by withheld plates.
     """
     (n, nv), weight = record.motion.qvel.shape, record.weight
-    told = np.zeros((n, 2), bool)
-    told[:, 0] = beside == "plate"
-    unknown = (~told).astype(float)
+    is_measured = np.zeros((n, 2), bool)
+    is_measured[:, 0] = beside == "plate"
+    unknown = (~is_measured).astype(float)
     signals = {
-        "forces.measured": told,
+        "forces.measured": is_measured,
         "forces.band": np.repeat(0.05 * weight * unknown[..., None], 3, axis=2),
         "forces.point_band": np.repeat(0.02 * unknown[..., None], 2, axis=2),
         "forces.torque_band": 3.0 * unknown,

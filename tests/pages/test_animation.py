@@ -117,7 +117,7 @@ def test_an_x_ray_adds_the_bones_of_both_feet(walking):
 
 
 @pytest.mark.parametrize("foot", ["left", "none"])
-def test_which_foot_is_told(walking, foot):
+def test_the_side_of_the_foot_is_named(walking, foot):
     svg = moving_picture(walking, foot=foot, rate=3.0).svg
     assert ("left foot" in svg) == (foot == "left")
     assert "right foot" not in svg

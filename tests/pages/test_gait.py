@@ -86,7 +86,7 @@ def test_norms_are_those_of_the_speed(run, speed):
 
 def test_without_forces_there_are_no_moments():
     trial = analyse(without_plates(plated_walk().fit()), cutoff=None)
-    trial = replace(trial, ground=None, moments=None)  # as where forces cannot be told
+    trial = replace(trial, ground=None, moments=None)  # as where forces are unknown
     found = sections(Run(trial.record(), "fit", figures=trial.figures))
     assert found["Joint angles over the gait cycle"].grid
     assert found["Joint moments"].missing and found["Joint powers"].missing

@@ -78,7 +78,7 @@ def test_dragging_on_a_curve_scrubs(still):
     assert still.evaluate("plantigrade.state.t") == pytest.approx(3.0, abs=0.1)
 
 
-def test_the_camera_follows_unless_told_to_stay(still):
+def test_the_camera_follows_unless_it_is_fixed(still):
     # the body walks 1.25 m/s: with the camera following it stays put in the picture
     still.evaluate("plantigrade.seek(0.0)")
     still.settle()

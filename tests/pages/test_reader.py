@@ -260,7 +260,7 @@ def test_a_small_person_of_unknown_age_is_a_child():
     assert Subject(fitted(small, age_years=30.0)).population is norms.ADULTS
 
 
-def test_a_slow_walk_is_told_that_adults_walked_faster(record):
+def test_a_slow_walk_is_shown_with_the_speed_of_the_norm(record):
     slow = sections(fitted(record, walking_speed_m_s=0.6))["Joint angles over the gait cycle"]
     assert "Angles depend on speed, here 0.60 m/s" in slow.text
     usual = sections(fitted(record))["Joint angles over the gait cycle"]

@@ -51,7 +51,7 @@ def test_the_verdict_s_table_says_what_where_and_when(record):
     assert rows[3][2] == "–" and rows[3][6] == "–", "without a limit nothing is judged"
 
 
-def test_a_fault_is_marked_and_told(record):
+def test_a_fault_is_marked_and_described(record):
     found = sections(solved(record, bad=True))
     assert found["Check"].rows[2][-1] == "no"
     assert found["Findings of the check"].rows == [["1", "the knee bends too far"]]
@@ -65,8 +65,8 @@ def test_a_fault_is_marked_and_told(record):
 
 
 def test_a_simulation_begins_with_what_became_of_it(record):
-    told = {"speed_m_s": 1.234, "landings": 7, "astray_max_m": 0.861, "points_passed": 1}
-    run = replace(fitted(record), kind="simulate", figures={**told, "fell_at_s": 2.5})
+    figures = {"speed_m_s": 1.234, "landings": 7, "astray_max_m": 0.861, "points_passed": 1}
+    run = replace(fitted(record), kind="simulate", figures={**figures, "fell_at_s": 2.5})
     facts = headline_figures(Subject(run))
     assert facts == {
         "fell": "at 2.50 s", "speed": "1.23 m/s", "steps": "7",
@@ -79,7 +79,7 @@ def test_a_simulation_begins_with_what_became_of_it(record):
 # Beside the recorded motion -----------------------------------------------------------------------
 
 
-def test_a_motion_beside_a_scaled_one(record):
+def test_a_motion_and_a_scaled_one(record):
     """The reference's right knee moves 0.7 times as far and is in phase; the left is the same."""
     found = compare(record)
     ours, theirs = found.rom["knee_angle_r"]
@@ -180,7 +180,7 @@ def test_short_figures_of_a_motion_from_tasks(record):
 # Forces -------------------------------------------------------------------------------------------
 
 
-def test_forces_stand_beside_measured_ones(record):
+def test_forces_are_drawn_with_measured_ones(record):
     found = sections(from_tasks(record, forces=True, measured=True))
     for title in ("Ground reactions: computed beside measured",
                   "Joint moments: computed beside measured"):  # fmt: skip
@@ -222,7 +222,7 @@ def test_of_a_body_that_fell_the_forces_end_with_the_fall(record):
     assert found["Ground reaction and centre of pressure"].missing, "they are not the run's"
 
 
-def test_a_push_is_named_beside_the_feet(record):
+def test_a_push_is_named_next_to_the_feet(record):
     made = solved(record).record
     pushed = ContactSite(body="torso", name="push_torso", part=PUSH_PART, measured=True)
     force = np.tile([60.0, 0.0, 0.0], (len(made.motion.time), 1, 1))
@@ -318,7 +318,7 @@ def test_foot_segments_are_drawn_where_the_fit_has_them(record):
     assert "Foot segments" not in sections(run)
 
 
-# What no plate told -------------------------------------------------------------------------------
+# What no plate measured ---------------------------------------------------------------------------
 
 
 def test_estimated_forces_have_sections_of_their_own(record):
@@ -336,7 +336,7 @@ def test_estimated_forces_have_sections_of_their_own(record):
     assert "none were measured" in found["Ground reaction and centre of pressure"].text
 
 
-def test_measured_forces_stand_beside_estimated_ones(record):
+def test_measured_forces_are_drawn_with_estimated_ones(record):
     withheld = sections(estimated(record, beside="withheld"))["Estimated ground reactions"]
     assert all(">measured<" in f.svg and ">estimated<" in f.svg for f in withheld.figures)
     assert "withheld" in withheld.text
@@ -355,8 +355,8 @@ def test_estimates_without_a_gait_cycle_are_drawn_over_time(record):
 
 def test_arrows_of_estimated_forces_are_thin(record):
     """What is drawn of a foot on a plate is as it was."""
-    told = build_scene(estimated(record, beside="plate").record).estimated
-    assert told is not None and told.all(axis=0).tolist() == [False, True, True]
+    is_estimated = build_scene(estimated(record, beside="plate").record).estimated
+    assert is_estimated is not None and is_estimated.all(axis=0).tolist() == [False, True, True]
     assert build_scene(record).estimated is None
     words = "Thin arrow: estimated"
     assert words in run_viewer(estimated(record)) and words not in run_viewer(fitted(record))

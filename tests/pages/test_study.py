@@ -68,7 +68,7 @@ def test_links_lead_to_folders_of_any_name():
     assert page.count('href="../a%20b%231%3F%22%3C%FF/viewer.html"') == 1
 
 
-def test_table_one_stands_beside_the_paper(page):
+def test_table_one_is_compared_with_the_paper(page):
     rows = rows_of(page, TABLE)
     assert [row[0] for row in rows] == [sided_title(name) for _, name in ROTATIONS]
     for (_, name), row in zip(ROTATIONS, rows, strict=True):

@@ -238,18 +238,18 @@ def test_paper_gets_a_still(still):
     assert still.evaluate("document.getElementById('still').hidden") is True
 
 
-def test_lost_graphics_are_told_and_come_back(still):
-    told = "!document.getElementById('nogl').hidden"
+def test_lost_graphics_are_reported_and_come_back(still):
+    message = "!document.getElementById('nogl').hidden"
     still.evaluate("window.seen = true; window.loss = gl.getExtension('WEBGL_lose_context'); 0")
     wait = "loss.{0}Context(), new Promise(r => canvas.addEventListener('webglcontext{1}',"
     wait += "() => setTimeout(r), {{once: true}})).then(() => 1)"
     still.evaluate(wait.format("lose", "lost"))
-    assert still.evaluate(told)
+    assert still.evaluate(message)
     still.evaluate("plantigrade.seek(1); frame(0)")
     assert still.evaluate("document.body.dataset.time") == "1.0000"
     still.evaluate(wait.format("restore", "restored"))
     still.evaluate("frame(0)")
-    assert not still.evaluate(told)
+    assert not still.evaluate(message)
 
 
 def test_without_graphics_the_curves_still_play(path):

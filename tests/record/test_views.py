@@ -83,10 +83,10 @@ def test_a_dataframe_has_a_row_per_frame(record):
 
 
 def test_columns_say_which_forces_were_measured(record):
-    (n, nv), told = record.motion.qvel.shape, np.zeros((record.motion.n_frames, 2), bool)
-    told[: n // 2, 1] = True
+    (n, nv), is_measured = record.motion.qvel.shape, np.zeros((record.motion.n_frames, 2), bool)
+    is_measured[: n // 2, 1] = True
     bands = {
-        "forces.measured": told,
+        "forces.measured": is_measured,
         "forces.band": np.zeros((n, 2, 3)),
         "forces.point_band": np.zeros((n, 2, 2)),
         "forces.torque_band": np.zeros((n, 2)),
@@ -94,7 +94,7 @@ def test_columns_say_which_forces_were_measured(record):
     }
     found = columns_of(replace(record, signals=bands))
     assert not found["ground_force_measured_r"].any()
-    np.testing.assert_array_equal(found["ground_force_measured_l"], told[:, 1])
+    np.testing.assert_array_equal(found["ground_force_measured_l"], is_measured[:, 1])
     assert "ground_force_measured_r" not in columns_of(record)
 
 

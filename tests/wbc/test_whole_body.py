@@ -208,7 +208,7 @@ def test_few_shares_meet_the_conditions_as_many_do(n):
         assert 0 < np.count_nonzero(share) < n
 
 
-def test_wanted_forces_and_torques_come_back(state):
+def test_desired_forces_and_torques_come_back(state):
     """Motion and forces that mechanics leaves open follow the desired values."""
     human, where = state.human, touching(state)
     program, desired = WholeBody(human), np.zeros(human.model.nv)

@@ -171,7 +171,7 @@ def test_what_holds_no_motion_cannot_be_fitted(tmp_path):
 
 
 def test_the_standing_trial_names_the_person():
-    """Mass and stature told by the standing trial alone are known, not guessed."""
+    """Mass and stature of the standing trial alone are known, not guessed."""
     from plantigrade.kinematics.fit import fit_markers
     from tests.kinematics.test_fit import markers_of, walker
 

@@ -244,8 +244,8 @@ def test_words_have_units():
 
 def test_steps_and_slopes_are_the_ground_the_feet_stand_on(synthesized):
     human = synthesized.run.record.human
-    for told in ({"steps": 4, "step_height": 0.1}, {"steps": 4, "slope": 0.1}):
-        task = make_task("walk", human, told)
+    for parameters in ({"steps": 4, "step_height": 0.1}, {"steps": 4, "slope": 0.1}):
+        task = make_task("walk", human, parameters)
         body = ContactBody.for_plan(human, task.plan)
         last = task.plan.to_world @ np.array(task.plan.stances[-1].footprint.position)
         made = replace(synthesized.solution, task=task, body=body)
