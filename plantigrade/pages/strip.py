@@ -18,7 +18,7 @@ from plantigrade.models import Human
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import Figure, figure_layers
 from plantigrade.pages.outlines import force_arrow, outlines
-from plantigrade.pages.scene import poses, travel
+from plantigrade.pages.scene import height_below, poses, travel
 from plantigrade.pages.shapes import hexadecimal, shapes_of
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
@@ -98,57 +98,34 @@ def strip_svg(
     weight = max(float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)), 1e-9)
 
     drawing = _Drawing(model, camera, human, frozenset(pale), x_ray)
-    bodies = drawing.bodies(positions, quats)
-    drawn = [elements for elements, _ in bodies]  # in metres, the far ones first
-    left, right, tops = np.array([extent for _, extent in bodies]).T
+    pictures = drawing.bodies(positions, quats)
     if behind is not None:
         others = poses(model, np.asarray(behind)[indices])
         ghosts = drawing.bodies(*others[:2], colour=theme.REFERENCE)
-        for i, (ghost, extent) in enumerate(ghosts):
-            drawn[i] = ['<g opacity=".4">', *ghost, "</g>", *drawn[i]]
-            left[i], right[i] = min(left[i], extent[0]), max(right[i], extent[1])
-            tops[i] = max(tops[i], extent[2])
+        for picture, ghost in zip(pictures, ghosts, strict=True):
+            picture.put_behind(ghost, opacity=0.4)
     centre = com @ along
-    ground = ground or Ground()
-    boards = _boards(model, camera)
-    for i in range(len(indices)):
-        for elements, (a, b) in boards:
-            if a - MAX_SEAT_DISTANCE < centre[i] < b + MAX_SEAT_DISTANCE:
-                drawn[i] = [*elements, *drawn[i]]
-                left[i], right[i] = min(left[i], a), max(right[i], b)
+    for picture, middle in zip(pictures, centre, strict=True):
+        for board in _boards(model, camera):
+            if board.left - MAX_SEAT_DISTANCE < middle < board.right + MAX_SEAT_DISTANCE:
+                picture.put_behind(board)
+    left, right = (np.array([p.left for p in pictures]), np.array([p.right for p in pictures]))
     left, right = left - centre, right - centre
     spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(indices) > 1 else 1.0
     places = np.arange(len(indices)) * spacing
     low, high = float(left[0] + places[0] - 0.1), float(right[-1] + places[-1] + 0.1)
-    top = float(tops.max()) + 0.06
-    bottom = 0.18 if time is not None else 0.06
-
-    parts = []
+    top = max(p.top for p in pictures) + 0.06
+    floor, parts = _ground(ground or Ground(), com, along, places, spacing, (low, high))
+    bottom = (0.18 if time is not None else 0.06) - floor
     if background:
-        parts.append(
+        parts.insert(
+            0,
             f'<rect x="{low:.3f}" y="{-top:.3f}" width="{high - low:.3f}" '
-            f'height="{top + bottom:.3f}" fill="{background}"/>'
+            f'height="{top + bottom + floor:.3f}" fill="{background}"/>',
         )
-    profiles = [_profile(ground, c, along, spacing) for c in com]
-    if _level(ground):
-        floor, z = 0.0, -ground.height
-        parts.append(
-            f'<line x1="{low:.3f}" x2="{high:.3f}" y1="{z:.3f}" y2="{z:.3f}" stroke="{GROUND}" '
-            'stroke-width=".008"/>'
-        )
-    else:
-        floor = min(0.0, *(float(heights.min()) for _, heights in profiles))
-        for place, (x, z) in zip(places, profiles, strict=True):
-            line = "L".join(f"{a + place:.3f} {-b:.3f}" for a, b in zip(x, z, strict=True))
-            below = (
-                f"L{x[-1] + place:.3f} {-floor + 0.03:.3f}L{x[0] + place:.3f} {-floor + 0.03:.3f}Z"
-            )
-            parts.append(f'<path d="M{line}{below}" fill="{GROUND}" opacity=".25"/>')
-            parts.append(f'<path d="M{line}" fill="none" stroke="{GROUND}" stroke-width=".008"/>')
-    bottom -= floor
-    for i, frame in enumerate(indices):
-        shift = places[i] - centre[i]
-        parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(drawn[i])}')
+    for place, middle, frame, picture in zip(places, centre, indices, pictures, strict=True):
+        shift = place - middle
+        parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(picture.elements)}')
         if force is not None and point is not None:
             parts.append(f'<g transform="scale({1 / UNITS:g})">')
             for f, p in zip(force[frame][:, None], point[frame][:, None], strict=True):
@@ -157,7 +134,7 @@ def strip_svg(
         parts.append("</g>")
         if time is not None:
             parts.append(
-                f'<text x="{places[i]:.3f}" y="{0.135 - floor:.3f}" font-size=".1" '
+                f'<text x="{place:.3f}" y="{0.135 - floor:.3f}" font-size=".1" '
                 f'text-anchor="middle" fill="{GROUND}" font-family="system-ui, sans-serif">'
                 f"{escape(f'{time[frame]:.2f} s')}</text>"
             )
@@ -171,38 +148,61 @@ def strip_svg(
     )
 
 
-def _level(ground: Ground) -> bool:
-    """Return whether a ground is one level plane."""
-    return not (ground.slope or ground.steps or ground.bumps or ground.field)
-
-
-def _profile(
-    ground: Ground, com: Float[Array, " 3"], along: Float[Array, " 3"], width: float
-) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Return the outline of the ground under one picture, projected horizontally.
-
-    Returns:
-        Positions relative to the centre of mass and heights, world [m], as the maximum over the
-        width of a person.
-    """
-    ahead = np.linspace(-width / 2, width / 2, 241)
+def _ground(
+    ground: Ground,
+    com: Float[Array, "n 3"],
+    along: Float[Array, " 3"],
+    places: Float[Array, " n"],
+    spacing: float,
+    ends: tuple[float, float],
+) -> tuple[float, list[str]]:
+    """Return the lowest height of the ground [m], and its elements under every picture."""
+    stroke = f'stroke="{GROUND}" stroke-width=".008"'
+    if not (ground.slope or ground.steps or ground.bumps or ground.field):
+        z = -ground.height
+        line = f'<line x1="{ends[0]:.3f}" x2="{ends[1]:.3f}" y1="{z:.3f}" y2="{z:.3f}" {stroke}/>'
+        return 0.0, [line]
+    ahead = np.linspace(-spacing / 2, spacing / 2, 241)
     aside = np.linspace(-PROFILE_HALF_WIDTH, PROFILE_HALF_WIDTH, 13)
     across = np.array([-along[1], along[0], 0.0])
-    points = com * [1, 1, 0] + ahead[:, None, None] * along + aside[:, None] * across
-    up = ground.normal
-    for _ in range(3):  # on a slope the position along it depends on the height
-        points[..., 2] = (ground.under(points) - points[..., :2] @ up[:2]) / up[2]
-    return ahead, points[..., 2].max(axis=1)
+    offsets = ahead[:, None, None] * along + aside[:, None] * across
+    points = com[:, None, None] + offsets
+    heights = height_below(ground, points.reshape(-1, 3)).reshape(points.shape[:3]).max(axis=2)
+    floor, parts = min(0.0, float(heights.min())), []
+    for x, z in zip(places[:, None] + ahead, heights, strict=True):
+        line = "L".join(f"{a:.3f} {-b:.3f}" for a, b in zip(x, z, strict=True))
+        below = f"L{x[-1]:.3f} {-floor + 0.03:.3f}L{x[0]:.3f} {-floor + 0.03:.3f}Z"
+        parts.append(f'<path d="M{line}{below}" fill="{GROUND}" opacity=".25"/>')
+        parts.append(f'<path d="M{line}" fill="none" {stroke}/>')
+    return floor, parts
 
 
-def _boards(model: mujoco.MjModel, camera: Camera):
-    """Return the elements of each seat with legs, and its extent along the path."""
+@dataclass
+class _Picture:
+    """Elements in metres, the far ones first, and their extent."""
+
+    elements: list[str]
+    left: float
+    right: float
+    top: float
+
+    def put_behind(self, other: "_Picture", opacity: float = 1.0) -> None:
+        """Draw another picture behind this one."""
+        group = f'<g opacity="{opacity:g}">'.replace("0.", ".")
+        faint = [group, *other.elements, "</g>"] if opacity < 1.0 else other.elements
+        self.elements = [*faint, *self.elements]
+        self.left, self.right = min(self.left, other.left), max(self.right, other.right)
+        self.top = max(self.top, other.top)
+
+
+def _boards(model: mujoco.MjModel, camera: Camera) -> list[_Picture]:
+    """Return the seats with their legs."""
     found, still = [], (np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]))
     for shape in shapes_of(model):
         if not shape.name.startswith("seat_"):
             continue
         points = outlines(shape, *still, camera)[0]
-        (a, _), (b, low) = points.min(axis=0), points.max(axis=0)
+        (a, top), (b, low) = points.min(axis=0), points.max(axis=0)
         fill = hexadecimal(shape.colour or (0.7, 0.6, 0.45))
         legs = "".join(f"M{x:.3f} {low:.3f}V0" for x in (a + 0.03, b - 0.03))
         outline = "L".join(f"{x:.3f} {y:.3f}" for x, y in points)
@@ -210,7 +210,7 @@ def _boards(model: mujoco.MjModel, camera: Camera):
             f'<path d="{legs}" fill="none" stroke="{fill}" stroke-width=".03"/>'
             f'<path d="M{outline}Z" fill="{fill}" stroke="#8a6d4a" stroke-width=".008"/>'
         )
-        found.append(([board], (a, b)))
+        found.append(_Picture([board], float(a), float(b), -float(top)))
     return found
 
 
@@ -226,8 +226,8 @@ class _Drawing:
 
     def bodies(
         self, positions: Float[Array, "n nbody 3"], quats: Float[Array, "n nbody 4"], colour=""
-    ) -> list[tuple[list[str], tuple[float, float, float]]]:
-        """Return elements and extent (left, right, top) of every picture; one colour if given."""
+    ) -> list[_Picture]:
+        """Return the pictures of the body; of one colour if given."""
         skin = self.human and SkinFigure.of(self.human, positions, quats, self.pale)
         figure = Figure(self.model, positions, quats, self.pale)
         found = []
@@ -240,5 +240,5 @@ class _Drawing:
                 drawn = figure_layers(figure.frames(one), shot, colour=colour)
             layers, (left, top, right, _) = drawn
             elements = [f'<g transform="scale({1 / UNITS:g})">', *layers, "</g>"]
-            found.append((elements, (left / UNITS, right / UNITS, -top / UNITS)))
+            found.append(_Picture(elements, left / UNITS, right / UNITS, -top / UNITS))
         return found

@@ -1,4 +1,4 @@
-"""Figures of many experiments in one file: nothing ends the others, and differences are reported."""
+"""Figures of many experiments in one file: nothing ends the others, differences are reported."""
 
 from copy import deepcopy
 
