@@ -12,6 +12,7 @@ slacks :math:`s`. One factorisation serves all draws. Their standard deviation t
 each quantity is the band.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,17 +35,54 @@ PATH_TIME = 0.25  # [s] path of the centre of pressure, which is individual
 # the foot's axis relative to that of a rolling foot.
 ACTIVATION_SPREAD = 2.0  # [1]
 FLAT_PATH_SPREAD = 0.5  # [1]
-# Factors of the standard deviations, so that the bands contain the measurements of plates.
-FORCE_FACTOR = 1.3  # [1]
-POINT_FACTOR = 1.7  # [1]
-TORQUE_FACTOR = 1.6  # [1]
-MOMENT_FACTOR = 1.6  # [1]
+EDGE_TIME = 0.06  # [s] time in which the spread of the centre of pressure is about constant
 EVENT_SPREAD = 0.010  # [s] standard deviation of gait events detected from the motion
 # [BW] standard deviation of the vertical force at an end of the recording, where the filter lacks
 # data
 END_SPREAD = 0.25
 END_TIME = 0.027  # [s] decay time of this error, that of a low-pass at 6 Hz
 EVENT_WINDOW = 0.15  # [s] time around landing and take-off affected by errors of events
+
+
+@dataclass(frozen=True)
+class BandFactors:
+    """Factors of the standard deviations of an activity, so that bands contain what plates measure.
+
+    Those of walking cover 90 % in half of the people with plates, those of running in a run at
+    2 m/s. Squats, chair and jumps are those of one person. Standing has at least half of the
+    factors of walking, because this person loads both legs alike and others do not.
+    """
+
+    forward: float = 1.3  #: Fore-aft force [1]
+    sideways: float = 1.25  #: Sideways force [1]
+    vertical: float = 1.3  #: Vertical force [1]
+    point_x: float = 1.35  #: Centre of pressure along the walking direction [1]
+    point_y: float = 1.15  #: Centre of pressure across it [1]
+    torque: float = 1.6  #: Free moment [1]
+    hip: float = 1.35  #: Hip moments [1]
+    knee: float = 1.5  #: Knee moment [1]
+    other: float = 1.6  #: Moments of other joints and of the root [1]
+
+    @classmethod
+    def of(cls, *, walks: bool, flies: bool, sits: bool) -> "BandFactors":
+        """Return the factors of walking, running, jumping, sitting or standing."""
+        if walks:
+            return cls(point_x=1.25, point_y=0.7, hip=1.1) if flies else cls()
+        if flies:
+            return cls(sideways=1.9, point_x=1.95, point_y=2.0)
+        if sits:
+            return cls(0.65, 0.65, 0.7, 1.05, 0.6, hip=0.7, knee=0.8, other=1.1)
+        return cls(0.65, 1.1, 0.65, 0.9, 0.6, hip=0.8, knee=1.0, other=1.0)
+
+    @property
+    def force(self) -> tuple[float, float, float]:
+        """Factors of the components of a force [1]."""
+        return self.forward, self.sideways, self.vertical
+
+    def moments(self, coordinates: Sequence[str]) -> Float[Array, " n"]:
+        """Return the factors of the moments of joints [1]."""
+        named = {"hip": self.hip, "knee": self.knee}
+        return np.array([named.get(c.partition("_")[0], self.other) for c in coordinates])
 
 
 @dataclass(frozen=True)
@@ -182,6 +220,7 @@ def half_widths(
     time: Float[Array, " n_frames"],
     known: Bool[Array, "n_frames 2"],
     human: Human,
+    factors: BandFactors,
 ) -> dict[str, Array]:
     """Return the half-widths of the 90 % bands of the feet at instants [N, m, N m].
 
@@ -195,6 +234,7 @@ def half_widths(
         time: Times of the bands [s].
         known: Frames with measured force of each foot.
         human: The person.
+        factors: Factors of the activity.
     """
     force = wrench[:, :2, :3] @ needs.to_world.T
     timing = np.abs(np.gradient(force, needs.time, axis=0)) * EVENT_SPREAD
@@ -205,15 +245,16 @@ def half_widths(
             for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
                 if seen:
                     near[np.abs(needs.time - edge) < EVENT_WINDOW, k] = 1.0
-    force = np.hypot(FORCE_FACTOR * spread.force[:, :2], near * timing)
+    force = np.hypot(factors.force * spread.force[:, :2], near * timing)
+    point, joints = _beyond_edges(needs, wrench, spread)
     to_end = np.minimum(needs.time - needs.time[0], needs.time[-1] - needs.time)
     blurred = END_SPREAD * np.exp(-to_end / END_TIME)[:, None] * (wrench[:, :2, 2] > 0)
     force[..., 2] = np.hypot(force[..., 2], blurred)
     weight = HALF_WIDTH_90 * needs.weight
     bands = {
         "force_band": weight * force,
-        "point_band": HALF_WIDTH_90 * POINT_FACTOR * spread.point[:, :2],
-        "torque_band": weight * TORQUE_FACTOR * spread.torque[:, :2],
+        "point_band": HALF_WIDTH_90 * point * (factors.point_x, factors.point_y),
+        "torque_band": weight * factors.torque * spread.torque[:, :2],
     }
     result = {}
     for name, band in bands.items():
@@ -222,8 +263,10 @@ def half_widths(
         result[name] = here
     nv = human.model.nv
     moment = np.zeros((len(time), nv))
-    moment[:, :6] = resampled(needs.time, weight * MOMENT_FACTOR * spread.root, time)
-    joints = resampled(needs.time, weight * MOMENT_FACTOR * spread.joints, time)
+    moment[:, :6] = resampled(needs.time, weight * factors.other * spread.root, time)
+    names = [[human.coordinates[c - 6] for c in own] for own in needs.columns]
+    joints = joints * np.array([factors.moments(own) for own in names])
+    joints = resampled(needs.time, weight * joints, time)
     joints[known] = 0.0
     for k, side in enumerate(SIDES):
         moment[:, needs.columns[k]] = joints[:, k]
@@ -235,6 +278,27 @@ def half_widths(
                 moment[:, (own > 0) & (within == 0)] = np.nan
     result["moment_band"] = moment
     return result
+
+
+def _beyond_edges(
+    needs: RequiredForces, wrench: Float[Array, "n k 6"], spread: Spread
+) -> tuple[Float[Array, "n 2 2"], Float[Array, "n 2 n_joints"]]:
+    """Return the spread of centres of pressure and joint moments without collapse at edges.
+
+    Draws do not move a centre of pressure that is at the edge of the sole, although the error that
+    took it there is as large as before and after. The spread at an instant is the largest of
+    those within :data:`EDGE_TIME`; its increase acts on the joint moments, too.
+    """
+    from scipy.ndimage import maximum_filter1d
+
+    load = np.maximum(wrench[:, :2, 2], 0.0)
+    size = 2 * round(EDGE_TIME / float(np.median(np.diff(needs.time)))) + 1
+    point = np.where(load[..., None] > 0, spread.point[:, :2], 0.0)
+    wide = np.where(load[..., None] > 0, maximum_filter1d(point, size, axis=0), point)
+    more = load[..., None] * np.sqrt(np.maximum(wide**2 - point**2, 0.0))
+    arms = needs.arms[..., [4, 3]]  # moments about y and x by shifts along x and y
+    turned = np.einsum("nkji,nki->nkj", arms**2, more**2)
+    return wide, np.sqrt(spread.joints**2 + turned)
 
 
 def resampled(

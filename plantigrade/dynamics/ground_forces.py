@@ -37,7 +37,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import check_motion
-from plantigrade.dynamics.force_bands import half_widths, resampled
+from plantigrade.dynamics.force_bands import BandFactors, half_widths, resampled
 from plantigrade.dynamics.force_program import MIN_PRESSURE_LOAD, ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
 from plantigrade.dynamics.load_intervals import Support
@@ -109,14 +109,15 @@ def estimate_forces(
         SolverError: If the program cannot be solved.
     """
     qacc = _check(human, motion, measured)
-    flies = False
+    flies, factors = False, BandFactors()
     if contacts is None or scales is None:
         loading = find_loading(human, motion, ground)
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
         if scales is None:
             scales = ForceScales.of(walks=loading.walks, pace=loading.pace)
-        flies = loading.flies
+        flies, sits = loading.flies, bool(loading.supports)
+        factors = BandFactors.of(walks=loading.walks, flies=flies, sits=sits)
     if not contacts and measured is None:
         raise ParameterError(
             "no foot touches the ground in this motion; forces need a standing foot (or give "
@@ -143,7 +144,9 @@ def estimate_forces(
     return GroundForces(
         feet,
         known,
-        **half_widths(needs, found.wrench, found.spread, contacts, motion.time, known, human),
+        **half_widths(
+            needs, found.wrench, found.spread, contacts, motion.time, known, human, factors
+        ),
         com_shift=needs.to_world @ found.shift,
         noise=found.noise,
         residual_force=found.residual_force,

@@ -19,6 +19,7 @@ from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
+from plantigrade.kinematics.marker_doubts import slip_notes, unseen_notes
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
@@ -104,7 +105,9 @@ def fit_markers(
     qpos = follow_the_legs(human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
     tilt = [TILT_OF_VIDEO] if trial.video else pelvis_notes(human, places, body.attached)
-    notes = tilt + notes
+    slips = [] if trial.video else slip_notes(human, tracked, places, qpos, samples)
+    gaps = unseen_notes(places, markers.time[window], samples)
+    notes = tilt + gaps + slips + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])

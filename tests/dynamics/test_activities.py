@@ -7,6 +7,7 @@ import plantigrade as pg
 from plantigrade.analyze.estimated_forces import estimate_figures, support_forces
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.intervals import ContactInterval
+from plantigrade.dynamics.force_bands import BandFactors
 from plantigrade.dynamics.ground_forces import ForceScales, estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
@@ -108,6 +109,38 @@ def test_a_jump_keeps_higher_frequencies_and_flies_without_force(data):
     force, time = trial.ground.forces.force[..., 2], trial.motion.time
     assert (force[(time > 0.86) & (time < 1.2)] == 0).all()
     assert force[time < 0.75].sum(axis=1).min() > 0
+
+
+def test_bands_follow_what_is_done():
+    """A jump is less certain than a walk; squats and chairs more, but only half as much at most."""
+    walk, jump, squat = (
+        BandFactors.of(walks=walks, flies=flies, sits=False)
+        for walks, flies in ((True, False), (False, True), (False, False))
+    )
+    chair = BandFactors.of(walks=False, flies=False, sits=True)
+    for name, usual in vars(walk).items():
+        assert getattr(jump, name) >= usual
+        for slow in (squat, chair):
+            assert 0.5 * usual <= getattr(slow, name) <= usual
+    legs = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
+    np.testing.assert_array_equal(walk.moments(legs), [walk.hip, walk.knee, walk.other])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "mass"),
+    [
+        ("opencap_subject4/DJ1.trc", None),
+        ("running_subject04/run300.trc", 80.47),
+        ("opencap_subject4/STS1.trc", None),
+    ],
+)
+def test_bands_hold_what_plates_measured(data, name, mass):
+    """Also where the centre of pressure is at an edge of the sole, which draws do not move."""
+    figures = pg.fit(data / "opensim" / name, without_plates=True, mass=mass).figures
+    held = {key: value for key, value in figures.items() if key.endswith("_in_band_pct")}
+    for what in ("vertical_force", "pressure_x", "ankle_angle_moment", "knee_angle_moment"):
+        assert held[f"{what}_in_band_pct"] > 84.0, what
 
 
 def made(task: str) -> tuple[pg.Record, slice]:

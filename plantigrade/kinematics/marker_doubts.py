@@ -1,0 +1,87 @@
+"""Warnings on markers of a fit: segments that were not seen, markers that slipped."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDE_NAMES
+from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.exchanged_labels import ARM_BODIES
+from plantigrade.kinematics.state import PointSet
+from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment
+from plantigrade.motion.filters import runs
+from plantigrade.printable import listed
+
+# Segments whose angles are those of a gait analysis; what follows the shank belongs to the foot.
+LEG = {"pelvis": "pelvis", "femur": "thigh", "tibia": "shank"}
+MIN_UNSEEN_TIME = 0.2  # [s] gap in which a joint turns by some degrees
+MAX_SLIP = 0.010
+"""Largest shift of a marker on pelvis, legs or feet between the halves of a recording [m]; the skin
+of walkers, runners and people who squat gives up to 6 mm."""
+MIN_SLIP_FRAMES = 20  # [1] minimum number of frames with a marker in each half
+
+
+def unseen_notes(
+    places: Sequence[Attachment],
+    time: Float[Array, " n_frames"],
+    samples: Float[Array, "n_frames n_markers 3"],
+) -> list[str]:
+    """Return a sentence for each gap in which no marker of a segment of the legs was seen."""
+    segments = [_segment(p.body) for p in places]
+    notes = []
+    for segment in dict.fromkeys(s for s in segments if s):
+        own = [i for i, s in enumerate(segments) if s == segment]
+        unseen = ~np.isfinite(samples[:, own, 0]).any(axis=1)
+        for run in runs(np.asarray(unseen)):
+            start, stop = time[run.start], time[run.stop - 1]
+            if stop - start >= MIN_UNSEEN_TIME:
+                notes.append(
+                    f"no marker of the {segment} was seen from {start:.2f} to {stop:.2f} s; its "
+                    "pose there, and the angles of its joints, are interpolated."
+                )
+    return notes
+
+
+def slip_notes(
+    human: Human,
+    names: Sequence[str],
+    places: Sequence[Attachment],
+    qpos: Float[Array, "n_frames nq"],
+    samples: Float[Array, "n_frames n_markers 3"],
+) -> list[str]:
+    """Return a sentence where markers shift on their segments between the halves of a recording."""
+    which = [i for i, p in enumerate(places) if _segment(p.body)]
+    if not which or len(qpos) < 2 * MIN_SLIP_FRAMES:
+        return []
+    off = samples[:, which] - PointSet.of(human, [places[i] for i in which]).path(qpos)
+    bodies = [human.body(places[i].body) for i in which]
+    unique = sorted(set(bodies))
+    axes = body_paths(human, qpos, unique)[1]
+    half, slips = len(qpos) // 2, {}
+    for k, (i, body) in enumerate(zip(which, bodies, strict=True)):
+        local = np.einsum("nji,nj->ni", axes[:, unique.index(body)], off[:, k])
+        first, second = (x[np.isfinite(x[:, 0])] for x in (local[:half], local[half:]))
+        if min(len(first), len(second)) >= MIN_SLIP_FRAMES:
+            slip = float(np.linalg.norm(second.mean(axis=0) - first.mean(axis=0)))
+            if slip > MAX_SLIP:
+                slips[names[i]] = slip
+    if not slips:
+        return []
+    worst = sorted(slips, key=lambda name: -slips[name])
+    return [
+        f"markers shift on the body by up to {1e3 * slips[worst[0]]:.0f} mm from the first to the "
+        f"second half of the recording ({listed(worst, 6)}): markers of these or of neighbouring "
+        "segments slipped, or were exchanged; angles may be off by several degrees."
+    ]
+
+
+def _segment(body: str) -> str:
+    """Return the segment of pelvis and legs to which a body belongs; empty for others."""
+    stem, _, side = body.rpartition("_")
+    if body == "pelvis":
+        return "pelvis"
+    if side not in SIDE_NAMES or stem.startswith((*ARM_BODIES, "clavicle")):
+        return ""
+    return f"{SIDE_NAMES[side]} {LEG.get(stem, 'foot')}"
