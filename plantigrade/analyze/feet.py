@@ -30,9 +30,9 @@ class FootPath:
 
 def foot_path(human: Human, qpos: Float[Array, "n_frames nq"]) -> FootPath:
     """Return heel, toe and pelvis of a motion [m]."""
-    heel, ball, hallux = (_path(human, qpos, m) for m in ("heel", "metatarsal_2_head", "hallux"))
-    pelvis = np.concatenate([_path(human, qpos, m) for m in ("asis", "psis")], axis=1)
-    return FootPath(heel, (ball + hallux) / 2, pelvis.mean(axis=1))
+    marks = ("heel", "metatarsal_2_head", "hallux", "asis", "psis")
+    heel, ball, hallux, asis, psis = _paths(human, qpos, *marks)
+    return FootPath(heel, (ball + hallux) / 2, np.concatenate([asis, psis], axis=1).mean(axis=1))
 
 
 def progress_in_stance(human: Human, motion: Motion) -> float:
@@ -96,7 +96,8 @@ def event_points(fit: Fit) -> tuple[Float[Array, "n_frames 2 3"], Float[Array, "
     Measured markers of these landmarks are preferred, because a fitted body smooths the impact of a
     landing; frames or feet without them use the landmarks of the body.
     """
-    paths = {mark: _path(fit.human, fit.qpos, mark) for mark in ("heel", "metatarsal_2_head")}
+    marks = ("heel", "metatarsal_2_head")
+    paths = dict(zip(marks, _paths(fit.human, fit.qpos, *marks), strict=True))
     if fit.markers is not None:
         known = landmarks_of(fit.markers.names)
         for mark, path in paths.items():
@@ -119,9 +120,9 @@ def _use_marker(path: np.ndarray, marker: np.ndarray) -> None:
     path[seen] = marker[seen]
 
 
-def _path(human: Human, qpos: np.ndarray, mark: str) -> np.ndarray:
-    """Return the path of a landmark of both sides, (n_frames, 2, 3) [m]."""
+def _paths(human: Human, qpos: np.ndarray, *marks: str) -> np.ndarray:
+    """Return the paths of landmarks of both sides, (n_marks, n_frames, 2, 3) [m]."""
     table = attachments(human)
-    places = [table[f"{mark}_{side}"] for side in SIDES]
-    points = PointSet(human, [p.body for p in places], np.array([p.position for p in places]))
-    return points.path(qpos)
+    places = [table[f"{mark}_{side}"] for mark in marks for side in SIDES]
+    path = PointSet.of(human, places).path(qpos)
+    return np.moveaxis(path.reshape(len(qpos), len(marks), len(SIDES), 3), 1, 0)

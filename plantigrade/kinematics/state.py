@@ -84,8 +84,15 @@ class PointSet:
 
     def path(self, qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames n_points 3"]:
         """Return where the points are in every frame of a motion [m]."""
-        states = sweep(self.human, qpos, model=self.model)
-        return np.array([state.position(self) for state in states]).reshape(len(qpos), len(self), 3)
+        model, data = self.model, mujoco.MjData(self.model)
+        bodies, owner = np.unique(self.body, return_inverse=True)
+        origin, turn = np.empty((len(qpos), len(bodies), 3)), np.empty((len(qpos), len(bodies), 9))
+        for k, configuration in enumerate(qpos):
+            data.qpos[:] = configuration
+            mujoco.mj_kinematics(model, data)
+            origin[k], turn[k] = data.xpos[bodies], data.xmat[bodies]
+        turned = turn.reshape(*turn.shape[:2], 3, 3)[:, owner] @ self.local[:, :, None]
+        return origin[:, owner] + turned[..., 0]
 
 
 class State:
