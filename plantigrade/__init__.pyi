@@ -62,7 +62,7 @@ __all__ = [
 ]
 
 def export(
-    run: Run | str | Path,
+    run: Run | str | Path | Sequence[Run | str | Path],
     path: str | Path,
     *,
     over: str = "time",

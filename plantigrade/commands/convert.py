@@ -12,7 +12,7 @@ from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
-from plantigrade.errors import FileError, RunExists
+from plantigrade.errors import FileError, ParameterError, RunExists
 from plantigrade.options import Flag, OptionalPath, OptionalWord, optional
 
 View = Literal["side", "left", "front", "back", "quarter"]
@@ -24,16 +24,19 @@ class Command(PrintOptions, Bounded):
 
     Data that the target format cannot hold is left out with a warning; force plates are then
     written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh, .glb,
-    .mp4, .gif, .c3d, .trc, .mot, .osim, or BIDS (…_motion.tsv).
+    .mp4, .gif, .c3d, .trc, .mot, .osim, or BIDS (…_motion.tsv). The gait cycles of several runs, or
+    of a batch, become one .parquet, .nc or .zarr.
     """
 
     activity = "a recording"
     ranges = {"rate": (1, 10_000, "Hz"), "height_px": (120, 2160, "pixels")}
 
-    source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="IN")]
-    """File to read, or run folder."""
-    target: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="OUT")]
-    """File to write; the extension selects the format."""
+    paths: Annotated[
+        tyro.conf.Positional[tuple[Path, ...]],
+        tyro.conf.arg(metavar="IN [IN ...] OUT", help_behavior_hint=""),
+    ]
+    """File to read, or run folder (several runs or a batch for one table), and the file to write,
+    whose extension selects the format."""
     skeleton: OptionalPath = None
     """Skeleton (.asf) of an AMC file, if it is not in the same folder; or body model of SMPL."""
     rate: Annotated[float | None, optional("HZ")] = None
@@ -72,33 +75,44 @@ class Command(PrintOptions, Bounded):
         from plantigrade.exchange import export
         from plantigrade.io import convert
 
-        if not self.source.exists():
-            problem = "there is no such file or run folder"
-            raise FileError(self.source, problem, remedy="check the name and the folder")
+        if len(self.paths) < 2:
+            raise ParameterError("name a file or a run, and then the file to write")
+        for source in self.inputs:
+            if not source.exists():
+                problem = "there is no such file or run folder"
+                raise FileError(source, problem, remedy="check the name and the folder")
         self._refuse(self.target)
-        if self.target.exists() and self.target.samefile(self.source):
+        if self.target.exists() and any(map(self.target.samefile, self.inputs)):
             # A format keeps less than what was read: the recording itself would be lost.
             raise RunExists(f"{self.target} is the input file; choose another output file")
+        recordings = [source for source in self.inputs if not source.is_dir()]
+        if recordings and len(self.inputs) > 1:
+            problem = "is one of several files, and not a run folder"
+            raise FileError(recordings[0], problem, remedy="convert recordings one by one")
         folder = self.target.parent
         if not folder.is_dir():
             raise FileError(self.target, f"there is no folder {folder}", remedy="create it first")
-        plain = ("source", "target", "overwrite", "json", "quiet")
+        plain = ("paths", "overwrite", "json", "quiet")
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         options = {k: v for k, v in given.items() if k not in plain and v not in (None, False)}
-        written_by = export if self.source.is_dir() else convert
         try:
             # Inside the target's folder: renaming works inside one file system only.
             with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=folder) as part:
                 written = Path(part) / self.target.name
-                notes = written_by(self.source, written, **options)
+                if recordings:
+                    notes = convert(recordings[0], written, **options)
+                else:
+                    notes = export(self.inputs, written, **options)
                 paths = sorted(Path(part).iterdir())  # the target and, maybe, its force plates
                 for path in paths:
                     self._refuse(folder / path.name)
-                    if (folder / path.name).is_dir():
+                    if (folder / path.name).is_dir() and not _is_zarr(folder / path.name):
                         raise RunExists(
                             f"{folder / path.name} is a folder; choose another file name"
                         )
                 for path in paths:
+                    if (folder / path.name).is_dir():  # the zarr that is replaced
+                        os.replace(folder / path.name, Path(part) / "replaced")
                     os.replace(path, folder / path.name)
         except FileError as error:
             if error.path.parent.name.startswith(".plantigrade-"):  # name the file as the user did
@@ -115,12 +129,26 @@ class Command(PrintOptions, Bounded):
             metrics={
                 "status": "ok",
                 "command": "convert",
-                "source_file": self.source,
+                "source_files": self.inputs,
                 "target_files": files,
                 "warnings": notes,
             },
         )
 
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """What is read."""
+        return self.paths[:-1]
+
+    @property
+    def target(self) -> Path:
+        """What is written."""
+        return self.paths[-1]
+
     def _refuse(self, path: Path) -> None:
         if path.exists() and not self.overwrite:
             raise RunExists(f"{path} exists; choose another file or add --overwrite")
+
+
+def _is_zarr(folder: Path) -> bool:
+    return any((folder / name).is_file() for name in (".zgroup", "zarr.json"))

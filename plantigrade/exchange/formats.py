@@ -2,7 +2,7 @@
 
 import importlib
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ class Format:
     #: ``module:function`` under :mod:`plantigrade.exchange`, called with the run, the path and the
     #: options; it returns notes, one sentence each
     writer: str
+    many: bool = False  #: Whether it holds many runs: its writer takes a list of them
 
     @property
     def function(self) -> Callable[..., tuple[str, ...]]:
@@ -45,6 +46,8 @@ FORMATS = (
     Format("MOT/STO", (".mot", ".sto"), "markers:write_coordinates"),
     Format("OpenSim model", (".osim",), "opensim_model:write_model"),
     Format("BIDS motion", (".tsv",), "bids:write_motion"),
+    Format("Parquet", (".parquet",), "trials:write_parquet", many=True),
+    Format("xarray", (".nc", ".zarr"), "trials:write_dataset", many=True),
 )
 """All formats."""
 
@@ -64,11 +67,13 @@ def format_of(path: Path) -> Format:
 
 
 @takes(more=[o for each in FORMATS for o in keywords_of(each.function, each.name)])
-def export(run: Run | str | Path, path: str | Path, **options: Any) -> tuple[str, ...]:
+def export(
+    run: Run | str | Path | Sequence[Run | str | Path], path: str | Path, **options: Any
+) -> tuple[str, ...]:
     """Write a run as a file of another program; an existing file is replaced.
 
     Args:
-        run: A run, or its folder.
+        run: A run, or its folder; for Parquet, NetCDF and zarr also several, or folders of batches.
         path: The file; its extension chooses the format (:data:`FORMATS`).
         options: Those of all writers; each format has some of them.
 
@@ -87,8 +92,18 @@ def export(run: Run | str | Path, path: str | Path, **options: Any) -> tuple[str
     if not path.parent.is_dir():
         problem = f"there is no folder {path.parent}"
         raise FileError(path, problem, remedy="create it first")
-    if not isinstance(run, Run):
-        run = Run.load(as_path(run, "a run"))
+    several = [run] if isinstance(run, Run | str | Path) else list(run)
+    several = [each if isinstance(each, Run) else as_path(each, "a run") for each in several]
+    if kind.many:
+        return kind.function(several, path, **options)
+    if len(several) != 1:
+        remedy = (
+            f"use one of {', '.join(s for each in FORMATS if each.many for s in each.suffixes)}"
+        )
+        raise UnsupportedFormat(
+            path, f"{kind.name} holds one run, not {len(several)}", remedy=remedy
+        )
+    run = several[0] if isinstance(several[0], Run) else Run.load(several[0])
     if run.record.motion.n_frames == 0:
         raise ParameterError("the motion has no frames: there is nothing to export")
     return kind.function(run, path, **options)

@@ -186,7 +186,7 @@ def _every_part(side: str, cycles: Sequence[Cycle], curves: dict[str, Array]) ->
         "cycle": np.repeat(np.arange(1, count + 1), n),
         "percent": np.tile(PERCENT, count),
     }
-    part |= {name: np.repeat(values, n) for name, values in _events(cycles).items()}
+    part |= {name: np.repeat(values, n) for name, values in events_of(cycles).items()}
     missing = np.full(count * n, np.nan)
     for name, rows in curves.items():  # of forces on another clock there may be fewer cycles
         part[name] = rows.ravel() if len(rows) == count else missing
@@ -197,7 +197,7 @@ def _mean_part(side: str, cycles: Sequence[Cycle], curves: dict[str, Array]) -> 
     n = len(PERCENT)
     part: dict[str, Any] = {"side": [side] * n, "cycles_count": np.full(n, len(cycles))}
     part["percent"] = PERCENT
-    for name, values in _events(cycles).items():
+    for name, values in events_of(cycles).items():
         if name != "start_s":
             part[name] = np.full(n, mean_sd(values[:, None])[0][0])
     for name, rows in curves.items():
@@ -206,7 +206,7 @@ def _mean_part(side: str, cycles: Sequence[Cycle], curves: dict[str, Array]) -> 
     return part
 
 
-def _events(cycles: Sequence[Cycle]) -> dict[str, Array]:
+def events_of(cycles: Sequence[Cycle]) -> dict[str, Array]:
     """Return start, duration and events of cycles by column; NaN where one was not seen."""
 
     def percent(cycle: Cycle, instant: float | None) -> float:
@@ -220,7 +220,16 @@ def _events(cycles: Sequence[Cycle]) -> dict[str, Array]:
     }
 
 
-UNITS = ("nm_kg", "w_kg", "deg", "bw")
+UNITS = {"nm_kg": "N m/kg", "w_kg": "W/kg", "deg": "deg", "bw": "BW"}
+"""Ending of a column of a curve → its unit."""
+EVENTS = {
+    "start_s": ("start", "s"),
+    "duration_s": ("duration", "s"),
+    "toe_off_pct": ("toe_off", "%"),
+    "opposite_toe_off_pct": ("opposite_toe_off", "%"),
+    "opposite_heel_strike_pct": ("opposite_heel_strike", "%"),
+}
+"""Column of an event of a cycle → its name and unit."""
 
 
 def _deviation(column: str) -> str:

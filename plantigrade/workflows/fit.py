@@ -92,7 +92,11 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
         raise FitError(f"without_plates has no effect on {path.name}, which has none")
     notes = []
     if static is not None and settings.static is None:
-        notes.append(Info(f"{static.source.name}, found beside it, is its standing trial."))
+        said = f"{static.source.name}, found beside it, is its standing trial"
+        if getattr(settings, "model", None) is not None:
+            said += ", which is not used: a model of your own is scaled already"
+            static = None
+        notes.append(Info(f"{said}."))
     if source is not None and settings.forces is None:
         notes.append(Info(f"{source.name}, found beside it, holds its ground reactions."))
     named = (static.source if static else None, source, skeleton, settings.marker_set)

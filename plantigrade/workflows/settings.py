@@ -136,6 +136,7 @@ class RecordingSettings(Settings):
 class FitSettings(RecordingSettings):
     """Everything that decides the result of a fit, as written into ``metrics.json``."""
 
+    activity = "the frames of a file"
     ranges = {"rate": (1, 1000, "Hz")}
 
     model: OptionalPath = None

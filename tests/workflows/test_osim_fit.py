@@ -66,6 +66,24 @@ def test_a_run_on_an_own_model_is_kept_whole(short, tmp_path):
     )
 
 
+def test_a_standing_trial_beside_it_is_said_not_to_be_used(short, tmp_path):
+    for name in ("kick.trc", "anna.osim"):
+        (tmp_path / name).write_bytes((short / name).read_bytes())
+    kick = read(short / "kick.trc").markers
+    assert kick is not None
+    still = replace(kick, positions=np.repeat(kick.positions[:1], len(kick.time), axis=0))
+    write_trc(Recording(tmp_path / "static.trc", markers=still), tmp_path / "static.trc")
+    run = pg.fit(tmp_path / "kick.trc", model=tmp_path / "anna.osim")
+    assert "static.trc" not in run.provenance.source_files
+    assert [n for n in run.record.notes if "static.trc" in n and "not used" in n]
+
+
+def test_a_wrong_rate_is_refused_as_a_rate(short):
+    with pytest.raises(ParameterError, match="rate") as caught:
+        pg.fit(short / "kick.trc", rate=0.0)
+    assert "walking" not in str(caught.value)
+
+
 @pytest.mark.slow
 def test_the_command_writes_pages_and_what_needs_our_anatomy_is_refused(short, tmp_path, capsys):
     out = tmp_path / "run"
