@@ -26,6 +26,9 @@ class LoadSettings:
     max_height_difference: float = 0.005
     """Height above the lowest sphere of a loaded foot up to which one shares its load [m]. Chosen
     (±20 %: 0.5 s)."""
+    max_spread: float = float("inf")
+    """Height above the lowest sphere of a loaded foot beyond which none shares its load [m]. No
+    limit: all spheres up to the greatest height do."""
     min_unknown_load: float = 0.2
     """Least load shared by touching feet of which nothing is known [body weights]. Chosen (±20 %:
     not met)."""
@@ -102,7 +105,8 @@ def site_loads(
     for i, mine in enumerate(own):
         low = height[:, mine]
         lowest = low <= low.min(axis=1)[:, None] + settings.max_height_difference
-        carries = near[:, mine] | lowest
+        spread = low <= low.min(axis=1)[:, None] + settings.max_spread
+        carries = (near[:, mine] & spread) | lowest
         part = carries / carries.sum(axis=1, keepdims=True)
         load[:, mine] = part * feet[:, i : i + 1]
     return load

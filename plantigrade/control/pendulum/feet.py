@@ -128,6 +128,22 @@ class Feet:
             velocity[2] = -gait.settings.late_descent_speed
         return position, velocity, acceleration
 
+    def _within_reach(self, now: Float[Array, " 3"], desired: Float[Array, " 3"]) -> Array:
+        """Return the directions in which a swing foot is led, as a matrix of three rows.
+
+        A straight leg gets no longer: near full extension a foot is not led along its leg, as it
+        would pull the body down instead. In a recovery step it is.
+
+        Args:
+            now: Position of the foot, from its hip [m].
+            desired: Desired position, likewise [m].
+        """
+        own = self.settings
+        far = max(float(np.sqrt(now @ now)), float(np.sqrt(desired @ desired))) / self.leg
+        part = min(max((far - 1.0) / own.extension_fading + 1.0, 0.0), 1.0)
+        part *= 1.0 - self.plan.recovery_share
+        return np.eye(3) - part / (now @ now) * np.outer(now, now)
+
     def rows(
         self,
         body: State,
@@ -174,7 +190,9 @@ class Feet:
                     plan.leg_reach, hip[0], hip_velocity, *swing, self.settings.reach_braking
                 )
                 target = swing[0] - positions[i], *swing[1:]
-                rows.append(tasks.position.of(points, i, target).rows(body))
+                wanted = tasks.position.of(points, i, target).rows(body)
+                now, then = positions[i] - hip[0], swing[0] - hip[0]
+                rows.append(wanted.along(self._within_reach(now, then)))
                 continue
             self._paths[i].start(positions[i])
             if foot.touchdown >= newest and not (person.side_of[active] == i).any():

@@ -235,7 +235,14 @@ class StepPlan:
         """Lead a swing foot to its footstep: along with the reference, or on a way of its own."""
         width = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
         stance_foot = feet[k, :2]
-        by = self.detour(foot.side_sign, feet[i, :2] - stance_foot, footstep - stance_foot, width)
+        step = feet[i, :2] - stance_foot, footstep - stance_foot
+        inward = max(
+            foot.side_sign * float((at.foot_position[i, :2] - at.foot_position[k, :2] - real)[1])
+            for at, real in zip((ref, then), step, strict=True)
+        )
+        by = None
+        if inward > self.settings.swing.max_inward_departure * self.person.leg_length:
+            by = self.detour(foot.side_sign, *step, width)
         small = self.settings.plan.recovery_error * self.person.leg_length
         if by is None and foot.swing.own is None and abs(float(self.dcm_error[1])) < small:
             foot.swing.lead(footstep - then.foot_position[i, :2], time, self.step)
@@ -290,10 +297,15 @@ class StepPlan:
     @property
     def leg_reach(self) -> float:
         """Greatest distance of hip and ankle of a desired foot [m]; less in a recovery step."""
-        own, tasks, length = self.settings.swing, self.settings.tasks, self.person.leg_length
-        share = min(hypot(*self.dcm_error) / (tasks.flywheel_error * length), 1.0) ** 2
+        own = self.settings.swing
         less = own.max_leg_extension - own.max_recovery_leg_extension
-        return (own.max_leg_extension - share * less) * length
+        return (own.max_leg_extension - self.recovery_share * less) * self.person.leg_length
+
+    @property
+    def recovery_share(self) -> float:
+        """How much a step is a recovery, by the error of the divergent component."""
+        far = self.settings.tasks.flywheel_error * self.person.leg_length
+        return min(hypot(*self.dcm_error) / far, 1.0) ** 2
 
     def _path_offset(self) -> Array:
         """Return the offset from the reference that feet return to [m].
