@@ -14,6 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from experiments.event_agreement import event_rows, event_sheet
+from experiments.joint_centres import (
+    COLUMNS,
+    centre_rows,
+    opensim_centres,
+    plug_in_gait_centres,
+)
 from experiments.stored_angles import (
     Agreement,
     against_opensim,
@@ -62,6 +68,12 @@ NOTES = (
     "and (stored with the standing trials) hip and knee of HC032 3.3 and 2.5 deg more flexed, hips "
     "of HC038 up to 0.7 deg less and knees 1.4 more. In gaitalytics its knee centres lie 35 and "
     "21 mm ahead of the middle between the epicondyles' markers: 9 and 6 deg of knee flexion.",
+    "Ours less theirs by joint centres: change of our knee flexion if a centre of the reference "
+    "takes the place of ours alone, or all three do, and our zero against the straight leg. "
+    "Plug-in Gait's knees are more extended than ours, OpenSim's more flexed, because their knee "
+    "centres lie behind and ahead of ours; the epicondyle's marker is 4 mm behind ours in HC038, "
+    "13 and 18 mm in HC032, 6 mm behind and 6 ahead in Rajagopal's walk, and 19 and 13 mm behind "
+    "OpenSim's knee there.",
 )
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")
@@ -108,6 +120,11 @@ OPENSIM = {
     WALKS[-1]: ("std_subject01_walk1_ik.mot", None, "rigid"),
     **{name: (f"{Path(name).stem}_ik.mot", None, None) for name in MOVEMENTS[:3]},
 }
+# The models of these solutions, for their joint centres.
+OPENSIM_MODELS = {
+    WALKS[-2]: "subject_walk_scaled.osim",
+    MOVEMENTS[0]: "optimized_scale_and_markers.osim",
+}
 # Our coordinate → Plug-in Gait's moment, and the sign between them.
 PLUG_IN_GAIT = {
     "hip_flexion": ("HipMoment", -1),
@@ -139,6 +156,7 @@ def run(
         *sheets_of("All trials", table.rows, OVERVIEW),
         agreement_sheet("Angles of people on whom constants were settled", settled),
         agreement_sheet("Angles of other people", rest),
+        *sheets_of("Knee: ours less theirs by joint centres", table.rows, COLUMNS),
         event_sheet("Events of people on whom constants were settled", settled),
         event_sheet("Events of other people", rest),
     ]
@@ -182,7 +200,11 @@ def trial_rows(path: Path, name: str) -> list[Row]:
             rows += angle_rows(name, against_opensim(same, theirs), note)
         if moments is not None:
             rows += opensim_moment_rows(name, trial, path.parent / moments)
+    if name in OPENSIM_MODELS:
+        model, angles = (path.parent / each for each in (OPENSIM_MODELS[name], OPENSIM[name][0]))
+        rows += centre_rows(name, trial, opensim_centres(trial, model, angles))
     if recording.outputs:
+        rows += centre_rows(name, trial, plug_in_gait_centres(trial, recording))
         rows += angle_rows(name, against_plug_in_gait(trial, recording))
         rows += plug_in_gait_moment_rows(name, trial, recording)
     return rows

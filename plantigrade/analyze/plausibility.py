@@ -13,6 +13,7 @@ import numpy as np
 
 from plantigrade.analyze.feet import pitch_in_stance, progress_in_stance
 from plantigrade.analyze.force_agreement import force_disagreement, offset_note, weak_note
+from plantigrade.analyze.gait import GaitMeasures
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
@@ -55,6 +56,10 @@ MAX_BACKWARD_PITCH = 20.0
 there."""
 
 
+MAX_WALK_RATIO = 0.0105  # [m min] maximum step length over cadence of a walk
+MAX_WALKING_CADENCE = 190.0  # [steps/min] maximum cadence without flight; race walkers have 200
+
+
 @dataclass(frozen=True)
 class Plausibility:
     """Plausibility of a fitted motion."""
@@ -77,7 +82,8 @@ class Plausibility:
         )
         fast = fast_joints(trial.fit.human, trial.motion)
         mirrored = seems_mirrored(trial)
-        doubts = offset_note(trial), weak_note(trial), "" if mirrored else backward_note(trial)
+        doubts = [offset_note(trial), weak_note(trial), clock_note(trial.measures)]
+        doubts += [] if mirrored else [backward_note(trial)]
         return cls(
             _residual(trial),
             fast,
@@ -158,12 +164,34 @@ def seems_mirrored(trial: Trial) -> bool:
 
 
 def backward_note(trial: Trial) -> str:
-    """Return a warning where a person walks backward; empty otherwise."""
-    if not progress_in_stance(trial.fit.human, trial.motion) < 0:
+    """Return a warning where a person with markers walks backward; empty otherwise."""
+    if (
+        trial.fit.source_kind != "markers"
+        or not progress_in_stance(trial.fit.human, trial.motion) < 0
+    ):
         return ""
     return (
         "the person walks backward; if this is wrong, the frames are in reverse order, or left and "
         "right are exchanged."
+    )
+
+
+def clock_note(measures: GaitMeasures) -> str:
+    """Return a warning where steps are too slow or too fast for their length; empty otherwise.
+
+    The ratio of step length to cadence hardly depends on speed: about 0.006 m min in recordings of
+    walking, twice that at half the frame rate.
+    """
+    strides = [s.mean for s in measures.stride_length.values() if s.count]
+    if measures.running or not strides or not measures.cadence.count:
+        return ""
+    cadence, step = measures.cadence.mean, 0.5 * float(np.mean(strides))
+    slow = step / cadence > MAX_WALK_RATIO
+    if not slow and cadence <= MAX_WALKING_CADENCE:
+        return ""
+    return (
+        f"steps of {step:.2f} m at {cadence:.0f} steps/min are none of a walk: the frame rate of "
+        f"the file is probably too {'low' if slow else 'high'}."
     )
 
 

@@ -19,7 +19,7 @@ from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
-from plantigrade.kinematics.marker_doubts import slip_notes, unseen_notes
+from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, unseen_notes
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
@@ -107,7 +107,10 @@ def fit_markers(
     tilt = [TILT_OF_VIDEO] if trial.video else pelvis_notes(human, places, body.attached)
     slips = [] if trial.video else slip_notes(human, tracked, places, qpos, samples)
     gaps = unseen_notes(places, markers.time[window], samples)
-    notes = tilt + gaps + slips + notes
+    used = np.where(kept, residual, np.nan)
+    figures = _metrics(used, human, kept, np.isfinite(residual))
+    wrong = [] if trial.video else error_notes(1e-3 * figures["marker_rms_mean_mm"])
+    notes = wrong + tilt + gaps + slips + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(
         recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])
@@ -115,7 +118,6 @@ def fit_markers(
     _add_marker_notes(
         notes, body.attached, tracked, {n: w for n, w in ignored.items() if n in markers.names}
     )
-    used = np.where(kept, residual, np.nan)
     posture = posture_figures(human, qpos, body.standing)
     return Fit(
         human=human,
@@ -130,7 +132,7 @@ def fit_markers(
         attached=dict(body.attached),
         heading=trial.heading,
         metrics={
-            **_metrics(used, human, kept, np.isfinite(residual)),
+            **figures,
             **({"standing_rms_mm": 1e3 * body.standing_rms} if len(body.standing) else {}),
             **_without_assumed(posture, assumed),
             "height_estimated": trial.person.height is None,

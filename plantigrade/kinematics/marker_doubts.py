@@ -20,6 +20,8 @@ MIN_UNSEEN_TIME = 0.2  # [s] gap in which a joint turns by some degrees
 MAX_SLIP = 0.010
 """Largest shift of a marker on pelvis, legs or feet between the halves of a recording [m]; the skin
 of walkers, runners and people who squat gives up to 6 mm."""
+USUAL_ERROR = 0.015
+"""Mean marker error above which some markers are in doubt [m]; fits have 4 to 11 mm."""
 MIN_SLIP_FRAMES = 20  # [1] minimum number of frames with a marker in each half
 
 
@@ -42,6 +44,16 @@ def unseen_notes(
                     "pose there, and the angles of its joints, are interpolated."
                 )
     return notes
+
+
+def error_notes(error: float) -> list[str]:
+    """Return a sentence on an unusual mean marker error [m]."""
+    if not error > USUAL_ERROR:
+        return []
+    return [
+        f"the mean marker error is {1e3 * error:.0f} mm, usually 4 to 8 mm: names, positions or "
+        "the unit of some markers may be wrong; do not trust the angles."
+    ]
 
 
 def slip_notes(

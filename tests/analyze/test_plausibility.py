@@ -87,6 +87,13 @@ def test_a_wrong_frame_rate_is_named(clock, word, run):
     assert word in run(replace(fit, time=clock * fit.time)).status
 
 
+@pytest.mark.parametrize(("clock", "word"), [(2.0, "too low"), (0.5, "too high")])
+def test_a_wrong_frame_rate_shows_in_the_steps_without_plates(clock, word, run):
+    fit = plated_walk().fit()
+    alone = replace(fit.recording, plates=())
+    assert word in run(replace(fit, time=clock * fit.time, recording=alone)).record.notes[0]
+
+
 def test_forces_that_belong_to_the_motion_are_believed(run):
     found = run(plated_walk().fit())
     assert found.status == "ok"

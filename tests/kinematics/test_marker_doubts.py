@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.marker_doubts import slip_notes, unseen_notes
+from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, unseen_notes
 from plantigrade.models.markers import place_markers
 from tests.kinematics.test_fit import NAMES, markers_of, walker
 
@@ -52,3 +52,7 @@ def test_skin_that_moves_in_every_stride_is_no_slip(walk):
     skin = x.copy()
     skin[:, NAMES.index("RTHI"), 0] += 0.02 * np.sin(2 * np.pi * time / 0.4)
     assert slip_notes(human, NAMES, places, qpos, skin) == []
+
+
+def test_a_marker_error_beyond_that_of_fits_is_named():
+    assert error_notes(0.011) == [] and "27 mm" in error_notes(0.027)[0]
