@@ -16,9 +16,10 @@ from plantigrade.models import Human
 from plantigrade.models.keypoints import KEYPOINTS, shows_toes
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers
-from plantigrade.motion.filters import fill_gaps, lowpass
+from plantigrade.motion.filters import fill_gaps, lowpass, runs
 from plantigrade.motion.recording import even_clock
 from plantigrade.notes import Info
+from plantigrade.spatial.conventions import about_axis
 
 # [Hz] low-pass of keypoints with little noise, usual for walking, and the lowest one: below it, the
 # swing of a leg is damped
@@ -32,6 +33,11 @@ UNSEEN_FEET_BAND = 1.55  # [1] factor of these bands without toes, whose events 
 LONGEST_GAP = 0.25  # [s] gap that is bridged while the keypoints are filtered
 STANDING_SHARE = 0.3  # [1] share of the time for which a point of a foot stands in walking
 MIN_DEPTH = 1e-4  # [m] spread of a keypoint over time along an axis that was measured
+# [rad] tilt of the floor along the way from which it is removed: less is within the noise
+MIN_TILT = np.radians(1.0)
+MAX_TILT = np.radians(5.0)  # [rad] a board that stood by eye; steeper is a ramp, or stairs
+MIN_WAY = 1.5  # [m] length of the way that shows a tilt: two steps
+REST_SPEED = 0.3  # [m/s] of a point of a foot that stands; smoothed noise of video moves at 0.1
 MIN_FRAMES = 10  # [1] minimum number of frames that show a point of a foot
 TILT_OF_VIDEO = (
     "keypoints of a video do not show the tilt of the pelvis: it follows from the trunk and usual "
@@ -76,6 +82,45 @@ def of_video(
             Info(f"the floor was found {floor:+.2f} m from the file's origin, by the feet.")
         )
     return markers, notes
+
+
+def levelled(markers: Markers) -> tuple[Markers, list[str]]:
+    """Return keypoints of cameras whose floor is level along the way, and notes.
+
+    The vertical of cameras is that of their calibration, often a board that stood by eye. Points of
+    a foot that stands have one height on a level floor: their slope along the way is the tilt.
+    """
+    at = smoothed(markers, CUTOFFS[1]).positions
+    feet = [k for k, n in enumerate(markers.names) if KEYPOINTS.get(n, "")[:-2] in _OF_FOOT]
+    whole = np.flatnonzero(np.isfinite(at[:, feet]).all(axis=(1, 2)))
+    if not feet or len(whole) < MIN_FRAMES:
+        return markers, []
+    way = np.diff(at[whole[[0, -1]]][:, feet, :2].mean(axis=1), axis=0)[0]
+    length = float(np.linalg.norm(way))
+    if length < MIN_WAY:
+        return markers, []
+    way /= length
+    along, height = [], []
+    for k in feet:
+        speed = np.linalg.norm(np.gradient(at[:, k, :2], markers.time, axis=0), axis=1)
+        stands = runs(np.isfinite(at[:, k]).all(axis=1) & (speed < REST_SPEED))
+        x = np.array([np.median(at[stand, k, :2] @ way) for stand in stands])
+        z = np.array([np.median(at[stand, k, 2]) for stand in stands])
+        if len(x) > 1:  # each point of the foot has a height of its own
+            along.append(x - np.mean(x))
+            height.append(z - np.mean(z))
+    if not along or np.ptp(x := np.concatenate(along)) < MIN_WAY / 2:
+        return markers, []
+    tilt = float(np.arctan(x @ np.concatenate(height) / (x @ x)))
+    if not MIN_TILT < abs(tilt) < MAX_TILT:
+        return markers, []
+    axis = np.array([-way[1], way[0], 0.0])
+    turn = about_axis(axis, np.array([tilt]))[0]
+    note = (
+        f"the floor of the file slopes by {np.degrees(tilt):+.1f}° along the way, as a tilted "
+        "calibration of cameras does; this was removed. If it is a ramp, describe it with --ground."
+    )
+    return replace(markers, positions=markers.positions @ turn.T), [note]
 
 
 def require_depth(markers: Markers) -> None:

@@ -15,7 +15,7 @@ from plantigrade.kinematics.calibrate import require_known
 from plantigrade.kinematics.faulty_samples import glued, without_faulty_samples
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.keypoint_noise import BonesOfVideo, bones_of_video
-from plantigrade.kinematics.keypoints import of_video
+from plantigrade.kinematics.keypoints import levelled, of_video
 from plantigrade.kinematics.label_continuity import with_continuous_labels
 from plantigrade.kinematics.label_repair import corrected_labels
 from plantigrade.kinematics.plausibility import (
@@ -127,6 +127,10 @@ def prepare(
         notes.append(f"{far} samples metres away from the person were discarded.")
     markers = recording.markers
     assert markers is not None
+    if are_keypoints(markers.names) and not recording.plates and ground is None:
+        markers, said = levelled(markers)
+        recording = replace(recording, markers=markers)
+        notes += said
     video = bones_of_video(markers) if are_keypoints(known) else None
     if video is not None:
         markers, said = of_video(markers, human, video.noise, grounded=bool(recording.plates))

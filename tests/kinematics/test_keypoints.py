@@ -1,5 +1,6 @@
 """Keypoints of video: joint centres, noise of the file, a pelvis that they hardly show."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,12 @@ from experiments.video_recording import SETS, Video, as_video
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.keypoint_noise import bones_of_video
-from plantigrade.kinematics.keypoints import cutoff_for, floor_under, force_band_factor
+from plantigrade.kinematics.keypoints import (
+    cutoff_for,
+    floor_under,
+    force_band_factor,
+    levelled,
+)
 from plantigrade.kinematics.prepare import prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
@@ -21,6 +27,7 @@ from plantigrade.models.keypoints import are_keypoints
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmark_names
 from plantigrade.motion import Markers, Recording
+from plantigrade.spatial.conventions import about_axis, about_vertical
 
 EXACT = {"noise": 0.0, "jitter": 0.0, "gaps": 0.0}
 
@@ -81,6 +88,26 @@ def test_the_floor_is_found_from_the_feet(walk):
     recording = as_video(walk, Video(rate=30.0))
     markers = replace(recording.markers, positions=recording.markers.positions + [0, 0, 0.5])
     assert floor_under(markers, walk.human) == pytest.approx(0.5, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "removed"), [(-3.0, True), (0.0, False), (2.0, True), (8.0, False)]
+)
+def test_a_floor_that_the_calibration_tilts_is_made_level(tilt, removed):
+    """About the axis across the way, whatever its direction; what is steeper is a ramp."""
+    human = Human.create(1.68, 62.0, "female")
+    made = textbook_walk(human, rate=60.0, cycles=3)
+    recording = as_video(Fit(human, made.time, made.qpos, Recording(Path("walk.c3d")), "markers"),
+                         Video(noise=0.010))  # fmt: skip
+    right = recording.markers.positions @ about_vertical(0.7).T
+    across = about_vertical(0.7) @ [0.0, 1.0, 0.0]
+    turn = about_axis(across, np.radians([-tilt]))[0]  # up along the way for positive ones
+    found, notes = levelled(replace(recording.markers, positions=right @ turn.T))
+    np.testing.assert_allclose(found.positions, right if removed else right @ turn.T, atol=0.025)
+    assert len(notes) == removed
+    if notes:
+        said = float(re.search(r"([+-][0-9.]+)°", notes[0])[1])
+        assert said == pytest.approx(tilt, abs=0.4)
 
 
 def test_more_noise_gets_a_lower_low_pass():
