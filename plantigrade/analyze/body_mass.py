@@ -54,7 +54,6 @@ def weigh_standing(
 
     Args:
         time: Time of each frame [s].
-        plates: Measured ground reactions.
         carried: Frames in which the plates alone carry the feet.
         com_vel: Velocity of the centre of mass [m/s].
         lift: Vertical acceleration plus gravity, :math:`g + \ddot z` [m/s²].
@@ -94,7 +93,6 @@ def weigh_gait(
         time: Time of each frame [s].
         forces: Ground reaction on each foot, filtered like the motion.
         events: Gait events in order of time.
-        cycles: Gait cycles.
         lift: Vertical acceleration of the centre of mass plus gravity [m/s²].
     """
     if not events:

@@ -73,7 +73,6 @@ def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, An
     Running has scores only with norms of the user.
 
     Args:
-        record: The record.
         figures: Known figures, as in ``metrics.json``.
     """
     curves = gait_curves(record)

@@ -63,8 +63,6 @@ def curve_difference(
     """Return the difference of two sets of cycles; rows with gaps are omitted.
 
     Args:
-        first: Cycles of the first gait.
-        second: Cycles of the second gait.
         exact: Whether the cycles of each have no variability, as those of a synthesised motion.
     """
     rows = [each[np.isfinite(each).all(axis=1)] for each in (first, second)]

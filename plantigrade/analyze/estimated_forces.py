@@ -56,9 +56,7 @@ def estimate(
     The first two are None if nothing has to be estimated, or nothing can be.
 
     Args:
-        human: The person.
         motion: The motion, filtered, with its gait events.
-        measured: Measured forces.
         soles: Height of each sole in stance [m]; NaN in swing.
         ground: The ground, to which these heights refer.
         band_factor: Factor of the bands of the forces, for noise that the program does not see [1].

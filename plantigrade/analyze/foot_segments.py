@@ -44,8 +44,6 @@ def foot_segment_signals(
 
     Args:
         recording: The recording as it was read, with its standing trial.
-        trial: The analysed trial.
-        marker_set: Marker set of the user.
         cutoff: Low-pass of the angles [Hz].
     """
     chosen = read_marker_set(marker_set) if marker_set else None
@@ -74,7 +72,6 @@ def angles_of(
         fitted: The fit, with markers and joint centres.
         static: Standing trial of the same person; without it, landmarks with markers in standing
             only are those of the scaled body.
-        chosen: Marker set of the user.
 
     Returns:
         The columns of :func:`plantigrade.analyze.foot_angles.foot_angles` of every foot with

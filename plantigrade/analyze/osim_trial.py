@@ -39,8 +39,6 @@ def analyse_osim(
     """Return motion, events, forces on the feet and moments of a fit.
 
     Args:
-        fit: The fit.
-        plates: Measured ground reactions.
         cutoff: Low-pass of motion and forces [Hz]; by default 6, in running and jumps 15.
     """
     human, notes = fit.human, list(fit.notes)

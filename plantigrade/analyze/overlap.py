@@ -74,9 +74,7 @@ def overlap(
     """Return the depth of bodies in each other, pair by pair.
 
     Args:
-        human: The person.
         position: Origins of the bodies, the world first [m].
-        rotation: Rotations of the bodies.
     """
     model = human.model
     first, second, pair, names = _pairs(human)
@@ -108,9 +106,7 @@ def ground_overlap(
     """Return the depth of bodies in the ground, apart from the feet, whose soles stand on it.
 
     Args:
-        human: The person.
         position: Origins of the bodies, the world first [m].
-        rotation: Rotations of the bodies.
         ground: The ground, at rest.
     """
     model = human.model

@@ -52,11 +52,8 @@ def evaluate_plates(
     """Return forces on the feet, gait events and the body mass measured by plates.
 
     Args:
-        plates: The plates.
         time: Time of each frame [s].
         motion: The person, ``qpos``, ``qvel`` and ``qacc``.
-        feet: Paths of the feet.
-        events: Gait events of the motion.
         cutoff: Low-pass of the forces [Hz].
         mass: Body mass, if known [kg].
         notes: Notes, to which those on the plates are added.

@@ -106,7 +106,6 @@ def sides_of(gait: Gait, affected: Affected | None = None) -> tuple[Gait, Gait]:
     """Return the sides of a gait, as two gaits whose curves have no side.
 
     Args:
-        gait: The gait.
         affected: The affected side, which comes second; without it right comes first.
     """
     order = ("l", "r") if affected == "right" else SIDES

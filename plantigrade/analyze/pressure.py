@@ -20,7 +20,6 @@ def centre_of_pressure(record: Record, s: Sweep, least: float) -> Float[Array, "
     """Return the centre of pressure that a motion requires, world [m]; NaN without load.
 
     Args:
-        record: The motion.
         s: Its sweep.
         least: Normal force below which there is no centre of pressure [N].
     """

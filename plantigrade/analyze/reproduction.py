@@ -332,10 +332,7 @@ def over_swings(
     """Return the mean over the swings of a foot of a figure of each; NaN without swings.
 
     Args:
-        phases: The phases of gait.
-        side: The foot.
         time: Time of each value [s].
-        values: A signal.
         what: Function from the values within a swing to a figure.
         margin: Share of the swing omitted at either end.
     """

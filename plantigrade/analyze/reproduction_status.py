@@ -208,7 +208,6 @@ def force_figures(
     """Return the figures of a gait moved by forces, with a comparison to measured forces if known.
 
     Args:
-        forced: The gait moved by forces.
         comparison: The same against the recorded one.
         measured: The fitted recording with its measured forces.
         ground: Path of a treadmill's belt [m]; at rest if absent.

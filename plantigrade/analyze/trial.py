@@ -251,7 +251,6 @@ def usual_cutoff(
     Args:
         time: Time of each frame [s].
         soles: Paths of the soles; None where a jump need not be looked for.
-        events: Gait events.
         notes: Notes, to which one may be added.
     """
     flight = "runs" if is_running(events) else ""

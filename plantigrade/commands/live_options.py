@@ -44,8 +44,6 @@ def written_live(
     """Run a live session; write the run where a folder is named, or where Save is pressed.
 
     Args:
-        options: Where the run folder goes.
-        progress: Shows what is done.
         live: Runs the session with ``tell`` and ``save``, and returns the last run.
         summary: Returns the text that is printed of a run folder and its figures.
     """

@@ -24,7 +24,6 @@ def several(
         options: Options of the batch and of its folder.
         settings: Settings of all simulations.
         sources: Recordings and runs; none for a person who stands.
-        vary: Option → its values.
         seeds: Number of seeds of each combination.
     """
     from plantigrade.commands.progress import Progress

@@ -21,9 +21,7 @@ def flat_sites(
     """Return the site positions of a flat foot relative to the ground below its ankle.
 
     Args:
-        human: The person.
         sites: Sites that can carry force; those of the other foot are ignored.
-        side: The foot.
 
     Returns:
         Name → x along the foot, y to the left, both without the rolling of the sphere

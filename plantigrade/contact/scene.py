@@ -47,8 +47,6 @@ def scene_xml(
     """Return the MJCF text of a person on a ground.
 
     Args:
-        human: The person.
-        ground: The ground of the motion.
         sites: Contact sites; those not on a foot become spheres that contact seats.
         things: Scene objects with their poses, centre [m] and rotation ``wxyz``; they contact
             limbs and trunk.
@@ -91,10 +89,7 @@ def motor_forces(
     """Return the generalised forces that the motors of a scene must apply for a motion [N m].
 
     Args:
-        human: The person.
         torque: Generalised forces of the person, without armature and damping [N m].
-        qvel: Velocities.
-        qacc: Accelerations.
     """
     most = np.abs(human.model.jnt_actfrcrange[1:]).max(axis=1)
     out = torque.copy()

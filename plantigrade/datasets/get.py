@@ -63,8 +63,6 @@ def fetch(
     A file that a server refuses does not keep the others from being downloaded.
 
     Args:
-        chosen: The set.
-        root: Folder of the data.
         overwrite: As for :func:`get_data`.
         mirror: As for :func:`get_data`.
         shown: Shows the progress of a file.

@@ -96,8 +96,6 @@ def download(
     """Download a file to a path, replacing an existing one.
 
     Args:
-        file: The registered file.
-        url: Its address.
         place: Path of the download; folders above it are made.
         reached: Called with the number of bytes received.
 

@@ -28,7 +28,6 @@ def adult_walk(human: Human, *, speed: float = 1.25) -> TextbookWalk:
     """Return three strides of the mean walk of adults, which forces on the feet could drive.
 
     Args:
-        human: The person.
         speed: Walking speed [m/s].
     """
     walk = textbook_walk(human, speed=speed, adult=True)

@@ -49,7 +49,6 @@ def differentiate(
     """Return a motion's velocities and accelerations.
 
     Args:
-        human: The person.
         time: Time of each frame [s], increasing; evenly spaced if ``cutoff`` is given.
         qpos: Configurations; either sign of the quaternion.
         cutoff: Zero-lag fourth-order low-pass of everything before differentiation [Hz]; None
@@ -102,7 +101,6 @@ def smoothed(
 
     Args:
         time: Time of each frame [s], evenly spaced.
-        values: Signal.
         cutoff: Zero-lag fourth-order low-pass [Hz].
     """
     near = [np.abs(time - end) <= 1.0 / cutoff for end in (time[0], time[-1])]

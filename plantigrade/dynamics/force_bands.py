@@ -102,7 +102,6 @@ def drawn_errors(
     """Return random errors of all rows in units of their scales.
 
     Args:
-        blocks: Rows by name.
         place: Frame and support of the rows of a block.
         n: Number of frames.
         dt: Time between frames [s].
@@ -138,7 +137,6 @@ def errors_without_gait(
 
     Args:
         errors: From :func:`drawn_errors`.
-        blocks: Rows by name.
         missed: Residuals of the rows in units of their scales.
     """
     out = errors.copy()
@@ -179,7 +177,6 @@ def spread_of(
     Forces and centres of pressure are in world axes.
 
     Args:
-        needs: Required forces.
         wrench: The estimate [BW, BW m].
         moved: Displacement of the estimate by each draw [BW, BW m].
         least: Minimum load for a centre of pressure [BW].
@@ -227,7 +224,6 @@ def half_widths(
     Joints within a foot have no band (NaN), because the load of its segments is unknown.
 
     Args:
-        needs: Required forces.
         wrench: The estimate [BW, BW m].
         spread: From :func:`spread_of`.
         contacts: Intervals in which the feet may carry load.

@@ -119,8 +119,6 @@ def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort:
     """Return the rows of the objective; their names select their scales.
 
     Args:
-        needs: Required forces.
-        layout: The unknowns.
         path: Mean path of the centre of pressure.
         effort: Whether to minimise joint moments relative to strength while two supports share the
             load.

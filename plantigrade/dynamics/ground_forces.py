@@ -94,7 +94,6 @@ def estimate_forces(
     """Return the ground reaction on each foot in every frame.
 
     Args:
-        human: The person.
         motion: The motion, filtered, with accelerations and gait events.
         measured: Measured forces, kept in the frames of ``valid_side``.
         contacts: Intervals in which each foot or support may carry load; by default detected from

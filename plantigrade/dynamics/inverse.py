@@ -68,10 +68,6 @@ def inverse_dynamics(
     """Return joint moments and root residuals of a motion.
 
     Args:
-        human: The person.
-        qpos: Configurations.
-        qvel: Velocities.
-        qacc: Accelerations.
         forces: Ground reactions on the frames of the motion, smoothed like it; none if absent.
     """
     check_motion(human, qpos, qvel, qacc)
@@ -107,7 +103,6 @@ def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
 
     Args:
         moments: From :func:`inverse_dynamics`.
-        forces: The ground reactions used.
     """
     valid = forces.valid
     if not valid.any():
@@ -142,7 +137,6 @@ def com_metrics(
 
     Args:
         moments: From :func:`inverse_dynamics`.
-        forces: The ground reactions used.
         qpos: Configurations of the motion, for its heading.
 
     Returns:

@@ -73,7 +73,6 @@ def completed(
     instants lie outside the recording.
 
     Args:
-        intervals: Contacts.
         first: Start of the recording [s].
         last: End of the recording [s].
     """

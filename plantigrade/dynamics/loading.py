@@ -93,9 +93,7 @@ def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) ->
     """Return contact intervals and supports of a motion.
 
     Args:
-        human: The person.
         motion: The motion, filtered; a seat is detected only with accelerations.
-        ground: The ground.
     """
     time, soles = motion.time, sole_paths(human, motion.qpos, ground)
     seat = seat_intervals(human, motion)
@@ -147,7 +145,6 @@ def on_the_ground(
 
     Args:
         time: Time of each frame [s].
-        soles: The soles over the motion.
     """
     n = len(time)
     low, speed = np.empty((n, 2)), np.empty((n, 2))
@@ -181,7 +178,6 @@ def seat_intervals(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     """Return the intervals in which a seat carries load.
 
     Args:
-        human: The person.
         motion: The motion; without accelerations there are no intervals.
     """
     time = motion.time

@@ -39,7 +39,6 @@ def osim_motion(
     """Return a motion from coordinates over time.
 
     Args:
-        human: The person.
         time: Time of each frame [s].
         u: Coordinates [rad, m].
         cutoff: Zero-lag fourth-order low-pass [Hz]; None for no filter.
@@ -63,8 +62,6 @@ def osim_moments(
     world force and body moment.
 
     Args:
-        human: The person.
-        motion: The motion.
         forces: Ground reactions on the feet; none if absent.
     """
     feet = foot_bodies(human.links)

@@ -64,7 +64,6 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
     """Return passive moments of hinges [N m], positive in the direction of their coordinate.
 
     Args:
-        names: Names of the hinges.
         q: Angles, CasADi expressions or arrays [rad].
         qd: Rates of the angles [rad/s].
         factor: From :func:`scale`.

@@ -28,8 +28,6 @@ class BorderedBand:
 
     Args:
         rows: Row of each entry of the lower triangle; duplicate entries are added.
-        columns: Column of each entry.
-        size: Number of rows.
         border: Number of dense rows at the end.
     """
 

@@ -51,7 +51,6 @@ class LinkTree:
     Every method takes CasADi and symbols and returns expressions.
 
     Args:
-        human: The person.
         gravity: Gravity [m/s²], world axes.
 
     Attributes:

@@ -131,8 +131,6 @@ def segment_forces(
     """Return the ground reactions on each segment over a motion.
 
     Args:
-        human: The person.
-        qpos: Configurations.
         force: Ground reaction on each foot, in the order of :data:`SIDES` [N].
         point: Centre of pressure [m]; NaN for an unloaded foot.
         torque: Free moment [N m].

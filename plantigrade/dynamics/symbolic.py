@@ -48,7 +48,6 @@ class SymbolicHuman:
     forces are columns in world axes: x forward, y left, z up.
 
     Args:
-        human: The person.
         gravity: Gravity [m/s²], world axes; the model's if absent.
 
     Attributes:

@@ -47,8 +47,6 @@ def write_glb(
     their own.
 
     Args:
-        run: The run.
-        path: The file.
         rig: Whose names the bones have, one of :data:`~plantigrade.exchange.bones.RIGS`.
         rate: Frames per second [Hz]; the nearest whole fraction of the motion's rate.
         forces: Whether the ground reactions are there as arrows, :data:`ARROW` long per body

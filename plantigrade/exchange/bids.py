@@ -51,7 +51,6 @@ def write_motion(run: Run, path: Path, rate: float | None = None) -> tuple[str, 
     """Write a run as BIDS Motion; the companions of the file go beside it.
 
     Args:
-        run: The run.
         path: The file, named as BIDS does, with the ending ``_motion.tsv``.
         rate: Frames per second [Hz]; those of the motion if absent.
 

@@ -104,7 +104,6 @@ def bones_of(human: Human, rig: str = "plantigrade") -> tuple[Bone, ...]:
     The joint of the hips is midway between the hip joints.
 
     Args:
-        human: The person.
         rig: One of :data:`RIGS`.
     """
     require_scaled(human, "a skeleton of bones")
@@ -147,10 +146,8 @@ def bone_poses(
     """Return the joints of bones, or their ends, and their rotations in the world.
 
     Args:
-        bones: The bones.
         human: Whose.
         origins: Origins of all bodies but the world [m].
-        rotations: Their rotations.
         ends: Whether their ends are asked for, NaN where another bone follows.
     """
     body = [human.body(bone.body) - 1 for bone in bones]

@@ -23,7 +23,6 @@ def at_rate(motion: Motion, rate: float | None) -> Motion:
     """Return a motion in equal steps of time, from its first instant on.
 
     Args:
-        motion: The motion.
         rate: Frames per second [Hz]. If None the motion stays as it is, unless its steps differ, as
             those between the nodes of an optimised one do: then its mean rate is rounded to a whole
             number.

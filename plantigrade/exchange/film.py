@@ -52,7 +52,6 @@ def write_film(
     """Write a run as MP4 (H.264) or animated GIF, at true speed, with ground reactions as arrows.
 
     Args:
-        run: The run.
         path: The file, ``.mp4`` or ``.gif``.
         rate: Frames per second [Hz]; the nearest whole fraction of the motion's rate.
         view: Where the reader stands, one of :data:`~plantigrade.pages.camera.VIEWS`.

@@ -52,7 +52,6 @@ class Document:
         """Add an array of scalars, vectors or matrices (columns first) and return its index.
 
         Args:
-            values: One row per element.
             form: Type of the numbers: ``"<f4"``, ``"u1"``, ``"<u2"`` or ``"<u4"``.
             target: :data:`VERTICES` or :data:`INDICES` for arrays of a mesh.
             extent: Whether least and greatest values are named.

@@ -36,8 +36,6 @@ def write_markers_c3d(
     rate of the run.
 
     Args:
-        run: The run.
-        path: The file.
         marker_set: Name of a marker set, or path of a TOML file; by default the recorded markers
             where the run was fitted to some, :data:`DEFAULT_SET` otherwise.
         rate: Frames per second [Hz]; those of the motion if absent.
@@ -71,8 +69,6 @@ def write_coordinates(run: Run, path: Path, rate: float | None = None) -> tuple[
     """Write OpenSim's coordinates; ground reactions go to ``NAME_grf.mot`` beside the file.
 
     Args:
-        run: The run.
-        path: The file.
         rate: Frames per second [Hz]; those of the motion if absent.
 
     Raises:

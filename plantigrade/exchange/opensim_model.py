@@ -19,8 +19,6 @@ def write_model(run: Run, path: Path, marker_set: str | None = None) -> tuple[st
     """Write the person of a run as an OpenSim model.
 
     Args:
-        run: The run.
-        path: The file.
         marker_set: Name of a marker set, or path of a TOML file; by default the recorded markers
             where the run was fitted to some, none otherwise.
 

@@ -20,8 +20,6 @@ def write_skeleton(
     """Write the motion of a run as BVH, y up.
 
     Args:
-        run: The run.
-        path: The file.
         rig: Whose names the bones have, one of :data:`~plantigrade.exchange.bones.RIGS`.
         unit: ``"m"``, ``"cm"`` or ``"mm"``; the file does not say which.
         rate: Frames per second [Hz]; those of the motion if absent.

@@ -48,8 +48,6 @@ def write_table(
     """Write the curves of a run as comma-separated values.
 
     Args:
-        run: The run.
-        path: The file.
         over: One of :data:`OVER`.
         estimated: Whether forces, moments and powers count where forces were estimated off or
             without plates; otherwise they are empty there.
@@ -130,7 +128,6 @@ def cycle_table(run: Run, *, mean: bool = False, estimated: bool = False) -> str
     coordinates that change sign in a mirror do so on the left, so that left and right read alike.
 
     Args:
-        run: The run.
         mean: Mean over the cycles of a side, after each column its standard deviation with
             ``_sd`` before the unit; ``cycles_count`` takes the place of ``cycle``.
         estimated: Whether estimated forces count.
@@ -149,7 +146,6 @@ def side_curves(
     """Return a side, its cycles, and its curves by column, one row per cycle.
 
     Args:
-        run: The run.
         side: ``"r"`` or ``"l"``.
         estimated: Whether estimated forces count.
         every: Whether cycles stay in curves of which they show less than half.

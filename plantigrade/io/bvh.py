@@ -207,11 +207,9 @@ def _upright(
     pose it was made in, whatever they are called, and these are then its zero.
 
     Args:
-        names: Names of the joints.
         parents: Parent of each joint; -1 for the root.
         R: Rotations of the joints, changed to rotations from the rest pose.
         p: Positions of the joints.
-        up: Vertical axis.
     """
     above, below = head_and_feet(names)
     rise = (p[:, above].mean(axis=1) - p[:, below].mean(axis=1)) @ up

@@ -34,8 +34,6 @@ def write_bvh(
     beyond 180 degrees.
 
     Args:
-        skeleton: Evenly sampled motion.
-        path: The file.
         order: Order of the rotation channels.
         unit: One of :data:`UNITS`; the file does not say which.
 

@@ -77,7 +77,6 @@ def c3d_bytes(
 
     Args:
         points: Positions in the unit of the file, and residual; -1 if not visible.
-        samples: Analog samples.
         parameters: Content of the parameter section; ``POINT:DATA_START`` is filled in.
         rate: Frames per second [Hz].
         first: Number of the first frame, from 1.

@@ -74,7 +74,6 @@ def plates_from_c3d(
     """Return the plates of a file and warnings about them.
 
     Args:
-        file: The container.
         length_unit: The file's length unit [m].
         turn: Rotation from the file's axes to world axes.
     """

@@ -39,7 +39,6 @@ def read_keypoints(path: str | Path, rate: float | None = None) -> Recording:
     """Read 3-D keypoints of one person as markers, which are fitted as joint centres.
 
     Args:
-        path: The file.
         rate: Frames per second [Hz]; that of the file if not given.
     """
     path = Path(path)

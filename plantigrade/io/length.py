@@ -19,8 +19,6 @@ def check_length(path: str | Path, n_frames: int, n_bytes: float = 0.0) -> None:
     """Raise for a recording that is too long, before memory is allocated.
 
     Args:
-        path: The file.
-        n_frames: Number of frames.
         n_bytes: Memory required for reading [bytes].
     """
     if n_frames > MAX_FRAMES:

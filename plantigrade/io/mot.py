@@ -57,7 +57,6 @@ def read_mot(path: str | Path, *, knee_sign: int | None = None) -> Recording:
     """Read joint coordinates or ground reactions (or both) from a MOT or STO file.
 
     Args:
-        path: The file.
         knee_sign: ``1`` if knee flexion is positive in the file, ``-1`` if negative; by default
             found from the data.
 

@@ -28,8 +28,6 @@ class Arrays:
     """The arrays of one npz file, checked for kind and shape as they are read.
 
     Args:
-        path: The file.
-        remedy: Remedy in error messages.
         only: Names of the arrays to read; all by default.
     """
 

@@ -112,8 +112,6 @@ def numbers(
     """Return the numbers of a child element.
 
     Args:
-        node: The element.
-        tag: The child.
         count: How many there must be; any number if absent.
         default: Value of each where the child is missing; an error if absent.
     """

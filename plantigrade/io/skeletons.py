@@ -50,7 +50,6 @@ def tree_kinematics(
     Args:
         parents: Parent of each joint, before it in the order; the first joint is the root.
         local: Rotation of each joint relative to its parent; that of the root in the world.
-        root: Position of the root.
         offsets: Offset of each joint from its parent where nothing is rotated.
     """
     R, p = np.empty_like(local), np.empty(local.shape[:3])

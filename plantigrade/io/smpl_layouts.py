@@ -185,8 +185,6 @@ def check_speed(path: Path, layout: Layout, trans: np.ndarray, rate: float) -> N
     """Refuse a pelvis that moves as no person does, as in a file in centimetres.
 
     Args:
-        path: The file.
-        layout: Its kind.
         trans: Translations (n, 3) [m].
         rate: Frames per second [Hz].
     """

@@ -178,7 +178,6 @@ def check_time(
     Args:
         time: Time of each row that is not blank [s].
         rows: The rows as text, blank ones among them.
-        path: The file.
         first_line: Line number of ``rows[0]`` in the file, from 1.
     """
     bad = ~np.isfinite(time)

@@ -38,7 +38,6 @@ def track_arms(
     """Solve all frames like :func:`~plantigrade.kinematics.inverse.track`, with arms in one branch.
 
     Args:
-        solver: The inverse kinematics.
         measured: World positions over time [m]; NaN where not measured.
         start: Configuration to start the first frame from.
     """

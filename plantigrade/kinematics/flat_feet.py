@@ -85,7 +85,6 @@ def set_flat(
         still: Marker positions in some frames of a standing trial, on level ground.
         rate: Frames per second of ``samples`` [Hz].
         start: A configuration near some frame, to solve the poses from.
-        ground: Ground below the feet.
     """
     n, every = len(samples), np.concatenate([samples, still])
     floor = Ground(height=0.0 if ground.slope or ground.steps else ground.height)
@@ -193,8 +192,6 @@ def with_resting_soles(
         human: The person, with feet that stand flat.
         places: Attachments of the markers.
         time: Time of each frame [s].
-        qpos: The motion.
-        ground: Ground below the feet.
     """
     contact = sole_paths(human, qpos, ground)
     rate = (len(time) - 1) / (time[-1] - time[0])

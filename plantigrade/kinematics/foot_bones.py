@@ -111,7 +111,6 @@ def foot_path(
     """Return a foot's pose over a motion, smooth at changes of the loaded parts.
 
     Args:
-        poser: The foot.
         time: Time of each frame [s].
         ankle: Ankle joint centre [m].
         facing: Rotation from the foot to the world in the motion of the rigid foot.
@@ -303,7 +302,6 @@ def ankle_angles(
     """Return the ankle angles between shank and foot [rad].
 
     Args:
-        human: The person.
         side: ``"r"`` or ``"l"``.
         shank: Rotation from the tibia to the world.
         foot: Rotation from the foot to the world.

@@ -64,9 +64,7 @@ def standing_feet(
     """Return where the feet of a motion stand, each as often as it does.
 
     Args:
-        human: The person.
         time: Time of each frame [s].
-        qpos: The motion.
         slope: Inclination of the plane above which heights are measured [rad].
     """
     soles = sole_paths(human, qpos, Ground(slope=slope))
@@ -104,7 +102,6 @@ def below_feet(
 
     Args:
         shape: A slope, or steps of the height of the first one.
-        human: The person.
         time: Time of each frame [s].
         qpos: The motion, facing x.
     """
@@ -158,7 +155,6 @@ def suggested(
     feet suggest steps.
 
     Args:
-        human: The person.
         time: Time of each frame [s].
         qpos: The motion, facing x.
     """

@@ -80,7 +80,6 @@ class Terms(PointSet):
     two vectors between points of one body.
 
     Args:
-        human: The person.
         points: (body name, position in its frame [m]) of each point.
         pairs: End point and start point of each term; -1 as start for a position.
     """
@@ -220,7 +219,6 @@ def bounded_step(
         H: Positive definite matrix.
         g: Right-hand side.
         low: Lower bounds on the last entries of ``d``, the hinges.
-        high: Upper bounds on them.
     """
     n = len(g)
     first = n - len(low)
@@ -323,7 +321,6 @@ def follow(
         solver: Inverse kinematics on :class:`Terms`.
         targets: Values of the terms to reach [m]; NaN rows are left out.
         start: Configuration to start each frame from.
-        weights: Weights of the terms.
         rest: Posture the hinges are pulled towards [rad].
     """
     qpos = np.empty_like(start)

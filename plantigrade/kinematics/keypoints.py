@@ -53,7 +53,6 @@ def of_video(
     """Return the keypoints of a video smoothed and above the floor z = 0, and notes.
 
     Args:
-        markers: The keypoints.
         human: A person of about the size.
         noise: Their noise in each direction [m].
         grounded: Whether force plates give the floor.
@@ -152,7 +151,6 @@ def force_band_factor(noise: float, names: Sequence[str]) -> float:
 
     Args:
         noise: Noise of the keypoints in each direction [m].
-        names: The keypoints.
     """
     unseen = 1.0 if shows_toes(names) else UNSEEN_FEET_BAND
     return unseen * (1.0 + BAND_PER_NOISE * max(0.0, noise - NOISE_OF_BANDS))

@@ -34,10 +34,8 @@ def corrected_labels(
     """Put exchanged labels back: by anatomy, rigidity and the standing trial.
 
     Args:
-        recording: The recording.
         static: Its standing trial, if there is one.
         human: A person of about the size.
-        names: The markers to look at.
         placed: Where they sit; None where unknown.
 
     Raises:

@@ -48,7 +48,6 @@ def fit_osim(human: OsimHuman, recorded: Markers) -> OsimFit:
     Frames with fewer than three markers are interpolated, or left out at both ends.
 
     Args:
-        human: The person.
         recorded: Markers, world axes [m].
     """
     spelled = {name.lower(): name for name in human.places}
@@ -95,7 +94,6 @@ def take_coordinates(human: OsimHuman, recorded: Table) -> OsimFit:
     Coordinates that the recording lacks keep their default.
 
     Args:
-        human: The person.
         recorded: Coordinates [rad, m], knee flexion positive.
     """
     known = [c.name for c in human.every_coordinate]

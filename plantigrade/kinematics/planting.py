@@ -44,8 +44,6 @@ def plant_feet(
     legs and, less, the pelvis follow; all else keeps its joint angles.
 
     Args:
-        human: The person.
-        qpos: The motion.
         stance: Frames of stance (right, left); found from the motion if absent.
         rate: Frames per second [Hz].
         rests: Rests of the regions of the soles; found from the motion if absent.
@@ -99,8 +97,6 @@ def lead_pelvis(
     """Return the motion with the pelvis shifted over feet that keep their positions.
 
     Args:
-        human: The person.
-        qpos: The motion.
         shift: Shift of the pelvis forward and to the left [m].
         spread: Standard deviation of the change of each joint angle, named without its side [rad].
     """

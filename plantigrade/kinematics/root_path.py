@@ -27,7 +27,6 @@ def forward_path(
     body it would jump by 1 m/s from one foot to the other.
 
     Args:
-        human: The person.
         qpos: The motion; its horizontal root position is replaced.
         rate: Frames per second [Hz].
         vertical: Whether the height is replaced too: lowest point of the standing foot at 0.

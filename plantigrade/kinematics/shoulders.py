@@ -88,7 +88,6 @@ class Hold:
     """Posture weights that keep horizontal arms from turning with the noise of their markers.
 
     Args:
-        human: The person.
         posture: Weight of each hinge's rest angle [m²/rad²].
         rest: The rest posture [rad].
     """

@@ -20,7 +20,6 @@ def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Rec
     Model outputs of the file are left out, as they were computed for the wrong side.
 
     Args:
-        recording: The recording.
         marker_set: The user's own marker set, whose names may be spelled without a side.
     """
     markers = recording.markers

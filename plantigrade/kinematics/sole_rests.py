@@ -47,7 +47,6 @@ def find_rests(
     """Return when each region of each foot rests on the ground.
 
     Args:
-        contact: The points of the soles.
         rate: Frames per second [Hz].
         way: Path of the ground itself (a treadmill's belt) [m].
         stance: Where the foot stands at all (right, left), if that is known.

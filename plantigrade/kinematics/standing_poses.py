@@ -22,7 +22,6 @@ def standing_poses(
     Only position and heading are free, so that a few markers cannot tip the body over.
 
     Args:
-        human: The person.
         places: Where the markers sit; those without a place are not used.
         measured: Their positions [m].
         points: The markers that have a place, on other segment lengths than the person's.

@@ -39,7 +39,6 @@ def with_unknown_size(
 
     Args:
         human: The body, scaled to markers.
-        places: Where these markers sit.
         person: Known properties of the person.
         age: Age [years]; None where it is not known.
     """
@@ -69,7 +68,6 @@ def stature_warnings(
     Args:
         person: Known properties of the person.
         human: The body, scaled to the markers and to the stature that was given.
-        places: Where these markers sit.
         marker_error: Root-mean-square marker error [m].
         free: Scales a body to the markers alone; called only where that error, or the length of the
             legs for the stature, is unusual.

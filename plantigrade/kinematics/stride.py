@@ -232,8 +232,6 @@ def _coordinates(
     """Return place and angles of the pelvis and the hinges, walking along x.
 
     Args:
-        human: The person.
-        motion: The motion.
         start: From when [s].
         stop: Until when [s].
         middle: Whether x is where the pelvis looks in the mean of both ends, not where it gets.

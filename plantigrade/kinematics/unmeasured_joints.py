@@ -89,7 +89,6 @@ def follow_the_legs(
     """Return the poses with trunk, head and arms, as far as they were not seen, as people walk.
 
     Args:
-        human: The person.
         time: Time of each frame [s].
         qpos: Poses; what was not seen of trunk, head and arms is replaced.
         seen: Which hinges were measured.

@@ -36,10 +36,7 @@ def with_flat_feet(
     A motion whose keypoints show the toes is unchanged.
 
     Args:
-        human: The person.
-        names: The keypoints.
         time: Time of each frame [s].
-        qpos: The motion.
     """
     if shows_toes(names) or len(qpos) < 4:
         return qpos

@@ -44,8 +44,6 @@ def thumb_side(markers: Markers, label: Mapping[str, str], side: str) -> float:
     It is 1 with the thumb in front, and NaN where markers of the arm are missing.
 
     Args:
-        markers: The recording.
-        label: Marker of each landmark.
         side: ``"r"`` or ``"l"``.
     """
 

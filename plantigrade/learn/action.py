@@ -53,8 +53,6 @@ class Action:
     """Entries of an action, and the command they define.
 
     Args:
-        human: The person.
-        gains: The gains.
         all_joints: Whether joints within the feet are displaced, too.
         variable: Whether gains of the feet, ankles included, are part of the action.
         reach: Displacement at an action of 1, :math:`s` [rad].

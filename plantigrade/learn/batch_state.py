@@ -13,7 +13,6 @@ class BatchState:
     """State of one person in parallel worlds.
 
     Args:
-        human: The person.
         of: MuJoCo's model and data of each world, in which the person's coordinates come first.
 
     Attributes:

@@ -22,7 +22,6 @@ class Observation:
     policy cannot correct its path.
 
     Args:
-        human: The person.
         lean: Whether the form is ``lean``.
     """
 

@@ -156,8 +156,6 @@ def survival_times(
     """Return the walking times until a fall, from initial phases spread over the stride [s].
 
     Args:
-        policy: The policy.
-        tracking: The persons.
         duration: Maximum duration [s].
     """
     n, rate = len(tracking.worlds), tracking.rules.control_rate

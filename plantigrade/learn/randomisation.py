@@ -42,7 +42,6 @@ class RandomTerrain:
 
         Args:
             world: A world with the ground of :meth:`ground`.
-            seed: Seed of the terrain.
         """
         rng = np.random.default_rng([seed, 1])
         z = relief(self.height * float(rng.uniform(*STRENGTH_RANGE)), rng) + self.height

@@ -95,8 +95,6 @@ class Reward:
 
         Args:
             view: Updated state of the persons.
-            reference: State of the reference.
-            phase: Phase of the stride.
             force: Mean vertical ground reaction force since the last decision [body weights].
         """
         pose = (view.angles - reference.qpos[:, 7:]) * self._counts

@@ -40,7 +40,6 @@ class Training:
     """Training of a policy, with its files in a folder.
 
     Args:
-        rules: Rules of an episode.
         folder: Existing folder for checkpoint, curve and policy; an existing checkpoint is resumed.
         seed: Seed of all random numbers.
         goal: Walking time without a fall from every evaluation start at which training ends [s];
@@ -48,7 +47,6 @@ class Training:
         max_decisions: Maximum number of decisions.
         hyperparameters: Hyperparameters; by default those for training from scratch, or
             :data:`FINE_TUNING`.
-        device: Device of torch.
         start: Initial policy, for any feet.
 
     Raises:

@@ -61,8 +61,6 @@ class WorldFactory(Protocol):
         """Return the world and its parts.
 
         Args:
-            choice: Controller and body.
-            hand: Interactive forces.
             placement: Position [m] and heading [rad] of the person; None at the first start.
 
         Raises:

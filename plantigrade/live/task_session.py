@@ -30,7 +30,6 @@ class Solve(Protocol):
         """Return the run of a task, checked.
 
         Args:
-            values: Values of all controls.
             warm: A similar motion to start from; none at first.
             progress: Called with every iteration; may raise.
 
@@ -57,7 +56,6 @@ class TaskSession:
     """A task that a user changes while it is solved.
 
     Args:
-        controls: Controls of the task.
         solve: Function that solves it.
         now: Function that returns real time [s].
 

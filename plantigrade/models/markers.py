@@ -184,7 +184,6 @@ def place_markers(
 
     Args:
         names: Marker names as in the recording.
-        human: The person.
         marker_set: The set to use first; by default the best built-in one.
     """
     names = list(names)

@@ -25,8 +25,6 @@ def to_mjcf(
     actuator-force range from its strength.
 
     Args:
-        name: Model name.
-        skeleton: The bodies.
         pelvis_height: Height of the pelvis frame when standing [m].
         standing: Non-zero coordinates of the key frame ``standing`` [rad].
     """

@@ -71,8 +71,6 @@ def build(
         d: Lengths.
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg]; the bodies' masses add up to it exactly.
-        joints: Joint set.
-        feet: Kind of foot.
         full_sole: Whether the foot has contacts at every point of the sole
             (:func:`~plantigrade.models.feet.foot_parts`).
     """

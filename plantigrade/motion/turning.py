@@ -13,7 +13,6 @@ def turn(recording: Recording, angle: float) -> Recording:
     Markers, skeleton and plates are rotated; coordinates and model outputs are not.
 
     Args:
-        recording: The recording.
         angle: Counter-clockwise seen from above [rad].
     """
     if angle == 0:

@@ -114,11 +114,8 @@ def repeat_cycle(
     """Return a repeated motion; each repetition starts where the previous one ended.
 
     Args:
-        human: The person.
         time: Time of each frame [s], evenly spaced.
         qpos: The motion of one cycle or of half a cycle.
-        loop: Closure of the motion.
-        times: Number of whole cycles.
 
     Returns:
         Time [s] and configurations.

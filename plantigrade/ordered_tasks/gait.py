@@ -193,7 +193,6 @@ def phase_ends(
     """Return the times at which phases end [s].
 
     Args:
-        reference: The recorded gait.
         phases: As in :class:`GaitTasks`.
         min_part: Minimum duration of a part of swing [s].
     """

@@ -28,10 +28,8 @@ def curve_through(
     """Return sample times [s] and the curve with its derivatives at these times.
 
     Args:
-        human: The person.
         time: Time of each posture [s], increasing; at least two.
         postures: Configurations; either sign of the quaternion.
-        velocities: Velocity at each posture.
         interval: Time between samples [s].
     """
     postures = continuous(postures)

@@ -31,7 +31,6 @@ class ContactSchedule:
     """Contact state of each sole site over time.
 
     Args:
-        reference: The recorded gait.
         contacts: Contact interval of each region of each foot; by default those from gait events
             and speeds.
         settings: When a heel is guided during roll-off.
@@ -109,7 +108,6 @@ class ContactSchedule:
         """Return the function (state, time) → directions in which a swing heel is guided.
 
         Args:
-            side: The foot.
             contact: Contact task that reports landing; a late foot is guided until it lands. By
                 default the schedule alone decides.
         """

@@ -35,7 +35,6 @@ def stationary_contacts(
     end of the recording are unchanged.
 
     Args:
-        human: The person.
         time: Time of each frame [s].
         qpos: The recorded motion over stationary ground.
         contacts: Contact intervals from gait events and speeds.

@@ -33,11 +33,9 @@ def stage(
     """Return the ground with transverse marks, and seats, as they pass the camera.
 
     Args:
-        ground: The ground.
         model: The scene, with seats.
         com: Path of the centre of mass, world [m].
         forward: Horizontal direction of travel, unit vector.
-        shot: The view.
         loop: How far a stride carries the body [m]: then marks divide it evenly, so that the end
             of the loop is its beginning.
         box: Visible area (left, top, right, bottom), around the camera's centre.

@@ -67,7 +67,6 @@ def moving_picture(
     """Return a motion as an animated SVG.
 
     Args:
-        record: The record.
         forces: The record whose ground reactions are drawn; by default ``record``.
         view: One of :data:`plantigrade.pages.camera.VIEWS`.
         foot: Foot that is shown magnified: ``"right"``, ``"left"`` or ``"none"``.
@@ -77,7 +76,6 @@ def moving_picture(
         rate: Frames per second of the motion.
         speed: Playback speed; 1 is real time.
         height_px: Height of the picture [px]; the drawing scales freely.
-        title: Text above the body.
         solids: Whether the solids that physics sees are drawn in place of the skin.
         x_ray: Whether the bones of the feet are seen through the skin of the body, too.
     """

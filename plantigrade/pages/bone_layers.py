@@ -31,9 +31,7 @@ def bone_layers(
     """Return the bones of a foot, the far ones first; none where the foot has no bones.
 
     Args:
-        figure: The person.
         side: ``"r"`` or ``"l"``.
-        shot: The view.
     """
     layers, colour = [], rgb(theme.BONE)
     own = [bone for bone in foot_bones(figure.human) if bone.name.endswith(f"_{side}")]

@@ -123,10 +123,8 @@ def foot_svg(
     """Return one foot.
 
     Args:
-        sole: The foot.
         place: Positions of its sites [m].
         load: Loads of its sites [body weights].
-        title: Text below it.
         scale: Scale of the drawing [px/m].
         path: Path of the centre of pressure [m].
     """

@@ -71,7 +71,6 @@ def curves_data(frame: Frame, soles: Sequence[Sole], joint: str) -> dict[str, An
 
     Args:
         frame: The state, with its recent history.
-        soles: Both soles.
         joint: Joint whose angle and torque are shown, with that of the other side.
     """
     world, past, weight = frame.world, frame.history, weight_of(frame.world)

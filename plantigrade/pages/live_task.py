@@ -61,9 +61,7 @@ class LiveTask:
 
         Args:
             session: The task, solved once.
-            task: Name of the task.
             port: Port to listen on; the next free one is taken where it is in use.
-            title: Heading of the page.
             can_save: Whether there is a save button.
 
         Raises:

@@ -50,10 +50,7 @@ class LiveWorld:
         """Start the server with the first frame.
 
         Args:
-            session: The session.
-            clock: Its clock.
             port: Port to listen on; the next free one is taken where it is in use.
-            title: Heading of the page.
             can_save: Whether there is a save button.
 
         Raises:

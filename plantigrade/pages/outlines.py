@@ -24,10 +24,8 @@ def outlines(
     """Return the outline of a geom in every frame.
 
     Args:
-        shape: The geom.
         positions: World position of its body in each frame, relative to the camera [m].
         quats: World rotation of its body, ``wxyz``.
-        camera: The camera.
 
     Returns:
         The two ends of a thick stroke (``m`` = 2; its width is twice the first size), or the
@@ -84,10 +82,7 @@ def force_arrow(
     Args:
         force: Force, world [N].
         point: Point of application, relative to the camera [m]; NaN without force.
-        camera: The camera.
-        clock: The clock of the picture.
         weight: Body weight [N].
-        per_metre: Drawing units per metre.
         length: Length of the arrow of one body weight [m].
         width: Width of the head [m]; it shrinks with a short arrow.
     """

@@ -139,7 +139,6 @@ def serve_page(
     Works over ssh: the server has no window and no OpenGL, the browser draws.
 
     Args:
-        page: The page.
         port: Port to listen on, or the next free one.
         open: Whether to open the page in the default browser.
         stop: Ends the service when set (for tests and notebooks).

@@ -41,10 +41,8 @@ def playback(
     """Return one stride if strides repeat on plain ground, else the whole motion.
 
     Args:
-        record: The record.
         start: First instant [s].
         stop: Last instant [s].
-        rate: Frames per second.
     """
     time = record.motion.time
     if not (np.isfinite(rate) and 1.0 <= rate <= 100.0):

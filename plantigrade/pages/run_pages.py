@@ -120,7 +120,6 @@ def strip_of(
     """Return the picture strip of a run, over one right gait cycle if there is one.
 
     Args:
-        subject: The run.
         height_px: Height of the picture [px].
         background: CSS colour of the background; none if None.
         view: One of :data:`~plantigrade.pages.camera.VIEWS`.

@@ -152,7 +152,6 @@ def needs(
     """Decorate a function that draws sections with the data it requires of a run.
 
     Args:
-        signals: Names of required signals.
         reference: Name of a required reference motion, for a motion of at least two frames.
         planned: Whether planned contact and forces are required.
     """

@@ -37,8 +37,6 @@ def silhouettes(
 
     Args:
         points: Projected vertices in every frame [m].
-        faces: Triangles.
-        count: Number of control points.
         grain: Step of the grid [m].
     """
     masks, low = _filled(points[:, faces], grain)

@@ -137,9 +137,7 @@ class SkinFigure:
         """Return the outline of a part in every frame, and its mean distance towards the reader.
 
         Args:
-            part: The part.
             centre: Point at which the camera looks in each frame, world [m].
-            camera: The camera.
             grain: Step of the grid on which the outline is found [m].
         """
         used, corners = np.unique(self.faces(part), return_inverse=True)
@@ -153,7 +151,6 @@ def skin_of(
     """Return the skin of the person of a record; None where the body is no person's.
 
     Args:
-        record: The record.
         positions: World position of each body in each frame [m].
         quats: World rotation of each body, ``wxyz``.
     """
@@ -173,8 +170,6 @@ def outlines_of(
 
     Args:
         vertices: Vertices relative to what the camera looks at, in every frame [m].
-        faces: Triangles.
-        camera: The camera.
         count: Control points of the outline.
         grain: Step of the grid on which the outline is found [m].
     """

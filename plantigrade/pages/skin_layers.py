@@ -45,8 +45,6 @@ def skin_layers(
     """Return the layers of a person, the far ones first, and their extent.
 
     Args:
-        figure: The person.
-        shot: The view.
         x_ray: Whether the feet are transparent before their bones.
         colour: One colour for everything and no shade, of a shadow of a motion; none if empty.
 

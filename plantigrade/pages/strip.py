@@ -71,8 +71,6 @@ def strip_svg(
     Everything is projected horizontally; near parts are drawn over far ones.
 
     Args:
-        model: The body.
-        qpos: Configurations.
         indices: Frames to draw, from left to right.
         time: Time of each frame [s]; written under each picture.
         force: Ground reaction at each contact, world [N], drawn as an arrow.

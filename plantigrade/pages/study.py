@@ -48,11 +48,8 @@ def study_html(
 
     Args:
         study: The statistics; None if no gait counts.
-        gaits: Every reproduced gait.
         left_out: Recording → reason why it could not be reproduced.
-        tasks: Name of the set of tasks.
         status: ``"ok"``, or the failures.
-        provenance: Provenance of the study.
     """
     n = 0 if study is None else study.n
     uncounted = [(gait.name, gait.problem) for gait in gaits if gait.problem]

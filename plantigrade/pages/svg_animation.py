@@ -18,7 +18,6 @@ class Clock:
 
         Args:
             data: Path data with equal commands.
-            attributes: Additional attributes.
         """
         start = f'<path d="{data[0]}" {attributes}'.rstrip()
         if len(set(data)) == 1:

@@ -48,9 +48,6 @@ def handles_of(
     """Return the handles of a solved task.
 
     Args:
-        task: Name of the task.
-        record: Its record.
-        scene: Its scene.
         values: Values for which it was solved, by the name of their control.
     """
     makers = {

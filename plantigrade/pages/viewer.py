@@ -61,9 +61,6 @@ def viewer_html(
     """Return the viewer page of a record.
 
     Args:
-        record: Record to show.
-        title: Heading.
-        subtitle: Line below the heading.
         coordinates: Coordinates whose curves are shown; all hinges if empty.
         forces: Record whose forces are drawn if ``record`` has none.
         rate: Frames per second kept [Hz]; the page interpolates between them.
@@ -125,7 +122,6 @@ def stage_html(
 
     Args:
         template: Template that extends ``stage.html``.
-        data: Data of the scripts.
         styles: Style sheets among the packaged templates.
         scripts: Scripts among the packaged templates.
         variables: Other variables of the template.

@@ -20,7 +20,6 @@ def skin_data(human: Human, assumed: Collection[str] = ()) -> dict[str, Any] | N
     """Return what the page needs of a person's skin; None if the body has none.
 
     Args:
-        human: The person.
         assumed: Bodies that are drawn paler, because their motion is assumed.
     """
     if type(human) is not Human:

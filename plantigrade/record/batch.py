@@ -135,7 +135,6 @@ class BatchFolder:
     Args:
         path: The folder. It is made, or taken up if it holds the same batch.
         spec: What two batches have in common if they are the same: command, settings, what varies.
-        command: The command line.
         overwrite: Replace a folder of results that is there.
     """
 

@@ -47,7 +47,6 @@ def write_folder(
     """Write a folder of results, whole or not at all: ``metrics.json`` and other files.
 
     Args:
-        out: The folder.
         metrics: Figures and settings; NaN and infinity become null. ``format`` and ``files`` are
             added.
         files: The other files, by name.

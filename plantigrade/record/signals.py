@@ -54,8 +54,6 @@ def check_signals(
     """Refuse unknown signals, and known ones of another kind or shape.
 
     Args:
-        signals: The signals by name.
-        n_frames: Frames of the motion.
         nv: Generalised forces of the person.
         n_markers: Recorded markers; None without a recording.
     """

@@ -69,7 +69,6 @@ def write_tables(
     """Write rows as ``NAME.parquet`` and ``NAME.csv``, each whole or not at all.
 
     Args:
-        folder: Where to.
         name: Name of the files without ending.
         rows: Returns the rows anew.
         columns: As :func:`columns_of` returns them.

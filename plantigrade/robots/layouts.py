@@ -25,7 +25,6 @@ def files_of(
     ``trajectory.npz`` in that of loco-mujoco.
 
     Args:
-        robot: The robot.
         rate: Frames per second [Hz].
         qpos: Poses, root w x y z [m, rad].
         qvel: Velocities [m/s, rad/s].

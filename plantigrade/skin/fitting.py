@@ -120,9 +120,6 @@ def resting_skin(
     """Return the surface with the lengths of a person.
 
     Args:
-        surface: The baked surface.
-        human: The person.
-        bones: Its bones on this person.
         build: From thin to fat, see :mod:`plantigrade.skin.surface`.
         girth: Factor across the limbs, besides that of the stature.
         age: ``"young"`` or ``"old"``.

@@ -33,15 +33,9 @@ def contact_record(
     """Return motion, joint torques, and forces where the sites touch the ground.
 
     Args:
-        body: The person.
-        sampled: The motion.
-        plan: Its contacts.
-        friction: Coefficient of friction.
         walks: Whether there are gait events.
         limits: As in :class:`~plantigrade.record.Record`, like what follows.
-        conditions: Conditions of the task.
         signals: Further results by name.
-        notes: Notes for the user.
     """
     s, human = sampled, body.human
     end = float(s.time[-1])

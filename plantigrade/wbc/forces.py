@@ -121,7 +121,6 @@ def reduced_dynamics(
     """Return the equations of motion at a state.
 
     Args:
-        state: The state.
         points: The contact sites; forces act at the lowest points of their spheres.
         touching: Indices of the points that carry.
         edges: Edges of their friction pyramid, forces as columns [N].

@@ -34,7 +34,6 @@ def by_subject(paths: Sequence[Path], workers: Workers | None = None) -> list[tu
     """Return which recordings are of one subject, as indices; files that cannot be read are not.
 
     Args:
-        paths: The recordings.
         workers: Where they are read; here if absent.
     """
     found = {

@@ -251,7 +251,6 @@ def figures_of(record: Record, until: float = np.inf) -> dict[str, float | bool]
     """Return what a simulation shows: forces, torques, how far the controller was off.
 
     Args:
-        record: What happened.
         until: Time of a fall [s], after which no motion is followed.
     """
     figures: dict[str, float | bool] = {}

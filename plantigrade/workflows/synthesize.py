@@ -68,7 +68,6 @@ def synthesize_task(
         file: A task file; ``parameters`` replaces its parameters.
         warm: A similar motion to start from, in place of the run folder of ``how``.
         progress: Called with every iteration; returning True stops with the best so far.
-        origin: For the provenance.
 
     Raises:
         ParameterError: If a value is out of range for this person, or the run to start from has

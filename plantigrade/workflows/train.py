@@ -60,11 +60,9 @@ def train(
     Args:
         source: A recording, which is fitted first, or a run or its folder; without either the
             published mean walk on the person of [Park2020]_.
-        settings: What decides the result.
         out: Folder; each seed has one of its own within.
         resume: Take up what was stopped; what has ended is kept as it is.
         overwrite: Replace what is there.
-        step: Shows progress of a fit.
         tell: Called with the seed and a :class:`~plantigrade.learn.learning_curve.Progress` after
             every part of a training.
         options: Fields of ``settings`` by name; they replace those of ``settings``.

@@ -131,10 +131,8 @@ def run_of(
     """Return the run of the best vault that was found.
 
     Args:
-        how: What decided it.
         gymnast: Name and approach of the gymnast.
         every: What all searches found, the best first.
-        command: The command line.
         seconds: How long the searches took [s].
         other_model: The model with the other number of segments, and results of its searches.
         changes: What changes with the approach.

@@ -42,7 +42,6 @@ class Actuators:
     """The motors and the passive moments of a person in a world.
 
     Args:
-        human: The person.
         model: The model of the world; its actuators, armature and joint springs are set.
         passive: Whether joints have passive moments (:mod:`plantigrade.dynamics.passive`).
         rise: Rise time of a motor from zero to its maximum torque [s]; zero for none.
@@ -213,7 +212,6 @@ class Actuators:
         Faster than a whole command, for training; not for passive joints or exact limits.
 
         Args:
-            data: The world's data.
             force: Stiffness times target plus damping times desired rate [N m].
         """
         data.ctrl[: self.n] = force
@@ -236,7 +234,6 @@ class Actuators:
         """Limit the rate of torques for the next steps.
 
         Args:
-            data: The world's data.
             time: Time until the next call [s].
         """
         if self.rise and self._is_limited:

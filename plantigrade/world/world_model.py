@@ -41,8 +41,6 @@ def world_model(
     The person's coordinates come first, those of ``additions`` after them.
 
     Args:
-        human: The person.
-        ground: The ground.
         step: Time step [s].
         sites: Additional contact sites, for seats.
         additions: Functions that add bodies to a specification.

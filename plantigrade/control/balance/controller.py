@@ -262,7 +262,6 @@ def slow_at_stops(
         angles: Joint angles [rad].
         velocity: Joint velocities [rad/s].
         acceleration: Desired joint accelerations [rad/s²].
-        weight: Their weights.
         settings: How near, and how firmly.
     """
     gain, (low, high) = settings.gain, stops

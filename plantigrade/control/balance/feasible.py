@@ -64,7 +64,6 @@ def feasible_path(
         com: The path [m].
         spheres: Positions of the contact spheres of the feet [m].
         contact: Which of them are on the ground; fewer than three span no support.
-        settings: Limits.
     """
     s, n = settings or FeasibleSettings(), len(time)
     if n < 3:

@@ -40,7 +40,6 @@ class FlightClock:
 
     Args:
         flights: From when to when the reference flies [s].
-        settings: Tolerances.
     """
 
     def __init__(

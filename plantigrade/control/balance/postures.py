@@ -188,7 +188,6 @@ def posture_step(
     """Return a configuration nearer to its goals, by a Gauss-Newton step within joint limits.
 
     Args:
-        state: The configuration before.
         rows: Desired changes; a weight is the root of the cost of a squared unit missed.
         rest: Configuration from which deviations cost.
         own: Root of the cost of a squared deviation of each coordinate from it.

@@ -139,7 +139,6 @@ def through(
 
     Args:
         at: Times of the frames [s].
-        values: Their values.
         time: Times of the result [s].
     """
     return _quintic(at, values, _slopes(at, values), np.zeros_like(values))(time)
@@ -234,7 +233,6 @@ def ankle_path(
         ankle: Its position in each; in flight, from where the body has taken it [m].
         flights: First and last frame of every flight.
         time: Times of the result [s].
-        settings: How late it rises.
     """
     out = through(at, ankle, time)
     for a, b in flights:

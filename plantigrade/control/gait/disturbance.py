@@ -33,7 +33,6 @@ class DisturbanceEstimator:
     r"""Estimates :math:`\ddot c - \sum F / m` over the ground from one tick to the next.
 
     Args:
-        settings: Its filter.
         held: Whether the ground force holds during a tick, as torques do; with springs and dampers
             it changes from one tick to the next.
 
@@ -56,7 +55,6 @@ class DisturbanceEstimator:
         """Take the sample of a tick.
 
         Args:
-            body: The person now.
             ground: Forces of the ground now [N].
             step: Time since the last sample [s].
             rotation: From the axes of then to those of now, where they turn.

@@ -52,6 +52,5 @@ def effective_pivot(
     Args:
         xi: Divergent component now [m].
         later: The same after a time :math:`T` [m].
-        growth: :math:`e^{\omega T}`.
     """
     return (later - growth * xi) / (1.0 - growth)

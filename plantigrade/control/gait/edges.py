@@ -40,11 +40,9 @@ def lifts(
     """Return the lift of a foot above its plan while it swings over an edge [m].
 
     Args:
-        ground: With its steps.
         low: Lowest points of the foot's contact spheres, world [m].
         stands: Whether the foot is in stance.
         step: Time step of the grid [s].
-        settings: Clearances.
     """
     settings = settings or EdgeSettings()
     lift = np.zeros(len(low))
@@ -80,11 +78,8 @@ def on_one_side(
     """Return an offset with which a foot lands wholly on the level it is planned to.
 
     Args:
-        ground: With its steps.
         low: Lowest points of the foot's contact spheres at touchdown, as planned, world [m].
         offset: Desired offset [m].
-        ahead: Direction of the path.
-        settings: Distances to keep.
 
     Returns:
         The nearest such offset along the path; the desired one if none is near.

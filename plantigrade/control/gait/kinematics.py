@@ -81,10 +81,8 @@ class Kinematics:
 
         Args:
             record: The motion, with its ground.
-            sites: Contact spheres.
             contact: When each of them is in contact.
             step: Time step of the grid [s].
-            settings: Clearances.
         """
         for i, side in enumerate(SIDES):
             own = np.array([s.side == side for s in sites])

@@ -74,12 +74,8 @@ def site_loads(
     where its spheres are near and slow, and then what is left of the weight.
 
     Args:
-        record: The motion.
-        sites: Contact spheres.
-        kinematics: Their heights and speeds.
         force: Known force on each of them [N].
         step: Time step of the grid [s].
-        settings: Limits.
         min_duration: Least duration of a stance [s].
     """
     load = np.maximum(force @ record.ground.normal, 0.0)

@@ -39,7 +39,6 @@ class PendulumState:
         """Return a person as a pendulum.
 
         Args:
-            body: The person.
             ground: Height of the ground [m].
             soles: Points of each sole [m].
             feet: Middle of each sole, over the ground [m].

@@ -99,10 +99,8 @@ class Gait:
     """Phase, feet and their offsets.
 
     Args:
-        reference: The motion.
         weight: Weight of the person [N].
         phase: Time of the motion at the start [s].
-        settings: Its numbers.
 
     Attributes:
         phase: Time of the motion [s].
@@ -223,7 +221,6 @@ class Gait:
         """Let a foot swing from where it is: a leg that has crossed rolls off otherwise.
 
         Args:
-            foot: The foot.
             offset: Its offset from the motion now [m].
         """
         ahead = self.reference.schedule.after(foot.side, self.phase)

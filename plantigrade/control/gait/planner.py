@@ -121,9 +121,7 @@ def next_step(
         left: Time until the motion's touchdown [s].
         pivot_offset: Offset of the centre of pressure by the stance feet [m].
         standing_offset: Weighted offset of the feet that still stand after touchdown [m].
-        standing_weight: Their weight at touchdown.
         later_weight: Weight of the next stance and those after it.
-        limits: Where the foot can step.
     """
     growth = float(np.exp(omega * left))
     pivot = effective_pivot(xi_now, xi_touchdown, growth)
@@ -147,7 +145,6 @@ def least_cost(
         offsets: Desired offset at each rate [m].
         standing_offset: Offset of the stance foot [m].
         left: Time until the motion's touchdown [s].
-        limits: Where the foot can step.
         omega: Rate of the pendulum, at which what a step misses grows until the next [1/s].
     """
     settings, rates = limits.settings, limits.rates

@@ -136,7 +136,6 @@ def contact_intervals(
     beginning, and one at the end no end.
 
     Args:
-        sites: Contact spheres.
         on: When each of them is in contact.
         step: Time step of the grid [s].
         period: Period of the motion [s], or None.
@@ -195,7 +194,6 @@ def schedule_of(
 
     Args:
         stances: Stances of the motion, or of one period.
-        sites: Contact spheres.
         load: Load of each of them [N].
         omega: Rate of the pendulum [1/s].
         step: Time step of the grid [s].

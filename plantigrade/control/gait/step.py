@@ -113,7 +113,6 @@ class StepPlanner:
 
     Args:
         leg_length: Length of a leg [m].
-        settings: Limits and costs.
     """
 
     def __init__(self, leg_length: float, settings: StepSettings | None = None):
@@ -156,8 +155,6 @@ class StepPlanner:
         """Return the best footstep of one foot and one duration.
 
         Args:
-            now: The pendulum.
-            side: The foot.
             duration: Time until touchdown [s].
             swinging: Whether the foot is in the air already; only the position nearest to the
                 desired one is considered then.

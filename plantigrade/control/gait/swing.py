@@ -40,7 +40,6 @@ class SwingOffset:
 
     Args:
         offset: Offset from the motion at lift-off [m].
-        settings: Limits.
 
     Attributes:
         offset: Offset from the motion [m].

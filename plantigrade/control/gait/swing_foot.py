@@ -58,7 +58,6 @@ class SwingFoot:
         """Return the swing to where the foot is needed now; unchanged in its last part.
 
         Args:
-            now: The pendulum.
             time: Now [s].
             velocity: Velocity of the foot over the ground, which limits what it can reach; no
                 limit if absent [m/s].

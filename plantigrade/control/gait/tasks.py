@@ -216,10 +216,6 @@ def desired_accelerations(
     """Return the accelerations of pelvis and joints that lead back to the motion [rad/s²].
 
     Args:
-        ref: The motion at its phase.
-        rate: Rate of the phase.
-        body: The person now.
-        settings: Gains.
         free: Joints that are only slowed: they are where something else has led them.
     """
     desired = rate**2 * ref.a

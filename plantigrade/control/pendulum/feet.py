@@ -22,9 +22,6 @@ class Feet:
     """The feet of a walk.
 
     Args:
-        plan: Step plan.
-        ground: Under the feet.
-        tasks: Whole-body tasks.
         positions: Positions of the feet, right and left [m].
     """
 
@@ -63,7 +60,6 @@ class Feet:
         Args:
             positions: Positions of the feet [m].
             load: On each [N].
-            footstep: The planned one.
             step: Time since the last call [s].
         """
         own = self.settings
@@ -158,13 +154,9 @@ class Feet:
         """Return the rows of both feet.
 
         Args:
-            body: The person now.
             ref: The reference at the phase of the gait.
-            rate: Rate of the phase.
             com: Centre of mass [m].
-            footstep: The planned one.
             overlap: Greatest depth of one leg in the other in the recording [m].
-            soles: The contact spheres.
             active: Which of them touch.
         """
         plan, tasks, person, rows, still = self.plan, self.tasks, self.plan.person, [], np.zeros(3)

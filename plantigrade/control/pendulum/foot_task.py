@@ -30,7 +30,6 @@ class FootTask(Task):
         """Return the task of a foot.
 
         Args:
-            points: The origins of the feet.
             i: Which of them.
             target: Error that is left to undo, target velocity and target acceleration.
         """

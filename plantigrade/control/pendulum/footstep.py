@@ -167,13 +167,11 @@ def next_footstep(
     next together (:func:`plantigrade.control.gait.planner.least_cost`).
 
     Args:
-        law: The landing law.
         com: The mass now [m].
         velocity: Its velocity [m/s].
         pivot: Pivot of the pendulum until touchdown [m].
         stance_foot: Position of the stance foot [m].
         time: To the reference's touchdown [s].
-        reference: The reference then.
         reach: Limits of the footstep, as an offset from that of the reference.
     """
     times = time / reach.rates

@@ -62,8 +62,6 @@ class LocalGround:
     """The ground around a person.
 
     Args:
-        person: The person.
-        ground: The ground.
         slope_distance: Distance over which its slope is taken [leg lengths].
 
     Attributes:
@@ -143,7 +141,6 @@ class Sole:
         """Return heights of the ground under heel, middle and ball, left and right [m].
 
         Args:
-            ground: The ground.
             ankles: Positions of the ankle [m].
             ahead: Where the foot points, of length one.
         """
@@ -166,8 +163,6 @@ class Sole:
         """Return the normal of the sole: in stance, or on the way from there to the footstep.
 
         Args:
-            ground: The ground.
-            foot: The foot.
             phase: Phase of the gait [s].
             ankle: Its position [m].
             ahead: Where the foot points, over the ground.
@@ -192,7 +187,6 @@ class Sole:
         It rests on what is highest under heel and ball; sideways it follows the ground a little.
 
         Args:
-            ground: The ground.
             ankle: Position of the ankle [m].
             ahead: Where the foot points, of length one.
         """
@@ -215,7 +209,6 @@ class Sole:
         """Return how far from a planned footstep the foot lands better [m].
 
         Args:
-            ground: The ground.
             footstep: As planned for balance [m].
             other: The other foot [m].
             time: To touchdown [s].

@@ -18,7 +18,6 @@ class CommandHold:
     Args:
         tick: Time for which it holds [s].
         step: Time from one sample of the soles to the next [s].
-        nv: Coordinates of the person.
 
     Attributes:
         samples: Samples of the soles in a tick.

@@ -173,7 +173,6 @@ class Waypoints(Path):
 
     Args:
         points: The points [m]; one where the walk is already is left out.
-        settings: How they are followed.
 
     Attributes:
         points: The start and the points [m].

@@ -31,8 +31,6 @@ class StepPlan:
 
     Args:
         gait: Phase and feet of the walk; its swing foot is led to the footstep.
-        reference: The walk.
-        person: The person.
         step: Time from one tick to the next [s].
         settings: The numbers of the controller.
 
@@ -79,7 +77,6 @@ class StepPlan:
         :math:`a \, e^{-\omega t}` does to the walk what a velocity of :math:`a / (2 \omega)` does.
 
         Args:
-            body: The person now.
             ref: The reference at the phase of the gait.
             feet: Positions of the feet, world [m].
             slope: Rise of the ground about the person along x and y, by distance.

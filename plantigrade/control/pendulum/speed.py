@@ -43,7 +43,6 @@ class SpeedControl:
     """Adapts the length of steps to a desired speed.
 
     Args:
-        settings: Its numbers.
         scale: Length of the first steps [recorded steps].
         speed: Mean speed at the start [m/s].
         position: Along the line of the walk [m].

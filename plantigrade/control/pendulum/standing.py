@@ -36,7 +36,6 @@ class Settling(Reference):
     """The posture of the last step turns into standing; feet stay where they are.
 
     Args:
-        human: The person.
         qpos: The posture of the last step.
         standing: Quiet standing at the same place.
         time: When it begins [s].
@@ -90,7 +89,6 @@ class GaitStart:
         """Return that of a walk.
 
         Args:
-            recorded: The walk.
             ahead: How far the right foot is ahead of the left one [m]; that stays on.
         """
         stance = 0 if ahead >= 0.0 else 1

@@ -40,7 +40,6 @@ def walk_summary(
     """Return the summary of a walk.
 
     Args:
-        footfalls: Touchdowns of the feet.
         speed: Mean speed [m/s].
         recorded: That of the recording [m/s].
         lateral_offset: From the line of the walk at the end, to the left [m].
@@ -84,7 +83,6 @@ def command_summary(
             was commanded.
         deviation: Greatest distance from the path, over a stride [m]; None where it had none.
         stops: From when to when it stood [s].
-        path: The commanded path.
     """
     sentences = []
     if speed is not None and speed[0] > 0.0:

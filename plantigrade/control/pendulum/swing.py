@@ -83,7 +83,6 @@ class SwingPath:
 
     Args:
         leg: Length of the leg [m].
-        settings: How it swings.
     """
 
     def __init__(self, leg: float, settings: SwingPathSettings | None = None):
@@ -109,9 +108,7 @@ class SwingPath:
         """Return the height above the recorded path [m], and its rate [m/s].
 
         Args:
-            foot: The foot.
             phase: Phase of the gait [s].
-            rate: Rate of the phase.
             position: Desired one of the foot [m]; its height does not count.
             velocity: Desired one [m/s].
             footstep: Where it will land; None if that is not planned.

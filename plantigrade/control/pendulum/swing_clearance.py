@@ -29,10 +29,8 @@ def with_clearance(
     """Return a walk on level ground whose feet pass over the ground, and land in time.
 
     Args:
-        reference: The walk.
         leg_length: Length of the leg [m].
         of_side: Contact spheres of the right foot and of the left one.
-        settings: The clearance.
     """
     own = settings or SwingPathSettings()
     found = replace(reference, table=reference.table.copy())

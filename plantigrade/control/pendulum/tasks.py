@@ -164,9 +164,7 @@ class WalkingTasks:
     """The tasks of a walk.
 
     Args:
-        human: The person.
         leg: Length of their legs [m].
-        settings: Weights and gains.
 
     Attributes:
         com: The centre of mass; its desired acceleration is given.
@@ -222,9 +220,7 @@ class WalkingTasks:
         """Return the desired accelerations of pelvis and joints.
 
         Args:
-            body: The person now.
             ref: The reference at the phase of the gait.
-            rate: Rate of the phase.
             swing: Which feet swing, right and left.
             turn_rate: Rate of turn of the walk, to the left [rad/s].
         """
@@ -263,9 +259,7 @@ class WalkingTasks:
         desired outside of the contacts, too.
 
         Args:
-            body: The person now.
             ref: The reference at the phase of the gait.
-            rate: Rate of the phase.
             omega: Root of gravity by height [1/s].
             dcm_error: Error of the divergent component [m].
             cop_offset: Offset of the centre of pressure from the reference [m].
@@ -307,9 +301,7 @@ class WalkingTasks:
         """Return rows of the angular momentum: as in the reference, unless the body balances by it.
 
         Args:
-            body: The person now.
             ref: The reference at the phase of the gait.
-            rate: Rate of the phase.
             dcm_error: Error of the divergent component [m].
         """
         own, share = self.settings, self.flywheel_share(dcm_error)

@@ -27,8 +27,6 @@ class PhaseMap:
     """Maps instants of the stride of one walk to like instants of another.
 
     Args:
-        new: Stances of the new walk.
-        old: Those of the old one.
         lifts: Whether feet also lift at like instants, not only strike; in a run, which has no
             double support, they do not.
 
@@ -143,7 +141,6 @@ class Transition:
         """Return the walk between both, for a cadence that it will be multiplied by.
 
         Args:
-            new: The new walk at a phase.
             phase: That [s].
             cadence: Factor by which rates will be multiplied, and changes of rates twice.
         """

@@ -72,7 +72,6 @@ class Pose:
         """Return the pose of coordinates.
 
         Args:
-            human: The person.
             angles: Coordinate of spine, neck or arms → angle [rad].
         """
         upper, names = upper_hinges(human), human.coordinates
@@ -131,9 +130,7 @@ def source_of(human: Human, other: Reference | Pose, walk: Reference, time: floa
     """Return an upper body for the legs of a walk.
 
     Args:
-        human: The person.
         other: The other walk or motion of the same person, or a pose.
-        walk: The walk of the legs.
         time: When it begins [s].
     """
     if isinstance(other, Pose):
@@ -158,8 +155,6 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     """Return the lowering of the mass by another upper body [m].
 
     Args:
-        human: The person.
-        walk: The walk of the legs.
         source: Motion of the upper body; None: as recorded.
         time: When it begins [s].
     """
@@ -182,12 +177,8 @@ class UpperBody:
     """The upper body of a walk, blended with the one before.
 
     Args:
-        human: The person.
-        walk: The walk of the legs.
         source: Its motion; None: as recorded.
-        before: Its motion before.
         since: When it changed [s].
-        settings: How it changes.
 
     Attributes:
         time: Now [s].

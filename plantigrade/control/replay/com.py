@@ -44,13 +44,7 @@ def com_acceleration(
     contacts reach, accelerates the pendulum; the height follows the motion.
 
     Args:
-        settings: Gains and limits.
-        body: The person now.
-        ref: The motion now.
-        rate: Rate of the phase.
-        footsteps: Errors and offsets.
         contacts: Points in contact, over the ground [m].
-        normal: Normal of the ground.
         lowering: Lowering of the body [m].
     """
     omega, offset = footsteps.reference.omega, footsteps.stance_offset

@@ -44,9 +44,7 @@ class FootstepPlanner:
     """Plans footsteps, and computes the error of the divergent component of motion.
 
     Args:
-        gait: Phase and feet.
         leg_length: Length of the leg [m].
-        ground: The ground of the motion.
         side_of: Side of each contact sphere, as in ``SIDES``.
         settings: Limits and costs of footsteps.
         path: Return to the planned path.
@@ -94,8 +92,6 @@ class FootstepPlanner:
         """Move the path that is followed back to the planned one, slowly.
 
         Args:
-            body: The person now.
-            ref: The motion now.
             dt: Time since the last call [s].
         """
         off = (body.com - ref.com)[:2]
@@ -118,8 +114,6 @@ class FootstepPlanner:
         """Return the next step, and lead the swing foot there; None where no single foot swings.
 
         Args:
-            body: The person now.
-            ref: The motion now.
             feet: Positions of the feet, world [m].
             dt: Time until the next plan [s].
         """

@@ -43,9 +43,7 @@ class RecoverySteps:
     """Takes steps while the motion waits.
 
     Args:
-        gait: Phase and feet.
         leg_length: Length of the leg [m].
-        settings: Its numbers.
 
     Attributes:
         waiting: Whether the motion waits.
@@ -86,7 +84,6 @@ class RecoverySteps:
         Args:
             time: Now [s].
             step: Time since the last update [s].
-            body: The person now.
             low: Lowest points of the contact spheres of each foot, world [m].
             heights: Their heights above the ground [m].
             heading: Horizontal direction in which the person faces.

@@ -16,7 +16,6 @@ def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most
     A step deviates by its offset from the motion, less that of the step before.
 
     Args:
-        touchdowns: The steps.
         min_deviation: Least deviation of a step to describe [m].
         n_most: Greatest number of sentences.
 
@@ -66,7 +65,6 @@ def describe_end(reference: Reference, phase: float) -> str:
     """Return a sentence on a motion that ended before its simulation, and not at rest; else none.
 
     Args:
-        reference: The motion.
         phase: Time of the motion at the end of the simulation [s].
     """
     if reference.period is not None or reference.ends or phase <= reference.duration:

@@ -106,12 +106,10 @@ def largest_push(
     push is not survived where one leg goes through the other (:data:`MAX_LEG_OVERLAP`).
 
     Args:
-        controller: The replay.
         time: When it begins [s].
         direction: Where to: 0 forward, a quarter turn to the left [rad].
         forces: To be tried, in rising order [N].
         after: Time that the person must stay on the feet after it began [s].
-        starts: Seeds of the starts.
     """
 
     def survived(force: float) -> bool:

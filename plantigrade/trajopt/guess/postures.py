@@ -116,7 +116,6 @@ def reaching(
     """Return postures whose legs reach for level feet, the nearer to them the better.
 
     Args:
-        human: The person.
         q: Postures; legs near the answer help.
         feet: Side → ankle joint, world (n, 3) or (3,) [m], and heading (n,) or one [rad].
         stretched: Part of their length that legs reach at most.

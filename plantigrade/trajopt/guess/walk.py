@@ -115,7 +115,6 @@ def with_noise(
 
     Args:
         c: Coefficients or samples.
-        seed: Seed of the noise.
         size: Root mean square of the noise of angles [rad].
         closure: How a periodic motion goes on; the noise goes on in the same way.
     """

@@ -135,7 +135,6 @@ class KKTSystem:
         """Return a step that changes products of limits' multipliers and distances as well.
 
         Args:
-            step: A Newton step.
             changes: Desired change of each product (2, n_nodes, n_rows).
         """
         e, slacks = self._evaluation, self._slacks

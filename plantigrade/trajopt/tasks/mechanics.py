@@ -54,7 +54,6 @@ def check_push(human: Human, height: float, stroke: float, what: str) -> None:
     """Refuse a jump that requires more power than people have.
 
     Args:
-        human: The person.
         height: How far the centre of mass rises after take-off [m].
         stroke: How far it rises before [m].
         what: The requested motion, in words.
@@ -102,7 +101,6 @@ def check_time(human: Human, seconds: float, distance: float, what: str) -> None
     """Refuse to go down or up faster than gravity and legs do.
 
     Args:
-        human: The person.
         seconds: Time that there is [s].
         distance: How far the centre of mass goes [m].
         what: The motion, in words.
@@ -123,7 +121,6 @@ def check_crouch(human: Human, depth: float, strength: float) -> None:
     length of a thigh.
 
     Args:
-        human: The person.
         depth: How far the hips are below those in standing [m].
         strength: Part of the joints' torques that may be used.
     """
@@ -157,8 +154,6 @@ def check_support(human: Human, plan: ContactPlan, rests: Rests | None = None) -
     """Refuse a motion on the feet that no centre of pressure near them brings to rest in time.
 
     Args:
-        human: The person.
-        plan: Contacts.
         rests: Centre of mass where the person rests at the start and at the end [m]; over the
             middle of the feet if absent.
     """
@@ -234,7 +229,6 @@ def _pendulum_rows(
         places: Corners of the base of support in every step [m].
         growth: Rate of the pendulum times the duration of every step.
         out: Column of the first push out of the feet.
-        state: Columns of the states.
         rests: Centre of mass at the start and at the end [m].
     """
     rows: list[tuple[int, int, float]] = []

@@ -98,7 +98,6 @@ def forces_at_sites(
     """Return forces at the sites that make up the wrenches as well as pushing ones can.
 
     Args:
-        body: The person.
         feet: The wrenches at the given times.
         seat: Force that sites of no foot share [body weights].
         q: Coordinates at these times.

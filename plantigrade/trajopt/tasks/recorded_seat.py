@@ -26,8 +26,6 @@ def supports_of(
     the ischia are within :data:`MAX_SEATED_HEIGHT` of where they rest.
 
     Args:
-        human: The person.
-        motion: The motion.
         contacts: Intervals of load, from :func:`~plantigrade.dynamics.loading.find_loading`.
         start: Time zero of the task [s].
         duration: Duration of the task [s].

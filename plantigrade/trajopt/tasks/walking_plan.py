@@ -63,7 +63,6 @@ def walk_plan(
     that stops ``"walking"`` does so at its last strike.
 
     Args:
-        human: The person.
         parameters: Lengths and times of the walk.
         steps: How many times a foot is put down, without the strike at the start of a walk that
             begins walking; at least 2 from standing to standing.

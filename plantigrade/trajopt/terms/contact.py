@@ -203,7 +203,6 @@ def _corners(
     """Return least heights, and largest and least places along x, of a point on its way [m].
 
     Args:
-        ground: Treads.
         x: Where the point is at the nodes of a swing if it moves smoothly [m].
         radius: Radius of the sphere that rolls, which places along x leave out [m].
     """
