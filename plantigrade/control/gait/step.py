@@ -109,11 +109,7 @@ class Footstep:
 
 
 class StepPlanner:
-    """Plans recovery steps of one person.
-
-    Args:
-        leg_length: Length of a leg [m].
-    """
+    """Plans recovery steps of one person; ``leg_length`` is the length of a leg [m]."""
 
     def __init__(self, leg_length: float, settings: StepSettings | None = None):
         self.leg_length, self.settings = leg_length, settings or StepSettings()

@@ -19,11 +19,7 @@ from plantigrade.wbc.tasks.point import rotation_to
 
 
 class Feet:
-    """The feet of a walk.
-
-    Args:
-        positions: Positions of the feet, right and left [m].
-    """
+    """The feet of a walk; ``positions`` are the positions of the feet, right and left [m]."""
 
     def __init__(
         self,

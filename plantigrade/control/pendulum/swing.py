@@ -79,11 +79,7 @@ class SwingPathSettings:
 
 
 class SwingPath:
-    """The height of one foot along its swing.
-
-    Args:
-        leg: Length of the leg [m].
-    """
+    """The height of one foot along its swing; ``leg`` is the length of the leg [m]."""
 
     def __init__(self, leg: float, settings: SwingPathSettings | None = None):
         self.leg, self.settings = leg, settings or SwingPathSettings()
