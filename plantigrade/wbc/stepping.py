@@ -51,10 +51,9 @@ class MotionSettings:
     """Greatest number of steps from a recorded posture to one that is not in the ground. Chosen."""
     max_correction: float = 0.1
     """Greatest change of any coordinate in one of them [rad, m]. Chosen."""
-    foot_readiness: float = 1.0
-    """Readiness of toes and other joints within the foot to move in them; the unit of the next."""
     ankle_readiness: float = 0.7
-    """That of the ankle. Chosen: the foot before the leg, the leg before the rest of the body."""
+    """Readiness of the ankle to move in them, that of joints within the foot being 1. Chosen: the
+    foot before the leg, the leg before the rest of the body."""
     leg_readiness: float = 0.5
     """That of knee and hip. Chosen."""
     other_readiness: float = 0.02
@@ -63,7 +62,7 @@ class MotionSettings:
     def readiness(self, human: Human) -> Float[Array, " nv"]:
         """Return the readiness of every coordinate to move in a correction."""
         starts = (
-            (("mtp", "cuboid_", "heel_"), self.foot_readiness),
+            (("mtp", "cuboid_", "heel_"), 1.0),
             (("ankle_", "subtalar_"), self.ankle_readiness),
             (("knee_", "hip_"), self.leg_readiness),
             (("",), self.other_readiness),

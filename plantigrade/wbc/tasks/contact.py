@@ -34,15 +34,13 @@ class ContactSettings:
     touching_height: float = 0.002
     """Height above the ground up to which a point touches it [m]. Chosen."""
     approach_rate: float = 40.0
-    """Rate at which a point comes down that should touch already [1/s]. Chosen."""
+    """Rate at which a point comes down that should touch already, and natural frequency of the
+    critically damped floor that slows points which approach it [1/s]. Chosen."""
     guarded_height: float = 0.10
     """Height above the ground up to which a floor guards points [m]. Chosen: farther points cannot
     reach it within a tick."""
     guarded_depth: float = 0.001
     """Depth in the ground from which a floor guards points that should touch, too [m]. Chosen."""
-    floor_stiffness: float = 1600.0
-    """Stiffness with which a floor slows points that approach it [1/s²]; critically damped. Chosen
-    equal to the square of the rate of approach."""
 
 
 class ContactTask(Task):
@@ -229,7 +227,7 @@ class FloorTask(Task):
         settings: ContactSettings | None = None,
     ):
         self.settings = settings or ContactSettings()
-        super().__init__(name, stiffness=self.settings.floor_stiffness)
+        super().__init__(name, stiffness=self.settings.approach_rate**2)
         self.points, self._guarded = points, guarded
         self._known: tuple[object, float] = (None, np.nan)
         self._low = np.zeros(len(points), dtype=bool)
