@@ -5,8 +5,9 @@ need the extra ``learn``; a trained policy does not.
 """
 
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from plantigrade.lazy import lazy
 from plantigrade.learn.action import PAPER_GAINS, Gains
 from plantigrade.learn.controller import PolicyController
 from plantigrade.learn.policy import Policy
@@ -33,14 +34,7 @@ __all__ = [
 WALK = "plantigrade/Walk-v0"
 """Name of the environment for ``gymnasium.make``."""
 
-
-def __getattr__(name: str) -> Any:
-    """Import the environments on first use, because they need Gymnasium."""
-    if name not in ("Walk", "Walks"):
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    import plantigrade.learn.environment as environment
-
-    return getattr(environment, name)
+__getattr__ = lazy(__name__, {"Walk": "environment", "Walks": "environment"})  # need Gymnasium
 
 
 def _register() -> None:

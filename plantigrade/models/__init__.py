@@ -3,9 +3,9 @@
 Names are loaded on first use, so that settings do not import NumPy.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from plantigrade.lazy import lazy
 from plantigrade.models.person import Person
 
 if TYPE_CHECKING:
@@ -23,9 +23,4 @@ _HOMES = {
     "Human": "human",
 }
 
-
-def __getattr__(name: str) -> Any:
-    """Import a public name on first use."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = lazy(__name__, _HOMES)

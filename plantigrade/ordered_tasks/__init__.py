@@ -9,8 +9,9 @@ Names are loaded on first use. ``plantigrade.reproduce("walk.c3d")`` reproduces 
 file.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from plantigrade.lazy import lazy
 
 if TYPE_CHECKING:
     from plantigrade.ordered_tasks.gait import TASKS, GaitTasks, gait_order, gait_tasks
@@ -41,12 +42,7 @@ __all__ = [
     "reference_of",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Load a public name on first use."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = lazy(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

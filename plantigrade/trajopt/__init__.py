@@ -10,8 +10,9 @@ Names are loaded when they are first used. A run with its check and its folder i
 ``plantigrade.synthesize("walk")``.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from plantigrade.lazy import lazy
 
 if TYPE_CHECKING:
     from plantigrade.trajopt.problem.builder import ProblemBuilder
@@ -62,12 +63,7 @@ __all__ = [
     "synthesize",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Load what is named here and not loaded yet."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = lazy(__name__, _HOME)
 
 
 def __dir__() -> list[str]:
