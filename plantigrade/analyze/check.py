@@ -220,7 +220,7 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     if not names:
         return
     sides = tuple(split_side(name)[1] for name in names)
-    q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], s.tau[:, 6:]
+    q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], s.tau[:, 6:] - record.device_torque[:, 6:]
     low, high = _bounds(limits.coordinate, model.jnt_range[1:], model.jnt_limited[1:])
     beyond = np.rad2deg(np.maximum(q - high, low - q))
     yield Series("coordinate", beyond, tol.coordinate, names, sides)

@@ -149,14 +149,14 @@ def _power(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]
 
 
 def _muscle_torque(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    """Return the torque of a joint's muscles: joint torque less that of passive tissue [N m]."""
+    """Return the torque of a joint's muscles: less that of passive tissue and devices [N m]."""
     motion, human, i = record.motion, record.human, record.human.hinge(condition.of)
     q, v = (
         np.stack([f(name) for name in human.coordinates])
         for f in (motion.__getitem__, motion.velocity)
     )
     passive = passive_moments(human.coordinates, list(q), list(v), scale(human.mass, human.height))
-    return s.tau[:, 6 + i] - passive[i]
+    return s.tau[:, 6 + i] - passive[i] - record.device_torque[:, 6 + i]
 
 
 def _along(

@@ -42,7 +42,7 @@ def motion_notes(record: Record) -> list[str]:
             )
     if record.qfrc_actuator is None:
         return notes
-    tau = np.nan_to_num(record.qfrc_actuator[:, 6:])
+    tau = np.nan_to_num((record.qfrc_actuator - record.device_torque)[:, 6:])
     power = np.abs(tau * motion.qvel[:, 6:]).max(axis=0, initial=0.0) / human.mass
     k = int(np.argmax(power))
     if power[k] > MAX_JOINT_POWER:

@@ -148,6 +148,12 @@ class Record:
         """Whether it holds ground reactions."""
         return self.contact_force is not None and len(self.sites) > 0
 
+    @property
+    def device_torque(self) -> Float[Array, "n_frames nv"]:
+        """Part of the joint torques that devices add [N m]; zero without one."""
+        added = self.signals.get("device.torque")
+        return np.zeros(self.motion.qvel.shape) if added is None else np.asarray(added, float)
+
     def torque(self, hinge: str) -> Float[Array, " n_frames"]:
         """Return the torque of a hinge by name [N m].
 

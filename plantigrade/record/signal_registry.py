@@ -81,6 +81,16 @@ _TABLE: dict[str, tuple[tuple[str, Kind, str, str, str], ...]] = {
         ("contact.span", "number", "contacts 2", "s", "start and end of each contact"),
         ("contact.place", "word", "contacts", "", "part of the foot in contact: `heel_r`, …"),
     ),
+    "Device": (
+        (
+            *("device.torque", "number", "frames nv", "N m"),
+            "torque that a device adds, a part of the joint torque",
+        ),
+        (
+            *("device.without", "number", "frames nv", "N m"),
+            "joint torque of the same task without the device",
+        ),
+    ),
     "Residual of each level": (
         (
             *("tasks.residual", "number", "frames tasks", "m/s², rad/s²"),

@@ -62,9 +62,18 @@ def contact_record(
         ground=ground,
         limits=limits,
         conditions=conditions,
-        signals=dict(signals or {}),
+        signals={**(signals or {}), **_added(body, s)},
         notes=notes,
     )
+
+
+def _added(body: ContactBody, s: Sampled) -> dict[str, Array]:
+    """Return the torque that devices add, as a signal."""
+    if not body.external.devices:
+        return {}
+    torque = np.zeros_like(s.qvel)
+    torque[:, 6:] = body.external.torque_at(body.symbolic.names[6:], s.time, s.q[:, 6:])
+    return {"device.torque": torque}
 
 
 @dataclass(frozen=True, eq=False)

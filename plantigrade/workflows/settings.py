@@ -252,7 +252,7 @@ class SolveSettings(Impairments, Settings):
             word("basis", self.basis, ("trigonometric", "polynomial"))
         if self.seed and self.restarts == 1:
             raise ParameterError("seed has no effect without restarts")
-        for name in ("gravity", "wrench"):
+        for name in ("gravity", "wrench", "device"):
             if self.replay and getattr(self, name) != getattr(type(self), name):
                 raise ParameterError(f"replay has no {name}: leave out one of both")
 

@@ -32,6 +32,7 @@ from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import paper_motion
+from plantigrade.workflows.device import beside, compared
 from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
@@ -56,7 +57,7 @@ def synthesize_task(
     how: SolveSettings | None = None,
     *,
     file: TaskFile | None = None,
-    warm: WarmStart | None = None,
+    warm: WarmStart | Solution | None = None,
     progress: Progress | None = None,
     origin: Origin | None = None,
 ) -> Run:
@@ -81,7 +82,12 @@ def synthesize_task(
         warm = WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, parameters, how, file)
-    body = task.body_of(human)
+    strides, without = getattr(parameters, "strides", 1), None
+    if task.devices:
+        known = str(human.to_dict()), str(parameters), str(replace(how, device=())), str(file)
+        without = beside(human, task, strides, known)
+        warm = warm or without.bare
+    body = task.body_of(human) if without is None else without.worn.wearing(task.devices)
     if isinstance(parameters, Walk) and parameters.optimise_timing:
         solution, trials = _optimised(body, parameters, how, progress)
     else:
@@ -92,11 +98,12 @@ def synthesize_task(
     settings = {"task": name, "parameters": asdict(parameters), "file": text, **how.plain()}
     changed = [in_words(name, value) for name, value in parameters.changed.items()]
     words = ", ".join(filter(None, [*changed, *how.words]))
-    strides = getattr(parameters, "strides", 1)
     run = run_of(
         solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
     )
     run = replace(run, seconds={**run.seconds, "prepare": prepared})
+    if without is not None:
+        run = compared(run, without.record)
     return proven(run) if how.replay else run
 
 
@@ -149,7 +156,7 @@ def _best(
     body: ContactBody,
     task: MotionTask,
     how: SolveSettings,
-    warm: WarmStart | None,
+    warm: WarmStart | Solution | None,
     progress: Progress | None,
 ) -> tuple[Solution, int]:
     """Return the cheapest motion of all restarts, and how many there were."""

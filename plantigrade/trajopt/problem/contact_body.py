@@ -1,6 +1,7 @@
 """A person with the sites that can carry force, ready for trajectory optimisation."""
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -106,6 +107,19 @@ class ContactBody:
         places = {s.site.name: s.site for s in plan.supports}
         worn = {"braces": braces, "wrenches": wrenches, "devices": devices}
         return cls(human, (*foot_sites(human), *places.values()), plan=plan, **worn)
+
+    def wearing(self, devices: Sequence[Worn]) -> "ContactBody":
+        """Return the same body with other devices at the same joints; functions are shared.
+
+        Raises:
+            ParameterError: If they are at other joints.
+        """
+        mine, theirs = ([d.coordinate for d in x] for x in (self.external.devices, devices))
+        if mine != theirs:
+            raise ParameterError(f"devices at {theirs}, and the body was made for {mine}")
+        other = copy(self)
+        other.external = External(self.external.wrenches, devices, self.external.plan)
+        return other
 
     def tissue(self, q: Any, v: Any) -> list[Any]:
         """Return the moments of passive tissue and of braces, at angles and rates of the hinges.

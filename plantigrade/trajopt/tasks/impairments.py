@@ -27,6 +27,7 @@ MAX_STRENGTH = 3.0  # Largest strength, as part of the person's own [1]; chosen
 MAX_STIFFNESS = 50.0
 """Largest stiffness of a brace [N m/deg]; rigid ankle-foot orthoses have about 7."""
 MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
+MAX_TORQUE = 300.0  # [N m] largest torque of a device; strong people push off with 200
 MAX_PULL = 999.0  # [N] largest component of a force on a body; more than a body weight
 LOAD_PLACES = ("back", "hands", "hand_r", "hand_l")
 
@@ -60,6 +61,15 @@ class Impairments(Bounded):
     """Force at the middle of a body, forward, to the left and up [N], such as pelvis=-50,0,0, or
     trunk, hand_r, hand_l; repeatable."""
 
+    device: Annotated[
+        Words, tyro.conf.UseAppendAction, optional("NAME=torque:NM|spring:NM/DEG")
+    ] = ()
+    """Device at a joint of both legs or of one, in periodic walks and runs: torque at its peak
+    [N m] and times of peak, rise and fall [% of the stride], such as ankle=torque:-40@53,26,10
+    (negative: plantarflexion); or a spring that a clutch couples while the foot stands, with
+    stiffness [N m/deg] and the angle beyond which it pulls, such as ankle=spring:3@0;
+    repeatable."""
+
     def __post_init__(self):
         """Refuse words that say nothing."""
         super().__post_init__()
@@ -74,6 +84,8 @@ class Impairments(Bounded):
         self._loads()
         for word in self.wrench:
             self._pull(word)
+        for word in self.device:
+            self._device(word)
 
     @property
     def words(self) -> list[str]:
@@ -85,6 +97,7 @@ class Impairments(Bounded):
             *(f"sole {s} {1e3 * up:+g} mm" for s, up in map(self._sole, self.sole)),
             *(f"load {word.replace('=', ' ')} kg" for word in self.load),
             *(f"force {word.replace('=', ' ')} N" for word in self.wrench),
+            *(f"device {word.replace('=', ' ')}" for word in self.device),
         ]
 
     def person(self, human: "Human") -> "Human":
@@ -106,6 +119,7 @@ class Impairments(Bounded):
 
     def _terms(self, human: "Human") -> "list[Term]":
         from plantigrade.contact.site import Point
+        from plantigrade.trajopt.terms.device import Device
         from plantigrade.trajopt.terms.external import Wrench
         from plantigrade.trajopt.terms.impairment import Brace, Uneven, Weakness
         from plantigrade.trajopt.terms.limits import Within
@@ -130,7 +144,31 @@ class Impairments(Bounded):
             body = human.trunk if name == "trunk" else name
             middle = human.model.body_ipos[human.body(body)]
             found.append(Wrench(Point(body, middle), force))
+        for name, given in map(self._device, self.device):
+            found += [Device(each, **given) for each in _coordinates(human, name, one=True)]
         return found
+
+    def _device(self, word: str) -> tuple[str, dict[str, float]]:
+        name, value = _split("device", word, "ankle=torque:-40 or ankle=spring:3@0")
+        kind, _, rest = value.partition(":")
+        size, _, more = rest.partition("@")
+        if kind == "spring":
+            (stiff,) = _numbers("device", word, [size], 1, 0.0, MAX_STIFFNESS, "N m/deg")
+            (taut,) = _numbers("device", word, [more or "0"], 1, -MAX_ANGLE, MAX_ANGLE, "degrees")
+            return name, {"stiffness": stiff / radians(1.0), "taut": radians(taut)}
+        if kind == "torque":
+            (peak,) = _numbers("device", word, [size], 1, -MAX_TORQUE, MAX_TORQUE, "N m")
+            times = (
+                _numbers("device", word, more.split(","), 3, 1.0, 99.0, "%", ",") if more else []
+            )
+            shares = (x / 100.0 for x in times)
+            return name, {
+                "torque": peak,
+                **dict(zip(("peak", "rise", "fall"), shares, strict=False)),
+            }
+        raise ParameterError(
+            f"device={shown(word)}: write {name}=torque:NM or {name}=spring:NM/DEG"
+        )
 
     def _pull(self, word: str) -> tuple[str, tuple[float, float, float]]:
         name, value = _split("wrench", word, "BODY=FX,FY,FZ, such as pelvis=-50,0,0")

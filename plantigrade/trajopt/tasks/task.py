@@ -18,6 +18,7 @@ from plantigrade.trajopt.splines.basis import Basis
 from plantigrade.trajopt.splines.knots import clamped_knots, periodic_knots
 from plantigrade.trajopt.splines.polynomial import PolynomialBasis
 from plantigrade.trajopt.splines.trigonometric import TrigonometricBasis
+from plantigrade.trajopt.terms.device import Device
 from plantigrade.trajopt.terms.external import Wrench
 from plantigrade.trajopt.terms.impairment import Brace
 from plantigrade.trajopt.terms.term import Term, one_sided, repeated
@@ -61,7 +62,7 @@ class MotionTask:
 
     def body_of(self, human: Human) -> ContactBody:
         """Return the body of a person who does it: sites of the plan, what terms put on it."""
-        return ContactBody.for_plan(human, self.plan, self.braces, self.wrenches)
+        return ContactBody.for_plan(human, self.plan, self.braces, self.wrenches, self.devices)
 
     @property
     def braces(self) -> tuple[Brace, ...]:
@@ -72,6 +73,11 @@ class MotionTask:
     def wrenches(self) -> tuple[Wrench, ...]:
         """Wrenches among the terms."""
         return tuple(term for term in self.terms if isinstance(term, Wrench))
+
+    @property
+    def devices(self) -> tuple[Device, ...]:
+        """Devices among the terms."""
+        return tuple(term for term in self.terms if isinstance(term, Device))
 
     def conditions(self, body: ContactBody, periods: int = 1) -> tuple[Condition, ...]:
         """Return what must hold of the motion over some periods, as the checker judges it."""

@@ -46,6 +46,7 @@ from plantigrade.trajopt.tasks.task import BASES, MotionTask
 from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_number, table
 from plantigrade.trajopt.terms import (
     contact,
+    device,
     effort,
     external,
     impairment,
@@ -60,7 +61,7 @@ from plantigrade.trajopt.terms.term import Term
 _KINDS: tuple[type[Term], ...] = (
     *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
     *(limits.Limits, limits.Within, limits.PowerLimit),
-    *(impairment.Weakness, impairment.Brace, external.Wrench, external.Hold),
+    *(impairment.Weakness, impairment.Brace, external.Wrench, external.Hold, device.Device),
     *(effort.Torque, effort.Work, effort.Acceleration, effort.Jerk),
     *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
     *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),

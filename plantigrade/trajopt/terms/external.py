@@ -11,6 +11,7 @@ from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.record.conditions import AXES, Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.problem.external import eased
 from plantigrade.trajopt.terms.term import Term
 
 Triple = tuple[float, float, float]
@@ -36,9 +37,9 @@ class Wrench(Term):
         """Return force [N] and moment [N m] at times [s], world axes."""
         share = np.ones(len(times))
         if np.isfinite(self.start):
-            share *= _smooth((times - self.start) / RAMP + 1.0)
+            share *= eased((times - self.start) / RAMP + 1.0)
         if np.isfinite(self.stop):
-            share *= _smooth((self.stop - times) / RAMP + 1.0)
+            share *= eased((self.stop - times) / RAMP + 1.0)
         return share[:, None] * np.array([*self.force, *self.moment])
 
     def add_to(self, b: ProblemBuilder) -> None:
@@ -108,9 +109,3 @@ class Hold(Term):
         (x, y, z), (u, v, w) = self.place, self.velocity
         turned = replace(super().mirrored(), place=(x, -y, z), velocity=(u, -v, w))  # type: ignore[arg-type]
         return turned  # type: ignore[return-value]
-
-
-def _smooth(share: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Return a cubic from 0 to 1, flat at both ends."""
-    s = np.clip(share, 0.0, 1.0)
-    return s * s * (3.0 - 2.0 * s)
