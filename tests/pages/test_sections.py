@@ -364,6 +364,9 @@ def test_arrows_of_estimated_forces_are_thin(record):
 
 def test_sections_of_the_registry_of_signals_are_drawn(record):
     """Each title under which a signal is said to be drawn is that of a section."""
-    runs = (whole_run(), fitted(record), estimated(record))
+    whole = whole_run()
+    added = np.ones(whole.record.motion.qvel.shape)
+    helped = replace(whole.record, signals={**whole.record.signals, "device.torque": added})
+    runs = (whole, replace(whole, record=helped), fitted(record), estimated(record))
     titles = {title for run in runs for title in sections(run)}
     assert {signal.section for signal in SIGNALS.values()} - {"", "viewer"} <= titles
