@@ -330,7 +330,7 @@ class State:
 
     @property
     def bias(self) -> Float[Array, " nv"]:
-        """Generalised force of gravity, centrifugal and Coriolis terms: :math:`h(q, v)`."""
+        """Generalised force :math:`h(q, v)` of gravity, centrifugal and Coriolis terms."""
         if "h" not in self._known:
             h = np.empty(self.model.nv)
             mujoco.mj_rne(self.model, self._data, 0, h)
