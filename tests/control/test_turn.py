@@ -97,6 +97,6 @@ def test_bearings_that_change_to_and_fro_are_walked(data):
             foot = walker.pendulum.foot_positions
             apart.append(foot[1, 1] - foot[0, 1])
     assert world.fall is None
-    assert min(apart) > -0.05 and max(apart) < 0.3  # of the ankles, sideways [m]
+    assert min(apart) > -0.05 and max(apart) < 0.4  # of the ankles, sideways [m]
     off = [x.error for x in walker.pendulum.footfalls if x.error is not None]
     assert np.median(off) < 0.04
