@@ -23,6 +23,7 @@ SLIDERS: Mapping[str, tuple[float, float]] = {
     "slope": (-10.0, 10.0),  # [deg] a steep street
     "step_height": (-0.2, 0.2),  # [m] a stair
     "obstacle_height": (0.0, 0.3),  # [m] up to the knee
+    "cart_force": (0.0, 150.0),  # [N] a full shopping trolley to a stuck one
     "chair_height": (0.35, 0.6),  # [m] a low sofa to a bar stool
     "duration": (0.8, 4.0),  # [s]
     "seat_off": (0.2, 0.6),  # [1] of the duration
@@ -185,6 +186,6 @@ def _is_number(value: Any) -> bool:
 
 def _useless(name: str, periodic: bool) -> bool:
     """Return whether a parameter of a walk belongs to the other kind of walk, or decides which."""
-    of_periodic = ("strides",)
+    of_periodic = ("strides", "cart_force")
     of_others = ("steps", "turn", "step_height", "obstacle_height")
     return name == "periodic" or name in (of_others if periodic else of_periodic)
