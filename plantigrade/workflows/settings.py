@@ -218,7 +218,7 @@ class SolveSettings(Impairments, Settings):
         ParameterError: If a number is out of range or a word unknown.
     """
 
-    activity = "a mesh"
+    activity = "a synthesis"
     ranges = {
         "gravity": (0.15, 1.5, "of the earth's"),
         "nodes_per_second": (2, 500, "1/s"),
