@@ -67,6 +67,8 @@ def signals(record: Record) -> dict[str, np.ndarray]:
         "measured.force": np.zeros((n, 2, 3)),
         "measured.moment": np.zeros((n, 1)),
         "measured.moment_names": np.array(["knee_angle_r"]),
+        "device.torque": np.tile(-5.0 * (np.arange(nv) == 10), (n, 1)),
+        "device.without": np.ones((n, nv)),
         "ground.place": np.full((n, 4), 0.01),
         "barrier.clearance": np.full(n, 0.05),
         "things.name": np.array(["barrier"]),
