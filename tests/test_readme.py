@@ -93,7 +93,7 @@ def test_the_commands_run_in_order_and_write_what_they_name(tmp_path, monkeypatc
                 assert made.exists(), line
     assert ran == [
         "fit", "compare", "convert", "synthesize", "convert", "convert", "model", "simulate",
-        "simulate", "reproduce", "picture",
+        "simulate", "reproduce",
     ]  # fmt: skip
     for name in ("curves.csv", "stroll.bvh", "stroll.glb", "human.xml"):
         assert Path(name).stat().st_size > 1000, name
