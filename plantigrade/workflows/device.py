@@ -127,11 +127,11 @@ def _sentence(figures: dict[str, Any]) -> str:
         parts.append(
             f"at {name} the device adds up to {of['peak_n_m']:.0f} N m, and the person needs "
             f"{of['own_peak_n_m']:.0f} N m ({of['own_peak_without_n_m']:.0f} without it) and "
-            f"{saved:+.0f} % positive work"
+            f"{saved:+z.0f} % positive work"
         )
     whole = (
-        f"all joints together do {figures['device_own_work_change_pct']:+.0f} % positive work, "
-        f"with {figures['device_own_torque_change_pct']:+.0f} % torque (RMS)."
+        f"all joints together do {figures['device_own_work_change_pct']:+z.0f} % positive work, "
+        f"with {figures['device_own_torque_change_pct']:+z.0f} % torque (RMS)."
     )
     text = "; ".join((*parts, whole))
     return text[0].upper() + text[1:]

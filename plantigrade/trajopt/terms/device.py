@@ -67,8 +67,8 @@ class Device(Term):
         b.column(self.coordinate)
         if not b.plan.periodic or self.coordinate[-2:] not in ("_r", "_l"):
             raise ParameterError(
-                "a device works at a joint of a leg in a periodic walk or run; its times are those "
-                "of the stride"
+                "a device works at a right or left joint in a periodic walk or run; its times are "
+                "those of the stride"
             )
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
