@@ -5,7 +5,7 @@ share compiled functions, and one motion is a warm start of the next.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,6 +20,7 @@ SLACK_ROUNDING = float(np.deg2rad(1.0))
 """Rounding of the angle at which a spring that only pulls becomes taut [rad]. Chosen."""
 
 
+@runtime_checkable
 class Acting(Protocol):
     """A force and a moment on a body."""
 
@@ -33,6 +34,7 @@ class Acting(Protocol):
         ...
 
 
+@runtime_checkable
 class Worn(Protocol):
     """A device that adds torque at a joint."""
 
