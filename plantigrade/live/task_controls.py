@@ -4,7 +4,7 @@ The ranges of sliders are narrower than what a task accepts: what people do, and
 within seconds. Angles are in degrees.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from math import degrees, isfinite, radians
 from typing import Any, get_args, get_type_hints
@@ -52,6 +52,7 @@ STRENGTH = "strength of "
 """Beginning of the name of a control for the strength of a joint."""
 JOINTS = ("hip_r", "knee_r", "ankle_r", "hip_l", "knee_l", "ankle_l", "lumbar")
 """Joints whose strength can be set, as impairments name them."""
+FULL_STRENGTH = 100.0  # [%] strength of a joint that nothing impairs
 STRENGTHS = (20.0, 150.0)  # [% of the person's own]; weaker legs carry nobody
 
 
@@ -94,8 +95,15 @@ class Control:
         return float(round(inside)) if self.whole else inside
 
 
-def controls_of(parameters: TaskSettings) -> tuple[Control, ...]:
-    """Return the controls of a task, at its parameters, then those of the strength of joints."""
+def controls_of(
+    parameters: TaskSettings, strengths: Mapping[str, float] | None = None
+) -> tuple[Control, ...]:
+    """Return the controls of a task, then those of the strength of joints.
+
+    Args:
+        parameters: The task, at the values of the start.
+        strengths: Joint → strength at the start [% of the person's own]; 100 if absent.
+    """
     kind = type(parameters)
     ranges = {
         k: v for each in reversed(kind.__mro__) for k, v in vars(each).get("ranges", {}).items()
@@ -130,24 +138,38 @@ def controls_of(parameters: TaskSettings) -> tuple[Control, ...]:
             found.append(Control(name=name, label=label, value=bool(value)))
         elif words and all(isinstance(word, str) for word in words):
             found.append(Control(name=name, label=label, value=value, options=words))
-    return (*found, *strength_controls())
+    return (*found, *strength_controls(strengths or {}))
 
 
-def strength_controls() -> tuple[Control, ...]:
+def strength_controls(strengths: Mapping[str, float]) -> tuple[Control, ...]:
     """Return the controls of the strength of joints, in percent of the person's own."""
-    low, high = STRENGTHS
-    return tuple(
-        Control(
-            name=f"{STRENGTH}{joint}",
-            label=joint_in_words(joint),
-            unit="%",
-            low=low,
-            high=high,
-            whole=True,
-            value=100.0,
+    found = []
+    for joint in JOINTS:
+        value = strengths.get(joint, FULL_STRENGTH)
+        low, high = min(STRENGTHS[0], value), max(STRENGTHS[1], value)
+        name, label = f"{STRENGTH}{joint}", joint_in_words(joint)
+        found.append(
+            Control(name=name, label=label, unit="%", low=low, high=high, whole=True, value=value)
         )
-        for joint in JOINTS
-    )
+    return tuple(found)
+
+
+def strengths_in(words: Iterable[str]) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Return the strengths that sliders have [%], and the other words of ``joint_strength``.
+
+    Example:
+        >>> strengths_in(["knee_r=0.5", "hip=0.8", "ankle_l=0.5:0.7"])
+        ({'knee_r': 50.0}, ('hip=0.8', 'ankle_l=0.5:0.7'))
+    """
+    found: dict[str, float] = {}
+    others = []
+    for word in words:
+        joint, _, part = word.partition("=")
+        if joint in JOINTS and ":" not in part:
+            found[joint] = float(round(100.0 * float(part)))
+        else:
+            others.append(word)
+    return found, tuple(others)
 
 
 def joint_in_words(joint: str) -> str:
@@ -167,7 +189,7 @@ def options_from(controls: Mapping[str, Control], values: Mapping[str, Any]) -> 
     strengths = []
     for name, value in values.items():
         if name.startswith(STRENGTH):
-            if value != controls[name].value:
+            if value != FULL_STRENGTH:
                 strengths.append(f"{name.removeprefix(STRENGTH)}={value / 100.0:g}")
             continue
         control = controls.get(name)

@@ -63,7 +63,7 @@ class TaskSession:
         controls: Controls by name.
         shown: Last motion that passed the check; at first one that did not, if there is no other.
         kept: Motions that the user keeps.
-        compared: The kept motion that is drawn beside the shown one; None without one.
+        compared: The kept motion that is drawn with the shown one; None without one.
         message: What is wrong with the present values; empty if nothing is.
         changed: Event that is set with every change; the display clears it.
         ended: Event that ends the session, and what is being solved.
@@ -120,7 +120,7 @@ class TaskSession:
             self.changed.set()
 
     def compare(self, number: int | None) -> None:
-        """Draw a kept motion beside the shown one; None for none.
+        """Draw a kept motion with the shown one; None for none.
 
         Raises:
             ParameterError: If there is no such motion.
@@ -191,7 +191,7 @@ def run(session: TaskSession) -> None:
             session.ended.wait(POLL_INTERVAL)
 
 
-def beside(solved: Solved, other: Solved | None) -> Record:
+def with_reference(solved: Solved, other: Solved | None) -> Record:
     """Return the record of a motion, with another one as its reference."""
     if other is None or other is solved:
         return solved.run.record

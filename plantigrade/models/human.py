@@ -414,7 +414,7 @@ class Human:
 
 
 def require_scaled(human: Human, what: str) -> None:
-    """Refuse a person who is a model of their own, without our anatomy."""
+    """Refuse a user's own model, which has no anatomy of this package."""
     if type(human) is not Human:
         raise ParameterError(
             f"{what} needs a scaled human, and this run is on a model of your own: fit the "

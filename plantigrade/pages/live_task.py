@@ -12,7 +12,7 @@ from typing import Any
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
 from plantigrade.live.task_controls import STRENGTH, Control, Value
-from plantigrade.live.task_session import Solved, TaskSession, beside
+from plantigrade.live.task_session import Solved, TaskSession, with_reference
 from plantigrade.pages.live_commands import Command, a_name, carry_out, whole
 from plantigrade.pages.page_server import PageServer
 from plantigrade.pages.scene import build_scene
@@ -20,7 +20,7 @@ from plantigrade.pages.task_handles import handles_of
 from plantigrade.pages.viewer import COLOURS, SCRIPTS, motion_data, stage_html
 from plantigrade.pages.viewer_skin import foot_data, skin_data
 
-WAIT = 0.05  # [s] for a change, before the end is looked for
+POLL_INTERVAL = 0.05  # [s] between two checks for the end of the session
 
 FIGURES: Mapping[str, tuple[str, str, int]] = {
     "duration_s": ("Duration", "s", 2),
@@ -89,7 +89,7 @@ class LiveTask:
     def show(self, stop: Event) -> None:
         """Send what changes until ``stop`` is set, or saving is requested."""
         while not (stop.is_set() or self.save_requested.is_set()):
-            if self.session.changed.wait(WAIT):
+            if self.session.changed.wait(POLL_INTERVAL):
                 self.session.changed.clear()
                 self.send()
 
@@ -112,7 +112,7 @@ class LiveTask:
         if drawn == self._drawn or session.shown is None:
             return False
         self._drawn = drawn
-        record = beside(session.shown, session.compared)
+        record = with_reference(session.shown, session.compared)
         scene = build_scene(record)
         handles = handles_of(self._task, record, scene, session.shown.values)
         plain = [handle.plain() for handle in handles]

@@ -1,4 +1,4 @@
-"""What a device saves: the same task without it, beside the one with it."""
+"""What a device saves, in comparison with the same task without it."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -37,15 +37,17 @@ class _Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
-    """What a task with devices starts from, and is compared with."""
+class WithoutDevices:
+    """The task without devices, from which the one with devices starts."""
 
     worn: ContactBody  #: Body with devices at the joints of the task
     bare: Solution  #: The task without devices
     record: Record  #: Its record
 
 
-def beside(human: Human, task: MotionTask, strides: int, key: tuple[Any, ...]) -> Beside:
+def without_devices(
+    human: Human, task: MotionTask, strides: int, key: tuple[Any, ...]
+) -> WithoutDevices:
     """Return the task whose devices are taken off, solved, and a body for the one with them.
 
     Args:
@@ -59,15 +61,15 @@ def beside(human: Human, task: MotionTask, strides: int, key: tuple[Any, ...]) -
 
 
 @lru_cache(maxsize=KEPT)
-def _solved(what: _Place) -> Beside:
+def _solved(what: _Place) -> WithoutDevices:
     terms = tuple(t for t in what.task.terms if not isinstance(t, Device))
     plain = replace(what.task, terms=terms)
     bare = synthesize(plain.body_of(what.human), plain)
-    return Beside(what.task.body_of(what.human), bare, bare.record(strides=what.strides))
+    return WithoutDevices(what.task.body_of(what.human), bare, bare.record(strides=what.strides))
 
 
 def compared(run: Run, bare: Record) -> Run:
-    """Return a run with what its devices save beside a motion without them.
+    """Return a run with what its devices save, compared with a motion without them.
 
     Work is over the motion, and that of the person has the joint torque less that of devices.
 
@@ -123,7 +125,8 @@ def _sentence(figures: dict[str, Any]) -> str:
             "peak_n_m", "own_peak_n_m", "own_peak_without_n_m",
             "own_positive_work_j", "own_positive_work_without_j",
         )}  # fmt: skip
-        saved = 100.0 * (of["own_positive_work_j"] / of["own_positive_work_without_j"] - 1.0)
+        before = of["own_positive_work_without_j"]
+        saved = 100.0 * (of["own_positive_work_j"] / before - 1.0) if before else float("nan")
         parts.append(
             f"at {name} the device adds up to {of['peak_n_m']:.0f} N m, and the person needs "
             f"{of['own_peak_n_m']:.0f} N m ({of['own_peak_without_n_m']:.0f} without it) and "

@@ -9,7 +9,7 @@ from threading import Event, Thread
 from typing import Any
 
 from plantigrade.errors import ParameterError, PlantigradeError, known_names
-from plantigrade.live.task_controls import Value, controls_of, options_from
+from plantigrade.live.task_controls import Value, controls_of, options_from, strengths_in
 from plantigrade.live.task_session import Progress, TaskSession
 from plantigrade.live.task_session import run as solve_until
 from plantigrade.options import as_path
@@ -19,6 +19,7 @@ from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task_file import read_task_file
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.workflows.motions import run_synthesis
+from plantigrade.workflows.settings import SolveSettings
 
 
 def prepare(
@@ -40,19 +41,21 @@ def prepare(
     base = word if file is None else file.base
     if base not in TASKS:
         raise ParameterError(f"no task {word!r} to change live; {known_names(word, list(TASKS))}")
-    given = {} if file is None else dict(file.parameters)
-    own = {f: v for f, v in options.items() if f in TASKS[base].__dataclass_fields__}
-    controls = controls_of(TASKS[base](**{**given, **own}))
+    given = {} if file is None else {**file.parameters, **file.impairments}
+    given |= options
+    own = {f: v for f, v in given.items() if f in TASKS[base].__dataclass_fields__}
+    SolveSettings.given(word, None, {f: v for f, v in given.items() if f not in own})  # or refuses
+    strengths, others = strengths_in(given.get("joint_strength", ()))
+    controls = controls_of(TASKS[base](**own), strengths)
     by_name = {control.name: control for control in controls}
-    strengths = tuple(options.get("joint_strength", ()))
 
     def solve(values: Mapping[str, Value], warm: Record | None, progress: Progress) -> Run:
         chosen = options_from(by_name, values)
-        words = (*strengths, *chosen.pop("joint_strength", ()))
+        words = (*others, *chosen.pop("joint_strength", ()))
         return run_synthesis(
             task,
             None,
-            {**options, **chosen, **({"joint_strength": words} if words else {})},
+            {**options, **chosen, "joint_strength": words},
             warm=None if warm is None else WarmStart.of_record(warm),
             progress=progress,
             command=command,
@@ -96,6 +99,7 @@ def live_task(
     stop = stop or Event()
     name, session = prepare(task, options, command=command)
     began = clock.perf_counter()
+    tell("solving the task for the first time …")
     session.advance()
     if session.shown is None:
         raise ParameterError(session.message)

@@ -32,7 +32,7 @@ from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import paper_motion
-from plantigrade.workflows.device import beside, compared
+from plantigrade.workflows.device import compared, without_devices
 from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
@@ -85,7 +85,7 @@ def synthesize_task(
     strides, without = getattr(parameters, "strides", 1), None
     if task.devices:
         known = str(human.to_dict()), str(parameters), str(replace(how, device=())), str(file)
-        without = beside(human, task, strides, known)
+        without = without_devices(human, task, strides, known)
         warm = warm or without.bare
     body = task.body_of(human) if without is None else without.worn.wearing(task.devices)
     if isinstance(parameters, Walk) and parameters.optimise_timing:

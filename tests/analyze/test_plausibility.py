@@ -65,7 +65,7 @@ def times(*factors):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "expected"),
     [
         (times(-1, -1, 1), "opposite"),
         (times(-1, 1, 1), "fore-aft force has the opposite"),
@@ -75,9 +75,9 @@ def times(*factors):
         (lambda _, p: replace(p, free_moment=1000.0 * p.free_moment + 200.0), "unit of moments"),
     ],
 )
-def test_forces_of_another_sign_axis_or_unit_are_not_ok(change, told, run):
+def test_forces_of_another_sign_axis_or_unit_are_not_ok(change, expected, run):
     found = run(by_plate(change))
-    assert told in found.status
+    assert expected in found.status
     assert any(note.startswith(found.status) for note in found.record.notes[:2])
 
 
@@ -101,15 +101,15 @@ def test_forces_that_belong_to_the_motion_are_believed(run):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "expected"),
     [
         (lambda _, p: replace(p, cop=p.cop + [0.05, 0.0, 0.0]), "mm ahead of"),
         (lambda _, p: replace(p, cop=p.cop + [0.0, 0.05, 0.0]), "mm to the left of"),
         (times(2e-3, 2e-3, 2e-3), "no step"),
     ],
 )
-def test_plates_elsewhere_or_in_another_unit_are_the_first_note(change, told, run):
-    assert told in run(by_plate(change)).record.notes[0]
+def test_plates_elsewhere_or_in_another_unit_are_the_first_note(change, expected, run):
+    assert expected in run(by_plate(change)).record.notes[0]
 
 
 def test_a_shoulder_that_unwinds_from_the_other_triple_of_angles_is_the_first_note(run):

@@ -21,13 +21,13 @@ def walk():
 @pytest.mark.parametrize(
     ("names", "segment"), [(FOOT, "right foot"), (("LASI", "RASI", "LPSI", "RPSI"), "pelvis")]
 )
-@pytest.mark.parametrize(("frames", "told"), [(50, True), (10, False)])
-def test_a_segment_without_markers_is_named_with_its_times(walk, names, segment, frames, told):
+@pytest.mark.parametrize(("frames", "expected"), [(50, True), (10, False)])
+def test_a_segment_without_markers_is_named_with_its_times(walk, names, segment, frames, expected):
     _, places, time, _, x = walk
     gap = x.copy()
     gap[60 : 60 + frames, [NAMES.index(n) for n in names]] = np.nan
     notes = unseen_notes(places, time, gap)
-    assert len(notes) == told
+    assert len(notes) == expected
     assert all(segment in note and "0.60 to 1.09 s" in note for note in notes)
 
 

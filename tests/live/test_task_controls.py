@@ -67,3 +67,9 @@ def test_degrees_and_strengths_become_options():
     assert options["turn"] == pytest.approx(1.5707963)
     assert options["steps"] == 6 and isinstance(options["steps"], int)
     assert options["joint_strength"] == ("knee_r=0.5",)
+
+
+def test_a_weak_joint_of_the_start_stays_weak():
+    controls = {c.name: c for c in controls_of(Walk(), {"knee_r": 50.0})}
+    options = options_from(controls, values_of(controls.values()))
+    assert options["joint_strength"] == ("knee_r=0.5",)

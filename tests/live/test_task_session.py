@@ -11,8 +11,8 @@ from plantigrade.live.task_session import (
     MAX_OUTDATED_TIME,
     SETTLING_TIME,
     TaskSession,
-    beside,
     run,
+    with_reference,
 )
 from plantigrade.record import Run
 from tests.pages.walker import walk, walker
@@ -124,13 +124,13 @@ def test_motions_are_kept_compared_and_returned_to(session, solver):
     change(session, solver, 1.4)
     assert session.kept == (first,)
     session.compare(0)
-    drawn = beside(session.shown, session.compared)
+    drawn = with_reference(session.shown, session.compared)
     assert list(drawn.references.values()) == [first.run.record.motion]
     session.restore(0)
     solver.time += SETTLING_TIME
     assert session.values == {"speed": 1.0} and session.shown is first
     assert not session.advance()  # it is there already
-    assert beside(session.shown, session.compared) is first.run.record
+    assert with_reference(session.shown, session.compared) is first.run.record
     session.compare(None)
     assert session.compared is None
     for act in (session.compare, session.restore):

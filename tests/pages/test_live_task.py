@@ -22,7 +22,7 @@ MOVE = (
 
 
 class Clock:
-    """A time that passes where it is told to."""
+    """A time that the test sets."""
 
     now = 0.0
 

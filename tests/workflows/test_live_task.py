@@ -78,7 +78,24 @@ def test_a_page_is_opened_and_what_is_shown_at_the_end_is_returned(tmp_path):
     assert opened[0].startswith("http://localhost:")
 
 
+def test_strengths_of_the_start_are_those_of_sliders(tmp_path):
+    task = tmp_path / "weak.toml"
+    task.write_text(
+        '[task]\nbase = "squat"\n[impairments]\njoint_strength = ["knee_r=0.5", "hip=0.8"]\n'
+    )
+    for session in (
+        prepare(task, {})[1],
+        prepare("squat", {"joint_strength": ("knee_r=0.5", "hip=0.8")})[1],
+    ):
+        assert session.values["strength of knee_r"] == 50.0
+        assert session.values["strength of knee_l"] == 100.0
+
+
 def test_what_cannot_be_changed_live_is_refused():
+    with pytest.raises(ParameterError, match="joint_strength"):
+        prepare("walk", {"joint_strength": ("knee_r=weak",)})
+    with pytest.raises(ParameterError, match="sped"):
+        prepare("walk", {"sped": 1.0})
     with pytest.raises(ParameterError, match="live"):
         prepare("track", {})
     with pytest.raises(ParameterError, match="speed"):

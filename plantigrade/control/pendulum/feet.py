@@ -178,9 +178,9 @@ class Feet:
                     plan.leg_reach, hip[0], hip_velocity, *swing, self.settings.reach_braking
                 )
                 target = swing[0] - positions[i], *swing[1:]
-                wanted = tasks.position.of(points, i, target).rows(body)
+                foot = tasks.position.of(points, i, target).rows(body)
                 now, then = positions[i] - hip[0], swing[0] - hip[0]
-                rows.append(wanted.along(self._within_reach(now, then)))
+                rows.append(foot.along(self._within_reach(now, then)))
                 continue
             self._paths[i].start(positions[i])
             if foot.touchdown >= newest and not (person.side_of[active] == i).any():

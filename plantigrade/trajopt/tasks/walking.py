@@ -111,7 +111,7 @@ HANDLE_HEIGHT, HANDLE_AHEAD = 1.05, 0.45
 """Height of the handle of a cart, and distance ahead of the pelvis [m]; shopping trolleys and
 beds have 0.95 to 1.1 m."""
 ARMS_AHEAD = {"arm_flex": float(np.deg2rad(25.0)), "elbow_flex": float(np.deg2rad(65.0))}
-"""Arms of the guess of someone who pushes a cart [rad]."""
+"""Angles of the arms in the guess of a walk with a cart [rad]."""
 PALM = 0.08  # [m] middle of the palm below the wrist
 CLEARANCE = 0.01  # [m] clearance of the foot in mid-swing
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
