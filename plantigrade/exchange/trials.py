@@ -215,8 +215,11 @@ def _names(runs: Sequence[Run | Path]) -> list[str]:
     ]
     if len(set(names)) < len(names) and all(folder is not None for folder in folders):
         places = [folder.resolve() for folder in folders if folder is not None]
+        if len(set(places)) < len(places):
+            given = next(place for place in places if places.count(place) > 1)
+            raise ParameterError(f"{given} is named more than once; give each run once")
         above = commonpath(places)
         names = [place.relative_to(above).as_posix() for place in places]
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise ParameterError(f"two runs are called {twice!r}; give each run once, or save them")
+        raise ParameterError(f"two runs are called {twice!r}; save them in folders of their own")
     return names
