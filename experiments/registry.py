@@ -84,6 +84,7 @@ EXPERIMENTS = {
         Experiment("vault-table", takes=("out", "overwrite")),
         Experiment("video", needs=("data",)),
         Experiment("walk-battery", takes=WALKING),
+        Experiment("walk-starts", takes=WALKING),
     )
 }
 """Every experiment by name."""
