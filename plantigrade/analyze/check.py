@@ -35,14 +35,19 @@ from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
 from plantigrade.analyze.sweep import Sweep, cross, sweep
 from plantigrade.analyze.tolerances import RECORDING_TOLERANCES, Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.models.skeleton import split_side
 from plantigrade.record import Record, Run
 from plantigrade.record.moving_ground import GroundPath
 
+_LEAST_FRICTION = 1e-3  # [1] friction of a support below which its check goes no further down
 _SAME_POINT = 1e-4  # [m] distance below which a sphere and a site are the same point
+SUPPORT_REACH = 0.1
+"""How far the surface of a seat, an armrest or a wall extends at least around the place that it
+carries at [m]; a site this near must not be behind it. Half of a narrow chair is 20 cm deep, an
+armrest 8 cm wide."""
 _ROOT = ("root x", "root y", "root z", "root turn x", "root turn y", "root turn z")
 _FEET = ("the feet", "the right foot", "the left foot")
 
@@ -167,8 +172,8 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     names, sides = _site_names(record)
     speed = np.where(s.standing, np.linalg.norm(_sliding(s), axis=2), -np.inf)
     yield Series("slip_speed", speed, tol.slip_speed, names, sides)
-    # Next to a seat the body may be lower than the seat; the ground is everywhere.
-    supported = s.standing | np.array([side != "" for side in sides], bool)
+    # Next to a support the body may be behind its surface; the ground is everywhere.
+    supported = s.standing | np.array([side != "" for side in sides], bool) | _facing(record, s)
     gap = np.where(supported & s.spread, s.gap, np.inf)
     distance = np.linalg.norm(s.point[:, :, None] - s.spheres[:, None], axis=3).max(axis=0)
     separate = np.flatnonzero((distance >= _SAME_POINT).all(axis=0))  # the others are sites
@@ -183,6 +188,18 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     yield Series("hover", hover, tol.hover, names, sides)
 
 
+def _facing(record: Record, s: Sweep) -> Bool[Array, "n k"]:
+    """Return whether a site is where its support is, seen along the normal, and not far behind."""
+    near = np.zeros(s.gap.shape, bool)
+    for seat in record.ground.seats:
+        for i, site in enumerate(record.sites):
+            if site.name == seat.site:
+                away = s.point[:, i] - seat.position
+                beside = np.linalg.norm(away - s.gap[:, i, None] * np.array(seat.normal), axis=1)
+                near[:, i] = (beside < SUPPORT_REACH) & (s.gap[:, i] > -SUPPORT_REACH)
+    return near
+
+
 def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     """Yield friction, adhesion, force without contact, and excessive force."""
     names, sides = _site_names(record)
@@ -192,7 +209,12 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     along = np.linalg.norm(s.force - pushed[..., None] * s.normal, axis=2)
     ratio = along / np.maximum(pushed, 0.01 * tol.negligible * s.weight)
     mu, most = record.ground.friction, record.limits.force
-    yield Series("friction", ratio, mu + tol.friction, names, sides, shown=mu)
+    own = {s.site: s.friction for s in record.ground.seats if s.friction is not None}
+    each = np.array([own.get(name, mu) for name in names])
+    # as on the ground: that of a support with friction of its own, relative to it
+    share = ratio * (mu / np.maximum(each, _LEAST_FRICTION))
+    actual = (ratio, np.broadcast_to(each, ratio.shape), "") if own else None
+    yield Series("friction", share, mu + tol.friction, names, sides, shown=mu, actual=actual)
     yield Series("adhesion", -100.0 * pushed / s.weight, tol.adhesion, names, sides)
     size = 100.0 * np.linalg.norm(s.force, axis=2) / s.weight
     unsupported = np.where(s.standing | ~s.spread, -np.inf, size)

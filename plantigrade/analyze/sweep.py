@@ -120,7 +120,7 @@ def sweep(record: Record) -> Sweep:
 
 @dataclass(frozen=True, eq=False)
 class _Sites:
-    """The contact sites of a record; those of seats have their height and a vertical normal."""
+    """The contact sites of a record; those of seats have the normal and distance of a surface."""
 
     body: Int[Array, " k"]
     measured: Bool[Array, " k"]
@@ -128,15 +128,16 @@ class _Sites:
     radius: Float[Array, "k 1"]
     upward: Float[Array, "k 3"]
     seated: list[int]
-    level: list[float]  #: Height of each seat [m]
+    level: list[float]  #: Distance of each seat from the origin along its normal [m]
 
     @classmethod
     def of(cls, record: Record) -> "_Sites":
         sites, k = record.sites, len(record.sites)
-        level = {seat.site: seat.position[2] for seat in record.ground.seats}
-        seated = [i for i, site in enumerate(sites) if site.name in level]
+        seats = {seat.site: seat for seat in record.ground.seats}
+        seated = [i for i, site in enumerate(sites) if site.name in seats]
         upward = np.tile(record.ground.normal, (k, 1))
-        upward[seated] = [0.0, 0.0, 1.0]
+        for i in seated:
+            upward[i] = seats[sites[i].name].normal
         return cls(
             body=np.array([record.human.body(site.body) for site in sites], int),
             measured=np.array([site.measured for site in sites], bool),
@@ -144,7 +145,7 @@ class _Sites:
             radius=np.array([site.radius for site in sites])[:, None],
             upward=upward,
             seated=seated,
-            level=[level[sites[i].name] for i in seated],
+            level=[float(upward[i] @ seats[sites[i].name].position) for i in seated],
         )
 
     def downward(
@@ -153,7 +154,7 @@ class _Sites:
         """Return vectors from the centres of sites to their lowest points [m]."""
         if ground.uneven:  # the ground pushes at the lowest point
             down = self.radius * ground.normal_at(centre)
-            down[self.seated] = self.radius[self.seated] * [0.0, 0.0, 1.0]
+            down[self.seated] = self.radius[self.seated] * self.upward[self.seated]
             return down
         return self.radius * (self.upward if turned is None else turned @ ground.normal)
 
@@ -162,7 +163,7 @@ class _Sites:
     ) -> tuple[Float[Array, "n k"], Float[Array, "n k 3"]]:
         """Return the height of points above their support at rest [m], and its normal."""
         height, normal = ground.under(point), ground.normal_at(point)
-        height[:, self.seated], normal[:, self.seated] = self.level, [0.0, 0.0, 1.0]
+        height[:, self.seated], normal[:, self.seated] = self.level, self.upward[self.seated]
         return np.einsum("nki,ki->nk", point, self.upward) - height, normal
 
 

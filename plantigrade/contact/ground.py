@@ -13,7 +13,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION
-from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.plan import UP, ContactPlan
+from plantigrade.contact.site import CHAIR_PART
 from plantigrade.errors import ParameterError
 
 MAX_COORDINATE = 1e6  #: Maximum coordinate of anything on the ground [m]
@@ -44,10 +45,14 @@ class GroundStep:
 
 @dataclass(frozen=True)
 class Seat:
-    """A level surface that supports a part of the body other than a foot."""
+    """A flat surface that supports a part of the body other than a foot: a seat, a wall."""
 
     site: str  #: Name of the supported contact site
     position: tuple[float, float, float]  #: Position of the contact, world [m]
+    normal: tuple[float, float, float] = UP  #: Where the surface faces, of length one
+    friction: float | None = None  #: Coefficient of friction; the ground's if None
+    #: Name of the board that carries it, drawn as one; level seats of a height share one if empty
+    board: str = ""
 
 
 @dataclass(frozen=True)
@@ -170,7 +175,15 @@ class Ground:
             level = cls(height, steps=tuple(steps)).along(np.array(block.x))
             steps += [GroundStep(near, float(level) + block.height), GroundStep(far, float(level))]
             steps.sort(key=lambda step: step.x)
-        seats = tuple({s.site.name: Seat(s.site.name, s.position) for s in plan.supports}.values())
+        seats = tuple(
+            {
+                s.site.name: Seat(
+                    s.site.name, s.position, s.normal, s.friction,
+                    "" if s.site.part == CHAIR_PART else s.site.name,
+                )
+                for s in plan.supports
+            }.values()
+        )  # fmt: skip
         return cls(height, plan.slope, tuple(steps), seats, friction)
 
     @cached_property
@@ -291,7 +304,14 @@ class Ground:
                 GroundStep(float(s["x"]), float(s["height"])) for s in d.get("steps", ())
             )
             d["seats"] = tuple(
-                Seat(str(s["site"]), _numbers(s["position"], 3)) for s in d.get("seats", ())
+                Seat(
+                    str(s["site"]),
+                    _numbers(s["position"], 3),
+                    _numbers(s.get("normal", UP), 3),
+                    None if s.get("friction") is None else float(s["friction"]),
+                    str(s.get("board", "")),
+                )
+                for s in d.get("seats", ())
             )
             d["bumps"] = tuple(
                 Bump(_numbers(b["centre"], 3), float(b["radius"])) for b in d.get("bumps", ())

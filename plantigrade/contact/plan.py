@@ -17,6 +17,8 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 
 TIME_TOLERANCE = 1e-7  #: Times closer than this are equal [s]
+UNIT_TOLERANCE = 1e-6  #: How far the length of a normal may be from one [1]; rounding
+UP = (0.0, 0.0, 1.0)  #: Normal of a level surface
 
 
 @dataclass(frozen=True)
@@ -83,12 +85,28 @@ class Stance:
 
 @dataclass(frozen=True)
 class PointSupport:
-    """A support of the body other than the ground, such as a chair, a wall or a rail."""
+    """A support of the body other than the ground, such as a chair, a wall or an armrest.
+
+    It pushes along its normal and never pulls, within its cone of friction.
+    """
 
     site: ContactSite  #: The supported site; its ``side`` is empty
     position: tuple[float, float, float]  #: Position of the contact, world [m]
     start: float  #: Start of the contact [s]
     stop: float  #: End of the contact [s]
+    normal: tuple[float, float, float] = UP  #: Where the surface faces, of length one
+    friction: float | None = None  #: Coefficient of friction; the ground's if None
+
+    def __post_init__(self):
+        """Raise for a normal that is none, and for a sphere on a surface that is not level."""
+        if not abs(float(np.linalg.norm(self.normal)) - 1.0) < UNIT_TOLERANCE:
+            raise ParameterError(
+                f"the normal {self.normal} of the support of {self.site.name} must have length one"
+            )
+        if self.site.radius and self.normal != UP:
+            raise ParameterError(
+                f"{self.site.name} is a sphere, which rests on level surfaces: leave out its normal"
+            )
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,8 @@ CORE_SCALE = 0.75  #: Size of a core relative to the drawn shape [1]; no two tou
 GROUND_HALF_SIZE = 20.0  #: Extent of the ground from the origin [m]
 SEAT_HALF_SIZES = (0.2, 0.2, 0.02)
 """Margin of a seat around its contacts along x and y, and its half thickness [m]."""
+BOARD_HALF_SIZES = (0.12, 0.04, 0.015)
+"""Half lengths of the board under a single hand: along, across, and half its thickness [m]."""
 _STIFF = {"solref": "0.005 1", "condim": "3"}
 _CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.005 0.0001"}
 _WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"
@@ -162,16 +164,29 @@ def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
 
 
 def _seats(ground: Ground) -> list[dict[str, str]]:
-    """Return one level board per height of the seats."""
+    """Return one level board per height of the seats, and one for every other support."""
     boards = []
-    for i, height in enumerate(sorted({seat.position[2] for seat in ground.seats})):
-        places = np.array([s.position[:2] for s in ground.seats if s.position[2] == height])
+    shared = [seat for seat in ground.seats if not seat.board]
+    for height in sorted({seat.position[2] for seat in shared}):
+        places = np.array([s.position[:2] for s in shared if s.position[2] == height])
         low, high = places.min(axis=0), places.max(axis=0)
         half = [*((high - low) / 2 + SEAT_HALF_SIZES[:2]), SEAT_HALF_SIZES[2]]
         centre = [*((high + low) / 2), height - SEAT_HALF_SIZES[2]]
-        board = {"name": f"seat_{i}", "type": "box", "pos": numbers(centre), "size": numbers(half)}
-        boards.append({**board, "rgba": _WOOD})
-    return boards
+        boards.append({"pos": numbers(centre), "size": numbers(half)})
+    for seat in ground.seats:
+        if seat.board:
+            normal = np.array(seat.normal)
+            along = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+            along -= (along @ normal) * normal
+            along /= np.linalg.norm(along)
+            axes = [*along, *np.cross(normal, along)]
+            centre = np.array(seat.position) - BOARD_HALF_SIZES[2] * normal
+            size = numbers(BOARD_HALF_SIZES)
+            boards.append({"pos": numbers(centre), "size": size, "xyaxes": numbers(axes)})
+    return [
+        {"name": f"seat_{i}", "type": "box", **board, "rgba": _WOOD}
+        for i, board in enumerate(boards)
+    ]
 
 
 def _add_cores(root: ET.Element, human: Human, bodies: dict[str | None, ET.Element]) -> None:

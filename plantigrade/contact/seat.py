@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from plantigrade.contact.site import ContactSite
+from plantigrade.contact.site import CHAIR_PART, ContactSite
 from plantigrade.models import Human
 
 SEATED_PELVIS_TILT = float(np.deg2rad(15.0))
@@ -25,7 +25,7 @@ def seat_sites(human: Human) -> tuple[ContactSite, ...]:
     half = ISCHIAL_DISTANCE * human.height / 2
     return tuple(
         ContactSite(
-            body="pelvis", position=(x, y, z), radius=radius, name=f"seat_{side}", part="chair"
+            body="pelvis", position=(x, y, z), radius=radius, name=f"seat_{side}", part=CHAIR_PART
         )
         for side, y in (("r", -half), ("l", half))
     )

@@ -14,6 +14,7 @@ __all__ = ["ContactSite", "Point", "contact_sites", "foot_sites"]
 
 """Parts of a foot with their own contact times. Heel and sole lift together, then the ball, then
 the toes."""
+CHAIR_PART = "chair"  #: Part name of a site that rests on a seat
 PUSH_PART = "push"
 """Part name of a site with a force that is not the ground's."""
 TOUCH_PART = "touch"  #: Part name of a ground contact of a body other than a foot

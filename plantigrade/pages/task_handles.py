@@ -85,7 +85,7 @@ def _walk(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Hand
 
 
 def _chair(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Handle, ...]:
-    seats = record.ground.seats
+    seats = [seat for seat in record.ground.seats if not seat.board]
     if not seats:
         return ()
     place = _triple(np.mean([seat.position for seat in seats], axis=0))

@@ -62,20 +62,26 @@ def site_places(
 
 
 def friction_pyramid(body: ContactBody, n_nodes: int, friction: float) -> ConstraintFamily:
-    r"""Return a pyramid inside the friction cone: :math:`|f_x|, |f_y| \le \mu f_z / \sqrt 2`."""
-    side = friction / np.sqrt(2.0)
+    r"""Return a pyramid inside the friction cone: :math:`|f_x|, |f_y| \le \mu f_z / \sqrt 2`.
+
+    The axes are those of the surface under each site.
+    """
+    sides = body.friction(friction) / np.sqrt(2.0)
 
     def expression(ca, q, v, a, u, p):
         rows = []
-        for k in range(len(body.sites)):
-            x, y, z = (u[3 * k + i] for i in range(3))
+        for k, (axes, side) in enumerate(zip(body.surfaces, sides, strict=True)):
+            local = u[3 * k : 3 * k + 3]
+            if not np.array_equal(axes, np.eye(3)):
+                local = ca.DM(axes.T) @ local
+            x, y, z = (local[i] for i in range(3))
             rows += [side * z - x, side * z + x, side * z - y, side * z + y]
         return ca.vertcat(*rows)
 
     names = tuple(
         f"friction {axis} at {s.name}" for s in body.sites for axis in ("+x", "-x", "+y", "-y")
     )
-    function = body.function(("friction", side), expression)
+    function = body.function(("friction", *map(float, sides)), expression)
     return ConstraintFamily.free("friction", function, names, n_nodes, unit="body weights")
 
 

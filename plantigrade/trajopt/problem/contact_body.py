@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import ContactSite, foot_sites
 from plantigrade.dynamics.passive import passive_moments, scale
@@ -24,6 +25,15 @@ scale with mass times height, like strengths."""
 PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
 """Prefixes of joints whose passive tissue carries a part of the limited torque."""
 Made = TypeVar("Made")
+
+
+def surface_axes(normal: Sequence[float]) -> Float[Array, "3 3"]:
+    """Return axes of a surface as columns, two along it and its normal; the world's if level."""
+    n = np.array(normal, dtype=float)
+    first = np.array([1.0, 0.0, 0.0]) if abs(n[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = first - (first @ n) * n
+    first = first / np.linalg.norm(first)
+    return np.stack([first, np.cross(n, first), n], axis=1)
 
 
 @runtime_checkable
@@ -93,6 +103,19 @@ class ContactBody:
         gravity = np.array(human.model.opt.gravity)
         self.symbolic = SymbolicHuman(human, gravity if plan is None else plan.to_world.T @ gravity)
         self.cache = Cache()
+        held = {} if plan is None else {s.site.name: s for s in plan.supports}
+        #: Axes of the surface under each site, the normal last (n_sites, 3, 3)
+        self.surfaces = np.stack([
+            surface_axes(held[s.name].normal) if s.name in held else np.eye(3) for s in self.sites
+        ]) if self.sites else np.zeros((0, 3, 3))  # fmt: skip
+        #: Coefficient of friction of each site's own support; NaN where it is the ground's
+        self.own_friction = np.array(
+            [getattr(held.get(s.name), "friction", None) for s in self.sites], dtype=float
+        )
+
+    def friction(self, of_ground: float) -> Float[Array, " n_sites"]:
+        """Return the coefficient of friction at each site, by that of the ground."""
+        return np.where(np.isnan(self.own_friction), of_ground, self.own_friction)
 
     @classmethod
     def for_plan(

@@ -32,9 +32,12 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
+import numpy as np
+
 from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
-from plantigrade.contact.plan import Footprint, Stance
+from plantigrade.contact.limb_sites import SUPPORTED_PARTS, limb_site
+from plantigrade.contact.plan import UP, Footprint, PointSupport, Stance
 from plantigrade.errors import FileError, ParameterError, did_you_mean, known_names
 from plantigrade.models import Human
 from plantigrade.toml import parse_toml, read_toml
@@ -42,6 +45,7 @@ from plantigrade.trajopt.guess.postures import standing_feet
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.registry import make_task
 from plantigrade.trajopt.tasks.settings import TASKS
+from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import BASES, MotionTask
 from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_number, table
 from plantigrade.trajopt.terms import (
@@ -72,10 +76,13 @@ TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _
 
 RENAMED = {"head-stability": "upright"}  #: Former name of a term → today's
 STANDING = "standing"
+FOR_EVER = 1e3  # [s] later than the end of any task
+MAX_FRICTION = 2.0  # [1] maximum coefficient of friction of a support; rubber on dry stone has 1
 _TASK = ("name", "base", "without", "gravity", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
 _STANCE = ("side", "x", "y", "height", "heading", *_TIMES)
-_TOP = ("task", "parameters", "impairments", "term", "stance")
+_SUPPORT = ("part", "place", "normal", "friction", "start", "stop")
+_TOP = ("task", "parameters", "impairments", "term", "stance", "support")
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,7 @@ class TaskFile:
     #: Names and arguments of terms that are added
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     stances: tuple[Mapping[str, Any], ...] = ()  #: Stances as written; the base's if empty
+    supports: tuple[Mapping[str, Any], ...] = ()  #: Supports as written, added to the base's
     gravity: float | None = None  #: Relative to the earth's; the earth's if None
     nodes_per_second: float | None = None  #: The base's if None
     basis: str | None = None  #: ``"trigonometric"`` or ``"polynomial"``; the base's if None
@@ -108,7 +116,8 @@ class TaskFile:
         if self.stances:
             ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.heel_strike)
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
-        return replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
+        task = replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
+        return with_supports(task, tuple(_support(human, s) for s in self.supports))
 
     @property
     def options(self) -> dict[str, Any]:
@@ -135,6 +144,7 @@ class TaskFile:
             words = {k: list(v) for k, v in self.impairments.items()}
             parts.append(table("[impairments]", words))
         parts += [table("[[stance]]", s) for s in self.stances]
+        parts += [table("[[support]]", s) for s in self.supports]
         parts += [table("[[term]]", {"type": n, **a}) for n, a in self.added]
         return "\n".join(parts)
 
@@ -164,21 +174,29 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     for key in ("task", "parameters", "impairments"):
         if not isinstance(document.get(key, {}), dict):
             raise reader.wrong(key, "must be a table", f"write it as [{key}]")
-    for key in ("term", "stance"):
+    for key in ("term", "stance", "support"):
         entries = document.get(key, [])
         if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
             raise reader.wrong(key, "must be tables", f"write each as [[{key}]]")
     header = reader.head(head)
     parameters = in_radians(document.get("parameters", {}))
     reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[header["base"]])])
+    parameters = {k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()}
+    try:
+        TASKS[header["base"]](**parameters)
+    except ParameterError as error:
+        raise reader.wrong("[parameters]", str(error)) from error
     impairments = reader.impairments(document.get("impairments", {}))
-    terms, stances = (enumerate(document.get(key, []), start=1) for key in ("term", "stance"))
+    terms, stances, supports = (
+        enumerate(document.get(key, []), start=1) for key in ("term", "stance", "support")
+    )
     return TaskFile(
         **header,
-        parameters={k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()},
+        parameters=parameters,
         impairments=impairments,
         added=tuple(reader.term(i, entry) for i, entry in terms),
         stances=tuple(reader.stance(i, entry) for i, entry in stances),
+        supports=tuple(reader.support(i, entry) for i, entry in supports),
     )
 
 
@@ -285,13 +303,57 @@ class _Reader:
                 raise self.wrong(f"{where} {key}", f"is {shown(value)}", "a number is needed")
         return given
 
+    def support(self, i: int, entry: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries of a support, checked."""
+        where = f"[[support]] {i}"
+        self.known(where, entry, _SUPPORT)
+        part = entry.get("part")
+        if part not in SUPPORTED_PARTS:
+            allowed = ", ".join(SUPPORTED_PARTS)
+            raise self.wrong(f"{where} part", f"is {shown(part)}", f"allowed are {allowed}")
+        if "place" not in entry:
+            raise self.wrong(where, "place is missing", "write place = [0.5, -0.2, 1.0]")
+        found: dict[str, Any] = {"part": part}
+        for key, value in entry.items():
+            kind = tuple[float, float, float] if key in ("place", "normal") else float
+            if key != "part":
+                try:
+                    found[key] = as_field(kind, value)
+                except ParameterError as error:
+                    raise self.wrong(f"{where} {key}", str(error)) from error
+                if not np.all(np.isfinite(found[key])):
+                    raise self.wrong(f"{where} {key}", f"is {shown(value)}", "finite numbers only")
+        if not np.linalg.norm(found.get("normal", UP)) > 0:
+            raise self.wrong(f"{where} normal", "is zero", "write where the surface faces")
+        if not 0 <= found.get("friction", 0.0) <= MAX_FRICTION:
+            raise self.wrong(
+                f"{where} friction", f"is {shown(entry['friction'])}", f"0 to {MAX_FRICTION:g}"
+            )
+        if not found.get("start", -1.0) < found.get("stop", np.inf):
+            raise self.wrong(where, "stops before it starts", "give a later stop")
+        return found
+
+
+def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
+    """Return a support, from before the start to after the end where no times are given."""
+    normal = np.array(given.get("normal", UP))
+    x, y, z = map(float, normal / np.linalg.norm(normal))
+    return PointSupport(
+        limb_site(human, given["part"]),
+        given["place"],
+        given.get("start", -1.0),
+        given.get("stop", FOR_EVER),
+        (x, y, z),
+        given.get("friction"),
+    )
+
 
 def _stance(human: Human, given: Mapping[str, Any]) -> Stance:
     """Return a stance; what is not given is as in standing, from before the start to the end."""
     foot = standing_feet(human)[given["side"]]
     x, y, z = foot.position
     place = (float(given.get("x", x)), float(given.get("y", y)), float(given.get("height", z)))
-    strike, off = float(given.get("heel_strike", -1.0)), float(given.get("toe_off", 1e3))
+    strike, off = float(given.get("heel_strike", -1.0)), float(given.get("toe_off", FOR_EVER))
     forefoot = float(given.get("forefoot_off", off))
     heel, flat = float(given.get("heel_off", forefoot)), float(given.get("foot_flat", strike))
     footprint = Footprint(foot.side, place, float(given.get("heading", 0.0)))

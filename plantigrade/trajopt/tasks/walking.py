@@ -35,8 +35,8 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import FOOT_AHEAD_OF_ANKLE, FOOT_BEHIND_ANKLE
+from plantigrade.contact.limb_sites import REFERENCE_HEIGHT, palm
 from plantigrade.contact.plan import ContactPlan, Obstacle
-from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
@@ -106,13 +106,11 @@ STANDING_POSTURE = {
 }
 """Postures that are not zero [rad]."""
 
-REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following lengths belong to
 HANDLE_HEIGHT, HANDLE_AHEAD = 1.05, 0.45
 """Height of the handle of a cart, and distance ahead of the pelvis [m]; shopping trolleys and
 beds have 0.95 to 1.1 m."""
 ARMS_AHEAD = {"arm_flex": float(np.deg2rad(25.0)), "elbow_flex": float(np.deg2rad(65.0))}
 """Angles of the arms in the guess of a walk with a cart [rad]."""
-PALM = 0.08  # [m] middle of the palm below the wrist
 CLEARANCE = 0.01  # [m] clearance of the foot in mid-swing
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes per second up to :data:`USUAL_SPEED`, periodic and from standing; proportionally more
@@ -218,11 +216,10 @@ def cart_terms(human: Human, parameters: GaitParameters, force: float) -> tuple[
     d, size = human.dimensions, human.height / REFERENCE_HEIGHT
     ahead = HANDLE_AHEAD * size - parameters.step_length / 2
     for side, left in (("r", -1.0), ("l", 1.0)):
-        body, origin = human.skeleton.parts[f"hand_{side}"]
-        palm = Point(body, origin + np.array([0.0, 0.0, -PALM]) * size)
+        point = palm(human, side)
         place = (ahead, left * d.shoulder_width / 2, HANDLE_HEIGHT * size)
-        terms.append(Hold(palm, place, (parameters.speed, 0.0, 0.0)))
-        terms.append(Wrench(palm, (-force / 2, 0.0, 0.0)))
+        terms.append(Hold(point, place, (parameters.speed, 0.0, 0.0)))
+        terms.append(Wrench(point, (-force / 2, 0.0, 0.0)))
     return tuple(terms)
 
 

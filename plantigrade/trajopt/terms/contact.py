@@ -68,9 +68,13 @@ class Contact(Term):
         friction = b.add(friction_pyramid(b.body, len(b.nodes), most))
         for k, site in enumerate(b.body.sites):
             carries = b.plan.carrying(site, b.nodes)
-            side = most * self.force
-            b.force_lower[carries, 3 * k : 3 * k + 3] = (-side, -side, 0.0)
-            b.force_upper[carries, 3 * k : 3 * k + 3] = (side, side, self.force)
+            side = float(b.body.friction(most)[k]) * self.force
+            low, high = np.array([-side, -side, 0.0]), np.array([side, side, self.force])
+            if not np.array_equal(b.body.surfaces[k], np.eye(3)):  # the pyramid says where it acts
+                high = np.full(3, float(np.hypot(self.force, side)))
+                low = -high
+            b.force_lower[carries, 3 * k : 3 * k + 3] = low
+            b.force_upper[carries, 3 * k : 3 * k + 3] = high
             friction.lower[carries, 4 * k : 4 * k + 4] = 0.0
 
 
@@ -108,6 +112,32 @@ class Above(Term):
         if self.site not in names:
             raise ParameterError(f"no site {self.site!r}; there are {', '.join(names)}")
         return names.index(self.site)
+
+
+@dataclass(frozen=True)
+class InFront(Term):
+    """A site stays in front of the surface of its support whenever it does not rest there."""
+
+    site: str  #: Name of the contact site
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Limit the distance along the normal."""
+        import casadi as ca
+
+        support = next((s for s in b.plan.supports if s.site.name == self.site), None)
+        if support is None:
+            names = ", ".join(s.site.name for s in b.plan.supports) or "none"
+            raise ParameterError(f"the plan has no support of {self.site!r}; there are {names}")
+        positions = b.body.symbolic.positions([support.site])
+        normal, place = np.array(support.normal), np.array(support.position)
+
+        def expression(q, v, a, u):
+            return ca.dot(ca.DM(normal), positions(q)) - float(normal @ place)
+
+        name = f"distance of {self.site} from its support"
+        family = b.custom_family(name, (name,), expression, "m")
+        free = ~b.plan.standing(support.site, b.nodes)
+        b.limit(family, 0.0, nodes=np.flatnonzero(free).tolist())
 
 
 @dataclass(frozen=True)

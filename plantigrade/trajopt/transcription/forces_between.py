@@ -52,7 +52,9 @@ def explaining(
         return force
     n, k = force.shape[:2]
     required, A = _wrenches(body, q, v, a, times)
-    f = force.reshape(n, 3 * k) / body.weight
+    # in the axes of the surfaces
+    A = np.einsum("nikx,kxy->niky", A.reshape(n, 6, k, 3), body.surfaces).reshape(n, 6, 3 * k)
+    f = np.einsum("nkx,kxy->nky", force, body.surfaces).reshape(n, 3 * k) / body.weight
     load = np.where(standing, np.maximum(f.reshape(n, k, 3)[..., 2], 0.0), 0.0)
     share = np.repeat((load + _MIN_LOAD * (load > _MIN_LOAD / 10)) ** 2, 3, axis=1)
     missing = required - np.einsum("nij,nj->ni", A, f)
@@ -61,12 +63,12 @@ def explaining(
     change = np.linalg.solve(normal, missing[..., None])
     out = f + np.matmul(weighed.transpose(0, 2, 1), change)[..., 0]
     left = np.abs(required - np.einsum("nij,nj->ni", A, out)).max(axis=1)
-    side = friction / np.sqrt(2.0)
+    side = body.friction(friction) / np.sqrt(2.0)
     forces = out.reshape(n, k, 3)
     beyond = (np.abs(forces[..., :2]).max(axis=2) > side * forces[..., 2] + 1e-9).any(axis=1)
     for i in np.flatnonzero((beyond | (left > 1e-6)) & standing.any(axis=1)):
         out[i] = _within(A[i], required[i], f[i], standing[i], side)
-    return (out * body.weight).reshape(n, k, 3)
+    return np.einsum("kxy,nky->nkx", body.surfaces, out.reshape(n, k, 3)) * body.weight
 
 
 def remainder(
@@ -108,7 +110,7 @@ def _wrenches(
     return required, A.reshape(n, 6, 3 * k)
 
 
-def _within(A: Array, required: Array, f: Array, standing: Array, side: float) -> Array:
+def _within(A: Array, required: Array, f: Array, standing: Array, side: Array) -> Array:
     """Return forces near ``f`` that keep the friction pyramid and give as much as they can."""
     import daqp
 
@@ -119,8 +121,8 @@ def _within(A: Array, required: Array, f: Array, standing: Array, side: float) -
     G = A[:, at]
     H = _WRENCH_WEIGHT * G.T @ G + np.diag(1.0 / load**2)
     g = -_WRENCH_WEIGHT * G.T @ required - f[at] / load**2
-    pyramid = [[1.0, 0.0, -side], [-1.0, 0.0, -side], [0.0, 1.0, -side], [0.0, -1.0, -side]]
-    C = np.kron(np.eye(m), pyramid)
+    C = np.kron(np.eye(m), [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    C -= np.repeat(np.kron(np.diag(side[places]), [0.0, 0.0, 1.0]), 4, axis=0)
     upper, lower = np.zeros(4 * m), np.full(4 * m, -1e30)
     x, _, flag, _ = daqp.solve(H, g, C, upper, lower, np.zeros(4 * m, dtype=np.int32))
     out = np.zeros(len(f))

@@ -1,0 +1,38 @@
+"""Hands on armrests, walls and rails, added to a task."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from plantigrade.contact.plan import PointSupport
+from plantigrade.errors import ParameterError
+from plantigrade.trajopt.guess.hands import HandsOnSupports
+from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.terms.contact import InFront
+
+
+def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionTask:
+    """Return a task whose hands rest on supports as well, and are in front of them otherwise.
+
+    Raises:
+        ParameterError: If the task is periodic, a support is outside its time, or one hand has two
+            different supports.
+    """
+    if not supports:
+        return task
+    if task.plan.periodic:
+        raise ParameterError("a periodic task has no fixed supports: take one from rest to rest")
+    surfaces: dict[str, PointSupport] = {}
+    for s in supports:
+        if s.start >= task.plan.duration or s.stop <= 0.0:
+            raise ParameterError(
+                f"the support of {s.site.name} from {s.start:g} to {s.stop:g} s is outside the "
+                f"motion, which lasts {task.plan.duration:g} s"
+            )
+        first = surfaces.setdefault(s.site.name, s)
+        if (first.position, first.normal, first.friction) != (s.position, s.normal, s.friction):
+            raise ParameterError(
+                f"{s.site.name} has two supports; give both the same place, normal and friction"
+            )
+    plan = replace(task.plan, supports=(*task.plan.supports, *supports))
+    terms = (*task.terms, *(InFront(name) for name in surfaces))
+    return replace(task, plan=plan, terms=terms, guess=HandsOnSupports(task.guess))
