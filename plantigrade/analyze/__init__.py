@@ -1,23 +1,28 @@
-"""Joint angles, moments, gait measures, norms, statistics."""
+"""Joint angles, moments, gait measures, norms, statistics. Names are loaded on first use."""
 
-from plantigrade.analyze.curves import GaitCurves, gait_curves
-from plantigrade.analyze.gait import GaitMeasures, Statistic, gait_measures
-from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
-from plantigrade.analyze.gait_study import Study, study
-from plantigrade.analyze.norms import (
-    NormCurve,
-    Population,
-    agreement_with_norm,
-    norm,
-    population,
-    speed_class,
-)
-from plantigrade.analyze.reproduction import Comparison, compare
-from plantigrade.analyze.run_comparison import RunComparison, compare_runs
-from plantigrade.analyze.statistics import Agreement, compare_curves
-from plantigrade.analyze.tolerances import RECORDING_TOLERANCES, Tolerances
-from plantigrade.analyze.trial import Trial, analyse
-from plantigrade.analyze.verdict import Finding, Measure, Verdict
+from typing import TYPE_CHECKING
+
+from plantigrade.lazy import lazy
+
+if TYPE_CHECKING:
+    from plantigrade.analyze.curves import GaitCurves, gait_curves
+    from plantigrade.analyze.gait import GaitMeasures, Statistic, gait_measures
+    from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
+    from plantigrade.analyze.gait_study import Study, study
+    from plantigrade.analyze.norms import (
+        NormCurve,
+        Population,
+        agreement_with_norm,
+        norm,
+        population,
+        speed_class,
+    )
+    from plantigrade.analyze.reproduction import Comparison, compare
+    from plantigrade.analyze.run_comparison import RunComparison, compare_runs
+    from plantigrade.analyze.statistics import Agreement, compare_curves
+    from plantigrade.analyze.tolerances import RECORDING_TOLERANCES, Tolerances
+    from plantigrade.analyze.trial import Trial, analyse
+    from plantigrade.analyze.verdict import Finding, Measure, Verdict
 
 __all__ = [
     "RECORDING_TOLERANCES",
@@ -49,3 +54,36 @@ __all__ = [
     "speed_class",
     "study",
 ]
+
+_HOMES = {
+    "RECORDING_TOLERANCES": "tolerances",
+    "Agreement": "statistics",
+    "Comparison": "reproduction",
+    "Finding": "verdict",
+    "ForceComparison": "gait_forces",
+    "GaitCurves": "curves",
+    "GaitMeasures": "gait",
+    "Measure": "verdict",
+    "NormCurve": "norms",
+    "Population": "norms",
+    "RunComparison": "run_comparison",
+    "Statistic": "gait",
+    "Study": "gait_study",
+    "Tolerances": "tolerances",
+    "Trial": "trial",
+    "Verdict": "verdict",
+    "agreement_with_norm": "norms",
+    "analyse": "trial",
+    "compare": "reproduction",
+    "compare_curves": "statistics",
+    "compare_forces": "gait_forces",
+    "compare_runs": "run_comparison",
+    "gait_curves": "curves",
+    "gait_measures": "gait",
+    "norm": "norms",
+    "population": "norms",
+    "speed_class": "norms",
+    "study": "gait_study",
+}
+
+__getattr__ = lazy(__name__, _HOMES)

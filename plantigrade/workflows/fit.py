@@ -1,8 +1,6 @@
 """From a recording to a motion on a scaled Human: read, fit, analyse."""
 
-import contextlib
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -45,19 +43,11 @@ from plantigrade.workflows.memory import require_memory
 from plantigrade.workflows.osim_fit import fit_own_model
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
 from plantigrade.workflows.shared_body import Shared
+from plantigrade.workflows.steps import Step, silent
 from plantigrade.world.grounds import ground_named
 
 MAX_HEADING = 45.0
 """Largest angle between the rise of a given slope and the walking direction [deg]."""
-
-Step = Callable[[str], contextlib.AbstractContextManager[Callable[[float], None]]]
-"""Opened around each step of a job, with its name; yields a function that is called with the share
-of the step that is done."""
-
-
-def silent(_: str) -> contextlib.AbstractContextManager[Callable[[float], None]]:
-    """Show nothing of a step."""
-    return contextlib.nullcontext(lambda share: None)
 
 
 def load(path: str | Path, settings: RecordingSettings) -> Recording:

@@ -22,7 +22,6 @@ from plantigrade.notes import Info
 from plantigrade.pages.live_world import LiveWorld
 from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.simulate import run_of
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.simulation_start import (
@@ -32,6 +31,7 @@ from plantigrade.workflows.simulation_start import (
     surroundings,
     world_of,
 )
+from plantigrade.workflows.steps import Step, silent
 from plantigrade.world import (
     AnyController,
     Controller,

@@ -1,7 +1,6 @@
 """The motions of ``plantigrade synthesize``: a task, a task file, a paper's motion, or tracking."""
 
-import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task_file import read_task_file
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.workflows.cell_progress import cell_progress
-from plantigrade.workflows.fit import silent
 from plantigrade.workflows.settings import (
     PAPER,
     TRACK,
@@ -26,8 +24,8 @@ from plantigrade.workflows.settings import (
     SolveSettings,
     TrackSettings,
 )
+from plantigrade.workflows.steps import Step, silent
 from plantigrade.workflows.synthesize import Origin, synthesize_paper, synthesize_task
-from plantigrade.workflows.track import track
 
 RECORDING = Option("recording", str | Path | None, None, f"Recording to track ({TRACK}).")
 _OF_ALL = options_of(SolveSettings)
@@ -79,7 +77,7 @@ def run_synthesis(
     *,
     warm: WarmStart | None = None,
     progress: Progress | None = None,
-    step: Callable[[str], contextlib.AbstractContextManager] = silent,
+    step: Step = silent,
     command: str = "",
 ) -> Run:
     """Generate a motion: what :func:`synthesize` and the command do.
@@ -91,6 +89,8 @@ def run_synthesis(
     word, options = str(as_path(task, "a task")), {**options}
     common: dict[str, Any] = {"command": command}
     if word == TRACK:
+        from plantigrade.workflows.track import track  # what reads and fits recordings
+
         recording = options.pop(RECORDING.name, None)
         if recording is None:
             raise ParameterError("track needs recording=FILE")

@@ -23,15 +23,9 @@ from plantigrade.record import Record, Run
 from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.wbc.stepping import OrderedMotion
-from plantigrade.workflows.fit import (
-    Step,
-    fit_trial,
-    norm_signals,
-    personal_figures,
-    provenance,
-    silent,
-)
+from plantigrade.workflows.fit import fit_trial, norm_signals, personal_figures, provenance
 from plantigrade.workflows.settings import ReproduceSettings
+from plantigrade.workflows.steps import Step, silent
 
 TREADMILL = 0.5  #: Ground that moves further than this during a recording is a treadmill's [m]
 

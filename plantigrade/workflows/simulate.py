@@ -23,7 +23,7 @@ from plantigrade.record import Provenance, Record, Run
 from plantigrade.signatures import Option, options_of, takes
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.controller_options import CLASSES
-from plantigrade.workflows.fit import Step, personal_figures, silent
+from plantigrade.workflows.fit import personal_figures
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.simulation_start import (
     Start,
@@ -32,6 +32,7 @@ from plantigrade.workflows.simulation_start import (
     surroundings,
     world_of,
 )
+from plantigrade.workflows.steps import Step, silent
 from plantigrade.workflows.styles import THEN, timed
 from plantigrade.world import (
     AnyController,

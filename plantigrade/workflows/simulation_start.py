@@ -28,10 +28,11 @@ from plantigrade.options import LEARNED, as_path, is_policy
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import source_files
-from plantigrade.workflows.fit import Step, fit_trial
+from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
 from plantigrade.workflows.settings import OF_RECORDINGS
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.steps import Step
 from plantigrade.workflows.styles import styles_of
 from plantigrade.world import (
     Barrier,

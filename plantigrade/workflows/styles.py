@@ -14,9 +14,10 @@ from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Record, Run
-from plantigrade.workflows.fit import Step, fit_trial
+from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from plantigrade.workflows.steps import Step
 
 THEN = "write FILE@S or RUN@S, such as stroll.c3d@4"
 UPPER = (

@@ -13,7 +13,6 @@ from plantigrade.analyze.check import check
 from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.analyze.verdict import Verdict
-from plantigrade.control.replay.trials import certificate, certified
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
@@ -31,7 +30,6 @@ from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.warm_start import WarmStart
-from plantigrade.trajopt.zhakatayev2023 import paper_motion
 from plantigrade.workflows.device import compared, without_devices
 from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
 
@@ -109,6 +107,8 @@ def synthesize_task(
 
 def proven(run: Run) -> Run:
     """Return a run with the result of simulating its motion: figures and a note."""
+    from plantigrade.control.replay.trials import certificate, certified  # the controllers
+
     began = clock.perf_counter()
     figures = certificate(run.record)
     record = replace(run.record, notes=(*run.record.notes, certified(figures)))
@@ -216,6 +216,8 @@ def synthesize_paper(
     Raises:
         ParameterError: If the person has other feet than the paper's.
     """
+    from plantigrade.trajopt.zhakatayev2023 import paper_motion
+
     origin = origin or Origin()
 
     def parameters(p: Any) -> bool | None:

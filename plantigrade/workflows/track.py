@@ -5,9 +5,7 @@ them as closely as their error bands allow. Measured ones are withheld; at most 
 taken from the plates (see :mod:`plantigrade.analyze.trial`).
 """
 
-import contextlib
 import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -39,8 +37,9 @@ from plantigrade.trajopt.solution import Solution
 from plantigrade.trajopt.solve import Progress, synthesize
 from plantigrade.trajopt.tasks.tracking import Tracking, grounded
 from plantigrade.trajopt.tasks.tracking import track as track_task
-from plantigrade.workflows.fit import fit_trial, norm_signals, silent
+from plantigrade.workflows.fit import fit_trial, norm_signals
 from plantigrade.workflows.settings import TrackSettings
+from plantigrade.workflows.steps import Step, silent
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 
 LIMITS = {"rmse_max_deg": 6.0, "rom_error_max_deg": 10.0}
@@ -214,7 +213,7 @@ def track(
     *,
     tracking: Tracking | None = None,
     progress: Progress | None = None,
-    step: Callable[[str], contextlib.AbstractContextManager] = silent,
+    step: Step = silent,
     origin: Origin | None = None,
 ) -> Run:
     """Fit a recording, track it with ground reactions, and check the result.

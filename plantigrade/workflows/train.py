@@ -21,8 +21,9 @@ from plantigrade.models import Human
 from plantigrade.options import as_path
 from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.fit import Step, fit_trial, silent
+from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
+from plantigrade.workflows.steps import Step, silent
 
 if TYPE_CHECKING:
     from plantigrade.learn.learning_curve import Progress

@@ -19,8 +19,8 @@ from plantigrade.vaulting.search import OPTIMISERS, Search, SearchResult, search
 from plantigrade.vaulting.segments import Segments
 from plantigrade.vaulting.table import Table
 from plantigrade.vaulting.vault_result import VaultResult, angular_difference
-from plantigrade.workflows.fit import Step, silent
 from plantigrade.workflows.settings import VaultSettings
+from plantigrade.workflows.steps import Step, silent
 
 HEIGHT, MASS = 1.66, 63.0
 """Default height and mass of the gymnast [m, kg]: about the mean of elite men, an estimate."""

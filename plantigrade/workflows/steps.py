@@ -1,0 +1,13 @@
+"""The steps of a job, as whoever watches is told of them."""
+
+import contextlib
+from collections.abc import Callable
+
+Step = Callable[[str], contextlib.AbstractContextManager[Callable[[float], None]]]
+"""Opened around each step of a job, with its name; yields a function that is called with the share
+of the step that is done."""
+
+
+def silent(_: str) -> contextlib.AbstractContextManager[Callable[[float], None]]:
+    """Show nothing of a step."""
+    return contextlib.nullcontext(lambda share: None)
