@@ -282,7 +282,7 @@ def test_an_interrupted_run_leaves_nothing(data, tmp_path, monkeypatch, capsys):
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
 @pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_control_c_on_several_files(data, tmp_path, sent, code):
-    names = ("humanoid3d_walk", "07_01", "16_15", "normal_gait")
+    names = ("humanoid3d_walk", "07_01", "16_15")
     files = [data / KINDS[name][0] for name in names]
     process = subprocess.Popen(
         [sys.executable, "-m", "plantigrade", "fit", *map(str, files), "--jobs", "2"],
@@ -305,7 +305,7 @@ def test_control_c_on_several_files(data, tmp_path, sent, code):
     assert not [path for path in (*left, *made) if path.name.startswith(".")]
     if sent == signal.SIGTERM:  # the same command goes on after either
         again = plantigrade("fit", *files, "--jobs", "2", cwd=tmp_path)
-        assert again.returncode == 0 and " of 4 were there" in again.stderr
+        assert again.returncode == 0 and " of 3 were there" in again.stderr
         assert [path.name for path in (tmp_path / "runs").iterdir()] == [batch.name]
     said = "interrupted" if sent == signal.SIGINT else "terminated"
     assert said in err.splitlines()[-1]

@@ -1,4 +1,4 @@
-"""Balance: momentum, contact forces and torques in one program at every tick."""
+"""Balance: centre of mass, contact forces and torques in one program at every tick."""
 
 from plantigrade.control.balance.controller import Balance
 from plantigrade.control.balance.feasible import feasible_motion

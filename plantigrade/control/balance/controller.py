@@ -1,9 +1,9 @@
-r"""Balance by momentum: every tick, accelerations, torques and contact forces in one program.
+r"""Balance in place: every tick, accelerations, torques and contact forces in one program.
 
 The objectives are those of Eq. 6 of [Park2020]_, after [Macchietto2009]_: follow a reference, move
-the centre of mass, bring the angular momentum to rest, hold the points of support (Eq. 7). The
-paper then prescribes the accelerations. Here they are found together with forces that the ground
-can give, inside friction cones and therefore with the centre of pressure inside the base of
+the centre of mass, hold the points of support (Eq. 7); their angular momentum follows from these
+here. The paper then prescribes the accelerations. Here they are found together with forces that the
+ground can give, inside friction cones and therefore with the centre of pressure inside the base of
 support, and with torques that the person has (:mod:`plantigrade.wbc.whole_body`).
 """
 
@@ -22,7 +22,7 @@ from plantigrade.control.gait.tasks import within_foot
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.rows import PointRows, Rows
-from plantigrade.wbc.tasks import AngularMomentumTask, LinearMomentumTask
+from plantigrade.wbc.tasks import LinearMomentumTask
 from plantigrade.wbc.whole_body import WholeBody
 from plantigrade.world import (
     Command,
@@ -87,7 +87,6 @@ class Balance(Controller):
         self._damping = np.where(within, s.foot_joint_damping, s.joint_damping * strength)
         self._stiffness = np.where(within, s.foot_joint_stiffness, 0.0)
         self._com = LinearMomentumTask(state.body.mass, weight=s.com_weight)
-        self._momentum = AngularMomentumTask(weight=s.momentum_weight)
         self.recovery = Recovery(human, self.contact, s.recovery)
         self._shift = np.zeros(3)
         self._stops = np.array(human.model.jnt_range[1:]).T
@@ -109,10 +108,8 @@ class Balance(Controller):
         if stepped:  # the whole friction where it stops the body
             x, y = (acceleration - body.com_bias_acceleration)[:2]
             touching = replace(touching, along=float(np.arctan2(y, x)))
-        spin_down = -s.momentum_damping / body.mass * body.angular_momentum
         rows: list[Rows | PointRows] = [
             self._com.rows(body, acceleration=acceleration),
-            self._momentum.rows(body, acceleration=spin_down),
             *self._stance_rows(contacts, desired, points),
             *self._landing_rows(state, desired, contacts),
         ]

@@ -62,9 +62,6 @@ class RecoverySettings:
     stance_cop_extent: float = 0.8
     """Centre of pressure of the stance foot, from its middle (0) to its edge (1). Chosen (±20 %:
     below 2 %)."""
-    dcm_gain: float = 1.0
-    """Gain of the capture-point error on both feet ([Englsberger2011]_). Chosen (±20 %: below 2
-    %)."""
     momentum_reach: float = 0.05
     """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen
     (±20 %: deviation 37 %)."""
@@ -267,7 +264,7 @@ class Recovery:
             pressure = edge * now.pressure[side] + (1 - edge) * now.feet[side]
         else:
             desired = now.capture_point + now.disturbance_shift
-            desired = desired + s.dcm_gain * (now.capture_point - goal[:2])
+            desired = desired + (now.capture_point - goal[:2])  # [Englsberger2011]_, gain 1
             support = spheres[contacts.spheres, :2] if len(contacts.spheres) else now.feet
             pressure = nearest(support, desired, -s.momentum_reach)
         return now.omega**2 * (now.com - pressure)

@@ -72,11 +72,6 @@ class BalanceSettings:
     heels have less room than the toes, for people stand with their weight behind the middle."""
     com_goal_speed: float = 0.1
     """Speed at which the goal moves to where a target has it [m/s]. Chosen (±20 %: not met)."""
-    momentum_weight: float = 1e-3
-    """Weight of the rate of angular momentum over body mass [per (m²/s²)²]. Chosen (±20 %: below 2
-    %)."""
-    momentum_damping: float = 2.0
-    """Rate at which angular momentum decays [1/s]. Chosen (±20 %: below 2 %)."""
     pelvis_weight: float = 0.1
     """Weight of the orientation of the pelvis [per (rad/s²)²]. Chosen (±20 %: deviation 44 %)."""
     spine_weight: float = 0.2

@@ -18,7 +18,8 @@ class EdgeSettings:
     """How feet pass the edges of steps in the ground."""
 
     clearance: float = 0.02
-    """Clearance of a swing foot over an edge [m]. Chosen (±20 %: not met)."""
+    """Clearance of a swing foot over an edge, and least distance from it of a contact sphere at
+    touchdown [m]. Chosen (±20 %: not met)."""
     passing_distance: float = 0.08
     """Horizontal distance from which a swing foot passes an edge [m]. Chosen (±20 %: not met)."""
     fade_distance: float = 0.15
@@ -26,8 +27,6 @@ class EdgeSettings:
     met)."""
     smoothing_time: float = 0.06
     """Time by which the lift is spread to either side [s]. Chosen (±20 %: not met)."""
-    landing_margin: float = 0.02
-    """Least distance of a contact sphere from an edge at touchdown [m]. Chosen (±20 %: not met)."""
 
 
 def lifts(
@@ -84,7 +83,7 @@ def on_one_side(
     Returns:
         The nearest such offset along the path; the desired one if none is near.
     """
-    margin = (settings or EdgeSettings()).landing_margin
+    margin = (settings or EdgeSettings()).clearance
     planned = ground.along(np.asarray(low.mean(axis=0) @ ground.to_world[:, 0]))
     tried = offset + SEARCHED[:, None] * ahead
     there = low[None] + np.pad(tried, ((0, 0), (0, 1)))[:, None]

@@ -30,9 +30,6 @@ class SwingOffsetSettings:
     passing_slope: float = 0.5
     """Decrease of the lateral distance by the distance beyond that. Chosen (±20 %: deviation 19
     %)."""
-    max_overlap_distance: float = 0.12
-    """Greatest lateral distance for legs that overlap in the motion [leg lengths]. Chosen (±20 %:
-    not met)."""
 
 
 class SwingOffset:
@@ -134,8 +131,7 @@ class SwingOffset:
         width = abs(float(planned @ axes[:, 1]))
         least = min(settings.min_foot_distance * leg_length, width)
         if overlap > 0.0:
-            apart = width + overlap
-            least = max(least, min(apart, settings.max_overlap_distance * leg_length))
+            least = max(least, width + overlap)
         beyond = max(abs(ahead) - settings.passing_length * leg_length, 0.0)
         least -= settings.passing_slope * beyond
         if distance < least:

@@ -19,6 +19,7 @@ from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.kinematics.state import State
 
 AHEAD = np.array([1.0, 0.0])  # where a foot points at touchdown
+PARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the greatest shift of a footstep, that are tried
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +34,8 @@ class GroundSettings:
     """Greatest tilt of a sole with the ground, sideways and along it [rad]: over an edge the ankle
     keeps it level; a footstep on such a slope costs 1."""
     shift_scale: tuple[float, float] = (0.09, 0.06)
-    """Shifts of a footstep ahead and sideways that cost 1 [leg lengths]."""
-    shifts_ahead: tuple[float, ...] = (-0.1, -0.05, 0.0, 0.05, 0.1)
-    """Shifts ahead that are tried [leg lengths]."""
-    shifts_sideways: tuple[float, ...] = (-0.07, -0.035, 0.0, 0.035, 0.07)
-    """Shifts sideways that are tried [leg lengths]."""
+    """Shifts of a footstep ahead and sideways that cost 1 [leg lengths]; the farthest ones that are
+    tried, with those half as far."""
     hysteresis: float = 0.3
     """Cost by which another shift must be better than the last."""
     commitment_time: float = 0.1
@@ -130,10 +128,8 @@ class Sole:
         self._length = leg * (own.sole_points[2] - own.sole_points[0])
         self._width = 2.0 * leg * width
         self._scale = leg * np.array(own.shift_scale)
-        self._tried = leg * np.array(
-            [(x, y) for x in own.shifts_ahead for y in own.shifts_sideways]
-        )
-        self._cost = ((self._tried / self._scale) ** 2).sum(axis=1)
+        parts = np.array([(x, y) for x in PARTS for y in PARTS])
+        self._tried, self._cost = parts * self._scale, (parts**2).sum(axis=1)
 
     def heights(
         self, ground: Ground | Terrain, ankles: Float[Array, "n 2"], ahead: Float[Array, " 2"]
