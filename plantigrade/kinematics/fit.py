@@ -14,10 +14,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.kinematics.arm_tracking import track_arms
+from plantigrade.kinematics.axis_scale import scale_notes
 from plantigrade.kinematics.calibrator import noise_factor
 from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
+from plantigrade.kinematics.joint_distances import late_notes
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
 from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, unseen_notes
 from plantigrade.kinematics.plausibility import lean_notes
@@ -26,6 +28,7 @@ from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.prepare import columns, prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
+from plantigrade.kinematics.spine_doubts import spine_notes
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import (
     follow_the_legs,
@@ -36,7 +39,7 @@ from plantigrade.kinematics.unmeasured_joints import (
 from plantigrade.kinematics.unmeasured_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.kinematics.unseen_feet import with_flat_feet
 from plantigrade.models import Human
-from plantigrade.models.markers import MarkerSet
+from plantigrade.models.markers import MarkerSet, landmark_names
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
 from plantigrade.printable import listed
@@ -109,7 +112,13 @@ def fit_markers(
     gaps = unseen_notes(places, markers.time[window], samples)
     used = np.where(kept, residual, np.nan)
     figures = _metrics(used, human, kept, np.isfinite(residual))
-    wrong = [] if trial.video else error_notes(1e-3 * figures["marker_rms_mean_mm"])
+    wrong: list[str] = []
+    if trial.video is None:
+        fitted = Markers(tuple(tracked), markers.time[window], samples)
+        wrong += scale_notes(places, samples)
+        wrong += late_notes(places, markers.rate, samples)
+        wrong += spine_notes(fitted, landmark_names(tracked, marker_set), places)
+        wrong += error_notes(1e-3 * figures["marker_rms_mean_mm"])
     notes = wrong + tilt + gaps + slips + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
     cut = replace(

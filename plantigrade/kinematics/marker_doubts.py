@@ -5,17 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDE_NAMES
 from plantigrade.kinematics.body_paths import body_paths
-from plantigrade.kinematics.exchanged_labels import ARM_BODIES
+from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.motion.filters import runs
 from plantigrade.printable import listed
 
-# Segments whose angles are those of a gait analysis; what follows the shank belongs to the foot.
-LEG = {"pelvis": "pelvis", "femur": "thigh", "tibia": "shank"}
 MIN_UNSEEN_TIME = 0.2  # [s] gap in which a joint turns by some degrees
 MAX_SLIP = 0.010
 """Largest shift of a marker on pelvis, legs or feet between the halves of a recording [m]; the skin
@@ -31,7 +28,7 @@ def unseen_notes(
     samples: Float[Array, "n_frames n_markers 3"],
 ) -> list[str]:
     """Return a sentence for each gap in which no marker of a segment of the legs was seen."""
-    segments = [_segment(p.body) for p in places]
+    segments = [segment_of_leg(p.body) for p in places]
     notes = []
     for segment in dict.fromkeys(s for s in segments if s):
         own = [i for i, s in enumerate(segments) if s == segment]
@@ -64,7 +61,7 @@ def slip_notes(
     samples: Float[Array, "n_frames n_markers 3"],
 ) -> list[str]:
     """Return a sentence where markers shift on their segments between the halves of a recording."""
-    which = [i for i, p in enumerate(places) if _segment(p.body)]
+    which = [i for i, p in enumerate(places) if segment_of_leg(p.body)]
     if not which or len(qpos) < 2 * MIN_SLIP_FRAMES:
         return []
     off = samples[:, which] - PointSet.of(human, [places[i] for i in which]).path(qpos)
@@ -87,13 +84,3 @@ def slip_notes(
         f"second half of the recording ({listed(worst, 6)}): markers of these or of neighbouring "
         "segments slipped, or were exchanged; angles may be off by several degrees."
     ]
-
-
-def _segment(body: str) -> str:
-    """Return the segment of pelvis and legs to which a body belongs; empty for others."""
-    stem, _, side = body.rpartition("_")
-    if body == "pelvis":
-        return "pelvis"
-    if side not in SIDE_NAMES or stem.startswith((*ARM_BODIES, "clavicle")):
-        return ""
-    return f"{SIDE_NAMES[side]} {LEG.get(stem, 'foot')}"

@@ -4,13 +4,15 @@ All trials of a person with the same markers, and their standing trials, enter o
 calibration. The body does not depend on the order of the trials.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
+from pathlib import Path
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.calibrate import Calibration, calibrate
 from plantigrade.kinematics.flat_feet import set_flat
@@ -26,15 +28,20 @@ from plantigrade.kinematics.prepare import (
     static_frames,
 )
 from plantigrade.kinematics.result import human_of
+from plantigrade.kinematics.spine_doubts import standing_notes
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.stature_estimate import stature_warnings, with_unknown_size
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
 from plantigrade.motion import Recording
+from plantigrade.printable import listed
 
 CALIBRATION_FRAMES = 24  # [1] frames of all trials together, which cover the range of each joint
 MIN_TRIAL_FRAMES = 4  # [1] minimum number of frames per trial
+MAX_STANDING_KNEE = np.deg2rad(15.0)
+"""Largest flexion of a knee in a standing trial [rad]. Pulled to zero, the knees of sound ones have
+up to 4 degrees, those of a frame of walking 16 to 53."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +96,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
         x[choose_frames(x, trial.window.start, trial.window.stop, each)]
         for trial, x in zip(trials, measured, strict=True)
     ]
-    count = len(still) + sum(map(len, chosen))
+    standing = np.arange(len(still) + sum(map(len, chosen))) < len(still)
     age, video = one.recording.subject.age, one.video
 
     def scaled(start: Human, where: Mapping[str, Attachment | None], height: float | None):
@@ -99,7 +106,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
             dict(where),
             np.concatenate([still, *chosen]),
             height=height,
-            standing=np.arange(count) < len(still),
+            standing=standing,
             prior=None if video is None else PosturePrior.of(start, video),
         )
 
@@ -108,6 +115,19 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
         return scaled(usual, place_markers(names, usual, marker_set), None).human
 
     calibration = scaled(one.human, placed, one.person.height)
+    said = _bent_notes(calibration, standing, statics)
+    if said:  # frames of the person like others, which show no zero of knees and feet
+        standing[:] = False
+        calibration = scaled(one.human, placed, one.person.height)
+    which = [names.index(n) for n in calibration.names]
+    said += standing_notes(
+        calibration.human,
+        calibration.places,
+        calibration.names,
+        calibration.qpos,
+        np.concatenate([still, *chosen])[:, which],
+        standing,
+    )
     doubts = stature_warnings(
         one.person,
         calibration.human,
@@ -120,8 +140,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
     starts = np.cumsum([len(still), *map(len, chosen)])[:-1]
     poses = calibration.qpos[starts]
     first = {str(t.recording.source): q for t, q in zip(trials, poses, strict=True)}
-    where = [names.index(n) for n in calibration.names]
-    seen = [x[t.window][:, where] for t, x in zip(trials, measured, strict=True)]
+    seen = [x[t.window][:, which] for t, x in zip(trials, measured, strict=True)]
     floors = {
         str(t.recording.source): _floor(t, human, calibration.places, x, q)
         for t, x, q in zip(trials, seen, poses, strict=True)
@@ -130,7 +149,7 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
         human,
         calibration.places,
         _on_one_ground(trials, seen),
-        still[:, where],
+        still[standing[: len(still)]][:, which],
         one.markers.rate,
         calibration.qpos[len(still)],
         ground=floors[str(one.recording.source)],
@@ -141,12 +160,29 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
         places=feet.places,
         attached=calibration.attached,
         first=first,
-        standing=calibration.qpos[: len(still)],
-        standing_rms=_rms(calibration, len(still)),
+        standing=calibration.qpos[standing],
+        standing_rms=_rms(calibration, int(standing.sum())),
         floors=floors,
         grounded=feet.grounded,
-        notes=(*doubts, *notes, *feet.notes),
+        notes=(*said, *doubts, *notes, *feet.notes),
     )
+
+
+def _bent_notes(
+    calibration: Calibration, standing: Bool[Array, " n_frames"], statics: Iterable[str]
+) -> list[str]:
+    """Return a sentence where knees are bent in a standing trial although pulled to zero."""
+    human = calibration.human
+    hinges = [human.hinge(f"knee_angle_{side}") for side in SIDES]
+    bent = float(calibration.qpos[standing, 7:][:, hinges].max(initial=0.0))
+    if bent <= MAX_STANDING_KNEE:
+        return []
+    return [
+        f"a knee is bent by {np.rad2deg(bent):.0f}° in the standing trial "
+        f"({listed([Path(name).name for name in statics])}): it was taken in mid-step, or the "
+        "person stands on bent knees. It shows where markers sit, but not the zero of knees and "
+        "ankles, whose offsets may be some degrees."
+    ]
 
 
 def _floor(

@@ -1,0 +1,137 @@
+"""Faults of markers that a body follows to the millimetre: symmetry, joints, standing show them."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plantigrade.kinematics.axis_scale import scale_notes, vertical_scale
+from plantigrade.kinematics.fit import fit_markers
+from plantigrade.kinematics.joint_distances import Segment, joint_centre, late_notes
+from plantigrade.kinematics.leg_segments import segment_of_leg
+from plantigrade.kinematics.spine_doubts import spine_notes
+from plantigrade.models.markers import landmark_names, place_markers
+from plantigrade.motion import Markers
+from plantigrade.workflows.fit import load
+from plantigrade.workflows.settings import FitSettings
+from tests.kinematics.test_fit import NAMES, markers_of, walker
+
+MARKS = landmark_names(NAMES)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """Attachments and markers of a walk."""
+    human, time, qpos = walker()
+    placed = place_markers(NAMES, human)
+    return human, [placed[n] for n in NAMES], markers_of(human, time, qpos), qpos
+
+
+def moved(markers: Markers, names, by) -> Markers:
+    x = markers.positions.copy()
+    x[:, [markers.index(n) for n in names]] += by
+    return replace(markers, positions=x)
+
+
+def test_the_point_that_markers_keep_their_distance_to_is_the_joint(walk):
+    human, places, markers, qpos = walk
+    from plantigrade.kinematics.state import PointSet
+    from plantigrade.models.landmarks import attachments
+
+    pelvis = [i for i, p in enumerate(places) if p.body == "pelvis"]
+    thigh = [i for i, p in enumerate(places) if p.body == "femur_r"]
+    segment = Segment.of(markers.positions[:, pelvis], 0)
+    assert segment is not None
+    centre, error = joint_centre(segment.seen_from_here(markers.positions[:, thigh]))
+    hip = PointSet.of(human, [attachments(human)["hip_joint_r"]]).path(qpos)
+    (true,) = segment.seen_from_here(hip)[0]
+    assert error < 2e-3  # the markers have noise
+    np.testing.assert_allclose(centre, true, atol=0.02)
+
+
+@pytest.mark.parametrize("late", [5, -4])
+@pytest.mark.parametrize("side", ["R", "L"])
+def test_a_leg_with_a_clock_of_its_own_is_named_with_its_delay(walk, late, side):
+    _, places, markers, _ = walk
+    assert late_notes(places, markers.rate, markers.positions) == []
+    x = markers.positions.copy()
+    leg = [i for i, n in enumerate(markers.names) if n[0] == side and places[i].body != "pelvis"]
+    leg = [i for i in leg if segment_of_leg(places[i].body)]
+    x[:, leg] = np.roll(x[:, leg], late, axis=0)
+    x[:5, leg] = x[-5:, leg] = np.nan
+    notes = late_notes(places, markers.rate, x)
+    word = "right" if side == "R" else "left"
+    (note,) = notes
+    assert word in note and ("later" if late > 0 else "earlier") in note
+    (delay,) = re.findall(r"(\d+) ms", note)
+    assert int(delay) == pytest.approx(abs(late) * 1000 / markers.rate, abs=3)
+
+
+@pytest.mark.parametrize("scale", [0.87, 1.15])
+def test_heights_of_another_scale_are_named(walk, scale):
+    _, places, markers, _ = walk
+    which = [i for i, p in enumerate(places) if p.body.startswith(("femur", "tibia"))]
+    clusters, x = [places[i] for i in which], markers.positions[:, which]
+    # Two markers a segment are too few pairs: the middle of both is a third.
+    more = [0.5 * (x[:, i] + x[:, j]) for i, j in _mates(clusters)]
+    places = [*clusters, *[clusters[i] for i, _ in _mates(clusters)]]
+    x = np.concatenate([x, np.stack(more, axis=1)], axis=1)
+    assert scale_notes(places, x) == []
+    assert vertical_scale(places, x * [1, 1, scale]) == pytest.approx(scale, rel=0.01)
+    assert len(scale_notes(places, x * [1, 1, scale])) == 1
+
+
+def _mates(places):
+    n = len(places)
+    return [(i, j) for i in range(n) for j in range(i) if places[i].body == places[j].body]
+
+
+@pytest.mark.parametrize("names", [("RASI",), ("LASI",), ("RPSI",)])
+def test_one_spine_five_centimetres_low_is_named(walk, names):
+    _, places, markers, _ = walk
+    assert spine_notes(markers, MARKS, places) == []
+    (note,) = spine_notes(moved(markers, names, [0, 0, -0.05]), MARKS, places)
+    assert "slopes" in note
+
+
+def test_a_belt_at_the_height_of_the_hips_is_named(walk):
+    _, places, markers, _ = walk
+    belt = [n for n in NAMES if (MARKS[n] or "").startswith(("asis", "psis", "sacrum"))]
+    (note,) = spine_notes(moved(markers, belt, [0, 0, -0.08]), MARKS, places)
+    assert "too low" in note
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("fault", "said"), [("belt", "elsewhere"), ("trial", "elsewhere"), ("step", "bent"), ("", "")]
+)
+def test_standing_and_walking_contradict_each_other(data, fault, said):
+    recording = load(data / "c3d" / "HC038A11.c3d", FitSettings())
+    assert recording.markers is not None
+    assert recording.static is not None and recording.static.markers is not None
+    static, belt = recording.static, ["SACR", "LASI", "RASI"]
+    if fault == "belt":
+        static = replace(static, markers=moved(recording.static.markers, belt, [0, 0, -0.05]))
+    if fault == "trial":
+        low = moved(recording.markers, belt, [0, 0, -0.05])
+        recording = replace(recording, markers=low)
+    if fault == "step":
+        one = recording.markers
+        assert one is not None
+        x = np.repeat(one.positions[135:136], 50, axis=0)
+        static = replace(static, markers=Markers(one.names, one.time[:50], x))
+    warnings = fit_markers(recording, static=static).warnings
+    found = [w for w in warnings if "elsewhere on the body" in w or "knee is bent" in w]
+    assert len(found) == bool(fault) and all(said in w for w in found)
+
+
+@pytest.mark.slow
+def test_recordings_of_laboratories_have_none_of_them(data):
+    words = ("ms later", "ms earlier", "heights are", "slopes by", "thighs turn")
+    words += ("elsewhere on the body", "knee is bent")
+    settings = FitSettings()
+    for path in [*sorted(data.glob("c3d/*.c3d")), *sorted(data.glob("opensim/*/*.trc"))]:
+        recording = load(path, settings)
+        warnings = fit_markers(recording, static=recording.static).warnings
+        assert [w for w in warnings if any(word in w for word in words)] == [], path
