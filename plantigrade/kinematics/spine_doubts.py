@@ -59,8 +59,8 @@ def spine_notes(
         return [
             f"the line of the anterior iliac spines slopes by {front - slope:+.0f}° on average "
             f"against that of the {what} ({'left' if front > slope else 'right'} side high): "
-            "one of these markers is centimetres too high or too low; pelvis, hip flexion and "
-            "adduction are wrong by as much."
+            "one of these markers is centimetres too high or too low, or another's; pelvis, "
+            "hip flexion and adduction are wrong by as much."
         ]
     return _shallow_hips(markers, named, places)
 
@@ -161,9 +161,9 @@ def standing_notes(
     worst = sorted(np.flatnonzero(known), key=lambda k: -sizes[k])
     return [
         f"markers of the pelvis lie up to {1e3 * sizes[worst[0]]:.0f} mm elsewhere on the body "
-        f"than in the standing trial ({listed([names[own[k]] for k in worst], 4)}): a belt or a marker "
-        "slipped between the two, or was put on anew; hip and pelvis angles are wrong by some "
-        "degrees."
+        f"than in the standing trial ({listed([names[own[k]] for k in worst], 4)}): a belt or "
+        "a marker slipped between the two, or was put on anew; hip and pelvis angles are "
+        "wrong by some degrees."
     ]
 
 

@@ -47,7 +47,8 @@ def test_the_point_that_markers_keep_their_distance_to_is_the_joint(walk):
     hip = PointSet.of(human, [attachments(human)["hip_joint_r"]]).path(qpos)
     (true,) = segment.seen_from_here(hip)[0]
     assert error < 2e-3  # the markers have noise
-    np.testing.assert_allclose(centre, true, atol=0.02)
+    # The leg hardly turns to the sides, so the markers do not show where the joint lies along y.
+    np.testing.assert_allclose(centre[[0, 2]], true[[0, 2]], atol=0.01)
 
 
 @pytest.mark.parametrize("late", [5, -4])
