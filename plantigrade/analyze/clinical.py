@@ -70,7 +70,7 @@ def clinical_angles(
 def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, Any]:
     """Return scores, symmetry and foot progression of a gait; nothing for other motions.
 
-    Running has scores only with norms of the user.
+    Running, and walking backward or sideways, have scores only with norms of the user.
 
     Args:
         figures: Known figures, as in ``metrics.json``.
@@ -87,13 +87,23 @@ def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, An
             known = rows[:, curves.percent <= stance]
             found[f"foot_progression_stance_{side}_deg"] = float(np.nanmean(known))
     found |= symmetry_figures(figures, angles)
-    if figures.get("running") and not choice.population.own:  # norms of walking do not apply
+    if not usual_walk(figures) and not choice.population.own:  # norms of walking do not apply
         return found
     found |= {"norm_population": choice.population.name, "norm_reason": choice.reason}
     with contextlib.suppress(ParameterError):  # an angle is missing if a foot has no complete cycle
         profile = gait_profile(curves.percent, angles, choice.population, choice.speed_class)
         found |= profile.metrics()
     return found
+
+
+def usual_walk(figures: Mapping[str, Any]) -> bool:
+    """Return whether a gait is one that there are norms of: walking forward.
+
+    Args:
+        figures: Those of :func:`~plantigrade.analyze.movement.movement_figures`: ``running``, and
+            ``walking_direction`` where it is not forward.
+    """
+    return not figures.get("running") and "walking_direction" not in figures
 
 
 def number_of(figures: Mapping[str, Any], key: str) -> float | None:

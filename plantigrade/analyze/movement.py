@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import trapezoid
 
-from plantigrade.analyze.clinical import clinical_figures, norms_for
+from plantigrade.analyze.clinical import clinical_figures, norms_for, usual_walk
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
@@ -17,6 +17,7 @@ from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.filters import runs
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import rotation_matrix
 
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 FOOT_PATH_RATE = 200.0  # [Hz] of the feet's paths, resampled to equidistant times
@@ -87,7 +88,14 @@ def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     )
     feet = foot_path(human, motion.qpos)
     heel, toe = (interpolate(time, motion.time, x) for x in (feet.heel, feet.toe))
+    direction = walking_direction(record)
+    if direction == "backward":  # on toes, which land first
+        heel, toe = toe, heel
     found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
+    if direction != "forward":
+        found["walking_direction"] = direction
+    if direction == "sideways":  # lengths and widths of steps are along the way, feet are across it
+        found = {k: v for k, v in found.items() if "step_length" not in k and "step_width" not in k}
     for key in ("treadmill", "belt_speed_m_s", "running"):
         found.pop(key, None)
     if any(c.quantity == "displacement" for c in record.conditions):  # every stride is the same
@@ -97,6 +105,24 @@ def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     known = {**person, **found}
     found |= ground_force_figures(record) | clinical_figures(record, known)
     return found | norm_figures(record, known)
+
+
+def walking_direction(record: Record) -> str:
+    """Return where a person walks who covers ground: ``"forward"``, ``"backward"``, ``"sideways"``.
+
+    It is the larger mean of the speed of the pelvis along and across where the pelvis faces; a
+    person on a treadmill walks forward.
+    """
+    qpos, velocity = record.motion.qpos, record.motion.qvel[:, :2]
+    facing = rotation_matrix(qpos[:, 3:7])[:, :2, 0]
+    facing = facing / np.linalg.norm(facing, axis=1, keepdims=True)
+    along = float(np.mean((velocity * facing).sum(axis=1)))
+    across = float(np.mean(velocity[:, 1] * facing[:, 0] - velocity[:, 0] * facing[:, 1]))
+    if np.hypot(along, across) * record.motion.duration < MIN_DISTANCE:
+        return "forward"
+    if abs(across) > abs(along):
+        return "sideways"
+    return "forward" if along > 0 else "backward"
 
 
 def ground_force_figures(record: Record) -> dict[str, float]:
@@ -125,7 +151,11 @@ def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
     The means are those of adults, children or the user's norms.
     """
     choice, curves = norms_for(record, known), gait_curves(record)
-    if "walking_speed_m_s" not in known or not set(SAGITTAL) <= set(names(choice.population)):
+    if (
+        "walking_speed_m_s" not in known
+        or not usual_walk(known)
+        or not set(SAGITTAL) <= set(names(choice.population))
+    ):
         return {}
     found, raw, free = {}, [], []
     for name in SAGITTAL:

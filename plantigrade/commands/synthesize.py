@@ -367,8 +367,10 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
     if m.get("walking_speed_m_s") is not None:
         rows["walk"] = (
             f"{m['walking_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "
-            f"stance {m['stance_r_pct']:.0f} %, step width {100 * m['step_width_m']:.0f} cm"
+            f"stance {m['stance_r_pct']:.0f} %"
         )
+        if m.get("step_width_m") is not None:
+            rows["walk"] += f", step width {100 * m['step_width_m']:.0f} cm"
     if m.get("running_speed_m_s") is not None:
         rows["run"] = (
             f"{m['running_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "

@@ -45,6 +45,9 @@ class Stance:
     toe_off: float
     #: Whether ball and toes touch at ``heel_strike`` and the heel at ``foot_flat``, as after a jump
     toes_first: bool = False
+    #: Whether the foot rolls backward, as in walking backward: the five times are then those of
+    #: toes down, ball down, heel down, forefoot off and heel off
+    backward: bool = False
 
     def __post_init__(self):
         """Raise for times out of order."""
@@ -59,19 +62,34 @@ class Stance:
         """Heel strike, foot flat, heel off, forefoot off and toe off [s]."""
         return self.heel_strike, self.foot_flat, self.heel_off, self.forefoot_off, self.toe_off
 
-    def later(self, seconds: float, forward: float = 0.0, *, mirrored: bool = False) -> "Stance":
-        """Return the stance shifted in time [s] and along x [m], of the other foot if mirrored.
+    def later(
+        self, seconds: float, forward: float = 0.0, aside: float = 0.0, *, mirrored: bool = False
+    ) -> "Stance":
+        """Return the stance shifted in time [s], along x and y [m], of the other foot if mirrored.
 
         The mirror plane is x-z.
         """
         f, sign = self.footprint, -1.0 if mirrored else 1.0
         x, y, z = f.position
         side = {"r": "l", "l": "r"}[f.side] if mirrored else f.side
-        moved = Footprint(side, (x + forward, sign * y, z), sign * f.heading)
-        return Stance(moved, *(t + seconds for t in self.times), toes_first=self.toes_first)
+        moved = Footprint(side, (x + forward, sign * y + aside, z), sign * f.heading)
+        times = (t + seconds for t in self.times)
+        return Stance(moved, *times, toes_first=self.toes_first, backward=self.backward)
+
+    def reversed(self, about: float) -> "Stance":
+        """Return the stance as it is seen backward in time, at ``about`` less its times [s]."""
+        times = (about - t for t in self.times[::-1])
+        return Stance(self.footprint, *times, backward=not self.backward)
 
     def interval(self, part: str) -> tuple[float, float]:
         """Return start and end of the contact of a part of the foot [s]."""
+        if self.backward:
+            return {
+                "heel": (self.heel_off, self.toe_off),
+                "sole": (self.heel_off, self.forefoot_off),
+                "ball": (self.foot_flat, self.forefoot_off),
+                "toe": (self.heel_strike, self.forefoot_off),
+            }[part]
         heel, toes = self.heel_strike, self.foot_flat
         if self.toes_first:
             heel, toes = toes, heel
@@ -129,11 +147,12 @@ class ContactPlan:
         periodic: Whether the motion repeats.
         mirrored: Whether a periodic motion repeats as its mirror image, with half a stride as its
             period; otherwise the period is a whole stride.
-        advance: Displacement along x per period [m].
+        advance: Displacement along x per period [m]; negative in walking backward.
         supports: Supports other than the ground.
         slope: Inclination of the ground along x, positive uphill [rad]; positions are in axes of
             the ground.
         obstacles: Blocks on the ground between footprints, in order of x.
+        aside: Displacement along y per period [m]; zero where it is mirrored.
     """
 
     duration: float
@@ -144,6 +163,12 @@ class ContactPlan:
     supports: tuple[PointSupport, ...] = ()
     slope: float = 0.0
     obstacles: tuple[Obstacle, ...] = ()
+    aside: float = 0.0
+
+    def __post_init__(self):
+        """Raise for a way to the side that its mirror image would lead back."""
+        if self.aside and self.mirrored:
+            raise ParameterError("a plan that is mirrored cannot lead to the side")
 
     @property
     def to_world(self) -> Float[Array, "3 3"]:
@@ -170,7 +195,12 @@ class ContactPlan:
             if -TIME_TOLERANCE <= s.heel_strike < self.duration - TIME_TOLERANCE
         ]
         return tuple(
-            s.later(k * self.duration, k * self.advance, mirrored=self.mirrored and k % 2 == 1)
+            s.later(
+                k * self.duration,
+                k * self.advance,
+                k * self.aside,
+                mirrored=self.mirrored and k % 2 == 1,
+            )
             for k in range(-before - 1, after + 1)
             for s in own
         )

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from plantigrade.analyze.clinical import norms_for
+from plantigrade.analyze.clinical import norms_for, usual_walk
 from plantigrade.analyze.curve_difference import MIN_CYCLES
 from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_profile import MIN_IMPORTANT_DIFFERENCE
@@ -221,7 +221,7 @@ def _spans(beyond: Array, colour: str) -> list[tuple[float, float, str]]:
 
 def _norm_of(found: RunComparison) -> tuple[Population, str] | None:
     """Return the norms of the gaits, if they are the same for all."""
-    if any(run.figures.get("running") for run in found.runs):
+    if not all(usual_walk(run.figures) for run in found.runs):
         return None
     every = [norms_for(run.record, run.figures) for run in found.runs]
     same = {(each.population, each.speed_class) for each in every}

@@ -65,7 +65,7 @@ def person_lines(subject: Subject) -> list[str]:
     known += [f"recorded on {date}"] if date else []
     known += [f"{6 + len(human.coordinates)} degrees of freedom, {human.feet} feet"]
     who = subject.norm_choice
-    if subject.walks and (who.population.own or not subject.runs):
+    if subject.walks and subject.has_norms:
         known += [f"compared with {who.population.name}, {who.reason}"]
     return known
 

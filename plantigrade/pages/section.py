@@ -11,7 +11,13 @@ from typing import Any
 
 from plantigrade.analyze import norms
 from plantigrade.analyze.at_limit import at_limit, cycles_at_limit
-from plantigrade.analyze.clinical import NormChoice, clinical_angles, norms_for, number_of
+from plantigrade.analyze.clinical import (
+    NormChoice,
+    clinical_angles,
+    norms_for,
+    number_of,
+    usual_walk,
+)
 from plantigrade.analyze.curves import GaitCurves, gait_curves
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.arrays import Array
@@ -105,8 +111,13 @@ class Subject:
 
     @property
     def runs(self) -> bool:
-        """Whether the person runs; norms of walking do not apply."""
+        """Whether the person runs."""
         return bool(self.figures.get("running", False))
+
+    @property
+    def has_norms(self) -> bool:
+        """Whether there are norms: the user's, or those of walking forward."""
+        return self.population.own or usual_walk(self.figures)
 
     def number(self, key: str) -> float | None:
         """Return a figure of the run; None if it is unknown."""

@@ -41,9 +41,8 @@ class WarmStart:
             basis, closure = spline_basis(str(kept["basis"]), nodes, period is not None), None
             if period is not None:
                 sites = [n.removeprefix("force x of ") for n in unknowns[::3]]
-                closure = closure_of(
-                    names, sites, mirrored=bool(period[0] > 0), advance=float(period[1])
-                )
+                way = float(period[1]), float(kept.get("aside", 0.0))
+                closure = closure_of(names, sites, mirrored=bool(period[0] > 0), way=way)
             inner = nodes if closure is None else nodes[:-1]
             none = np.zeros((len(inner), len(unknowns)))
             problem = Problem(basis, inner, names, (), unknowns, none, none, none[:0], closure)

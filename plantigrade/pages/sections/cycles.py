@@ -325,7 +325,7 @@ def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
     Norms of the user are never mixed with others.
     """
     own = subject.population.own
-    if subject.runs and not own:
+    if not subject.has_norms:
         return None
     for population in (subject.population,) if own else (subject.population, norms.CHILDREN):
         known = name if own else norms.PUBLISHED_NAMES.get(name, name)

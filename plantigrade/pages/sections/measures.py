@@ -33,9 +33,8 @@ def measure_section(subject: Subject) -> list[Section]:
     if not subject.walks:
         missing = "no complete gait cycle was found, so no step or stride could be measured."
         return [Section(MEASURES, missing=missing)]
-    none = (
-        subject.runs or subject.population.own
-    )  # no published values for running, or with norms of the user
+    # no published values for running, walking backward or sideways, or with norms of the user
+    none = subject.population.own or not subject.has_norms
     published = {} if none else _published(subject)
     rows = [
         [name, "", "", _value(subject, key, digits), "", unit, published.get(name, "")]

@@ -163,7 +163,7 @@ class KeyPostures:
 
         spline = CubicSpline(self.times, np.array(self.postures), bc_type="clamped")
         q = spline(np.clip(times, self.times[0], self.times[-1]))
-        feet = {s: level_foot(body.human, plan, s, times, self.lift) for s in SIDES}
+        feet = {s: level_foot(body.human, plan.stances, s, times, self.lift) for s in SIDES}
         stands = any(s.toe_off >= plan.duration for s in plan.stances)
         end = plan.duration if stands else np.inf
         inside = np.minimum(times, end - times) / STRETCHED_TIME
@@ -171,10 +171,14 @@ class KeyPostures:
 
 
 def level_foot(
-    human: Human, plan: ContactPlan, side: str, times: Float[Array, " n_times"], lift: float
+    human: Human,
+    stances: Sequence[Stance],
+    side: str,
+    times: Float[Array, " n_times"],
+    lift: float,
 ) -> tuple[Float[Array, "n_times 3"], Float[Array, " n_times"]]:
     """Return ankle [m] and heading [rad] of a foot that stays level from footprint to footprint."""
-    stances = foot_stances(plan.stances, side)
+    stances = foot_stances(stances, side)
     knots = np.array([t for s in stances for t in (s.heel_strike, s.toe_off)])
     places = np.array([[*_ankle(human, s.footprint), s.footprint.heading] for s in stances])
     values = np.repeat(places, 2, axis=0)

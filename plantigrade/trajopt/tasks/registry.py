@@ -15,9 +15,13 @@ from plantigrade.trajopt.tasks.side_step import side_step
 from plantigrade.trajopt.tasks.standing import squat, stand
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import walk
+from plantigrade.trajopt.tasks.walking_backward import walk_backward
+from plantigrade.trajopt.tasks.walking_sideways import walk_sideways
 
 MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
     settings.Walk: walk,
+    settings.WalkBackward: walk_backward,
+    settings.WalkSideways: walk_sideways,
     settings.Run: run,
     settings.Hop: hop,
     settings.SitToStand: sit_to_stand,

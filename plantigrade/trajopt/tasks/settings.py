@@ -114,6 +114,49 @@ class Walk(TaskSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class WalkBackward(TaskSettings):
+    """Walk backward, periodically and straight."""
+
+    activity = "walking backward"
+    ranges = {
+        "speed": (MIN_WALKING_SPEED, 1.6, "m/s"),
+        "step_length": (0.01, 3, "m"),
+        "cadence": (10, 400, "steps/min"),
+        "strides": (1, 100, ""),
+    }
+
+    speed: float = 0.95
+    """Walking speed [m/s]."""
+    step_length: Metres = None
+    """Step length [m]; by default 0.85 of that of walking forward at this speed."""
+    cadence: Cadence = None
+    """Cadence [steps/min], instead of a step length."""
+    strides: int = 2
+    """Number of strides to write."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkSideways(TaskSettings):
+    """Walk sideways, periodically: one foot steps out, the other closes."""
+
+    activity = "walking sideways"
+    ranges = {
+        "speed": (0.1, 1.0, "m/s"),
+        "cadence": (30, 200, "steps/min"),
+        "strides": (1, 100, ""),
+    }
+
+    speed: float = 0.57
+    """Walking speed [m/s]; people choose 0.57."""
+    side: Side = "r"
+    """Direction; that foot leads."""
+    cadence: Cadence = None
+    """Cadence [steps/min], two steps a stride; by default so that strides are 0.6 of the leg."""
+    strides: int = 3
+    """Number of strides to write."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Run(TaskSettings):
     """Run, periodically and straight, with flight between the steps."""
 
@@ -296,6 +339,8 @@ class Stand(TaskSettings):
 
 TASKS: dict[str, type[TaskSettings]] = {
     "walk": Walk,
+    "walk-backward": WalkBackward,
+    "walk-sideways": WalkSideways,
     "run": Run,
     "hop": Hop,
     "sit-to-stand": SitToStand,

@@ -85,10 +85,13 @@ class MotionTask:
         found = [c for term in self.terms for c in term.conditions(body, plan)]
         out = repeated(tuple(found), plan, periods if plan.periodic else 1)
         if plan.periodic:
-            way = periods * plan.advance * float(np.cos(plan.slope))
-            when, exact = (0.0, periods * plan.duration), (way, way)
-            name = "distance walked"
-            out = (*out, Condition(name, "displacement", when, exact, exact, "pelvis_tx"))
+            when = (0.0, periods * plan.duration)
+            ways = {"pelvis_tx": plan.advance * float(np.cos(plan.slope))}
+            if plan.aside:
+                ways["pelvis_tz"] = -plan.aside
+            for of, way in ways.items():
+                exact, name = (periods * way, periods * way), "distance walked"
+                out = (*out, Condition(name, "displacement", when, exact, exact, of))
         return out
 
     def nodes(self, given: Float[Array, " n"] | None = None) -> Float[Array, " n_nodes"]:
@@ -133,7 +136,9 @@ class MotionTask:
         basis, closure = spline_basis(self.basis, nodes, plan.periodic), None
         if plan.periodic:
             nodes = nodes[:-1]
-            closure = closure_of(names, sites, mirrored=plan.mirrored, advance=plan.advance)
+            closure = closure_of(
+                names, sites, mirrored=plan.mirrored, way=(plan.advance, plan.aside)
+            )
         builder = ProblemBuilder(body, self.plan, nodes)
         for term in self.terms:
             term.add_to(builder)
@@ -160,16 +165,17 @@ def spline_basis(name: str, nodes: Float[Array, " n"], periodic: bool) -> Basis:
 
 
 def closure_of(
-    names: Sequence[str], sites: Sequence[str], *, mirrored: bool, advance: float
+    names: Sequence[str], sites: Sequence[str], *, mirrored: bool, way: tuple[float, float]
 ) -> PeriodicClosure:
-    """Return how a gait goes on after its period: ``advance`` [m] further, mirrored or not."""
+    """Return how a gait goes on after its period: further along x and y [m], mirrored or not."""
     source, sign = np.arange(len(names)), np.ones(len(names))
     pair, across = list(range(len(sites))), 1.0
     if mirrored:
         source = np.array([names.index(mirrored_name(n)) for n in names])
         sign = np.array([mirror_sign(n) for n in names])
         pair, across = [sites.index(mirrored_name(s)) for s in sites], -1.0
-    shift = np.array([advance if n == "pelvis_tx" else 0.0 for n in names])
+    moved = {"pelvis_tx": way[0], "pelvis_tz": -way[1]}
+    shift = np.array([moved.get(n, 0.0) for n in names])
     u_source = np.array([3 * k + i for k in pair for i in range(3)], int)
     u_sign = np.tile([1.0, across, 1.0], len(sites))
     return PeriodicClosure(source, sign, shift, u_source, u_sign)

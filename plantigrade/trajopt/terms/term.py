@@ -120,8 +120,8 @@ def repeated(
             lap = mirrored_condition(c) if plan.mirrored and k % 2 else c
             end = plan.duration if np.isinf(c.time[-1]) and plan.periodic else np.inf
             lap = replace(lap, time=tuple(min(t, end) for t in lap.time))
-            if lap.quantity in ("point", "com") and lap.axis == "x":
-                far = k * plan.advance  # the place goes with the person
+            if lap.quantity in ("point", "com") and lap.axis in ("x", "y"):
+                far = k * {"x": plan.advance, "y": plan.aside}[lap.axis]  # goes with the person
                 bounds = (tuple(x + far for x in each) for each in (lap.lower, lap.upper))
                 lap = replace(lap, lower=next(bounds), upper=next(bounds))
             out.append(lap.later(k * plan.duration) if k else lap)
