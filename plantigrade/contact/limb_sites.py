@@ -9,6 +9,7 @@ from plantigrade.models import Human
 
 REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following length belongs to
 PALM = 0.08  # [m] middle of the palm below the wrist
+HAND_PART = "hand"  #: Part name of a site that rests on an armrest, a wall or a rail
 SUPPORTED_PARTS = tuple(f"hand_{side}" for side in SIDES)
 """Parts of the body that a support of a task may carry, besides feet and seat."""
 
@@ -27,4 +28,4 @@ def limb_site(human: Human, part: str) -> ContactSite:
     """
     word("part", part, SUPPORTED_PARTS)
     point = palm(human, part[-1])
-    return ContactSite(body=point.body, position=point.position, name=part, part="hand")
+    return ContactSite(body=point.body, position=point.position, name=part, part=HAND_PART)

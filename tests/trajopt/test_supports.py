@@ -13,7 +13,7 @@ from plantigrade.contact.plan import PointSupport
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
 from plantigrade.record import Record
-from plantigrade.trajopt import parse_task_file, synthesize
+from plantigrade.trajopt import make_task, parse_task_file, synthesize
 
 LEAN = """
 [task]
@@ -145,3 +145,32 @@ def test_a_support_that_a_task_cannot_have(old, new, match):
 def test_a_normal_has_length_one():
     with pytest.raises(ParameterError, match="length one"):
         PointSupport(limb_site(person(), "hand_r"), (0.5, 0.0, 1.0), 0.0, 1.0, (0.0, 0.0, 2.0))
+
+
+@pytest.mark.parametrize(("name", "at_start"), [("sit-to-stand", True), ("stand-to-sit", False)])
+def test_hands_are_on_armrests_while_seated_and_leave_before_standing(name, at_start):
+    task = make_task(name, person(), {"armrests": True})
+    rests = [s for s in task.plan.supports if s.site.part == "hand"]
+    assert sorted(s.site.name for s in rests) == ["hand_l", "hand_r"]
+    right, left = sorted(rests, key=lambda s: s.position[1])
+    assert right.position[1] == pytest.approx(-left.position[1], abs=1e-3)
+    for rest in rests:
+        assert (rest.start < 0.0, rest.stop > task.plan.duration) == (at_start, not at_start)
+        body = task.body_of(person())
+        end = 0.0 if at_start else task.plan.duration
+        q = task.guess(body, task.plan, np.array([end]))
+        place = np.array(body.symbolic.positions([rest.site])(q[0])).ravel()
+        np.testing.assert_allclose(place, rest.position, atol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.parametrize("name", ["sit-to-stand", "stand-to-sit"])
+def test_armrests_relieve_the_hips(name):
+    human, moments = Human.create(1.72, 68.0), {}
+    for armrests in (False, True):
+        task = make_task(name, human, {"armrests": armrests})
+        record = synthesize(task.body_of(human), task).record()
+        assert check(record).ok
+        moments[armrests] = np.abs(record.torque("hip_flexion_r")).max()
+    assert moments[True] < 0.85 * moments[False]

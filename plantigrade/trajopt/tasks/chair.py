@@ -6,6 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
+from plantigrade.contact.limb_sites import REFERENCE_HEIGHT, limb_site
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
 from plantigrade.contact.seat import HIP_ABOVE_SEAT, SEATED_PELVIS_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
@@ -17,6 +18,7 @@ from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     rotation_matrix,
 )
+from plantigrade.trajopt.guess.hands import palms, reached
 from plantigrade.trajopt.guess.postures import (
     KeyPostures,
     posture,
@@ -28,12 +30,17 @@ from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT
 from plantigrade.trajopt.tasks.mechanics import check_support, check_time
 from plantigrade.trajopt.tasks.settings import SitToStand, StandToSit
 from plantigrade.trajopt.tasks.standing import at_rest, basics, bent
+from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Above
 from plantigrade.trajopt.terms.posture import Symmetry
 
 CHAIR_HEIGHT_SHARE = 0.9  # [1] chair height relative to knee height; a chair of 45 cm for an adult
 HALF_RISE_TIME = 0.235  # [1] time of half the rise relative to the time after seat-off
+ARMREST_HEIGHT = 0.22  # [m] above the seat; 20 to 25 cm on office chairs
+ARMREST_AHEAD = 0.14  # [stature] hands ahead of the hips, where armrests end. Estimate.
+ARMREST_ASIDE = 0.155  # [stature] hands from the middle; seats are 50 to 55 cm between armrests
+HANDS_SHARE = 0.45  # [1] time until the hands leave, from seat-off to the end. Estimate.
 SHANK_LEAN = float(np.deg2rad(15.0))  # [rad] forward lean of the shanks in sitting
 
 
@@ -81,7 +88,7 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
     d, chair_height, duration = human.dimensions, parameters.chair_height, parameters.duration
     if chair_height is None:
         chair_height = CHAIR_HEIGHT_SHARE * (d.ankle_height + d.shank)
-    reverse = isinstance(parameters, StandToSit)
+    reverse, rests = isinstance(parameters, StandToSit), ()
     feet, sites = _feet(human), seat_sites(human)
     seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
     off = parameters.seat_off * duration
@@ -94,6 +101,10 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
         rising, keys = duration - rising[::-1], keys[::-1]
         span = (duration - off, duration + 1.0)
     supports = tuple(PointSupport(s, resting_place(human, s, seated), *span) for s in sites)
+    if parameters.armrests:
+        hands = off + HANDS_SHARE * (duration - off)
+        until = (duration - hands, duration + 1.0) if reverse else (-1.0, hands)
+        keys, rests = _on_armrests(human, chair_height, keys, until, reverse=reverse)
     plan = ContactPlan(duration, standing_stances(feet, duration), supports=supports)
     places = [_centre_of_mass(human, q) for q in (keys[0], keys[-1])]
     check_time(
@@ -111,7 +122,31 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
         Symmetry(),
     )
     name = "stand-to-sit" if reverse else "sit-to-stand"
-    return MotionTask(name, plan, terms, KeyPostures(tuple(map(float, rising)), tuple(keys)))
+    guess = KeyPostures(tuple(map(float, rising)), tuple(keys))
+    return with_supports(MotionTask(name, plan, terms, guess), rests)
+
+
+def _on_armrests(
+    human: Human,
+    chair_height: float,
+    keys: list[Float[Array, " nv"]],
+    span: tuple[float, float],
+    *,
+    reverse: bool,
+) -> tuple[list[Float[Array, " nv"]], tuple[PointSupport, ...]]:
+    """Return key postures whose seated one has its hands on armrests, and the armrests."""
+    index = -1 if reverse else 0
+    seated, rests = keys[index], []
+    hips, size = seated[3:6] @ OPENSIM_TO_WORLD.T, human.height
+    for side, left in (("r", -1.0), ("l", 1.0)):
+        ahead, aside = hips[0] + ARMREST_AHEAD * size, left * ARMREST_ASIDE * size
+        wanted = np.array([ahead, aside, chair_height + ARMREST_HEIGHT * size / REFERENCE_HEIGHT])
+        seated = reached(human, side, seated[None], wanted)[0]
+        x, y, z = map(float, palms(human, seated[None], side)[0])
+        rests.append(PointSupport(limb_site(human, f"hand_{side}"), (x, y, z), *span))
+    out = list(keys)
+    out[index] = seated
+    return out, tuple(rests)
 
 
 def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float, float]:

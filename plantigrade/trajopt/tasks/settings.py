@@ -212,6 +212,8 @@ class SitToStand(TaskSettings):
     """Duration, from rest to rest [s]; 1.5 to 3.5 s in studies."""
     seat_off: float = 0.35
     """Time of seat-off, as a fraction of the duration."""
+    armrests: Flag = False
+    """Both hands push on armrests, until half the way from seat-off to the end."""
 
 
 @dataclass(frozen=True, kw_only=True)
