@@ -8,6 +8,7 @@ from plantigrade.trajopt.tasks import settings
 from plantigrade.trajopt.tasks.chair import sit_to_stand
 from plantigrade.trajopt.tasks.hopping import hop
 from plantigrade.trajopt.tasks.jumping import jump, take_off
+from plantigrade.trajopt.tasks.lifting import lift
 from plantigrade.trajopt.tasks.reach import reach
 from plantigrade.trajopt.tasks.running import run
 from plantigrade.trajopt.tasks.settings import TaskSettings, settings_for
@@ -28,6 +29,7 @@ MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
     settings.StandToSit: sit_to_stand,
     settings.Squat: squat,
     settings.Reach: reach,
+    settings.Lift: lift,
     settings.SideStep: side_step,
     settings.Jump: jump,
     settings.TakeOff: take_off,

@@ -260,6 +260,25 @@ class Reach(TaskSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Lift(TaskSettings):
+    """Lift a box with both hands from the floor onto a table."""
+
+    activity = "lifting a box"
+    ranges = {
+        "box_mass": (0, 20, "kg"),
+        "table_height": (0.3, 1.2, "m"),
+        "duration": (2.5, MAX_DURATION, "s"),
+    }
+
+    box_mass: float = 10.0
+    """Mass of the box [kg]."""
+    table_height: float = 0.72
+    """Height of the table [m]."""
+    duration: float = 4.0
+    """Duration, from standing to standing [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class SideStep(TaskSettings):
     """Step sideways with one foot, then the other."""
 
@@ -349,6 +368,7 @@ TASKS: dict[str, type[TaskSettings]] = {
     "stand-to-sit": StandToSit,
     "squat": Squat,
     "reach": Reach,
+    "lift": Lift,
     "side-step": SideStep,
     "jump": Jump,
     "take-off": TakeOff,
