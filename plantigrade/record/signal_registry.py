@@ -182,7 +182,7 @@ _TABLE: dict[str, tuple[tuple[str, Kind, str, str, str], ...]] = {
         ("spline.coefficients", "number", "coefficients coordinates", "m, rad", "coefficients"),
         ("spline.forces", "number", "intervals unknowns", "N", "their values"),
         ("spline.period", "number", "2", "1, m", "1 if steps are mirrored; advance of a period"),
-        ("spline.aside", "number", "", "m", "way of a period along y, where it leads to the side"),
+        ("spline.aside", "number", "1", "m", "way of a period along y, where it leads to the side"),
         (
             *("spline.multipliers.*", "number", "3 * *", ""),
             "multipliers of a family of constraints, of its lower and upper limits",

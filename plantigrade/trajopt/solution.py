@@ -284,7 +284,7 @@ class Solution:
         if plan.periodic:
             kept["spline.period"] = np.array([float(plan.mirrored), plan.advance])
             if plan.aside:
-                kept["spline.aside"] = np.array(plan.aside)
+                kept["spline.aside"] = np.array([plan.aside])
         pushing = {} if self.multipliers is None else self.multipliers.rows
         return kept | {f"spline.multipliers.{name}": x for name, x in pushing.items()}
 

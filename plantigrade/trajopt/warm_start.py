@@ -41,7 +41,7 @@ class WarmStart:
             basis, closure = spline_basis(str(kept["basis"]), nodes, period is not None), None
             if period is not None:
                 sites = [n.removeprefix("force x of ") for n in unknowns[::3]]
-                way = float(period[1]), float(kept.get("aside", 0.0))
+                way = float(period[1]), float(kept.get("aside", (0.0,))[0])
                 closure = closure_of(names, sites, mirrored=bool(period[0] > 0), way=way)
             inner = nodes if closure is None else nodes[:-1]
             none = np.zeros((len(inner), len(unknowns)))

@@ -101,7 +101,7 @@ def test_help_of_a_task_has_its_own_options_and_no_others(task, capsys):
     shown = capsys.readouterr().out
     assert f"usage: plantigrade synthesize {task}" in shown
     owner = {
-        "--speed": {"walk", "run"}, "--hop-height": {"hop"},
+        "--speed": {"walk", "walk-backward", "walk-sideways", "run"}, "--hop-height": {"hop"},
         "--jump-height": {"jump"}, "--recording": {"track"},
         "--seat-off": {"sit-to-stand", "stand-to-sit"}, "--motion": {"zhakatayev2023"},
         "--target": {"reach"}, "--clearance": {"side-step"},

@@ -26,7 +26,7 @@ def spline(nv: int) -> dict[str, np.ndarray]:
         "spline.coefficients": np.zeros((6, nv)),
         "spline.forces": np.zeros((3, 1)),
         "spline.period": np.array([1.0, 0.6]),
-        "spline.aside": np.array(0.3),
+        "spline.aside": np.array([0.3]),
         "spline.multipliers.contact": np.zeros((3, 3, 2)),
     }
 
