@@ -1,6 +1,6 @@
 """Curves of a record over the gait cycle: angles, moments, powers, ground reactions."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,18 +111,26 @@ def gait_curves(
             return rows
         return rows[np.isfinite(rows).mean(axis=1) > 0.5]
 
-    def over(values: np.ndarray, name: str) -> np.ndarray:
-        mine = [c for c in cycles if c.side == (split_side(name)[1] or middle)]
-        return known_rows(normalise_cycles(motion.time, values, mine))
+    def over(signals: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return signals over the cycles of their sides; those of one side share their splines."""
+        found: dict[str, np.ndarray] = dict.fromkeys(signals, np.empty(0))
+        for own in SIDES:
+            names = [n for n in signals if (split_side(n)[1] or middle) == own]
+            if names:
+                mine = [c for c in cycles if c.side == own]
+                stacked = np.stack([signals[n] for n in names], axis=1)
+                rows = normalise_cycles(motion.time, stacked, mine)
+                found |= {n: known_rows(rows[:, :, k]) for k, n in enumerate(names)}
+        return found
 
     table = coordinates_of(record)
     hinges = [n for n in table.names if n not in PELVIS and included(n)]
-    angles = {n: over(np.rad2deg(table[n]), n) for n in hinges}
+    angles = over({n: np.rad2deg(table[n]) for n in hinges})
     pelvis = pelvis_cycles(record, [c for c in cycles if c.side == middle])
     angles |= {name: known_rows(rows) for name, rows in pelvis.items()}
     shown = marker_angles(record) if cycles else None
     if shown is not None:
-        angles |= {n: over(np.rad2deg(shown[n]), n) for n in shown.names if included(n)}
+        angles |= over({n: np.rad2deg(shown[n]) for n in shown.names if included(n)})
     moments, powers, forces = {}, {}, {}
     if nothing_measured(record) and not estimated:
         return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
@@ -132,16 +140,15 @@ def gait_curves(
             known_here = known_above(record, name, estimated=estimated)
             known_here[swing.get(split_side(name)[1], slice(0))] = 1.0
             moment = known_here * record.torque(name) / mass
-            moments[name] = over(moment, name)
-            powers[name] = over(moment * motion.velocity(name), name)
+            moments[name] = moment
+            powers[name] = moment * motion.velocity(name)
     if record.contact_force is not None:
         for foot in (s for s in sides if any(site.side == s for site in record.sites)):
             known_here = known(record, foot, estimated=estimated)
             known_here[swing[foot]] = 1.0
             share = record.foot(foot).force * known_here[:, None] / record.weight
-            forces |= {
-                f"{a}_{foot}": over(x, f"_{foot}") for a, x in zip(AXES, share.T, strict=True)
-            }
+            forces |= {f"{a}_{foot}": x for a, x in zip(AXES, share.T, strict=True)}
+    moments, powers, forces = over(moments), over(powers), over(forces)
     return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
 
 

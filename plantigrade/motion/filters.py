@@ -163,19 +163,25 @@ def resample(
     result = np.full((len(new_time), flat.shape[1]), np.nan)
     order = np.argsort(new_time, kind="stable")
     rising = np.asarray(new_time)[order]
-    for column in range(flat.shape[1]):
-        for stretch in runs(np.isfinite(flat[:, column])):
-            t, y = time[stretch], flat[stretch, column]
-            slack = 1e-9 * max(1.0, abs(t[-1]))
-            first = np.searchsorted(rising, t[0] - slack, "left")
-            last = np.searchsorted(rising, t[-1] + slack, "right")
-            if first == last:
-                continue
-            inside = order[first:last]
-            times = np.clip(rising[first:last], t[0], t[-1])
-            result[inside, column] = (
-                CubicSpline(t, y)(times) if len(t) >= 4 else np.interp(times, t, y)
-            )
+    finite = np.isfinite(flat)
+    whole = finite.all(axis=0)
+    # Channels without gaps share one spline.
+    pieces = [(slice(0, len(time)), np.flatnonzero(whole))] if len(time) and whole.any() else []
+    for column in np.flatnonzero(~whole).tolist():
+        pieces += [(stretch, np.array([column])) for stretch in runs(finite[:, column])]
+    for stretch, columns in pieces:
+        t, y = time[stretch], flat[stretch][:, columns]
+        slack = 1e-9 * max(1.0, abs(t[-1]))
+        first = np.searchsorted(rising, t[0] - slack, "left")
+        last = np.searchsorted(rising, t[-1] + slack, "right")
+        if first == last:
+            continue
+        times = np.clip(rising[first:last], t[0], t[-1])
+        if len(t) >= 4:
+            found = CubicSpline(t, y)(times)
+        else:
+            found = np.stack([np.interp(times, t, each) for each in y.T], axis=1)
+        result[np.ix_(order[first:last], columns)] = found
     return result.reshape((len(new_time), *values.shape[1:]))
 
 
