@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from plantigrade.skin.dressed import DressedMesh, dressed_mesh
 
 SHARED = 0.15
 """Weight of a part's bones from which a triangle belongs to it; neighbours overlap. Chosen."""
+
+KEPT = 2  # people whose triangles are kept: one run draws the same person a dozen times
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ class SkinFigure:
     ) -> "SkinFigure":
         """Return the figure of a person whose bodies are where they are given."""
         skin = Skin.of(human)
-        return SkinFigure(skin, human, dressed_mesh(skin), positions, quats, frozenset(pale))
+        return SkinFigure(skin, human, _dressed(skin), positions, quats, frozenset(pale))
 
     def frames(self, part: slice) -> "SkinFigure":
         """Return some of its frames."""
@@ -106,28 +108,13 @@ class SkinFigure:
         motions = self.skin.motions(self.positions, self.quats)
         return np.array([self.mesh.posed(each) for each in motions])
 
-    @cached_property
-    def _shares(self) -> Float[Array, "n_faces n_bones"]:
-        """Weight of each bone in each triangle."""
-        dense = np.zeros((len(self.mesh.vertices), len(self.skin.surface.bone_names)))
-        np.put_along_axis(dense, self.mesh.bones, self.mesh.weights, axis=1)
-        return dense[self.mesh.faces].mean(axis=1)
-
-    def faces(self, part: Part) -> Int[Array, "n_faces 3"]:
-        """Return the triangles of a part."""
-        own = np.isin(self.mesh.materials, part.materials)
-        if part.bones:
-            names = np.array(self.skin.surface.bone_names)
-            own &= self._shares[:, np.isin(names, part.bones)].sum(axis=1) > SHARED
-        return self.mesh.faces[own]
-
     def is_pale(self, part: Part) -> bool:
         """Return whether most of a part rides on bodies that are drawn paler."""
         if not self.pale:
             return False
         bodies = {self.human.body(name) for name in self.pale}
         riding = np.isin(self.skin.bones.body, list(bodies))
-        used = np.unique(self.faces(part))
+        used, _ = _triangles(self.skin, self.mesh, part)
         share = (self.mesh.weights[used] * riding[self.mesh.bones[used]]).sum(axis=1)
         return float(share.mean()) > 0.5
 
@@ -140,9 +127,35 @@ class SkinFigure:
             centre: Point at which the camera looks in each frame, world [m].
             grain: Step of the grid on which the outline is found [m].
         """
-        used, corners = np.unique(self.faces(part), return_inverse=True)
+        used, corners = _triangles(self.skin, self.mesh, part)
         vertices = self.vertices[:, used] - centre[:, None]
-        return outlines_of(vertices, corners.reshape(-1, 3), camera, part.count, grain)
+        return outlines_of(vertices, corners, camera, part.count, grain)
+
+
+@lru_cache(maxsize=KEPT)
+def _dressed(skin: Skin) -> DressedMesh:
+    return dressed_mesh(skin)
+
+
+@lru_cache(maxsize=KEPT)
+def _shares(skin: Skin, mesh: DressedMesh) -> Float[Array, "n_faces n_bones"]:
+    """Return the weight of each bone in each triangle."""
+    dense = np.zeros((len(mesh.vertices), len(skin.surface.bone_names)))
+    np.put_along_axis(dense, mesh.bones, mesh.weights, axis=1)
+    return dense[mesh.faces].mean(axis=1)
+
+
+@lru_cache(maxsize=KEPT * len(PARTS))
+def _triangles(
+    skin: Skin, mesh: DressedMesh, part: Part
+) -> tuple[Int[Array, " n_used"], Int[Array, "n_faces 3"]]:
+    """Return the vertices that a part uses, and its triangles, which count among these."""
+    own = np.isin(mesh.materials, part.materials)
+    if part.bones:
+        names = np.array(skin.surface.bone_names)
+        own &= _shares(skin, mesh)[:, np.isin(names, part.bones)].sum(axis=1) > SHARED
+    used, corners = np.unique(mesh.faces[own], return_inverse=True)
+    return used, corners.reshape(-1, 3)
 
 
 def skin_of(
