@@ -26,7 +26,7 @@ MIN_VARIATION = {"fore-aft": 0.012, "sideways": 0.025, "vertical": 0.02}
 """Minimum standard deviation of the required force, for a slope [BW]; half the frame rate leaves a
 quarter of it, and walkers have 0.06, 0.03 and 0.12."""
 MIN_FRAMES = 20  # [1] minimum number of frames for a slope
-MIN_TIME = 0.2  # [s] and their minimum duration
+MIN_TIME = 0.3  # [s] and their minimum duration; less is a part of a stance
 MIN_SINGLE_LOAD = 0.3  # [BW] minimum load of the foot that stands alone …
 MAX_OTHER_LOAD = 0.02  # [BW] … and maximum load of the other one
 MIN_CLOCK_SLOPES = 2  # [1] number of directions that must show the same wrong clock

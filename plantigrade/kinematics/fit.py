@@ -21,14 +21,14 @@ from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.joint_distances import late_notes
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
-from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, unseen_notes
+from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, twin_notes, unseen_notes
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.prepare import columns, prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
-from plantigrade.kinematics.spine_doubts import spine_notes
+from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import (
     follow_the_legs,
@@ -108,7 +108,11 @@ def fit_markers(
     qpos = follow_the_legs(human, markers.time[window], qpos, seen)
     notes += note(assumed, "no marker")
     tilt = [TILT_OF_VIDEO] if trial.video else pelvis_notes(human, places, body.attached)
-    slips = [] if trial.video else slip_notes(human, tracked, places, qpos, samples)
+    slips = (
+        []
+        if trial.video
+        else slip_notes(human, tracked, places, markers.time[window], qpos, samples)
+    )
     gaps = unseen_notes(places, markers.time[window], samples)
     used = np.where(kept, residual, np.nan)
     figures = _metrics(used, human, kept, np.isfinite(residual))
@@ -118,6 +122,9 @@ def fit_markers(
         wrong += scale_notes(places, samples)
         wrong += late_notes(places, markers.rate, samples)
         wrong += spine_notes(fitted, landmark_names(tracked, marker_set), places)
+        wrong += tilt_notes(human, qpos, body.standing)
+        wrong += sideways_notes(fitted, landmark_names(tracked, marker_set), human, qpos)
+        wrong += twin_notes(body.attached, tracked)
         wrong += error_notes(1e-3 * figures["marker_rms_mean_mm"])
     notes = wrong + tilt + gaps + slips + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))

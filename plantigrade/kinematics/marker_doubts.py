@@ -1,15 +1,17 @@
 """Warnings on markers of a fit: segments that were not seen, markers that slipped."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.charts.labels import without_side
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
+from plantigrade.models.markers import other_side
 from plantigrade.motion.filters import runs
 from plantigrade.printable import listed
 
@@ -20,6 +22,9 @@ of walkers, runners and people who squat gives up to 6 mm."""
 USUAL_ERROR = 0.015
 """Mean marker error above which some markers are in doubt [m]; fits have 4 to 11 mm."""
 MIN_SLIP_FRAMES = 20  # [1] minimum number of frames with a marker in each half
+MIN_CLUSTER = 3  # [1] number of markers of one name and number that show where one belongs
+MIN_SLIP_TIME = 0.6
+"""Minimum duration of each half [s]; skin shifts by 10 to 20 mm within a step."""
 
 
 def unseen_notes(
@@ -53,16 +58,48 @@ def error_notes(error: float) -> list[str]:
     ]
 
 
+def twin_notes(attached: Mapping[str, str], names: Sequence[str]) -> list[str]:
+    """Return a sentence where markers of unknown name move with other segments than their like.
+
+    Args:
+        attached: Markers of unknown name → the body they move with.
+        names: The markers that were fitted.
+    """
+    apart = []
+    clusters: dict[str, list[str]] = {}
+    for name in attached:
+        clusters.setdefault(name.rstrip("0123456789"), []).append(attached[name])
+    for name in attached:
+        own = clusters[name.rstrip("0123456789")]
+        if own.count(attached[name]) == 1 and len(own) >= MIN_CLUSTER and len({*own}) == 2:
+            apart.append(f"{name} with {attached[name]}, others of its name with another")
+            continue
+        twin = other_side(name, names)
+        if twin not in attached or twin is None or name > twin:
+            continue
+        one, two = attached[name], attached[twin]
+        if without_side(one) != without_side(two) or (one == two) != (one == without_side(one)):
+            apart.append(f"{name} with {one}, {twin} with {two}")
+    if not apart:
+        return []
+    return [
+        "markers of one name move with segments that do not correspond ("
+        f"{listed(apart, 4)}): their labels may be exchanged with each other or with another's."
+    ]
+
+
 def slip_notes(
     human: Human,
     names: Sequence[str],
     places: Sequence[Attachment],
+    time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     samples: Float[Array, "n_frames n_markers 3"],
 ) -> list[str]:
     """Return a sentence where markers shift on their segments between the halves of a recording."""
     which = [i for i, p in enumerate(places) if segment_of_leg(p.body)]
-    if not which or len(qpos) < 2 * MIN_SLIP_FRAMES:
+    short = len(qpos) < 2 * MIN_SLIP_FRAMES or time[-1] - time[0] < 2 * MIN_SLIP_TIME
+    if not which or short:
         return []
     off = samples[:, which] - PointSet.of(human, [places[i] for i in which]).path(qpos)
     bodies = [human.body(places[i].body) for i in which]

@@ -14,6 +14,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.joint_distances import Segment, joint_centre
 from plantigrade.kinematics.leg_segments import segment_of_leg
+from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
@@ -29,6 +30,13 @@ sound trials with a standing one have up to 0.009, belts that are 5 cm low 0.018
 MIN_HIP_DEPTH = 0.16
 """Smallest depth of the hip centres below the anterior spines over the width between these [1];
 people who walk, run and squat have 0.24 to 0.63, regressions 0.3."""
+MAX_TILT_CHANGE = 12.0
+"""Largest change of the mean lean of the pelvis from standing to motion without the trunk [deg];
+seven sound trials have up to 9.2, markers of the sacrum that are 5 cm low 15 to 20."""
+MAX_SIDEWAYS = 2.5
+"""Largest slope to one side that pelvis, legs, shoulders and trunk share [deg]; sound recordings
+have up to 0.4."""
+MIN_LINES = 3  # [1] lines from right to left that must share it, beside the trunk
 MIN_HIP_RANGE = np.deg2rad(20.0)
 """Smallest range of the direction from hips to knees, seen from the pelvis, that shows the hip
 centres [rad]; walks have 35 to 50 degrees."""
@@ -63,6 +71,64 @@ def spine_notes(
             "hip flexion and adduction are wrong by as much."
         ]
     return _shallow_hips(markers, named, places)
+
+
+def tilt_notes(
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    standing: Float[Array, "n_standing nq"],
+) -> list[str]:
+    """Return a sentence where the pelvis is tilted against standing and the trunk is not.
+
+    Args:
+        human: The scaled person.
+        qpos: The motion.
+        standing: Poses of the standing trial; none without one.
+    """
+    if not len(standing):
+        return []
+    pelvis, trunk = (
+        float(leans(human, qpos, mark)[:, 0].mean() - leans(human, standing, mark)[:, 0].mean())
+        for mark in ("asis_r", "c7")
+    )
+    if abs(pelvis) <= MAX_TILT_CHANGE or trunk * pelvis > 0.5 * pelvis**2:
+        return []
+    return [
+        f"the pelvis leans {abs(pelvis):.0f}° further {'forward' if pelvis > 0 else 'back'} than "
+        "in the standing trial, the trunk does not: markers in front of the pelvis or behind it "
+        "lie higher or lower than there; hip flexion is offset by as much."
+    ]
+
+
+def sideways_notes(
+    markers: Markers,
+    landmarks: Mapping[str, str | None],
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+) -> list[str]:
+    """Return a sentence where pelvis, knees, shoulders and trunk slope alike to one side.
+
+    Args:
+        markers: The markers that were fitted.
+        landmarks: Marker → its landmark.
+        human: The scaled person.
+        qpos: The motion.
+    """
+    named = {mark: name for name, mark in landmarks.items() if mark and name in markers.names}
+    lines = ("asis", "psis", "knee_lateral", "acromion")  # feet that swing are not level
+    slopes = [_slope(markers, named.get(f"{mark}_r"), named.get(f"{mark}_l")) for mark in lines]
+    known = [slope for slope in slopes if slope is not None]
+    if len(known) < MIN_LINES:
+        return []
+    # Left side high is a lean to the right.
+    known.append(-float(leans(human, qpos, "c7")[:, 1].mean()))
+    if min(map(abs, known)) <= MAX_SIDEWAYS or len({slope > 0 for slope in known}) > 1:
+        return []
+    return [
+        f"pelvis, legs, shoulders and trunk all slope by about {np.median(np.abs(known)):.0f}° to "
+        f"the {'right' if known[0] > 0 else 'left'}: the vertical axis of the file is probably "
+        "tilted, and estimated forces and moments with it; calibrate the laboratory anew."
+    ]
 
 
 # Lines from right to left, those that say most first.

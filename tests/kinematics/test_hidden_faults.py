@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from plantigrade.kinematics.axis_scale import scale_notes, vertical_scale
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.joint_distances import Segment, joint_centre, late_notes
 from plantigrade.kinematics.leg_segments import segment_of_leg
-from plantigrade.kinematics.spine_doubts import spine_notes
+from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes
 from plantigrade.models.markers import landmark_names, place_markers
 from plantigrade.motion import Markers
 from plantigrade.workflows.fit import load
@@ -103,6 +104,34 @@ def test_a_belt_at_the_height_of_the_hips_is_named(walk):
     assert "too low" in note
 
 
+@pytest.mark.parametrize("degrees", [-6.0, 6.0])
+def test_a_laboratory_that_is_tilted_to_one_side_is_named(walk, degrees):
+    human, _, markers, qpos = walk
+    assert sideways_notes(markers, MARKS, human, qpos) == []
+    turn = Rotation.from_euler("x", degrees, degrees=True)
+    other = replace(markers, positions=markers.positions @ turn.as_matrix().T)
+    tilted = qpos.copy()
+    there = turn * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
+    tilted[:, :3] = turn.apply(qpos[:, :3])
+    tilted[:, 3:7] = there.as_quat(scalar_first=True)
+    (note,) = sideways_notes(other, MARKS, human, tilted)
+    assert ("left" if degrees < 0 else "right") in note
+
+
+@pytest.mark.parametrize(("degrees", "count"), [(6.0, 0), (16.0, 1), (-16.0, 1)])
+def test_a_pelvis_that_stands_in_another_way_is_named(walk, degrees, count):
+    """As where the markers on the sacrum are centimetres lower than in the standing trial."""
+    human, _, _, qpos = walk
+    turn = Rotation.from_euler("y", degrees, degrees=True)
+    other = qpos.copy()
+    there = Rotation.from_quat(qpos[:, 3:7], scalar_first=True) * turn
+    other[:, 3:7] = there.as_quat(scalar_first=True)
+    other[:, 7 + human.hinge("lumbar_extension")] += np.deg2rad(degrees)
+    notes = tilt_notes(human, other, qpos[:1])
+    assert len(notes) == count
+    assert tilt_notes(human, other, qpos[:0]) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "said"), [("belt", "elsewhere"), ("trial", "elsewhere"), ("step", "bent"), ("", "")]
@@ -130,7 +159,7 @@ def test_standing_and_walking_contradict_each_other(data, fault, said):
 @pytest.mark.slow
 def test_recordings_of_laboratories_have_none_of_them(data):
     words = ("ms later", "ms earlier", "heights are", "slopes by", "thighs turn")
-    words += ("elsewhere on the body", "knee is bent")
+    words += ("elsewhere on the body", "knee is bent", "pelvis leans", "all slope", "of one name")
     settings = FitSettings()
     for path in [*sorted(data.glob("c3d/*.c3d")), *sorted(data.glob("opensim/*/*.trc"))]:
         recording = load(path, settings)
