@@ -24,9 +24,10 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.printable import listed
 
-WARNING_RESIDUAL = 0.2
+WARNING_RESIDUAL = 0.1
 """RMS root residual over the frames with measured forces on both feet, above which a warning is
-given [BW]; fits of walks have 0.04 to 0.07, of squats 0.02."""
+given [BW]; fits of walks have 0.04 to 0.07, of squats 0.02. It is scaled as :data:`MAX_RESIDUAL`; a
+walk with the sideways forces of a plate reversed has 0.11."""
 MAX_RESIDUAL = 0.35
 """RMS root residual above which a fit fails [BW]. It is scaled with the cut-off over the usual one,
 because the noise is; runs, at 15 Hz, have 0.16 to 0.24."""
