@@ -21,7 +21,7 @@ from experiments.push_limits import PushTest, directions, push_limit
 from experiments.push_table import polar
 from experiments.specification import Specification, default_summary, gap_remarks
 from experiments.standing import Standing, is_standing
-from experiments.table import Grid, Row, at_least
+from experiments.table import Grid, Row, at_least, at_most
 from experiments.walk_trial import PushedWalk
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import path_plot
@@ -40,6 +40,9 @@ STRONGER = 2.0
 KINDS = {"force": (FORCE, 1.0), "impulse": (IMPULSE, 1.0), "stronger": (FORCE, STRONGER)}
 """Part → how long its pushes act, and how strong the joints are."""
 MEDIAN, WORST = 400.0, 250.0  # goals of the push limit [N]
+MAX_IMPACT, USUAL = 6.0, 300.0
+"""Goal: greatest vertical force on a foot after a survived push [body weights]; pushes up to which
+it counts [N]. Nobody lands harder without harm."""
 PAPER = (486.02, 478.60, 456.24, 452.43, 457.72, 452.60, 469.68, 467.22)
 """Sizes of the paper's eight pushes [N]: its components, some of whose signs are lost in print."""
 NOTES = (
@@ -50,7 +53,9 @@ NOTES = (
     "no leg through the other, and the last stride within 20 % of the recorded speed and 5 cm of "
     "the recorded height of the centre of mass. Bodies are solid. 'on feet' asks only for the "
     "first. Limits by bisection on a grid, 50 N in the usual map and 20 N in the full one; one "
-    "lighter push (half the limit) is tried after it. Paper: 452 to 486 N × 0.4 s, phase unstated; "
+    "lighter push (half the limit) is tried after it. Survived pushes with a landing beyond "
+    f"{MAX_IMPACT:g} body weights, which no person bears, are listed apart. "
+    "Paper: 452 to 486 N × 0.4 s, phase unstated; "
     "SIMBICON 340 N sagittal; study: median 400 N, worst 200 N, on the feet only, legs through "
     "each other. People: lateral pushes at the upper arm while walking 0.33 to 1.46 m/s, here at "
     "the trunk; some crouched, ours walk upright. Their start is a percentage of the step from the "
@@ -71,10 +76,13 @@ def limit(
     one = walking(controller, data, HEIGHT, MASS, strength)
     pushed = _pushed(one, phase)
     feet: dict[float, bool] = {}
+    impacts: dict[float, float] = {}
 
     def withstands(force: float) -> bool:
         found = pushed(force, float(np.deg2rad(degrees)), duration)
         feet[force] = found.survived
+        if found.survived:
+            impacts[force] = found.peak
         return found.withstood
 
     found = push_limit(withstands, guess=MEDIAN, step=step, most=MOST, below=(0.5,))
@@ -83,6 +91,7 @@ def limit(
         "gaps": list(found.gaps),
         "tried": len(found.tried),
         "on_feet": max((f for f, stood in feet.items() if stood), default=0.0),
+        "impacts": impacts,
         "grid": step,
         "open": found.open,
     }
@@ -176,6 +185,30 @@ def tables(cached: CachedResults) -> Iterator[Grid]:
         yield Grid(f"{controller}, {kind}: largest push [N]", header, lines)
 
 
+def _impacts(found: Map) -> list[tuple[float, float, float, float]]:
+    """Return phase, direction [deg], force [N] and impact [body weights] of survived pushes."""
+    return [
+        (p, d, float(force), impact)
+        for (p, d), r in sorted(found.items())
+        for force, impact in r.get("impacts", {}).items()
+        if float(force) > 0.0
+    ]
+
+
+def hard_landings(cached: CachedResults) -> Iterator[Grid]:
+    """Return the survived pushes after which a foot lands harder than a person bears."""
+    for (kind, controller), found in maps(cached).items():
+        lines = [
+            [f"{100 * p:g} %", f"{d:g}", f"{force:g}", f"{impact:.1f}"]
+            for p, d, force, impact in _impacts(found)
+            if impact > MAX_IMPACT
+        ]
+        title = (
+            f"{controller}, {kind}: survived, but landed with more than {MAX_IMPACT:g} body weights"
+        )
+        yield Grid(title, ("phase", "towards [deg]", "push [N]", "body weights"), lines)
+
+
 def strengths() -> Grid:
     """Return the torque limits that hold."""
     lines = [
@@ -197,6 +230,10 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row(subject, "worst on feet", float(feet.min()), "N")
         yield Row(subject, "median on feet", float(np.median(feet)), "N")
         yield from _by_body(subject, middle, KINDS[kind][0])
+        usual = [impact for _, _, force, impact in _impacts(found) if force <= USUAL]
+        if usual:
+            words = f"hardest landing, pushes up to {USUAL:g} N"
+            yield at_most(subject, words, max(usual), MAX_IMPACT, "BW")
         yield Row(subject, "cases", len(force))
     if own := [r["force"] for r in cached.select("standing").values()]:
         middle = float(np.median(own))
@@ -266,7 +303,7 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
         },
         default_parts=("force", "people"),
         summary=lambda r: default_summary(r) if "force" in r else pushed_summary(r),
-        grids=lambda cached: (*tables(cached), strengths()),
+        grids=lambda cached: (*tables(cached), *hard_landings(cached), strengths()),
         rows=rows,
         notes=NOTES,
         remarks=gap_remarks,

@@ -46,6 +46,7 @@ class WalkOutcome:
         speed: Speed of the gait [m/s].
         height: Mean height of its centre of mass [m].
         period: Duration of a stride [s].
+        peak: Greatest vertical force on a foot [body weights]; of a pushed walk since the push.
     """
 
     survived: bool
@@ -58,6 +59,7 @@ class WalkOutcome:
     speed: float
     height: float
     period: float
+    peak: float = 0.0
 
     @property
     def seconds(self) -> float:

@@ -9,6 +9,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE
 from experiments.specification import Specification
@@ -22,12 +24,16 @@ from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
 DURATION, SHORT = 30.0, 5.0
 """Duration of a walk, and of one in the short form [s]."""
 MIN_SPEED = 0.3
 """Least speed of a stride: slower ones shift weight or turn on the spot, and lead nowhere [m/s].
 Chosen."""
+FORWARD = 45.0
+"""Greatest angle between the way of a stride and the heading of the pelvis for one that leads
+forward [deg]: half way to sideways."""
 SHARE = 95.0
 """Goal: share of strides whose walk lasts [%]."""
 PARTS = {"people": tuple(name for names in PEOPLE.values() for name in names), "others": MORE}
@@ -40,7 +46,7 @@ NOTES = (
     "level ground, from where one foot passes the other. Lasted: only the feet touched the ground, "
     "and no leg passed through the other. Left out, and counted apart: strides whose ends differ "
     f"too much to be closed, strides slower than {MIN_SPEED:g} m/s, and recordings of uneven "
-    "ground.",
+    f"ground. Forward: without strides that lead more than {FORWARD:g}° away from the pelvis.",
 )
 
 
@@ -81,7 +87,14 @@ def start(controller: str, data: Path, name: str, number: int, seconds: float) -
         if "level ground" not in str(error):
             raise
         return {"left_out": "was recorded on uneven ground"}
-    return figures(walk(one, duration=seconds), since=2.0)
+    forward = bool(_way_by_pelvis(one.record) < np.deg2rad(FORWARD))
+    return {**figures(walk(one, duration=seconds), since=2.0), "forward": forward}
+
+
+def _way_by_pelvis(walk: Record) -> float:
+    """Return the angle between the way of a closed stride, along x, and the mean heading [rad]."""
+    heading = quaternion_to_pelvis_angles(walk.motion.qpos[:, 3:7])[:, 2]
+    return float(abs(np.angle(np.exp(1j * heading).mean())))
 
 
 def _cases(part: str, controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
@@ -121,14 +134,24 @@ def _starts(cached: CachedResults) -> dict[tuple[str, str], dict[str, list[Resul
 
 def rows(cached: CachedResults) -> Iterator[Row]:
     """Return how many strides there are, and the share of those whose walk lasts."""
+    found: dict[str, list[Result]] = {}
     for (part, controller), recordings in _starts(cached).items():
         every = [r for results in recordings.values() for r in results]
-        walked, subject = [r for r in every if "left_out" not in r], f"{controller}, {part}"
+        found.setdefault(f"{controller}, {part}", []).extend(every)
+        found.setdefault(f"{controller}, all", []).extend(every)
+    for subject, every in found.items():
+        walked = [r for r in every if "left_out" not in r]
         yield Row(subject, "strides", float(len(every)))
         yield Row(subject, "left out", float(len(every) - len(walked)))
         if walked:
-            lasted = 100.0 * sum(bool(r["survived"]) for r in walked) / len(walked)
-            yield at_least(subject, "lasted", lasted, SHARE, "%")
+            yield at_least(subject, "lasted", _lasted(walked), SHARE, "%")
+        if forward := [r for r in walked if r["forward"]]:
+            yield Row(subject, "lasted, forward", _lasted(forward), "%")
+
+
+def _lasted(walked: Sequence[Result]) -> float:
+    """Return the share of walks that lasted [%]."""
+    return 100.0 * sum(bool(r["survived"]) for r in walked) / len(walked)
 
 
 def grids(cached: CachedResults) -> Iterator[Grid]:

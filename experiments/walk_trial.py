@@ -194,6 +194,10 @@ class WalkTrial:
         self._legs.update()
         self._feet.look(self.state, self.frame, self.start)
 
+    def forget_peak(self) -> None:
+        """Let the greatest force on a foot count from now on."""
+        self._feet.peak = 0.0
+
     def walked(self, pushed: tuple[float, float] | None = None, end: str = "") -> WalkOutcome:
         """Return the outcome.
 
@@ -219,6 +223,7 @@ class WalkTrial:
             self.walker.speed,
             self.height,
             self.walker.period,
+            self._feet.peak,
         )
 
     def copied(self) -> "WalkTrial":
@@ -292,6 +297,7 @@ class PushedWalk:
             return self._fell
         going = self._before.copied() if self._copies else self._walked()
         world, end = going.world, self.begin + duration
+        going.forget_peak()
         way = going.frame.T @ [np.cos(direction), np.sin(direction)]
         vector, body = force * np.append(way, 0.0), body_index(world.human)
         while going.on and world.time < end + watch - 0.5 / world.rate:
@@ -322,7 +328,7 @@ def _level(ground: Ground, place: Float[Array, " 3"]) -> float:
 
 
 class _Feet:
-    """Records the touchdowns of the feet."""
+    """Records the touchdowns of the feet, and the greatest force on one."""
 
     def __init__(self, world: World):
         human = world.human
@@ -332,12 +338,14 @@ class _Feet:
         self._geom = np.array([world.model.geom(GEOM_PREFIX + s.name).id for s in world.sites])
         self._off: list[float | None] = [None, None]
         self.landings: list[Landing] = []
+        self.peak = 0.0
 
     def look(self, state: State, frame: Array, start: Array) -> None:
-        """Record touchdowns from the loads of the feet."""
+        """Record touchdowns and the greatest force from the loads of the feet."""
         force = state.contact_force
         for i, side in enumerate(SIDES):
             load, off = float(force[self._mine[i], 2].sum()) / self._weight, self._off[i]
+            self.peak = max(self.peak, load)
             if load < LIFTED_LOAD:
                 self._off[i] = state.time if off is None else off
             elif load > LANDED_LOAD:

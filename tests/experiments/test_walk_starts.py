@@ -11,7 +11,8 @@ from plantigrade.motion import GaitEvent, Motion
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.record import Record
 
-WALKED = {"survived": True, "end": "", "seconds": 30.0, "speed": 1.0, "asked": 1.0, "rms_deg": 3.0}
+WALKED = {"survived": True, "end": "", "seconds": 30.0, "speed": 1.0, "asked": 1.0, "rms_deg": 3.0,
+          "forward": True}  # fmt: skip
 NAME = "cmu_asfamc/07_01.amc"
 
 
@@ -48,7 +49,7 @@ def test_strides_that_are_left_out_do_not_count_and_falls_do(record, folder, mon
 
     def start(controller, data, name, number, seconds):
         asked.append((number, seconds))
-        fell = {**WALKED, "survived": False, "end": "fell at 3 s"}
+        fell = {**WALKED, "survived": False, "end": "fell at 3 s", "forward": False}
         return [WALKED, fell, {"left_out": "slow"}, WALKED][number]
 
     monkeypatch.setattr(walk_starts, "recorded", lambda _: record)
@@ -61,6 +62,7 @@ def test_strides_that_are_left_out_do_not_count_and_falls_do(record, folder, mon
     assert figures["pendulum_people_strides"] == 4.0
     assert figures["pendulum_people_left_out"] == 1.0
     assert figures["pendulum_people_lasted_pct"] == pytest.approx(200.0 / 3.0)
+    assert figures["pendulum_all_lasted_forward_pct"] == 100.0
     assert figures["goals_met"] == 0 and "fell at 3 s" in table.text()
     asked.clear()
     assert walk_starts.run(folder, out=out).metrics() == figures and asked == []

@@ -14,6 +14,7 @@ from experiments import (
     push_map,
     walk_battery,
 )
+from experiments.cached_results import CachedResults
 from experiments.human_pushes import COLUMNS, FILE, aside, pushes
 from experiments.walk_outcome import Landing, WalkOutcome
 from experiments.walkers import make_named
@@ -52,6 +53,7 @@ def made(monkeypatch):
     does(walk_battery, "uneven", lambda *item: {**WALKED, "survived": item[3] % 2 == 0})
     one = {"gaps": [], "tried": 5, "open": False}
     does(push_map, "limit", lambda *item: {**one, "force": item[3] * 100 + 200, "on_feet": 500.0,
+                                           "impacts": {"200": 4.0, "300": item[3] * 10, "400": 9.0},
                                            "grid": item[5]})  # fmt: skip
     does(push_map, "standing", {"force": 100.0, "gaps": [60.0], "grid": 20.0})
     given = {"survived": True, "withstood": True, "end": "", "detour": 0.4, "first": 0.2,
@@ -144,6 +146,10 @@ def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(
     figures = table.metrics()  # of forces that the fixture makes
     assert figures["pendulum_force_worst_n"] == 200.0 and figures["pendulum_force_best_n"] == 280.0
     assert figures["pendulum_force_cases"] == 30, "none of the coarse map"
+    assert figures["pendulum_force_hardest_landing_pushes_up_to_300_n_bw"] == pytest.approx(8.0)
+    (hard,) = push_map.hard_landings(CachedResults(tmp_path / "push-map.json"))
+    assert {line[2] for line in hard.lines} == {"300", "400"}
+    assert all(float(line[3]) > push_map.MAX_IMPACT for line in hard.lines)
     assert any("fails at 60 N" in note for note in table.notes)
     page = (tmp_path / "push-map.html").read_text("utf-8")
     assert "Map of pushes: pendulum, force" in page and page.count("% of the cycle") >= 5
