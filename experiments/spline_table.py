@@ -38,7 +38,7 @@ NOTES = (
     "stages, setting up included; 'processor' is the time the one thread was given a processor "
     "for, which does not depend on what else runs. The paper's times were measured on a notebook "
     "with MATLAB's fmincon, and its tolerance on constraints is 4e-2; ours is 1e-5, with 0.04 m/s "
-    "for the speed of standing feet. So times do not compare method with method. 'effort' is Eq. "
+    "for the speed of standing feet. Times do not compare method with method. 'effort' is Eq. "
     "15 at the solution.",
     "Between the samples, on a grid ten times as fine, by MuJoCo's inverse dynamics: how far the "
     "zero-moment point is outside the hull of the standing feet, the root moment that no contact "

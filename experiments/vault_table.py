@@ -27,7 +27,7 @@ from plantigrade.vaulting.search import OPTIMISERS, Search, SearchResult
 from plantigrade.vaulting.segments import JOINT_NAMES
 from plantigrade.vaulting.vault_result import VaultResult, angular_difference
 from plantigrade.workflows.settings import VaultSettings
-from plantigrade.workflows.vault import FINE, figures_of, recorded, the_vault
+from plantigrade.workflows.vault import RECORDING_STEP, figures_of, recorded, the_vault
 
 MODELS = {"six segments": False, "five segments": True}
 STARTS, FEW = 10, 2
@@ -151,7 +151,7 @@ def _found(
 
 def _halved(vaulted: VaultResult, found: SearchResult) -> float:
     """Return how much the take-off changes in half the step [m/s]."""
-    half = vaulted.vault.with_step(FINE / 2)
+    half = vaulted.vault.with_step(RECORDING_STEP / 2)
     return abs(half.contact(found.nodes).rise - vaulted.contact.rise)
 
 

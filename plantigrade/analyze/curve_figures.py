@@ -20,7 +20,7 @@ from plantigrade.motion.cycles import PERCENT
 
 MIN_TRIALS = 3
 """Minimum number of trials, or of cycles, of each gait for a test; two have no reliable spread."""
-SCATTER = 1e-6  # below it, in the unit of the figure, values are equal and are not tested
+MIN_SPREAD = 1e-6  # below it, in the unit of the figure, values are equal and are not tested
 PERIOD = 100.0  # [% of the cycle]
 
 
@@ -101,13 +101,13 @@ def _test(values: Sequence[Array], trials: Sequence[Array], *, paired: bool) -> 
     shared = sorted(means[0].keys() & means[1].keys())
     if paired and len(shared) >= MIN_TRIALS:
         units = [np.array([each[k] for k in shared]) for each in means]
-        if np.ptp(units[1] - units[0]) < SCATTER:
+        if np.ptp(units[1] - units[0]) < MIN_SPREAD:
             return float("nan"), ""
         found: Any = ttest_rel(units[1], units[0])
         return float(found.pvalue), "paired trials"
     by_trial = all(len(each) >= MIN_TRIALS for each in means)
     units = [np.array(list(each.values())) for each in means] if by_trial else list(values)
-    if min(map(len, units)) < MIN_TRIALS or min(map(np.ptp, units)) < SCATTER:
+    if min(map(len, units)) < MIN_TRIALS or min(map(np.ptp, units)) < MIN_SPREAD:
         return float("nan"), ""
     found = ttest_ind(units[1], units[0], equal_var=False)
     return float(found.pvalue), "trials" if by_trial else "cycles"

@@ -7,7 +7,7 @@ from plantigrade.constants import SIDES
 from plantigrade.record import Record
 
 WALKING_PEAK, RUNNING_PEAK = 1.2, 2.5  # [BW] usual peaks of the vertical force of people
-IMPACT = 5.0  # [BW] vertical force above which a warning is due: twice that of running. Chosen
+MIN_IMPACT_FORCE = 5.0  # [BW] from which a warning is due: twice that of running. Chosen
 
 
 def force_on_feet(record: Record) -> Float[Array, " n"]:
@@ -20,7 +20,7 @@ def impact_notes(record: Record) -> tuple[str, ...]:
     """Return a warning of a force on the feet far above what people bear, if there is one."""
     force = force_on_feet(record)
     peak = int(np.argmax(force))
-    if not force[peak] > IMPACT:
+    if not force[peak] > MIN_IMPACT_FORCE:
         return ()
     return (
         f"impact: the feet bear {force[peak]:.1f} body weights at {record.motion.time[peak]:.2f} "

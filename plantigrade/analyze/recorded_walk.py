@@ -32,8 +32,8 @@ from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
 from plantigrade.ordered_tasks.phases import ordered_events, walking_events
 from plantigrade.record import Record
 
-UNEVEN = 0.06  #: Feet that stand at heights further apart are not on level ground [m]
-ENOUGH = 3  #: Gait events in sequence that make two phases, the least that can be rebuilt
+MAX_HEIGHT_DIFFERENCE = 0.06  #: Of feet that stand on level ground [m]
+MIN_EVENTS = 3  #: Gait events in sequence that make two phases, the least that can be rebuilt
 CUTOFF = 6.0
 """Low-pass of a repeated cycle [Hz]."""
 
@@ -128,10 +128,10 @@ class RecordedWalk:
     def refuse_standing(self) -> None:
         """Raise a ReproduceError where there is no walking, with what was seen instead."""
         events = self.motion.events
-        if len(walking_events(events)) >= ENOUGH:
+        if len(walking_events(events)) >= MIN_EVENTS:
             return
         seen = "it shows no walking"
-        if len(events) > ENOUGH:
+        if len(events) > MIN_EVENTS:
             seen = (
                 f"its {len(events)} heel strikes and toe offs are not in the order of walking, "
                 "where one heel lands before the other foot leaves (is it running or hopping?)"
@@ -173,7 +173,7 @@ class RecordedWalk:
                 middle = (motion.time > start + quarter) & (motion.time < stop - quarter)
                 if stance.whole and middle.any():
                     heights.append(float(np.quantile(low[middle], 0.1)))  # of a hop: where it lands
-        if heights and max(heights) - min(heights) > UNEVEN:
+        if heights and max(heights) - min(heights) > MAX_HEIGHT_DIFFERENCE:
             raise ReproduceError(
                 f"{self.name}: the ground is not level, the feet stand "
                 f"{100 * (max(heights) - min(heights)):.0f} cm higher at one step than at another "

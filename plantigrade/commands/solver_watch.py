@@ -8,7 +8,7 @@ from typing import Any
 
 from plantigrade.commands.progress import Progress
 
-EVERY = 0.5  # [s] time between two lines of progress; chosen
+PROGRESS_INTERVAL = 0.5  # [s] time between two lines of progress; chosen
 
 
 class Watch:
@@ -16,7 +16,7 @@ class Watch:
 
     def __init__(self, progress: Progress):
         self.progress, self.asked = progress, False
-        self._stage, self._said = "", -EVERY
+        self._stage, self._said = "", -PROGRESS_INTERVAL
         self._last: Any = None
 
     def __call__(self, stage: str, iterate: Any) -> bool:
@@ -24,9 +24,9 @@ class Watch:
         now = time.perf_counter()
         if stage != self._stage:
             self._say()
-            self._stage, self._said = stage, -EVERY
+            self._stage, self._said = stage, -PROGRESS_INTERVAL
         self._last = iterate
-        if now - self._said >= EVERY:
+        if now - self._said >= PROGRESS_INTERVAL:
             self._said = now
             self._say()
         return self.asked

@@ -25,7 +25,7 @@ from plantigrade.workflows.settings import PAPER, TRACK, PaperSettings, SolveSet
 if TYPE_CHECKING:
     from plantigrade.record.inputs import Inputs
 
-SAID = 8  # findings that are printed
+MAX_FINDINGS = 8  # findings that are printed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,10 +121,10 @@ class Command(PageOptions, BatchOptions):
         findings = run.record.signals.get("check.findings", ())
         for sentence in run.record.notes:
             progress.note(sentence)
-        for finding in findings[:SAID]:
+        for finding in findings[:MAX_FINDINGS]:
             progress.warn(str(finding))
-        if len(findings) > SAID:
-            progress.warn(f"{len(findings) - SAID} more findings are in the report")
+        if len(findings) > MAX_FINDINGS:
+            progress.warn(f"{len(findings) - MAX_FINDINGS} more findings are in the report")
         folder = run.folder or Path()
         return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 

@@ -40,7 +40,7 @@ every foot for as long as it was tried (5 s); with 4, multi-segment feet gave wa
 SERVO_DAMPING = 0.1  #: Damping of a position servo over its stiffness [s]
 IMPEDANCE = 0.9
 """Impedance :math:`d` of a contact whose stiffness is given: MuJoCo's usual one."""
-STIFFEST = (1e3, 1e7)
+STIFFNESS_RANGE = (1e3, 1e7)
 """Allowed stiffness of a contact [N/m]: softer than foam, and harder than steel steps can hold."""
 
 
@@ -108,8 +108,8 @@ def _in_series(*values: float | None) -> float | None:
     """Return the stiffness of springs in series [N/m]; None where none is given."""
     given = [value for value in values if value is not None]
     for value in given:
-        if not STIFFEST[0] <= value <= STIFFEST[1]:
-            low, high = STIFFEST
+        if not STIFFNESS_RANGE[0] <= value <= STIFFNESS_RANGE[1]:
+            low, high = STIFFNESS_RANGE
             raise ParameterError(f"a stiffness of {value:g} N/m; allowed are {low:g} to {high:g}")
     return 1.0 / sum(1.0 / value for value in given) if given else None
 

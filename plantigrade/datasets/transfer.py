@@ -45,7 +45,7 @@ TIMEOUT_S = 30.0  #: Timeout of a server's answer [s]
 CHUNK = 2**16
 """Size of a block [bytes]: small enough for a smooth progress bar on slow connections."""
 REDIRECTS = 5  #: Maximum number of redirections per address; file stores need one or two
-PASSING = (408, 425, 429, 500, 502, 503, 504)
+RETRIED_STATUS = (408, 425, 429, 500, 502, 503, 504)
 """HTTP status codes of temporary failures (RFC 9110, 6585): retried."""
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 """Hosts allowed without TLS: this machine."""
@@ -169,7 +169,7 @@ def _ask(url: str, there: int) -> HTTPResponse:
             raise _Broken("the server has no such range", restart=True) from error
         status = responses.get(error.code, "unknown status")
         answer = f"{host} answers {error.code} ({status})"
-        if error.code in PASSING:
+        if error.code in RETRIED_STATUS:
             raise _Broken(answer) from error
         if 300 <= error.code < 400:
             problem = f"{host} redirects in a circle or to what is not HTTPS; neither is followed"

@@ -22,12 +22,12 @@ from plantigrade.record import Run
 from plantigrade.skin import Skin
 from plantigrade.spatial.conventions import rotation_matrix
 
-AROUND = 16
+N_SIDES = 16
 """Corners of the circles of capsules: smooth to the eye at half the size of 24."""
-ARROW = 0.6
+ARROW_LENGTH = 0.6
 """Length of the arrow of one body weight [m]; that of ``viewer.html``."""
-RIGID = 1e-5  #: Change of a pose within a motion [m, 1] below which two bones keep their places
-GONE = 1e-4
+RIGID_TOLERANCE = 1e-5  #: Change of a pose [m, 1] below which two bones keep their places
+MIN_SIZE = 1e-4
 """Scale of an arrow without force: zero would leave it no direction."""
 FLOOR_MARGIN = 1.5  #: Distance the drawn ground reaches beyond the body's way [m]
 
@@ -49,7 +49,7 @@ def write_glb(
     Args:
         rig: Whose names the bones have, one of :data:`~plantigrade.exchange.bones.RIGS`.
         rate: Frames per second [Hz]; the nearest whole fraction of the motion's rate.
-        forces: Whether the ground reactions are there as arrows, :data:`ARROW` long per body
+        forces: Whether the ground reactions are there as arrows, :data:`ARROW_LENGTH` long per body
             weight.
         solids: Whether the solids that physics sees take the place of the skin.
 
@@ -136,7 +136,7 @@ def _dress(
         rest[:3, :3] = skin.resting.rotation[k].T
         rest[:3, 3] = -skin.resting.rotation[k].T @ skin.resting.position[k]
         node, still = nodes[above], np.eye(4)
-        rigid = max(np.ptp(place, axis=0).max(), np.ptp(rotation, axis=0).max()) < RIGID
+        rigid = max(np.ptp(place, axis=0).max(), np.ptp(rotation, axis=0).max()) < RIGID_TOLERANCE
         if rigid and node not in joints:
             still[:3, :3], still[:3, 3] = rotation[0], place[0]
         else:
@@ -245,7 +245,7 @@ def _add_arrows(document: Document, scene: Scene) -> list[int]:
         seen = np.asarray(np.isfinite(cop).all(axis=1))
         if not seen.any():
             continue
-        length = np.where(seen, np.linalg.norm(force, axis=1) / scene.weight * ARROW, 0.0)
+        length = np.where(seen, np.linalg.norm(force, axis=1) / scene.weight * ARROW_LENGTH, 0.0)
         colour = rgb(theme.BY_SIDE[row])
         name = f"ground_reaction_{side}" if side else "ground_reaction"
         mesh = document.mesh(name, [(_arrow(), document.material(name, colour))])
@@ -255,7 +255,7 @@ def _add_arrows(document: Document, scene: Scene) -> list[int]:
         direction = [np.interp(frames, frames[seen], column[seen]) for column in force.T]
         document.animate(node, "translation", np.stack(places, axis=1))
         document.animate(node, "rotation", _pointing(np.stack(direction, axis=1)))
-        scale = np.maximum(length, GONE)[:, None]
+        scale = np.maximum(length, MIN_SIZE)[:, None]
         document.animate(node, "scale", scale * [1.0, 1.0, 1.0])
         nodes.append(node)
     return nodes
@@ -267,12 +267,12 @@ def _arrow() -> Surface:
     size = np.array([shaft, 0.4, 0.0])
     middle = np.array([0.0, 0.0, 0.4])
     cylinder = surface_of(Shape("cylinder", size, middle, straight, None, 0, ""))
-    turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
-    ring = np.column_stack([head * np.cos(turn), head * np.sin(turn), np.full(AROUND, 0.8)])
+    turn = np.linspace(0, 2 * np.pi, N_SIDES, endpoint=False)
+    ring = np.column_stack([head * np.cos(turn), head * np.sin(turn), np.full(N_SIDES, 0.8)])
     vertices = np.vstack([ring, [0.0, 0.0, 1.0], [0.0, 0.0, 0.8]])
-    k, after = np.arange(AROUND), (np.arange(AROUND) + 1) % AROUND
-    sides = np.stack([k, after, np.full(AROUND, AROUND)], axis=1)
-    base = np.stack([after, k, np.full(AROUND, AROUND + 1)], axis=1)
+    k, after = np.arange(N_SIDES), (np.arange(N_SIDES) + 1) % N_SIDES
+    sides = np.stack([k, after, np.full(N_SIDES, N_SIDES)], axis=1)
+    base = np.stack([after, k, np.full(N_SIDES, N_SIDES + 1)], axis=1)
     return together([cylinder, surface(vertices, np.concatenate([sides, base]), flat=True)])
 
 
@@ -287,7 +287,7 @@ def _pointing(direction: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
 
 def surface_of(shape: Shape) -> Surface:
     """Return the surface of a shape in the frame of its body."""
-    vertices, faces = mesh_of(shape, around=AROUND)
+    vertices, faces = mesh_of(shape, around=N_SIDES)
     vertices = vertices @ rotation_matrix(shape.quat).T + shape.position
     return surface(vertices, faces, flat=shape.kind in ("box", "cylinder", "mesh"))
 

@@ -9,7 +9,7 @@ from plantigrade.motion.resample import resampled
 RATES = (1.0, 1000.0)  # [Hz] allowed frames per second of an exported motion
 
 
-UNEVEN = 0.01
+MAX_UNEVENNESS = 0.01
 """Deviation from equal steps [steps] above which a clock is not that of a format with one rate."""
 
 
@@ -35,7 +35,7 @@ def at_rate(motion: Motion, rate: float | None) -> Motion:
         return motion
     if rate is None:
         even = np.linspace(motion.time[0], motion.time[-1], motion.n_frames)
-        if np.abs(motion.time - even).max() <= UNEVEN / motion.rate:
+        if np.abs(motion.time - even).max() <= MAX_UNEVENNESS / motion.rate:
             return motion
         rate = float(np.ceil(motion.rate))
     count = int(np.floor(motion.duration * rate + 1e-6)) + 1

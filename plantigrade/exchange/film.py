@@ -33,11 +33,11 @@ VIEW_HEIGHT = 2.3
 MIDDLE, FREE = 0.42, 0.02
 """Middle of the picture above the ground, and how far from it the centre of mass may be before the
 camera rises or sinks with it, of :data:`VIEW_HEIGHT`. Chosen."""
-SHAPE = 16 / 9  #: Width over height of the picture
-FINER = 2  #: Factor at which frames are drawn before they are reduced, against jagged edges
+ASPECT_RATIO = 16 / 9  #: Width over height of the picture
+SUPERSAMPLING = 2  #: Factor at which frames are drawn before they are reduced, against jagged edges
 LIGHT = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
 """Direction of the light: right, up, towards the reader."""
-SHADE = 0.45  #: Brightness of a surface that the light does not meet
+AMBIENT_LIGHT = 0.45  #: Brightness of a surface that the light does not meet
 CAMERA_CALM = 0.3  #: Time over which the camera's path is smoothed, standard deviation [s]
 SQUARE, SQUARES = 0.5, 9
 """Side of the squares of the ground [m], and their number to each side of the body."""
@@ -67,7 +67,8 @@ def write_film(
         low, high = HEIGHTS
         raise ParameterError(f"{height_px=} [pixels] must lie between {low} and {high}")
     require("PIL", "video")
-    size = 2 * round(SHAPE * height_px / 2), 2 * round(height_px / 2)  # H.264 wants even numbers
+    # H.264 wants even numbers
+    size = 2 * round(ASPECT_RATIO * height_px / 2), 2 * round(height_px / 2)
     scene = build_scene(run.record, forces=run.with_forces, rate=rate)
     ahead = heading_of(scene)
     camera = Camera.named(view, np.array([np.cos(ahead), np.sin(ahead), 0.0]))
@@ -120,7 +121,7 @@ def _frames(run: Run, scene: Scene, camera: Camera, size: tuple[int, int]) -> It
     middle = scene.level + MIDDLE * VIEW_HEIGHT
     beyond = np.maximum(np.abs(path[:, 2] - middle) - FREE * VIEW_HEIGHT, 0.0)
     path[:, 2] = middle + np.copysign(beyond, path[:, 2] - middle)
-    fine = FINER * size[0], FINER * size[1]
+    fine = SUPERSAMPLING * size[0], SUPERSAMPLING * size[1]
     scale = fine[1] / VIEW_HEIGHT
     background = theme.FLOOR
     for k in range(len(scene.time)):
@@ -140,7 +141,7 @@ def _frames(run: Run, scene: Scene, camera: Camera, size: tuple[int, int]) -> It
         corners, colours, across = corners[seen], colours[seen], across[seen]
         across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
         light = LIGHT @ np.array([camera.right, camera.up, camera.towards])
-        bright = SHADE + (1 - SHADE) * np.clip(across @ light, 0, 1)
+        bright = AMBIENT_LIGHT + (1 - AMBIENT_LIGHT) * np.clip(across @ light, 0, 1)
         paint = np.rint(255 * colours * bright[:, None]).astype(int)
         order = np.argsort((corners @ camera.towards).mean(axis=1))
         flat = placed(corners)[order].reshape(-1, 6)
@@ -207,7 +208,8 @@ def _draw_ground(drawing: Any, scene: Scene, centre: Array, placed: Any) -> None
             ends = np.full((2, 3), float(height))
             ends[:, along] = (middle[along] + place) * SQUARE
             ends[:, 1 - along] = (middle[1 - along] + places[[0, -1]]) * SQUARE
-            drawing.line(placed(ends @ axes.T).ravel().tolist(), fill=theme.GRID, width=FINER)
+            line = placed(ends @ axes.T).ravel().tolist()
+            drawing.line(line, fill=theme.GRID, width=SUPERSAMPLING)
 
 
 def _draw_forces(drawing: Any, scene: Scene, frame: int, placed: Any, width: int) -> None:

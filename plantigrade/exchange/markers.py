@@ -23,8 +23,8 @@ from plantigrade.record import FootForce, Record, Run
 
 DEFAULT_SET = "oxford-foot-model"
 """Marker set of a run that was not fitted to markers: Plug-in Gait's and those of the foot."""
-LOADED = 1e-3  #: Vertical force above which a foot has a centre of pressure [body weights]
-MARGIN = 0.15  #: Distance from the centre of pressure to the edge of its plate, at least [m]
+MIN_LOAD = 1e-3  #: Vertical force above which a foot has a centre of pressure [body weights]
+PLATE_MARGIN = 0.15  #: Distance from the centre of pressure to the edge of its plate, at least [m]
 
 
 def write_markers_c3d(
@@ -178,7 +178,7 @@ def plates_of(record: Record) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
 def _plate(record: Record, side: str, foot: FootForce) -> ForcePlate | None:
     force = np.where(foot.known[:, None], np.nan_to_num(foot.force), 0.0)
     loaded = np.isfinite(foot.centre_of_pressure).all(axis=1) & foot.known
-    loaded &= force[:, 2] > LOADED * record.weight
+    loaded &= force[:, 2] > MIN_LOAD * record.weight
     if not loaded.any():
         return None
     places = foot.centre_of_pressure[loaded]
@@ -200,7 +200,7 @@ def _plate(record: Record, side: str, foot: FootForce) -> ForcePlate | None:
 
 def _corners(cop: Float[Array, "n 3"]) -> Float[Array, "4 3"]:
     """Return the corners of a plate under all centres of pressure, clockwise seen from above."""
-    low, high = np.nanmin(cop, axis=0) - MARGIN, np.nanmax(cop, axis=0) + MARGIN
+    low, high = np.nanmin(cop, axis=0) - PLATE_MARGIN, np.nanmax(cop, axis=0) + PLATE_MARGIN
     z = float(np.nanmean(cop[:, 2]))
     return np.array([[high[0], low[1], z], [low[0], low[1], z], [low[0], high[1], z],
                      [high[0], high[1], z]])  # fmt: skip

@@ -49,7 +49,7 @@ ASSUMED_HEIGHT = 1.60  # [m], ankle to head, where no unit fits
 MAX_BYTES = 100e6  # of a file [bytes]: about 13 minutes of 43 joints at 120 Hz
 
 _AT_REST = 2.0  # [deg]
-_JUMP = 2.0  # times the usual change between frames
+_JUMP_FACTOR = 2.0  # times the usual change between frames
 MAX_PELVIS_TILT = np.deg2rad(25)  # [rad] of an upright pelvis from the axes it was made along
 
 
@@ -115,7 +115,7 @@ def _without_rest_pose(
     change = np.diff(rotations[:, moving], axis=0)
     change = np.abs((change + 180) % 360 - 180).mean(axis=1)
     first = 8 if len(change) > 16 else 1
-    jump = _JUMP * max(float(change[first : first + 32].max()), 0.05)
+    jump = _JUMP_FACTOR * max(float(change[first : first + 32].max()), 0.05)
     if change[0] <= jump:
         warnings.append("the first frame is the rest pose; it was kept: the motion starts from it")
         return 0, values

@@ -13,7 +13,7 @@ from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
 
 DENSITY = 1000.0  # [kg/m³] of a drawn capsule, near that of a body
 RADII = (0.012, 0.11)  # [m] thinnest and thickest capsule
-SHORTEST = 0.015  # [m] of a drawn capsule
+MIN_LENGTH = 0.015  # [m] of a drawn capsule
 _FOOT = re.compile(r"(calcn|calcaneus|foot|hindfoot)_[rl]")
 _TOES = re.compile(r"(toes|forefoot|phalanges)_[rl]")
 SOLE_RADIUS = 0.01  # [m] of the spheres that tell where the sole is
@@ -36,7 +36,7 @@ def solids_of(model: OsimModel, links: Sequence[Link]) -> dict[str, tuple[Solid,
             tips.append(np.array([com[0], 0.0, 2 * com[2]]))
         for tip in tips:
             length = float(np.linalg.norm(tip - link.anchor))
-            if length > SHORTEST:
+            if length > MIN_LENGTH:
                 radius = np.sqrt(segment.mass / len(tips) / (DENSITY * np.pi * length))
                 radius = float(np.clip(radius, RADII[0], min(RADII[1], 0.5 * length)))
                 capsules.append(Solid("capsule", link.anchor.copy(), tip, radius))

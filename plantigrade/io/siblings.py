@@ -28,7 +28,7 @@ FORCE_SUFFIXES = {".forces", ".mot", ".sto"}
 STATIC_WORDS = {"static", "stat", "standing", "stand", "cal", "calib", "calibration", "tpose",
                 "npose", "neutral", "anatomical"}  # fmt: skip
 MAX_CANDIDATES = 12  # maximum number of files of one kind that are opened; chosen
-SETTLED = 2.0  # [s] coarsest time stamp of a file system (FAT): a later change might not show
+COARSEST_TIME_STAMP = 2.0  # [s] of a file system (FAT): a later change might not show
 FOLDERS_KEPT = 16  # number of indexed folders in memory; chosen
 
 Trial = frozenset[str]
@@ -59,7 +59,7 @@ class Siblings:
         folder = path.resolve().parent
         try:
             changed = folder.stat().st_mtime_ns
-            settled = time.time_ns() - changed > 1e9 * SETTLED
+            settled = time.time_ns() - changed > 1e9 * COARSEST_TIME_STAMP
             return _kept(folder, changed) if settled else _indexed(folder)
         except OSError:
             return cls()

@@ -63,7 +63,7 @@ from plantigrade.motion.recording import Recording, SkeletonMotion, Subject
 from plantigrade.notes import Info
 
 VIDEO_RATE = 30.0  # [Hz] of files without a rate: the usual one of cameras
-CERTAIN = 15.0  # [mm] standard error of leg lengths up to which their note is no warning
+MAX_NOTE_ERROR = 15.0  # [mm] standard error of leg lengths up to which their note is no warning
 PELVIS_TILT = np.deg2rad(7.0)
 """Forward tilt of our pelvis frame in the T-pose [rad]: the iliac spines of standing people are
 tilted by 10 degrees (of one AMASS sample with markers: 9.9), and by 2.9 in our frame at zero."""
@@ -172,4 +172,4 @@ def _note(legs: LegFactors, offsets: Float[Array, "22 3"], data: Mapping[Any, An
         f"{start}: {legs.stances} stances of the feet give {thigh:.3f} m for the thigh and "
         f"{shank:.3f} m for the shank (standard error {error:.0f} mm)"
     )
-    return Info(f"{note}.") if error < CERTAIN else f"{note}; give --height if it is known"
+    return Info(f"{note}.") if error < MAX_NOTE_ERROR else f"{note}; give --height if it is known"

@@ -20,11 +20,11 @@ from plantigrade.io.skeletons import tree_kinematics
 from plantigrade.io.smpl_tree import NAMES, PARENTS
 from plantigrade.motion.filters import runs
 
-ROUNDS = 4  # stances are found again with the lengths of the round before
-HEIGHT = 0.03  # [m] of ankle and toe base above their lowest while a foot stands flat
-SPEED = 0.25  # [m/s] of both while a foot stands
+N_ROUNDS = 4  # stances are found again with the lengths of the round before
+MAX_STANCE_HEIGHT = 0.03  # [m] of ankle and toe base above their lowest while a foot stands flat
+MAX_STANCE_SPEED = 0.25  # [m/s] of both while a foot stands
 LEG = ("hip", "knee", "ankle", "foot")
-STANCE = 0.15  # [s] shortest stance that counts
+MIN_STANCE_DURATION = 0.15  # [s] shortest stance that counts
 INDEPENDENT = 3.0  # [1/stance] independent measurements in one stance: residuals vary slowly
 SIZE_SD = 0.08  # [1] prior of the size of the legs; statures of adults vary by 5 %
 RATIO_SD = 0.04  # [1] prior of the ratio of thigh and shank, in adults
@@ -67,7 +67,7 @@ def leg_factors(
         rate: Frames per second [Hz].
     """
     found = LegFactors(1.0, 1.0, (SIZE_SD, SIZE_SD), 0)
-    for _ in range(ROUNDS if len(root) > 2 else 0):
+    for _ in range(N_ROUNDS if len(root) > 2 else 0):
         R, p = tree_kinematics(PARENTS, local, root, found.scaled(offsets))
         rows: list[np.ndarray] = []
         for side in SIDES:
@@ -85,8 +85,8 @@ def _stances(foot: Float[Array, "n 2 3"], rate: float) -> list[slice]:
     """Return the frames of each stance of a foot, given by ankle and toe base."""
     height = foot[:, :, 2] - np.quantile(foot[:, :, 2], 0.05, axis=0)
     speed = np.linalg.norm(np.gradient(foot, 1 / rate, axis=0), axis=2)
-    flat = ((height < HEIGHT) & (speed < SPEED)).all(axis=1)
-    return [s for s in runs(flat) if s.stop - s.start >= max(STANCE * rate, 2)]
+    flat = ((height < MAX_STANCE_HEIGHT) & (speed < MAX_STANCE_SPEED)).all(axis=1)
+    return [s for s in runs(flat) if s.stop - s.start >= max(MIN_STANCE_DURATION * rate, 2)]
 
 
 def _solved(rows: list[np.ndarray]) -> LegFactors:

@@ -42,8 +42,8 @@ class LegInverse:
     ) -> Float[Array, "n_frames nq"]:
         """Return postures with the same pelvis, trunk and arms whose feet are elsewhere.
 
-        A foot out of reach is put where the leg, straight (or bent as far as it goes), points to
-        it. Ranges of joints are not looked at.
+        A foot out of reach is put on the line to it, at the end of the straight leg (or of the leg
+        bent as far as it goes). Ranges of joints are not considered.
 
         Args:
             qpos: Postures; those of the legs say how they swivel, and on which side of straight

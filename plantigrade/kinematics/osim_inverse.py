@@ -22,7 +22,7 @@ from plantigrade.motion import Markers, Table
 
 MIN_MARKERS = 6  # on the model and in the recording; a person with fewer is undetermined
 MIN_SEEN = 3  # markers of a frame that place the root
-HOLD = 1e-6  # [m²/rad²] pull towards the frame before, for coordinates that no marker sees
+PULL_TO_LAST_FRAME = 1e-6  # [m²/rad²] for coordinates that no marker sees
 TOLERANCE = 1e-5  # [rad, m] step at which a frame is solved
 MAX_STEPS = 100  # Gauss-Newton steps of a frame
 HEADINGS = np.deg2rad([0.0, 90.0, 180.0, 270.0])  # tried in the first frame
@@ -186,8 +186,8 @@ class OsimInverse:
             J = state.jacobian(self.points)[seen].reshape(-1, len(state.qvel))
             J = J @ self.human.slopes(u)[:, free]
             r = (measured - state.position(self.points))[seen].ravel()
-            H, g = J.T @ J, J.T @ r + HOLD * (rest - u)[free]
-            H[np.diag_indices(len(H))] += HOLD + damping
+            H, g = J.T @ J, J.T @ r + PULL_TO_LAST_FRAME * (rest - u)[free]
+            H[np.diag_indices(len(H))] += PULL_TO_LAST_FRAME + damping
             step = bounded_step(H, g, (self.low - u)[free], (self.high - u)[free])
             tried = u.copy()
             tried[free] += step
@@ -208,4 +208,4 @@ class OsimInverse:
 
     def _error(self, measured, state: State, moved, seen) -> float:
         away = (measured - state.position(self.points))[seen]
-        return float(np.sum(away**2) + HOLD * np.sum(moved**2))
+        return float(np.sum(away**2) + PULL_TO_LAST_FRAME * np.sum(moved**2))

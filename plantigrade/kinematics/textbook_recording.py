@@ -32,11 +32,11 @@ MARKERS = {
         }.items()
     },
 }  # fmt: skip
-PLACEMENT = 0.006  # [m] standard deviation of a marker's distance from its landmark
-NOISE = 0.0004  # of a camera system, standard deviation [m]
+PLACEMENT_SD = 0.006  # [m] standard deviation of a marker's distance from its landmark
+CAMERA_NOISE_SD = 0.0004  # of a camera system, standard deviation [m]
 # How far skin carries markers over the cycle, amplitude [m]; after [Leardini2005]_.
 SKIN = {"femur": 0.010, "tibia": 0.004, "humerus": 0.005}
-HIDDEN = 0.25  # share of the markers with a gap; gaps last up to a tenth of a second
+GAP_SHARE = 0.25  # share of the markers with a gap; gaps last up to a tenth of a second
 
 
 def recorded(
@@ -44,7 +44,7 @@ def recorded(
     path: Path,
     *,
     seed: int = 0,
-    placement: float = PLACEMENT,
+    placement: float = PLACEMENT_SD,
     torsion: float = 0.0,
     mirrored: bool = False,
 ) -> Recording:
@@ -73,7 +73,7 @@ def recorded(
     x = points.path(walk.qpos)
     rotations = [state.rotations[points.body] for state in sweep(human, walk.qpos)]
     x += np.einsum("fmij,fmj->fmi", np.array(rotations), skin)
-    x += NOISE * rng.normal(size=x.shape)
+    x += CAMERA_NOISE_SD * rng.normal(size=x.shape)
     _hide(x, walk.time, rng)
     subject = Subject(height=human.height, mass=human.mass, sex=human.sex)
     return Recording(path, Markers(tuple(MARKERS), walk.time, x), subject=subject)
@@ -134,7 +134,7 @@ def _hide(x: np.ndarray, time: np.ndarray, rng) -> None:
     """Hide some markers for a moment, never two at once on purpose."""
     frame = time[1] - time[0]
     longest = max(2, round(0.1 / frame))
-    for i in rng.permutation(x.shape[1])[: int(HIDDEN * x.shape[1])]:
+    for i in rng.permutation(x.shape[1])[: int(GAP_SHARE * x.shape[1])]:
         length = int(rng.integers(2, longest + 1))
         start = int(rng.integers(0, max(1, len(x) - length)))
         x[start : start + length, i] = np.nan

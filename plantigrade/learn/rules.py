@@ -23,7 +23,7 @@ from plantigrade.world.grounds import ground_named, platform_named
 
 RATE = 150.0  # [1/s] steps of the physics
 CONTROL_RATE = 30.0  # [1/s] decisions of the policy, as in [Park2020]_
-SWEEPS = 10
+N_SOLVER_SWEEPS = 10
 """Iterations of the projected Gauss-Seidel contact solver; joint velocities differ by 0.03 rad/s
 per decision from Newton's converged solution, which takes 50 % more time."""
 FORMS = ("lean", "paper")
@@ -116,7 +116,7 @@ class Rules:
             exact_limits=False,
         )
         world.model.opt.solver = mujoco.mjtSolver.mjSOL_PGS
-        world.model.opt.iterations = SWEEPS
+        world.model.opt.iterations = N_SOLVER_SWEEPS
         return world
 
 

@@ -33,7 +33,7 @@ TOUCHDOWN_WINDOW = (0.06, 0.01)
 """Search window of touchdown in running, before and after the end of the swing [s]."""
 LEAVING_WINDOW = (0.08, 0.02)
 """Search window of toe-off in running, before and after the start of the swing [s]."""
-IMPACT = 5.0  # Minimum acceleration peak of touchdown in running [m/s²], half of gravity
+MIN_IMPACT_ACCELERATION = 5.0  # Acceleration peak of touchdown in running [m/s²], half of gravity
 WALKING_CUTOFF = 12.0  # [Hz] low-pass of the feet in walking, before differentiation
 RUNNING_CUTOFF = 20.0
 """Low-pass of the feet in running, before differentiation [Hz]."""
@@ -120,7 +120,8 @@ class _Running:
     def landing(self, k, about):
         window = about - TOUCHDOWN_WINDOW[0], about + TOUCHDOWN_WINDOW[1]
         peaks = [_peak(self.time, up[:, k, 2], *window) for up in self.up]
-        hits = [found[0] for found in peaks if found is not None and found[1] > IMPACT]
+        strong = (found for found in peaks if found and found[1] > MIN_IMPACT_ACCELERATION)
+        hits = [found[0] for found in strong]
         return min(hits, default=None)
 
     def leaving(self, k, about):

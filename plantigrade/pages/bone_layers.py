@@ -18,8 +18,8 @@ LIGHT = np.array([-0.0022, -0.0018])
 """Offset of the lit tone of a bone: to the left and up [m]. Chosen."""
 RIM, SKIN_RIM = 0.0014, 0.003
 """Width of the rim of a bone and of the skin [m], half of it outside; about one and two pixels."""
-POINTS = 14  # Control points of the outline of a bone that keep its head and base apart. Chosen.
-VEIL = 0.26  # Opacity of the skin before bones [1]: both can be seen. Chosen.
+N_OUTLINE_POINTS = 14  # Control points of a bone, which keep its head and base apart. Chosen.
+SKIN_OPACITY = 0.26  # Opacity of the skin before bones [1]: both can be seen. Chosen.
 CONTACT_DOT = 0.006  # Diameter of the dot at a contact point [m]. Chosen.
 
 
@@ -39,7 +39,7 @@ def bone_layers(
         turn = rotation_matrix(figure.quats[:, bone.body])
         place = figure.positions[:, bone.body] - shot.centre
         vertices = place[:, None] + bone.vertices @ np.swapaxes(turn, 1, 2)
-        outlines, depth = outlines_of(vertices, bone.faces, shot.camera, POINTS, GRAIN)
+        outlines, depth = outlines_of(vertices, bone.faces, shot.camera, N_OUTLINE_POINTS, GRAIN)
         name = f"{shot.prefix}{k}"
         path = shot.clock.path(spline_data(outlines, per_metre=shot.per_metre), f'id="{name}"')
         markup = (
@@ -70,7 +70,7 @@ def veil(
         fills.append(f'<use href="#{name}"/>')
     colour = rgb(theme.SKIN["skin"])
     return (
-        f'<defs>{"".join(defined)}</defs><g opacity="{VEIL}"><g fill="none" '
+        f'<defs>{"".join(defined)}</defs><g opacity="{SKIN_OPACITY}"><g fill="none" '
         f'stroke="{tone(colour, RIM_TONE)}" stroke-width="{SKIN_RIM * shot.per_metre:.0f}">'
         f'{"".join(rims)}</g><g fill="{theme.SKIN["skin"]}">{"".join(fills)}</g></g>'
     )

@@ -11,7 +11,15 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.pages.outlines import is_stroke, outlines, path_data
-from plantigrade.pages.shapes import PALE, Shape, foot_bodies, hexadecimal, rgb, shapes_of, whiter
+from plantigrade.pages.shapes import (
+    WHITE_SHARE,
+    Shape,
+    foot_bodies,
+    hexadecimal,
+    rgb,
+    shapes_of,
+    whiter,
+)
 from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
@@ -124,7 +132,7 @@ def _layers(groups, figure, shot, rim, colour=""):
                 kind = segments.setdefault(shape.body, len(segments))
                 fill = hexadecimal(whiter(rgb(fill), SEGMENT_PALE[kind % len(SEGMENT_PALE)]))
             if shape.pale:
-                edge, fill = (hexadecimal(whiter(rgb(each), PALE)) for each in (edge, fill))
+                edge, fill = (hexadecimal(whiter(rgb(each), WHITE_SHARE)) for each in (edge, fill))
             if colour:
                 edge = fill = colour
             thin = min(rim, width / 4) if stroke else rim

@@ -21,7 +21,7 @@ NAMES = ("localhost", "127.0.0.1", "[::1]")
 """Names of this machine; any port is allowed, because ssh may forward one to another."""
 SOCKET_PATH = "/live"
 N_PORTS = 100  # ports that are tried, one after the other
-CLOSING = 1.0  # [s] for browsers to say good-bye; some keep a connection open that they never use
+CLOSING_TIME = 1.0  # [s] for browsers; some keep a connection open that they never use
 MAX_MESSAGE = 4096  # [bytes] of a message from a browser
 MAX_BACKLOG = 65536  # [bytes] waiting to be sent; a browser that is behind gets no further frame
 
@@ -79,7 +79,8 @@ class PageServer:
 
         async def closed() -> None:
             self._server.close()
-            await asyncio.wait([asyncio.ensure_future(self._server.wait_closed())], timeout=CLOSING)
+            waiting = asyncio.ensure_future(self._server.wait_closed())
+            await asyncio.wait([waiting], timeout=CLOSING_TIME)
 
         asyncio.run_coroutine_threadsafe(closed(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)

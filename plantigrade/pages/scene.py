@@ -31,8 +31,8 @@ VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them
 MAX_FRAMES = 6000  # of a page; longer motions have a lower frame rate
 REACH, THICK = 0.8, 0.02
 """How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
-CAMERA = 0.3  # [s] width of the window that smooths the ground under the camera
-LOADED = 0.02  # a foot bears load above this fraction of body weight
+CAMERA_SMOOTHING = 0.3  # [s] width of the window that smooths the ground under the camera
+MIN_LOAD = 0.02  # a foot bears load above this fraction of body weight
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     estimated = estimated_sides(source)
     markers = record.recorded_markers
     floor = height_below(record.ground, com)
-    window = CAMERA * motion.rate / step if len(frames) > 1 else 1.0  # in drawn frames
+    window = CAMERA_SMOOTHING * motion.rate / step if len(frames) > 1 else 1.0  # in drawn frames
     return Scene(
         time=np.asarray(motion.time[frames], dtype=float),
         stride=step,
@@ -267,7 +267,7 @@ def side_forces(
         point = record.contact_point
         share = np.where(np.isfinite(point).all(axis=2), np.maximum(part[..., 2], 0), 0)
         load = share.sum(axis=1)
-        loaded = load > LOADED * record.weight
+        loaded = load > MIN_LOAD * record.weight
         mean = np.einsum("nk,nkd->nd", share, np.nan_to_num(point))
         cop[loaded, row] = mean[loaded] / load[loaded, None]
     return total, cop

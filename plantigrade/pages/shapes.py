@@ -14,7 +14,7 @@ _KINDS = {
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name
     for name in ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "hfield")
 }
-PALE = 0.55  # share of white in paler shapes
+WHITE_SHARE = 0.55  # share of white in paler shapes
 GROUND = ("floor", "bump", "relief")
 """Prefixes of the ground's geoms in :mod:`plantigrade.contact.scene`."""
 PLATE = "floor_plate"  # Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`
@@ -75,7 +75,7 @@ class Shape:
             return red * self.shade, green * self.shade, blue * self.shade
         sides = {"r": theme.RIGHT_BODY, "l": theme.LEFT_BODY}
         colour = self.colour or rgb(sides.get(self.side or "", theme.BODY))
-        return whiter(colour, PALE if self.pale else 0.0)
+        return whiter(colour, WHITE_SHARE if self.pale else 0.0)
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -12,15 +12,15 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.pages.bone_layers import bone_layers
-from plantigrade.pages.shapes import PALE, rgb, whiter
+from plantigrade.pages.shapes import WHITE_SHARE, rgb, whiter
 from plantigrade.pages.silhouette import spline_data
 from plantigrade.pages.skin_figure import PARTS, Part, SkinFigure
 from plantigrade.pages.svg_animation import Shot
 from plantigrade.pages.tones import RIM_TONE, tone, two_tones
 
-GRAIN = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
+GRID_STEP = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
 LIGHT = np.array([-0.009, -0.007])  # Offset of the lit tone: to the left and up [m]. Chosen.
-RIM = 0.007  # Width of the rim of a limb [m], half of it outside; chosen
+RIM_WIDTH = 0.007  # Width of the rim of a limb [m], half of it outside; chosen
 FAR_TONE, BEYOND = 0.88, 0.08
 """Factor of the colour of a limb that is farther than that of the other side, and by how much [m].
 Chosen."""
@@ -78,9 +78,11 @@ def _other(limb: str) -> str:
 
 
 def _drawn(figure: SkinFigure, part: Part, shot: Shot) -> _Drawn:
-    outlines, depth = figure.outlines(part, shot.centre, shot.camera, GRAIN)
+    outlines, depth = figure.outlines(part, shot.centre, shot.camera, GRID_STEP)
     colour = rgb(theme.SKIN[part.materials[0]])
-    return _Drawn(part, outlines, depth, whiter(colour, PALE) if figure.is_pale(part) else colour)
+    if figure.is_pale(part):
+        colour = whiter(colour, WHITE_SHARE)
+    return _Drawn(part, outlines, depth, colour)
 
 
 def _limb(parts: list[_Drawn], bones: str, shot: Shot, far: float, colour: str) -> str:
@@ -107,6 +109,7 @@ def _limb(parts: list[_Drawn], bones: str, shot: Shot, far: float, colour: str) 
         else:  # of parts that meet, all that is lit comes last: no shade where they overlap
             skin = [both + new for both, new in zip(skin, (clip, shade, lit), strict=True)]
     return (
-        f'<defs>{"".join(defined)}</defs><g stroke-width="{RIM * shot.per_metre:.0f}" fill="none" '
+        f"<defs>{''.join(defined)}</defs>"
+        f'<g stroke-width="{RIM_WIDTH * shot.per_metre:.0f}" fill="none" '
         f'stroke-linejoin="round">{"".join(rims)}</g>{"".join(skin)}{"".join(garments)}'
     )

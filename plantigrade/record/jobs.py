@@ -18,7 +18,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 BACKENDS = tuple(ENGINES)
-ALONE = (1, "loky")  #: Number of jobs and backend that need no other process
+IN_PROCESS = (1, "loky")  #: Number of jobs and backend that need no other process
 RETRIES = 2
 """Number of times an item is tried again after its worker died: once may be chance or another
 item's fault, three times in a row is its own."""
@@ -68,7 +68,8 @@ class Workers:
             raise ParameterError(
                 f"an address needs backend ray or dask; {backend} runs on this machine"
             )
-        self._make = (lambda: ENGINES[backend](jobs, address)) if (jobs, backend) != ALONE else None
+        alone = (jobs, backend) == IN_PROCESS
+        self._make = None if alone else (lambda: ENGINES[backend](jobs, address))
         self._engine: Engine | None = None
 
     def __enter__(self) -> "Workers":

@@ -11,7 +11,7 @@ from plantigrade.record.record import Record
 PLACE = "ground.place"
 """Shift forward and left [m], tilt up in front and up on the left [rad], of every frame."""
 
-MOVED = 1e-3  # [m, rad] ground that moves less is at rest
+MIN_MOVEMENT = 1e-3  # [m, rad] ground that moves less is at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class GroundPath:
     def of(cls, record: Record) -> "GroundPath | None":
         """Return how the ground of a record moved; None where it did not."""
         place = np.nan_to_num(np.asarray(record.signals.get(PLACE, [0.0]), dtype=float))
-        if np.abs(place).max(initial=0.0) <= MOVED:
+        if np.abs(place).max(initial=0.0) <= MIN_MOVEMENT:
             return None
         x, y, front, left = place.T
         c, s, k, m = np.cos(front), np.sin(front), np.cos(left), np.sin(left)

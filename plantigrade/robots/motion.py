@@ -24,7 +24,7 @@ MAX_DEPTH = 1.0  # [mm] of a sole below the ground
 MAX_SELF_CONTACT = 5.0  # [mm] of parts that are no neighbours; shapes are coarse
 MAX_HIP_ERROR = 0.15  # [1] RMS in legs of the robot; .015 is usual
 MAX_PELVIS_ERROR = 20.0  # [deg] RMS; below 1 is usual
-TOUCHING = 0.001  # [m] height of a point that touches the ground
+TOUCHING_HEIGHT = 0.001  # [m] height of a point that touches the ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +194,7 @@ class RobotMotion:
             depth = max(depth, float(-points[..., 2].min()))
             standing = self.targets.phase[side] != SWING
             for p in range(points.shape[1]):
-                for contact in runs(standing & (points[:, p, 2] < TOUCHING)):
+                for contact in runs(standing & (points[:, p, 2] < TOUCHING_HEIGHT)):
                     path = points[contact, p, :2]
                     slip = max(slip, float(np.linalg.norm(path - path[0], axis=1).max()))
         return 1000.0 * slip, 1000.0 * depth

@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-DEPTH = 0.01  # [m] points this little above the lowest belong to the sole; feet have rounded edges
+SOLE_THICKNESS = 0.01  # [m] above its lowest point; feet have rounded edges
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 AROUND = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)  # [rad] places on a rim
 
@@ -63,7 +63,7 @@ def sole_of(
         for part in zip(*(_spheres(model, data, geom) for geom in geoms.tolist()), strict=True)
     )
     heights = centres[:, 2] - radii
-    kept = heights < heights.min() + DEPTH
+    kept = heights < heights.min() + SOLE_THICKNESS
     axes = np.column_stack([forward, np.cross([0.0, 0.0, 1.0], forward), [0.0, 0.0, 1.0]])
     below = np.array([*ankle[:2], heights.min()])
     body = data.xmat[bodies[0]].reshape(3, 3)

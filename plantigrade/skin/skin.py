@@ -19,7 +19,7 @@ BUILD_RANGE = (-0.2, 3.4)
 IRIS_DEPTH = 0.82  # Share of an eye's depth, from behind, at which its iris begins. Chosen.
 VOLUME_TOLERANCE = 1e-4  # Relative error of the volume
 
-KEPT = 8  # Skins that are kept. Chosen: pages, pictures and films of one person fit it once.
+N_KEPT_SKINS = 8  # Chosen: pages, pictures and films of one person fit it once.
 _KNOWN: dict[tuple, "Skin"] = {}
 
 
@@ -43,7 +43,7 @@ class Skin:
         """
         key = human.xml, human.dimensions, human.height, human.mass, human.sex, age
         while key not in _KNOWN:
-            if len(_KNOWN) >= KEPT:
+            if len(_KNOWN) >= N_KEPT_SKINS:
                 _KNOWN.pop(next(iter(_KNOWN)))
             _KNOWN[key] = _fitted(human, age)
         return _KNOWN[key]

@@ -42,7 +42,7 @@ from plantigrade.wbc.hierarchy import Level
 from plantigrade.wbc.order import TaskOrder, stacked
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import ComTask, ContactTask
-from plantigrade.wbc.touching import EDGES, UNIT, level_pyramid
+from plantigrade.wbc.touching import FORCE_UNIT, N_EDGES, level_pyramid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,11 +171,11 @@ class ForceUnknowns:
         )
         self.sites = contact.points.sites
         self.sides = np.array([site.side for site in self.sites])
-        self.edges = UNIT * self.weight * level_pyramid(ground.friction)
+        self.edges = FORCE_UNIT * self.weight * level_pyramid(ground.friction)
         self.strength = np.where(
             model.jnt_actfrclimited[1:, None].astype(bool), model.jnt_actfrcrange[1:], [-1e6, 1e6]
         ).T
-        self.before = np.zeros((len(self.sites), EDGES))
+        self.before = np.zeros((len(self.sites), N_EDGES))
         self.on = np.zeros(0, dtype=int)
         self.dynamics: ReducedDynamics
 
@@ -192,7 +192,7 @@ class ForceUnknowns:
         self.dynamics = reduced_dynamics(state, self.contact.points, self.on, self.edges)
         strength = self.dynamics.strength(*self.strength)
         share = np.clip((nothing - height[self.on]) / (nothing - full), 0.0, 1.0)
-        most = share * s.max_point_force / UNIT
+        most = share * s.max_point_force / FORCE_UNIT
         needed = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
         needed[self.shared] += self._wrenches(state, time)
         before = self.before[self.on].ravel()
@@ -200,8 +200,8 @@ class ForceUnknowns:
         low, high = bounds
         return {
             "levels": [strength, *(stacked(level) for level in needed)],
-            "lower": np.concatenate([low[6:], np.zeros(EDGES * len(most))]),
-            "upper": np.concatenate([high[6:], np.repeat(most, EDGES)]),
+            "lower": np.concatenate([low[6:], np.zeros(N_EDGES * len(most))]),
+            "upper": np.concatenate([high[6:], np.repeat(most, N_EDGES)]),
             "preferred": preferred,
             "metric": metric,
         }
@@ -212,11 +212,11 @@ class ForceUnknowns:
         share = y[self.dynamics.n_joints :]
         np.maximum(share, 0.0, out=share)  # what is left of the solver's tolerance
         self.before[:] = 0.0
-        self.before[self.on] = share.reshape(-1, EDGES)
+        self.before[self.on] = share.reshape(-1, N_EDGES)
         qacc = self.dynamics.acceleration(y)
         force = np.zeros((len(self.sites), 3))
         point = np.full((len(self.sites), 3), np.nan)
-        force[self.on] = share.reshape(-1, EDGES) @ self.edges.T
+        force[self.on] = share.reshape(-1, N_EDGES) @ self.edges.T
         point[self.on] = state.position(self.contact.points)[self.on]
         point[self.on, 2] -= self.contact.points.radius[self.on]
         tau = state.mass_matrix @ qacc + state.bias - self.dynamics.push @ share
@@ -239,7 +239,7 @@ class ForceUnknowns:
             if force[2] > s.min_foot_load * self.weight:  # about the desired centre of pressure
                 about = np.array([-moment[1], moment[0], 0.0]) / force[2]
             rows = np.zeros((6, self.dynamics.matrix.shape[1]))
-            columns = self.dynamics.n_joints + EDGES * mine[:, None] + np.arange(EDGES)
+            columns = self.dynamics.n_joints + N_EDGES * mine[:, None] + np.arange(N_EDGES)
             rows[:3, columns] = self.edges[:, None, :]
             rows[3:, columns] = np.cross(
                 (place[mine] - about)[:, None, :], self.edges.T[None]

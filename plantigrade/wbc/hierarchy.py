@@ -39,17 +39,17 @@ geqrf, orgqr, gesdd, posv, trtrs = get_lapack_funcs(
     ("geqrf", "orgqr", "gesdd", "posv", "trtrs"), dtype=np.float64
 )
 
-UNBOUNDED = 1e30  # DAQP's infinity
-SATISFIED = 1e-9  # relative violation of an inequality that is none
+INFINITY = 1e30  # DAQP's infinity
+INEQUALITY_TOLERANCE = 1e-9  # relative violation of an inequality that is none
 # Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
 # on one another can be too tight for the first: then it gives up, or stops short of what a level
 # could reach. Where two levels are missed, or one and rows depend on others, the next is tried too
 # and the better answer taken.
 TOLERANCES = (1e-9, 1e-7)
-MISSED = 1e-5  # violation of a level that is none
-STEPS = 20  # of holding inequalities and letting them go, at most
+LEVEL_TOLERANCE = 1e-5  # violation of a level that is none
+MAX_EXCHANGES = 20  # of holding inequalities and letting them go, at most
 BOUNDS = "lower and upper bounds must be two vectors of one length, not crossed"
-DEPENDENT = 1e-6  # share of a row outside the span of others at which it counts as one of them
+MIN_INDEPENDENT_SHARE = 1e-6  # of a row, outside the span of the others
 
 
 @dataclass  # not frozen, which costs a microsecond each time, and a tick makes many
@@ -242,7 +242,7 @@ def _satisfied(x, bounds) -> bool:
 
 
 def _slack(x) -> float:
-    return SATISFIED * max(1.0, float(np.abs(x).max(initial=0.0)))
+    return INEQUALITY_TOLERANCE * max(1.0, float(np.abs(x).max(initial=0.0)))
 
 
 def _holding(x, held, bounds):
@@ -259,7 +259,7 @@ def _holding(x, held, bounds):
     slack = _slack(x)
     at = np.zeros((0, len(x)))  # free parts of the rows at their bounds, outwards
     push = np.zeros(0)  # their multipliers
-    for step in range(STEPS):
+    for step in range(MAX_EXCHANGES):
         value = rows @ x
         over, under = value - high, low - value
         beyond = np.maximum(over, under)
@@ -269,7 +269,7 @@ def _holding(x, held, bounds):
             return x, step
         outward = rows[worst] if over[worst] > 0.0 else -rows[worst]
         outward = outward - held @ (outward @ held)
-        least = (DEPENDENT * np.linalg.norm(rows[worst])) ** 2
+        least = (MIN_INDEPENDENT_SHARE * np.linalg.norm(rows[worst])) ** 2
         own = 0.0
         while left > 0.0:
             _, share, failed = posv(at @ at.T, at @ outward) if len(at) else (None, push, 0)
@@ -320,7 +320,7 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
         H[:n, :n] = metric
     f = np.zeros(n + 1)
     f[:n] = -preferred if metric is None else -metric @ preferred
-    bounds = [np.clip(np.concatenate(side), -UNBOUNDED, UNBOUNDED) for side in (high, low)]
+    bounds = [np.clip(np.concatenate(side), -INFINITY, INFINITY) for side in (high, low)]
     ends = np.cumsum(sizes, dtype=np.int32)
     best, missed, iterations = None, np.zeros(0), 0
     for tolerance in TOLERANCES:
@@ -334,7 +334,7 @@ def _active_set(reduced, inequalities, lower, upper, preferred, metric):
         found = _missed(A @ x, bounds[1][n + 1 :], bounds[0][n + 1 :], ends)
         if best is None or _before(found, missed):
             best, missed = x[:n], found
-        levels_missed = np.flatnonzero(found > MISSED)
+        levels_missed = np.flatnonzero(found > LEVEL_TOLERANCE)
         if not len(levels_missed):
             break
         above = ends[levels_missed[0]] - ends[0]  # rows of the levels above the first one missed
@@ -356,7 +356,7 @@ def _depend(rows, above, equal) -> bool:
     held = np.linalg.qr(above[equal].T)[0]
     rest = above[~equal]
     left = np.linalg.norm(rest - (rest @ held) @ held.T, axis=1)
-    return bool((left < DEPENDENT * np.linalg.norm(rest, axis=1)).any())
+    return bool((left < MIN_INDEPENDENT_SHARE * np.linalg.norm(rest, axis=1)).any())
 
 
 def _missed(value, low, high, ends) -> Float[Array, " n_levels"]:
@@ -367,7 +367,7 @@ def _missed(value, low, high, ends) -> Float[Array, " n_levels"]:
 
 def _before(one: np.ndarray, other: np.ndarray) -> bool:
     """Return whether the first level in which two answers differ is missed by less in ``one``."""
-    apart = np.flatnonzero(np.abs(one - other) > MISSED * np.maximum(1.0, other))
+    apart = np.flatnonzero(np.abs(one - other) > LEVEL_TOLERANCE * np.maximum(1.0, other))
     return bool(len(apart) and one[apart[0]] < other[apart[0]])
 
 

@@ -30,10 +30,10 @@ from plantigrade.arrays import Array, Bool, Float
 
 (gesv,) = get_lapack_funcs(("gesv",), dtype=np.float64)
 
-STEPS = 40  # Newton steps, at most
-FEW = 64  # Number of shares up to which DAQP is faster
-WARM = 3  # DAQP's code of a bound that is active at the lower end
-NONE = 1e-7
+MAX_NEWTON_STEPS = 40  # Newton steps, at most
+MAX_DAQP_SIZE = 64  # Number of shares up to which DAQP is faster
+ACTIVE_LOWER_BOUND = 3  # DAQP's code of a bound that is active at the lower end
+ZERO_SHARE = 1e-7
 """Share below which it is zero: internal forces hardly cost anything, and are known no better."""
 
 
@@ -120,16 +120,16 @@ class ShareSolver:
             return np.zeros(0), program.price(free) if len(program.K) else np.zeros(0), True
         self.free = np.zeros(0, dtype=bool)
         share, at, target = np.zeros(m), None, np.zeros(len(program.K))
-        if m <= FEW and program.plain:
+        if m <= MAX_DAQP_SIZE and program.plain:
             return self._by_daqp(program, free)
-        for _ in range(STEPS):
+        for _ in range(MAX_NEWTON_STEPS):
             try:
                 target = program.price(free)
             except np.linalg.LinAlgError:
                 break
             share = program.shares(target)
             now = share > 0.0
-            if (np.abs(share[now != free]) <= NONE).all():
+            if (np.abs(share[now != free]) <= ZERO_SHARE).all():
                 self.free = free
                 share[~(free & now)] = 0.0
                 return share, target, True
@@ -152,12 +152,12 @@ class ShareSolver:
         import daqp
 
         m = len(free)
-        sense = np.where(free, 0, WARM).astype(np.int32)
+        sense = np.where(free, 0, ACTIVE_LOWER_BOUND).astype(np.int32)
         share, _, flag, _ = daqp.solve(
             program.hessian(), program.q, np.zeros((0, m)), np.full(m, 1e30), np.zeros(m), sense
         )
         found = flag == 1 and bool(np.isfinite(share).all())
-        share = np.where(share > NONE, share, 0.0) if found else np.zeros(m)
+        share = np.where(share > ZERO_SHARE, share, 0.0) if found else np.zeros(m)
         if found:
             self.free = share > 0.0
         return share, program.S @ (program.K @ share), found

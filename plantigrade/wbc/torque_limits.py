@@ -12,15 +12,21 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.wbc.reduced import Reduced
-from plantigrade.wbc.shares import FEW, NONE, WARM, ShareProgram, ShareSolver
+from plantigrade.wbc.shares import (
+    ACTIVE_LOWER_BOUND,
+    MAX_DAQP_SIZE,
+    ZERO_SHARE,
+    ShareProgram,
+    ShareSolver,
+)
 
-OVER = 1e-6
+LIMIT_TOLERANCE = 1e-6
 """Tolerance of a limit, as a part of the limits' range."""
-EXCHANGES = 8  # Exchanges of torques at their limits, at most
-PULL = 1e-9  # A pull back into the limits that is none
-ROUNDS = 8
+MAX_EXCHANGES = 8  # Exchanges of torques at their limits, at most
+PULL_TOLERANCE = 1e-9  # A pull back into the limits that is none
+MAX_ROUNDS = 8
 """Greatest number of further calls of DAQP, with torques that have passed their limits since."""
-_SENSE = np.array([0, 1, WARM])
+_SENSE = np.array([0, 1, ACTIVE_LOWER_BOUND])
 """Its words for what is not at a limit, at the upper one, and (the last) at the lower one."""
 
 
@@ -37,7 +43,7 @@ class TorqueLimits:
 
     def __init__(self, low: Float[Array, " n"], high: Float[Array, " n"]):
         self.low, self.high = low, high
-        slack = OVER * (high - low)
+        slack = LIMIT_TOLERANCE * (high - low)
         self._least, self._most = low - slack, high + slack
         self.at: Int[Array, " n"] = np.zeros(len(low), dtype=int)
         self._shares = ShareSolver()
@@ -46,8 +52,8 @@ class TorqueLimits:
         self, reduced: Reduced, program: ShareProgram
     ) -> tuple[Float[Array, " m"], Float[Array, " nv"], Float[Array, " n"], str]:
         """Return shares, accelerations, torques, and ``"ok"`` or why they are none."""
-        at, few = self.at, len(program.q) <= FEW
-        for _ in range(EXCHANGES):
+        at, few = self.at, len(program.q) <= MAX_DAQP_SIZE
+        for _ in range(MAX_EXCHANGES):
             which = at.nonzero()[0]
             if few and len(which):
                 break
@@ -61,7 +67,7 @@ class TorqueLimits:
             new = (tau > self._most).astype(int) - (tau < self._least)
             new[which] = at[which]
             if pull is not None:
-                new[which[pull * at[which] > PULL]] = 0
+                new[which[pull * at[which] > PULL_TOLERANCE]] = 0
             if (new == at).all():
                 self.at = at
                 return share, qacc, tau, "ok"
@@ -91,7 +97,7 @@ class TorqueLimits:
         m, Q = len(program.q), program.hessian()
         share, along = np.zeros(m), np.zeros(len(limited))
         status = "not solved: torques pass their limits in turn"
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ROUNDS):
             which = limited.nonzero()[0]
             held, rows, still = reduced.torques(which)
             span, corner = np.linalg.qr(held)
@@ -103,13 +109,13 @@ class TorqueLimits:
             lower = np.concatenate([-wide, np.zeros(m), self.low[which] - still])
             sense = np.zeros(len(upper), dtype=np.int32)
             if len(free) == m:
-                sense[k : k + m][~free] = WARM
+                sense[k : k + m][~free] = ACTIVE_LOWER_BOUND
             sense[k + m :] = _SENSE[at[which]]
             x, _, flag, info = daqp.solve(H, np.r_[np.zeros(k), program.q], A, upper, lower, sense)
             if flag < 1 or not np.isfinite(x).all():
                 status = f"not solved (DAQP says {flag})"
                 break
-            share, along = np.where(x[k:] > NONE, x[k:], 0.0), span @ x[:k]
+            share, along = np.where(x[k:] > ZERO_SHARE, x[k:], 0.0), span @ x[:k]
             self._shares.free = free = share > 0.0
             at[:] = 0
             at[which] = np.sign(np.asarray(info["lam"])[k + m :])

@@ -9,11 +9,11 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import FRICTION
 from plantigrade.kinematics.rigid_points import RigidPoints
 
-EDGES = 4
+N_EDGES = 4
 """Edges of a friction pyramid."""
-UNIT = 0.1
+FORCE_UNIT = 0.1
 """Body weights per unit of a share of an edge: of the size of joint accelerations."""
-_CORNER = 2 * np.pi * np.arange(EDGES) / EDGES
+_CORNER = 2 * np.pi * np.arange(N_EDGES) / N_EDGES
 
 
 def _no_places() -> Array:
@@ -37,7 +37,7 @@ class Touching:
     place: Float[Array, "k 3"] = field(default_factory=_no_places)
     normal: Float[Array, "k 3"] = field(default_factory=_no_places)
     friction: float = FRICTION
-    along: float = np.pi / EDGES
+    along: float = np.pi / N_EDGES
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -47,7 +47,7 @@ class Touching:
         """Return the edges of the friction pyramids: one part along the normal."""
         n = self.normal
         if len(n) and (n == n[0]).all():
-            edges = np.empty((len(n), 3, EDGES))
+            edges = np.empty((len(n), 3, N_EDGES))
             edges[:] = _level(tuple(n[0].tolist()), self.friction, self.along)
             return edges
         return _pyramids(n, self.friction, self.along)
@@ -55,7 +55,7 @@ class Touching:
 
 def level_pyramid(friction: float) -> Float[Array, "3 n_edges"]:
     """Return the edges of the pyramid of level ground, one part up."""
-    return _level((0.0, 0.0, 1.0), friction, np.pi / EDGES)[0]
+    return _level((0.0, 0.0, 1.0), friction, np.pi / N_EDGES)[0]
 
 
 def _pyramids(n: Float[Array, "k 3"], friction: float, along: float) -> Float[Array, "k 3 n_edges"]:
@@ -67,7 +67,7 @@ def _pyramids(n: Float[Array, "k 3"], friction: float, along: float) -> Float[Ar
     level = n[:, :2].copy()
     level[:, 0] *= sign
     rise = level @ aside
-    edges = np.empty((len(n), 3, EDGES))
+    edges = np.empty((len(n), 3, N_EDGES))
     edges[:, :2] = n[:, :2, None] * (1.0 - rise / (sign + n[:, 2])[:, None])[:, None]
     edges[:, 0] += aside[0]
     edges[:, 1] += sign[:, None] * aside[1]

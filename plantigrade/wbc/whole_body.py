@@ -32,9 +32,9 @@ from plantigrade.wbc.reduced import Dynamics, Reduced, TorqueCost
 from plantigrade.wbc.rows import Objective, PointRows, Rows, cost
 from plantigrade.wbc.shares import ShareProgram
 from plantigrade.wbc.torque_limits import TorqueLimits
-from plantigrade.wbc.touching import EDGES, UNIT, Touching, wrenches
+from plantigrade.wbc.touching import FORCE_UNIT, N_EDGES, Touching, wrenches
 
-__all__ = ["EDGES", "UNIT", "Answer", "PointRows", "Rows", "Touching", "WholeBody"]
+__all__ = ["FORCE_UNIT", "N_EDGES", "Answer", "PointRows", "Rows", "Touching", "WholeBody"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class WholeBody:
         self.armature = _each(armature, n)
         own = np.array(human.model.jnt_actfrcrange[1:]).T
         self.low, self.high = own if limits is None else np.asarray(limits, dtype=float)
-        self.unit = UNIT * human.mass * human.gravity
+        self.unit = FORCE_UNIT * human.mass * human.gravity
         self._limits = TorqueLimits(self.low, self.high)
 
     def solve(
@@ -146,13 +146,13 @@ class WholeBody:
             )
         except np.linalg.LinAlgError:
             return self._none(k, "tasks leave accelerations open: weights must be positive")
-        own = np.repeat(_each(force_weight, k), EDGES)
+        own = np.repeat(_each(force_weight, k), N_EDGES)
         q = reduced.q @ reduced.K
         if force is not None:
             q -= own * self._shares(touching, edges, force).ravel()
         program = ShareProgram.of(reduced.K, reduced.S, own, q)
         share, qacc, tau, status = self._limits.solve(reduced, program)
-        share = share.reshape(k, EDGES)
+        share = share.reshape(k, N_EDGES)
         tau = np.minimum(np.maximum(tau, self.low), self.high)
         given = np.matmul(edges, share[:, :, None])[:, :, 0]
         limited = int(np.count_nonzero(self._limits.at))
@@ -162,12 +162,12 @@ class WholeBody:
         """Return the shares that give forces, evenly among the edges."""
         push = np.matmul(force[:, None], touching.normal[:, :, None])[:, 0]
         along = np.matmul(force[:, None], edges / self.unit)[:, 0] - push
-        even = push / EDGES + along / (0.5 * EDGES * max(touching.friction, 1e-6) ** 2)
+        even = push / N_EDGES + along / (0.5 * N_EDGES * max(touching.friction, 1e-6) ** 2)
         return np.maximum(even, 0.0) / self.unit
 
     def _none(self, k: int, why: str) -> Answer:
         n, zero = len(self.low), np.zeros((k, 3))
-        return Answer(np.zeros(n + 6), np.zeros(n), zero, np.zeros((k, EDGES)), why)
+        return Answer(np.zeros(n + 6), np.zeros(n), zero, np.zeros((k, N_EDGES)), why)
 
 
 def _each(value: float | Array | None, n: int) -> Float[Array, " n"]:

@@ -17,7 +17,7 @@ from plantigrade.trajopt.solve import synthesize
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.device import Device
 
-KEPT = 2  # motions without a device that are kept, as starts of the next ones in a sweep
+N_KEPT_MOTIONS = 2  # motions without a device that are kept, as starts of the next ones in a sweep
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def without_devices(
     return _solved(_Place((*key, joints, strides), human, task, strides))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=N_KEPT_MOTIONS)
 def _solved(what: _Place) -> WithoutDevices:
     terms = tuple(t for t in what.task.terms if not isinstance(t, Device))
     plain = replace(what.task, terms=terms)

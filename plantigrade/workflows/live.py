@@ -48,7 +48,7 @@ BY_HAND = Info(
 )
 
 
-TURN = 1e-3  # [s] switch interval of Python threads while another one waits
+SWITCH_INTERVAL = 1e-3  # [s] switch interval of Python threads while another one waits
 
 
 class Stage:
@@ -243,7 +243,7 @@ def live(
 def responsive() -> Iterator[None]:
     """Let the threads of Python take turns more often: the physics asks for many short ones."""
     before = sys.getswitchinterval()
-    sys.setswitchinterval(TURN)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         yield
     finally:

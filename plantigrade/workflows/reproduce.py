@@ -27,7 +27,7 @@ from plantigrade.workflows.fit import fit_trial, norm_signals, personal_figures,
 from plantigrade.workflows.settings import ReproduceSettings
 from plantigrade.workflows.steps import Step, silent
 
-TREADMILL = 0.5  #: Ground that moves further than this during a recording is a treadmill's [m]
+MIN_TREADMILL_TRAVEL = 0.5  #: Ground that moves further is a treadmill's [m]
 
 
 @takes(ReproduceSettings)
@@ -170,7 +170,7 @@ def _notes(walk: RecordedWalk, reference: GaitReference) -> list[str]:
             f"{len(reference.events)} events, {reference.start:.2f} to {reference.stop:.2f} s."
         )
     way = float(np.linalg.norm(walk.ground[-1, :2] - walk.ground[0, :2]))
-    if way > TREADMILL:
+    if way > MIN_TREADMILL_TRAVEL:
         found.append(
             Info(
                 f"the ground moves at {way / walk.motion.duration:.2f} m/s (a treadmill); the gait "

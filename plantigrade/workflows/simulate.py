@@ -44,9 +44,9 @@ from plantigrade.world import (
 )
 from plantigrade.world.model_mismatch import ModelMismatch
 
-STANDS = 5.0  # [s] how long a person stands where no duration is named
+STANDING_DURATION = 5.0  # [s] how long a person stands where no duration is named
 AFTER_FALL = 1.0  # [s] how long a simulation goes on after a fall, for the body to come to lie
-SHORTEST = 0.01  # [s] shortest simulation of a motion
+MIN_DURATION = 0.01  # [s] shortest simulation of a motion
 FOLLOWED = "motion"  # Name of the reference that is followed
 CONTROLLER_SETTINGS = Option(
     "controller_settings",
@@ -166,8 +166,8 @@ def _duration(begin: Start, how: SimulateSettings, controller: Controller) -> fl
     if how.duration is not None:
         return how.duration
     if begin.motion is None:
-        return STANDS
-    return max(controller.duration or begin.motion.duration, SHORTEST)
+        return STANDING_DURATION
+    return max(controller.duration or begin.motion.duration, MIN_DURATION)
 
 
 def _followed(motion: Motion, record: Record | None, lasts: float) -> Motion:

@@ -52,8 +52,8 @@ its edge."""
 COMPARED = ("hip_", "knee_", "ankle_", "subtalar_", "rom_", "rmse_", "foot_flat")
 """Beginnings of the names of figures that are compared with the recording."""
 
-MARGIN = 0.1  # tracked before the first and after the last gait event [s]
-EDGE = 0.05  # of a recording, not tracked for its own sake: filters know too little there [s]
+EVENT_MARGIN = 0.1  # tracked before the first and after the last gait event [s]
+UNTRACKED_EDGE = 0.05  # [s] of a recording: filters know too little there
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,8 +294,8 @@ def track_trial(
             f"{first:g} to {last:g} s"
         )
     walk.refuse_flight(start, stop)
-    begin = max(start - MARGIN, min(first + EDGE, start))
-    end = min(stop + MARGIN, max(last - EDGE, stop))
+    begin = max(start - EVENT_MARGIN, min(first + UNTRACKED_EDGE, start))
+    end = min(stop + EVENT_MARGIN, max(last - UNTRACKED_EDGE, stop))
     estimate = estimate_forces(human, motion)
     task = track_task(human, motion, forces=estimate, start=begin, stop=end, tracking=tracking)
     body = ContactBody.for_plan(human, task.plan)

@@ -18,7 +18,7 @@ from plantigrade.workflows.settings import RecordingSettings
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller
 
-MOST = 100_000  # Most simulations of a batch
+MAX_SIMULATIONS = 100_000  # Most simulations of a batch
 NOTHING = "none"  # Word for no push, no rope, nothing said
 _FITTED = {f.name for f in fields(RecordingSettings)}
 OWN = tuple(f.name for f in fields(SimulateSettings) if f.name not in _FITTED)
@@ -34,8 +34,9 @@ def variants(
     """Return what every simulation has of its own, all combinations; words as their types."""
     allowed = (*OWN, *_PERSON, *WORDS) if standing else (*OWN, *WORDS)
     refuse_unknown("a batch", (name for name in vary if not having(name)), allowed)
-    if not 1 <= seeds <= MOST or ("seed" in vary and seeds > 1):
-        raise ParameterError(f"seeds={seeds} must be from 1 to {MOST}, and 1 where seed varies")
+    if not 1 <= seeds <= MAX_SIMULATIONS or ("seed" in vary and seeds > 1):
+        allowed_seeds = f"from 1 to {MAX_SIMULATIONS}, and 1 where seed varies"
+        raise ParameterError(f"seeds={seeds} must be {allowed_seeds}")
     if how.seed + seeds - 1 > SEEDS[1]:
         raise ParameterError(f"seeds must not be greater than {SEEDS[1]}")
     axes = {
@@ -61,8 +62,8 @@ def checked_values(
 def combinations(axes: Mapping[str, Sequence[Any]], what: str) -> list[dict[str, Any]]:
     """Return every combination of values; refuse too many of what a batch holds."""
     count = math.prod(map(len, axes.values()))
-    if count > MOST:
-        raise ParameterError(f"{count} {what} are too many; at most {MOST} in one batch")
+    if count > MAX_SIMULATIONS:
+        raise ParameterError(f"{count} {what} are too many; at most {MAX_SIMULATIONS} in one batch")
     return [dict(zip(axes, each, strict=True)) for each in itertools.product(*axes.values())]
 
 

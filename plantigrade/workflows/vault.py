@@ -24,7 +24,7 @@ from plantigrade.workflows.steps import Step, silent
 
 HEIGHT, MASS = 1.66, 63.0
 """Default height and mass of the gymnast [m, kg]: about the mean of elite men, an estimate."""
-FINE = 1e-4  # [s] step of the vault that is recorded: 10 times finer than those of the search
+RECORDING_STEP = 1e-4  # [s] of the recorded vault: 10 times finer than in the search
 
 
 @takes(VaultSettings, without=("joints", "feet", "age"))
@@ -196,7 +196,7 @@ def _failure(vaulted: VaultResult, every: tuple[SearchResult, ...]) -> str:
 
 def recorded(gymnast: Vault, found: SearchResult) -> VaultResult:
     """Return a vault that was found, in fine steps."""
-    fine = gymnast.with_step(FINE)
+    fine = gymnast.with_step(RECORDING_STEP)
     return VaultResult(fine, fine.contact(found.nodes))
 
 

@@ -44,7 +44,7 @@ def test_what_others_can_write_to_is_not_trusted(folder, what, mode):
 
 @pytest.mark.parametrize("mode", [0o777, 0o775])
 def test_below_a_folder_others_can_write_to_nothing_is_trusted(tmp_path, monkeypatch, mode):
-    """Who may rename the cache may put another folder of this user in its place."""
+    """A process that may rename the cache may put another folder of this user in its place."""
     home = tmp_path / "home"
     monkeypatch.delenv("PLANTIGRADE_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / ".cache"))

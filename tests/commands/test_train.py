@@ -88,7 +88,7 @@ def test_the_rules_are_the_requested_ones(tmp_path):
 
 
 def test_the_curves_of_several_seeds_become_one(tmp_path):
-    """Who has reached the goal counts no more."""
+    """An environment that has reached the goal counts no more."""
     curves = []
     for i, falls in enumerate(([30.0, 20.0, 6.0], [40.0, 10.0])):
         rows = [f"{100 * (k + 1)},{0.5 + 0.1 * k},{f}" for k, f in enumerate(falls)]

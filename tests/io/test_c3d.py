@@ -190,7 +190,7 @@ def test_ezc3d_reads_what_is_written(data, tmp_path, name):
 
 
 def many(n: int, letters: int = 6) -> Recording:
-    """So many markers in two frames, with names of so many letters."""
+    """Write a number of markers in two frames, with names of a given length."""
     names = tuple(f"{i:x}".rjust(letters, "m") for i in range(n))
     x = np.random.default_rng(0).normal(size=(2, n, 3))
     return Recording(Path("many.c3d"), Markers(names, np.array([0.0, 0.01]), x))

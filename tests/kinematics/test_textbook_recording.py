@@ -11,10 +11,10 @@ from plantigrade.analyze.clinical import clinical_angles
 from plantigrade.dynamics.adult_walk import adult_walk
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_recording import (
-    HIDDEN,
+    CAMERA_NOISE_SD,
+    GAP_SHARE,
     MARKERS,
-    NOISE,
-    PLACEMENT,
+    PLACEMENT_SD,
     SKIN,
     recorded,
     textbook_walk,
@@ -124,15 +124,15 @@ def test_the_recording_has_the_faults_it_says(walk):
     x = truth.path(walk.qpos)
     off = markers.positions - x
     hidden = ~np.isfinite(off[..., 0])
-    assert hidden.any(axis=0).sum() == int(HIDDEN * len(MARKERS))
+    assert hidden.any(axis=0).sum() == int(GAP_SHARE * len(MARKERS))
     assert hidden.sum(axis=0).max() <= 0.1 * markers.rate + 1
     hard = [i for i, p in enumerate(places) if p.body[:-2] not in SKIN]
     soft = [i for i, p in enumerate(places) if p.body.startswith("femur")]
     # on bone: a steady offset and the camera's noise; on the thigh a centimetre of skin more
     placed = np.linalg.norm(np.nanmean(off[:, hard], axis=0), axis=1)
-    assert 0.5 * PLACEMENT < np.sqrt(np.mean(placed**2) / 3) < 1.5 * PLACEMENT
+    assert 0.5 * PLACEMENT_SD < np.sqrt(np.mean(placed**2) / 3) < 1.5 * PLACEMENT_SD
     jitter = np.nanstd(np.diff(off[:, hard], axis=0)) / np.sqrt(2)
-    assert NOISE * 0.8 < jitter < NOISE * 2
+    assert CAMERA_NOISE_SD * 0.8 < jitter < CAMERA_NOISE_SD * 2
     wander = np.sqrt(np.nanvar(off[:, soft], axis=0).sum(axis=1))
     assert (wander > 0.5 * SKIN["femur"]).all() and (wander < 2 * SKIN["femur"]).all()
 

@@ -322,6 +322,6 @@ def test_baselines():
         found = unloaded(time, step + level + noise)
         assert found is not None and not found[(time > 0.98) & (time < 1.72)].any()
         assert np.median((step + level + noise)[found]) == pytest.approx(level, abs=0.5)
-    # Who sits leaves some weight on the feet, and rises slowly: that is a load.
+    # A person who sits leaves some weight on the feet, and rises slowly: that is a load.
     rise = 20 + 350 * np.clip((time - 1.5) / 0.6, 0, 1)
     assert unloaded(time, rise + noise) is None

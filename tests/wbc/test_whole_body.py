@@ -12,7 +12,7 @@ from plantigrade.models import Human
 from plantigrade.wbc import PointRows, Rows, Touching, WholeBody, torque_limits
 from plantigrade.wbc.rows import cost
 from plantigrade.wbc.shares import ShareProgram, ShareSolver
-from plantigrade.wbc.touching import EDGES
+from plantigrade.wbc.touching import N_EDGES
 
 
 @pytest.fixture(scope="module", params=["42", "66"])
@@ -120,7 +120,7 @@ def test_shares_are_the_best_of_all_that_are_not_negative(state):
     joints, shares = rows[:, : nv - 6], rows[:, nv - 6 :]
     q, _ = np.linalg.qr(joints)
     best, _ = nnls(shares - q @ (q.T @ shares), right - q @ (q.T @ right))
-    assert (best == 0).sum() > EDGES
+    assert (best == 0).sum() > N_EDGES
     assert np.allclose(answer.share.ravel(), best, atol=1e-5)
 
 
@@ -151,7 +151,7 @@ def test_exchanges_find_what_the_solver_of_quadratic_programs_finds(
     rng = np.random.default_rng(4)
     desired = rng.uniform(-60, 60, state.human.model.nv)
     limits, answers = 0.2 * np.array(state.human.model.jnt_actfrcrange[1:]).T, []
-    for exchanges in (torque_limits.EXCHANGES, 0):
+    for exchanges in (torque_limits.MAX_EXCHANGES, 0):
         monkeypatch.setattr(torque_limits, "EXCHANGES", exchanges)
         program = WholeBody(state.human, limits=limits)
         program.solve(state, where, desired=0.8 * desired, torque_weight=weight)

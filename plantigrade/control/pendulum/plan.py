@@ -20,7 +20,7 @@ from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State
 
-MIN_PHASE = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
+MIN_TIME_LEFT = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
 
 Foothold = Callable[[int, Array, Array, float], Array]
 """Shift of a footstep to where a sole lies well [m]: side, footstep, stance foot [m], time [s]."""
@@ -129,7 +129,7 @@ class StepPlan:
         (other,), omega, leg = gait.stance_feet, reference.omega, self.person.leg_length
         assert foot.stance is not None and other.stance is not None
         i, k = SIDES.index(foot.side), SIDES.index(other.side)
-        left = max(foot.touchdown - gait.phase, MIN_PHASE) / reference.cadence
+        left = max(foot.touchdown - gait.phase, MIN_TIME_LEFT) / reference.cadence
         then = reference.at(foot.touchdown)
         turn = self.predicted_turn(left)
         self.foot_angle = turn.foot_angle

@@ -9,8 +9,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.phase import Foot
 
-SAMPLES = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
-SAME = 0.02  # [leg lengths] change of a footstep up to which these samples stay
+SWING_PARTS = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
+MIN_FOOTSTEP_CHANGE = 0.02  # [leg lengths] change of a footstep up to which these samples stay
 
 Height = Callable[[Array], float]  # [m] height of the ground at a position
 
@@ -124,7 +124,7 @@ class SwingPath:
                 rises -= float(normal[:2] @ velocity[:2]) / float(normal[2])
             return height + ground(position), rises
         start, end = ground(self._start), ground(np.append(footstep, 0.0))
-        if np.abs(footstep - self._footstep).max() > SAME * self.leg:
+        if np.abs(footstep - self._footstep).max() > MIN_FOOTSTEP_CHANGE * self.leg:
             self._footstep = footstep.copy()
             self._obstacle = self._highest_obstacle(footstep, start, end, ground)
         way = footstep - self._start[:2]
@@ -151,7 +151,7 @@ class SwingPath:
         way = footstep - self._start[:2]
         ahead = way / max(float(np.linalg.norm(way)), 1e-6) * self.leg
         highest = 0.0
-        for part in SAMPLES:
+        for part in SWING_PARTS:
             line = start + (end - start) * part
             ankle = self._start[:2] + part * way
             under, *sole = (

@@ -20,7 +20,7 @@ from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.errors import ParameterError
 
-INSTANTS = 50  # of a stride, by which both walks are laid over each other
+N_INSTANTS = 50  # of a stride, by which both walks are laid over each other
 
 
 class PhaseMap:
@@ -111,7 +111,7 @@ class Transition:
         own = float(new.advance[0]) / new.duration
         change = own - float(old.advance[0]) / old.duration
         self.duration = (settings or SpeedSettings()).transition_time(change)
-        phases = np.arange(INSTANTS) / INSTANTS * new.duration
+        phases = np.arange(N_INSTANTS) / N_INSTANTS * new.duration
         self._off = float(
             np.mean(
                 [

@@ -25,9 +25,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 
-STRAIGHT = 1e-6  # [rad, rad/s] heading error and rate of turn that are zero
-STEP = 0.04  # [s] of the numerical prediction
-FOOTSTEPS = 4  # after the next one that count; later ones weigh a thousandth
+STRAIGHT_TOLERANCE = 1e-6  # [rad, rad/s] heading error and rate of turn that are zero
+PREDICTION_STEP = 0.04  # [s] of the numerical prediction
+N_LATER_FOOTSTEPS = 4  # after the next one that count; later ones weigh a thousandth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,29 +90,29 @@ class Turn:
         """
         own = self.settings
         self.rate = own.next_rate(heading_error, self.rate, step)
-        if abs(heading_error) + abs(self.rate) < STRAIGHT:
+        if abs(heading_error) + abs(self.rate) < STRAIGHT_TOLERANCE:
             self.rate, self._path = 0.0, None
             return
         self._duration, self._omega = duration, omega
         self._ahead = speed / omega - speed * duration / (exp(omega * duration) - 1.0)
         rate, angle, angles = self.rate, 0.0, [0.0]
-        for _ in range(ceil((FOOTSTEPS + 1) * duration / STEP) + 1):
-            rate = own.next_rate(heading_error - angle, rate, STEP)
-            angle += STEP * rate
+        for _ in range(ceil((N_LATER_FOOTSTEPS + 1) * duration / PREDICTION_STEP) + 1):
+            rate = own.next_rate(heading_error - angle, rate, PREDICTION_STEP)
+            angle += PREDICTION_STEP * rate
             angles.append(angle)
         headings = np.array(angles)
         middle = 0.5 * (headings[1:] + headings[:-1])
         self._path = np.zeros((len(headings), 3))
         self._path[:, 0] = headings
-        self._path[1:, 1] = STEP * speed * np.cumsum(np.cos(middle))
-        self._path[1:, 2] = STEP * speed * np.cumsum(np.sin(middle))
+        self._path[1:, 1] = PREDICTION_STEP * speed * np.cumsum(np.cos(middle))
+        self._path[1:, 2] = PREDICTION_STEP * speed * np.cumsum(np.sin(middle))
 
     def predicted(self, time: float) -> PredictedTurn:
         """Return the turn until the touchdown in a time [s]."""
-        path, n = self._path, FOOTSTEPS
+        path, n = self._path, N_LATER_FOOTSTEPS
         if path is None:
             return PredictedTurn()
-        times = (time + self._duration * np.arange(n + 1)) / STEP
+        times = (time + self._duration * np.arange(n + 1)) / PREDICTION_STEP
         i = np.minimum(times.astype(int), len(path) - 2)
         part = np.minimum(times - i, 1.0)[:, None]
         angle, x, y = ((1.0 - part) * path[i] + part * path[i + 1]).T

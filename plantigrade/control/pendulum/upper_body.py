@@ -25,7 +25,7 @@ from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 
 SPINE = "lumbar_extension"  # takes up the different tilt of the pelvis
-INSTANTS = 12  # of a stride, by which the mean height of the mass is found
+N_INSTANTS = 12  # of a stride, by which the mean height of the mass is found
 LEGS = ("femur", "patella", "tibia", "talus", "foot", "heel", "toes", "medial", "lateral")
 """Beginnings of the names of bodies of the legs."""
 
@@ -162,7 +162,7 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
         return 0.0
     body, moved = State(human, human.standing()), []
     leg = leg_length(human)
-    for part in np.arange(INSTANTS) / INSTANTS:
+    for part in np.arange(N_INSTANTS) / N_INSTANTS:
         phase = float(part) * walk.duration
         instant = walk.at(phase)
         before = body.moved_to(np.array(instant.q)).com

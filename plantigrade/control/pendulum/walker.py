@@ -33,7 +33,7 @@ from plantigrade.world import (
     standing_on,
 )
 
-SAME = 1e-6  # [m/s] speeds nearer than this are one
+SPEED_TOLERANCE = 1e-6  # [m/s] speeds nearer than this are one
 MIN_SPEED = 0.1  # [m/s] counted for a walk in place, whose targets would have no range
 
 
@@ -282,7 +282,7 @@ class Walker(Controller):
         transition, phase = reference.transition, self.pendulum.gait.phase
         own = reference.speed * (1.0 if transition is None else transition.mean_cadence)
         own = max(own, 1e-3)
-        if abs(self.targets[0].value - self._own) < SAME:  # as fast as the walk itself is
+        if abs(self.targets[0].value - self._own) < SPEED_TOLERANCE:  # as fast as the walk is
             self.targets[0].set(min(own, self.targets[0].high))
         self._own, desired = own, min(self.targets[0].value, self._speed_limit)
         scale = self._speed.update(desired, own, float(self.pendulum.position[0]), step)

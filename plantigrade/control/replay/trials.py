@@ -15,9 +15,9 @@ from plantigrade.threads import on_one_thread
 from plantigrade.world import Command, Disturbance, InitialState, Push, world_for
 from plantigrade.world.model_mismatch import ModelMismatch
 
-NOISE = 0.05  # Standard deviation of the noise of every initial velocity [m/s, rad/s]. Chosen.
-HOLD = 1.0  # Time for which a motion that ends at rest is held [s]. Chosen.
-PUSH = 0.2  # Duration of a push [s]. Chosen.
+VELOCITY_NOISE_SD = 0.05  # Of every initial velocity [m/s, rad/s]. Chosen.
+HOLD_DURATION = 1.0  # Time for which a motion that ends at rest is held [s]. Chosen.
+PUSH_DURATION = 0.2  # Duration of a push [s]. Chosen.
 CERTIFICATE_FORCES = (50.0, 100.0)  # Forces of the pushes of a certificate [N]. Chosen.
 CERTIFICATE_WATCH = 1.5
 """Time for which the person must stay upright after such a push began [s]. Chosen."""
@@ -44,7 +44,7 @@ def replay_once(
     duration: float | None = None,
     *,
     seed: int = 0,
-    noise: float = NOISE,
+    noise: float = VELOCITY_NOISE_SD,
     acting: Sequence[Disturbance] = (),
     mismatch: ModelMismatch | None = None,
 ) -> Outcome:
@@ -73,7 +73,7 @@ def replay_once(
     )
     how.apply(world)
     if duration is None:
-        duration = motion.duration + HOLD * controller.reference.ends
+        duration = motion.duration + HOLD_DURATION * controller.reference.ends
     acts, state = how.wrapped(controller), world.reset()
     squares: list[float] = []
     legs = LegOverlap(world)
@@ -113,7 +113,7 @@ def largest_push(
     """
 
     def survived(force: float) -> bool:
-        push = Push(force=force, duration=PUSH, direction=direction, time=time)
+        push = Push(force=force, duration=PUSH_DURATION, direction=direction, time=time)
         found = (replay_once(controller, time + after, seed=s, acting=(push,)) for s in starts)
         return all(each.survived and each.overlap <= MAX_LEG_OVERLAP for each in found)
 
@@ -159,7 +159,7 @@ def certified(figures: dict[str, Any]) -> str:
         k.split("_")[2] for k, v in figures.items() if k.startswith("replay_push_") and v == weakest
     )
     held = (
-        f"a push of {weakest:.0f} N for {PUSH:g} s in every direction tried"
+        f"a push of {weakest:.0f} N for {PUSH_DURATION:g} s in every direction tried"
         if weakest
         else f"not every push of {CERTIFICATE_FORCES[0]:.0f} N (weakest: {way})"
     )

@@ -40,7 +40,7 @@ FORCES = {
     "left": "ground_force_sideways",
 }
 OPEN_PANELS, MAX_PANELS = 9, 24  # panels of joint angles over time: unfolded, and in total
-FLAT = 3.0  # range below which an angle over time is folded away [°]
+MIN_RANGE = 3.0  # range below which an angle over time is folded away [°]
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def angle_section(subject: Subject) -> list[Section]:
     others, drawn = panels[len(first) :], partial(_over_time, time=motion.time, shades=shades)
     found = [Section("Joint angles", drawn(first), text=text)] if first else []
     if others:
-        small = f"None of these joints moves through more than {FLAT:g}°." if not first else ""
+        small = f"None of these joints moves through more than {MIN_RANGE:g}°." if not first else ""
         shown = others[: MAX_PANELS - len(first)]
         if len(shown) < len(others):
             small += f" All joints are in motion.mot; {len(first) + len(shown)} are drawn."
@@ -95,7 +95,7 @@ def angle_section(subject: Subject) -> list[Section]:
 def _is_flat(panel: Panel) -> bool:
     """Return whether no angle of a panel moves visibly."""
     known = [values[np.isfinite(values)] for values in panel.curves.values()]
-    return all(np.ptp(values) < FLAT for values in known if values.size)
+    return all(np.ptp(values) < MIN_RANGE for values in known if values.size)
 
 
 def other_angle_section(subject: Subject) -> list[Section]:

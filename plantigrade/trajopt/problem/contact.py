@@ -195,8 +195,9 @@ def soles_of(
 def _depths(body: ContactBody, plan: ContactPlan) -> Float[Array, " n_sites"]:
     """Return how far below the ground each site is while its foot stands flat [m].
 
-    Soles of one's own are flat to a millimetre. A site that is a little lower than the others may
-    stay there when it no longer stands: to be on the ground one node later it would have to jump.
+    Soles that a user defines are flat to a millimetre. A site that is a little lower than the
+    others may stay there when it no longer stands: to be on the ground one node later it would have
+    to jump.
     """
     sides = {stance.footprint.side for stance in plan.stances}
     flat: dict[str, Array] = {}
@@ -209,7 +210,7 @@ def _depths(body: ContactBody, plan: ContactPlan) -> Float[Array, " n_sites"]:
 def _lasting(
     plan: ContactPlan, spans: dict[int, tuple[float, float]]
 ) -> dict[int, tuple[float, float]]:
-    """Return spans, those that last from the start or to the end of a motion for ever."""
+    """Return spans without limit where they reach the start or the end of a motion."""
     if plan.periodic:
         return spans
     return {
@@ -232,7 +233,7 @@ def _hold(
     *,
     soft_landing: bool = True,
 ) -> None:
-    """Fix sites that move as one while they stand: site → from when to when, and where."""
+    """Fix sites that move as one while they stand: spans [s] and targets [m] by site."""
     jacobian = _rows_at_rest(body, heading)
     spans = {k: (start, stop) for k, (start, stop) in spans.items() if stop > start}
     for i, t in enumerate(nodes):

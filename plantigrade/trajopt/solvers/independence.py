@@ -16,15 +16,15 @@ from scipy.linalg import qr
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
-_MOVED = 0.1  # how far from the guess ranks are determined [rad, m, rad/s, m/s, …]
-_TIE = 1e-6  # by how much an earlier row is preferred to a later one
-_RANK = 1e-7  # parts of a row smaller than this are rounding
+_PERTURBATION = 0.1  # how far from the guess ranks are determined [rad, m, rad/s, m/s, …]
+_ORDER_PREFERENCE = 1e-6  # by how much an earlier row is preferred to a later one
+_RANK_TOLERANCE = 1e-7  # parts of a row smaller than this are rounding
 
 
 def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[Array, "_ _"]]:
     """Return for every block which of its equations are independent of those before, near x."""
     p, z = e.problem, e.t.local(x)
-    z = z + _MOVED * np.random.default_rng(0).standard_normal(z.shape)
+    z = z + _PERTURBATION * np.random.default_rng(0).standard_normal(z.shape)
     held = np.ones(z.shape, dtype=bool)  # parts of z that move with x
     held[:, 3 * e.t.nv :] = p.u_active if p.n_unknowns else True
     kept = [np.zeros(b.equations.shape, dtype=bool) for b in e.blocks]
@@ -44,12 +44,12 @@ def independent_equations(e: Evaluation, x: Float[Array, " size"]) -> list[Bool[
             rows = np.flatnonzero(b.equations[place])
             J = jacobians[i][place][rows] * held[k]
             J = J / np.maximum(np.linalg.norm(J, axis=1), 1e-300)[:, None]
-            J *= 1.0 - _TIE * np.arange(len(J))[:, None]
+            J *= 1.0 - _ORDER_PREFERENCE * np.arange(len(J))[:, None]
             rest = J.T - space @ (space.T @ J.T)
             rest -= space @ (space.T @ rest)
             found: Any = qr(rest, mode="economic", pivoting=True)
             Q, R, pivots = found
-            rank = int(np.sum(np.abs(np.diag(R)) > _RANK)) if R.size else 0
+            rank = int(np.sum(np.abs(np.diag(R)) > _RANK_TOLERANCE)) if R.size else 0
             kept[i][place, rows[pivots[:rank]]] = True
             space = np.hstack([space, Q[:, :rank]])
     return kept
@@ -69,7 +69,7 @@ def fixed_variables(e: Evaluation, kept: list[Bool[Array, "_ _"]]) -> dict[int, 
             for j, i in enumerate(rows):
                 part = slice(A.indptr[j], A.indptr[j + 1])
                 columns, entries = A.indices[part], A.data[part]
-                large = np.abs(entries) > _RANK * np.abs(entries).max(initial=0.0)
+                large = np.abs(entries) > _RANK_TOLERANCE * np.abs(entries).max(initial=0.0)
                 terms = dict(zip(columns[large].tolist(), entries[large].tolist(), strict=True))
                 waiting.append((mine, place, i, terms, b.lower[place, i] - value[place, i]))
     fixed: dict[int, float] = {}
