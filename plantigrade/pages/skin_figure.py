@@ -108,6 +108,11 @@ class SkinFigure:
         motions = self.skin.motions(self.positions, self.quats)
         return np.array([self.mesh.posed(each) for each in motions])
 
+    def faces(self, part: Part) -> Int[Array, "n_faces 3"]:
+        """Return the triangles of a part."""
+        used, corners = _triangles(self.skin, self.mesh, part)
+        return used[corners]
+
     def is_pale(self, part: Part) -> bool:
         """Return whether most of a part rides on bodies that are drawn paler."""
         if not self.pale:
