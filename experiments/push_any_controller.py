@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from experiments.cached_results import CachedResults, Result
-from experiments.push_map import FORCE, MASS, map_cases, maps, pictures, strengths
+from experiments.push_map import FORCE, map_cases, maps, mass_of, pictures, strengths
 from experiments.specification import Cases, Specification
 from experiments.table import Row
-from experiments.tour import WAYPOINTS, tour
+from experiments.tour import WAYPOINTS, guest_tour, tour
+from experiments.walkers import guest_named
 from experiments.walking import CONTROLLERS, runs, walking
 
 TOURS, BEST = 10, 77.0
@@ -32,7 +33,8 @@ NOTES = (
 
 def toured(controller: str, data: Path | None, seed: int, n: int) -> Result:
     """Return the outcome of a tour."""
-    found = tour(walking(controller, data), seed, n=n)
+    guest = guest_named(controller)
+    found = guest_tour(guest, seed, n=n) if guest else tour(walking(controller, data), seed, n=n)
     return {
         "completed": found.completed,
         "reached": found.reached,
@@ -80,9 +82,12 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             yield Row(name, f"{words}, worst", min(force), "N")
             yield Row(name, f"{words}, median", float(np.median(force)), "N")
             yield Row(name, f"{words}, best", max(force), "N")
-            change = float(np.median(force)) * FORCE / MASS
+            change = float(np.median(force)) * FORCE / mass_of(found)
             yield Row(name, f"{words}, median by mass", change, "m/s")
         yield Row(name, "pushes", len(found))
+        yield Row(name, "body mass", mass_of(found), "kg")
+        if "speed" in (one := next(iter(found.values()))):
+            yield Row(name, "speed of the walk", float(one["speed"]), "m/s")
     for name, own in tours(cached).items():
         share = 100.0 * float(np.mean([r["completed"] for r in own]))
         yield Row(name, "tours completed", share, "%", note=f"best of 34 policies: {BEST:g} %")
@@ -113,5 +118,5 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     )
 
 
-run = runs(experiment)
+run = runs(experiment, guests=True)
 EXPERIMENT = experiment(CONTROLLERS, None)

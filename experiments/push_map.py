@@ -16,17 +16,20 @@ import numpy as np
 
 from experiments.altered_people import torque_limits
 from experiments.cached_results import CachedResults, Cases, Result
+from experiments.guest import Guest, PushedGuest
 from experiments.human_pushes import PEOPLE, people_cases, people_rows, pushed_summary
 from experiments.push_limits import PushTest, directions, push_limit
 from experiments.push_table import polar
 from experiments.specification import Specification, default_summary, gap_remarks
 from experiments.standing import Standing, is_standing
 from experiments.table import Grid, Row, at_least, at_most
-from experiments.walk_trial import PushedWalk
+from experiments.walk_trial import WATCH, PushedWalk
+from experiments.walkers import Walker, guest_named
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import path_plot
 from plantigrade.charts.figure import grid
 from plantigrade.constants import GRAVITY
+from plantigrade.errors import ParameterError
 from plantigrade.pages.section import Section
 
 FORCE, IMPULSE = 0.4, 0.2
@@ -73,13 +76,16 @@ def limit(
     strength: float,
 ) -> Result:
     """Return the largest push withstood at a phase, in a direction."""
-    one = walking(controller, data, HEIGHT, MASS, strength)
+    guest = guest_named(controller)
+    if guest is not None and strength != 1.0:
+        raise ParameterError(f"{controller}: the part 'stronger' is for persons alone")
+    one = guest or walking(controller, data, HEIGHT, MASS, strength)
     pushed = _pushed(one, phase)
     feet: dict[float, bool] = {}
     impacts: dict[float, float] = {}
 
     def withstands(force: float) -> bool:
-        found = pushed(force, float(np.deg2rad(degrees)), duration)
+        found = pushed(force, float(np.deg2rad(degrees)), duration, WATCH)
         feet[force] = found.survived
         if found.survived:
             impacts[force] = found.peak
@@ -94,16 +100,19 @@ def limit(
         "impacts": impacts,
         "grid": step,
         "open": found.open,
+        "mass": pushed.mass,
+        "speed": pushed.speed,
     }
 
 
-_LAST: list[tuple[Any, float, PushedWalk]] = []
+_LAST: list[tuple[Any, float, PushedWalk | PushedGuest]] = []
 """The walk up to the phase that was pushed last; a direction after the other begins there."""
 
 
-def _pushed(one: Any, phase: float) -> PushedWalk:
+def _pushed(one: Walker | Callable[[], Guest], phase: float) -> PushedWalk | PushedGuest:
     if not _LAST or _LAST[0][0] is not one or _LAST[0][1] != phase:
-        _LAST[:] = [(one, phase, PushedWalk(one, phase))]
+        pushed = PushedWalk(one, phase) if isinstance(one, Walker) else PushedGuest(one, phase)
+        _LAST[:] = [(one, phase, pushed)]
     return _LAST[0][2]
 
 
@@ -229,7 +238,7 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row(subject, "best", float(force.max()), "N")
         yield Row(subject, "worst on feet", float(feet.min()), "N")
         yield Row(subject, "median on feet", float(np.median(feet)), "N")
-        yield from _by_body(subject, middle, KINDS[kind][0])
+        yield from _by_body(subject, middle, KINDS[kind][0], mass_of(found))
         usual = [impact for _, _, force, impact in _impacts(found) if force <= USUAL]
         if usual:
             words = f"hardest landing, pushes up to {USUAL:g} N"
@@ -240,15 +249,20 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row("standing with steps", "median", middle, "N")
         yield Row("standing with steps", "worst", float(min(own)), "N")
         yield Row("standing with steps", "best", float(max(own)), "N")
-        yield from _by_body("standing with steps", middle, FORCE)
+        yield from _by_body("standing with steps", middle, FORCE, MASS)
     yield from people_rows(cached)
 
 
-def _by_body(subject: str, force: float, duration: float) -> Iterator[Row]:
+def mass_of(found: Map) -> float:
+    """Return the mass of the body of a map [kg]; results of former versions are of our person."""
+    return float(next(iter(found.values())).get("mass", MASS))
+
+
+def _by_body(subject: str, force: float, duration: float, mass: float) -> Iterator[Row]:
     """Return the median limit as an impulse, relative to body mass and to body weight."""
     yield Row(subject, "median impulse", force * duration, "N s")
-    yield Row(subject, "median change of speed", force * duration / MASS, "m/s")
-    yield Row(subject, "median by weight", 100 * force / (MASS * GRAVITY), "%")
+    yield Row(subject, "median change of speed", force * duration / mass, "m/s")
+    yield Row(subject, "median by weight", 100 * force / (mass * GRAVITY), "%")
 
 
 def pictures(cached: CachedResults) -> list[Section]:
@@ -311,5 +325,5 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     )
 
 
-run = runs(experiment)
+run = runs(experiment, guests=True)
 EXPERIMENT = experiment(CONTROLLERS, None)

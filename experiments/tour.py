@@ -4,10 +4,12 @@ The form in which 34 policies of a humanoid robot were compared in 2026: punches
 0.08 s at a random body in a random direction; the best completed 77 % of its tours.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from experiments.guest import Guest, GuestWalk, gait_of
 from experiments.walk_trial import WalkTrial, world_of
 from experiments.walkers import Walker
 from plantigrade.arrays import Array, Float
@@ -50,20 +52,19 @@ class TourOutcome:
 
 
 def waypoints(
-    walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS, *, straight: bool = False
+    speed: float, rng: np.random.Generator, n: int = WAYPOINTS, *, straight: bool = False
 ) -> Float[Array, "n 2"]:
-    """Return waypoints [m]; the tour starts at the origin along x."""
-    far = EASY * walker.speed * SECONDS / WAYPOINTS
+    """Return waypoints [m] for a speed [m/s]; the tour starts at the origin along x."""
+    far = EASY * speed * SECONDS / WAYPOINTS
     turns = rng.uniform(-TURN, TURN, n)
     turns[0] = 0.0
     heading = np.zeros(n) if straight else np.cumsum(turns)
     return np.asarray(np.cumsum(far * np.stack([np.cos(heading), np.sin(heading)], 1), axis=0))
 
 
-def punches(walker: Walker, rng: np.random.Generator, n: int = WAYPOINTS) -> tuple[Push, ...]:
-    """Return a punch for every leg, with random body, direction, force and time."""
+def punches(names: Sequence[str], rng: np.random.Generator, n: int = WAYPOINTS) -> tuple[Push, ...]:
+    """Return a punch for every leg, with random body of some, direction, force and time."""
     every = SECONDS / WAYPOINTS
-    names = walker.record.human.body_names
     return tuple(
         Push(
             body=str(names[int(rng.integers(len(names)))]),
@@ -95,11 +96,11 @@ def tour(
     """
     rng = np.random.default_rng(seed)
     controller = walker.controller()
-    acting = punches(walker, rng, n)
-    goals = waypoints(walker, rng, n)
+    acting = punches(walker.record.human.body_names, rng, n)
+    goals = waypoints(walker.speed, rng, n)
     straight = not controller.follow(goals)
     if straight:
-        goals = waypoints(walker, rng, n, straight=True)
+        goals = waypoints(walker.speed, rng, n, straight=True)
     world = world_of(walker, controller, disturbances=acting, seed=seed)
     going, reached, last = WalkTrial(walker, controller, world), 0, n * SECONDS / WAYPOINTS
     while going.on and reached < n and world.time < last - 1e-9:
@@ -110,3 +111,30 @@ def tour(
     end = found.end or ("" if reached == n else "too late")
     came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < world.time)
     return TourOutcome(not end, reached, end, world.time, straight, came)
+
+
+@on_one_thread
+def guest_tour(make: Callable[[], Guest], seed: int = 0, *, n: int = WAYPOINTS) -> TourOutcome:
+    """Simulate a straight tour of a guest, along the direction of its undisturbed walk.
+
+    Args:
+        make: Class of the guest.
+        seed: Seed of the punches.
+        n: Number of waypoints, five seconds for each.
+
+    Raises:
+        ParameterError: If the guest does not walk.
+    """
+    rng, gait, going = np.random.default_rng(seed), gait_of(make), GuestWalk(make)
+    acting = punches(going.bodies(), rng, n)
+    goals = np.linalg.norm(waypoints(gait.speed, rng, n, straight=True), axis=1)
+    reached, last = 0, n * SECONDS / WAYPOINTS
+    half = 0.5 / going.guest.rate
+    while going.on and reached < n and going.time < last - half:
+        now = [p for p in acting if p.time - half <= going.time < p.time + p.duration - half]
+        going.step([(p.body, p.vector) for p in now])
+        if going.on and np.linalg.norm(going.path[-1, :2] - goals[reached] * gait.axis) < REACHED:
+            reached += 1
+    end = going.end or ("" if reached == n else "too late")
+    came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < going.time)
+    return TourOutcome(not end, reached, end, going.time, True, came)

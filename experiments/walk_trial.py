@@ -251,10 +251,13 @@ class PushedWalk:
 
     Attributes:
         begin: Start of the push [s]; None if there was no gait.
+        mass: Mass of the person [kg].
+        speed: Speed of the gait [m/s].
     """
 
     def __init__(self, walker: Walker, phase: float):
         self.walker, self.phase = walker, phase
+        self.mass, self.speed = float(walker.record.human.mass), walker.speed
         self.begin: float | None = None
         self._fell: WalkOutcome | None = None
         self._before = self._walked()

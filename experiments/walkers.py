@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.guest import Guest
 from plantigrade.arrays import Array, Float
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.pendulum import walk_of
@@ -101,12 +102,27 @@ def walks_as(controller: str | Make, record: Record) -> Walker:
     return found
 
 
+def guest_named(word: str) -> Callable[[], Guest] | None:
+    """Return the class of a guest with a body of its own, ``FILE.py:NAME``; None for others.
+
+    Raises:
+        ParameterError: If the module cannot be loaded.
+    """
+    name, colon, what = word.rpartition(":")
+    if not colon or not what or name in CONTROLLERS or is_policy(name) or is_policy(word):
+        return None
+    if not name.endswith(".py") and "=" in what:
+        return None
+    found = getattr(_module(name, word), what, None)
+    return found if isinstance(found, type) and issubclass(found, Guest) else None
+
+
 def make_named(word: str) -> Make:
     """Return the factory of a controller by its name.
 
     A name of :data:`~plantigrade.control.choices.CONTROLLERS`, also with settings of its own,
     ``NAME:SETTING=VALUE;…``; ``pendulum:LAW`` with a landing law; ``learned`` or
-    ``learned:FEET``, a policy of the package, and ``FILE.npz``, another policy; or
+    ``learned:FEET``, a policy of the package, and ``FILE.npz`` or ``FILE.onnx``, another policy; or
     one from outside this package, ``FILE.py:NAME`` or ``package.module:NAME``: a function or
     class that is called with the walk (:class:`~plantigrade.record.Record`) and returns a
     controller.
@@ -129,11 +145,16 @@ def make_named(word: str) -> Make:
     if not colon or not name or not what:
         raise ParameterError(
             f"no controller {word!r}; there are {', '.join(CONTROLLERS)}, pendulum:LAW, learned, "
-            "FILE.npz, and your own as FILE.py:NAME or package.module:NAME"
+            "FILE.npz, FILE.onnx, and your own as FILE.py:NAME or package.module:NAME"
         )
     found = getattr(_module(name, word), what, None)
     if not callable(found):
         raise ParameterError(f"{word}: {name} has no function or class {what!r}")
+    if guest_named(word) is not None:
+        raise ParameterError(
+            f"{word} brings a body of its own, which only push-any-controller and the maps of "
+            "push-map take"
+        )
     return _Outside(word, name, what)
 
 

@@ -12,7 +12,7 @@ from experiments.cached_results import Result
 from experiments.specification import Specification
 from experiments.table import ResultTable
 from experiments.walk_outcome import WalkOutcome
-from experiments.walkers import Walker, make_named, walker
+from experiments.walkers import Walker, guest_named, make_named, walker
 from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
 from plantigrade.options import is_policy
@@ -94,11 +94,14 @@ def summary(result: Result) -> str:
     return f"{result['seconds']:.0f} s, {result['speed']:.2f} m/s ({share:.0f} %){error}"
 
 
-def runs(make: Callable[[Sequence[str], Path | None], Specification]) -> Callable[..., ResultTable]:
+def runs(
+    make: Callable[[Sequence[str], Path | None], Specification], *, guests: bool = False
+) -> Callable[..., ResultTable]:
     """Return the function ``run`` of a module whose experiment any controllers can be put to.
 
     Args:
         make: Returns the experiment for some controllers and a folder of recordings.
+        guests: Whether it takes guests with bodies of their own.
     """
 
     def run(
@@ -117,8 +120,9 @@ def runs(make: Callable[[Sequence[str], Path | None], Specification]) -> Callabl
             FileError: If what is cached cannot be shown, or a policy cannot be read.
         """
         chosen = tuple(controllers) or CONTROLLERS
-        for word in chosen:
-            make_named(word)  # before hours are spent
+        for word in chosen:  # before hours are spent
+            if not guests or guest_named(word) is None:
+                make_named(word)
         return make(chosen, data).run(**options)
 
     return run

@@ -19,7 +19,7 @@ import tyro
 
 from plantigrade.errors import ParameterError
 
-LEARNED, POLICY = "learned", ".npz"
+LEARNED, POLICIES = "learned", (".npz", ".onnx")
 """Controller that is a policy of the package, and the ending of a policy of your own."""
 
 
@@ -197,4 +197,4 @@ def assignments(words: Iterable[str]) -> dict[str, str]:
 
 def is_policy(word: str | None) -> bool:
     """Return whether the word of a controller names a trained policy."""
-    return word is not None and (word == LEARNED or word.endswith(POLICY))
+    return word is not None and (word == LEARNED or word.endswith(POLICIES))

@@ -13,7 +13,7 @@ from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress
 from plantigrade.errors import FileError, ParameterError, RunExists
-from plantigrade.options import Flag, OptionalPath, OptionalWord, optional
+from plantigrade.options import LEARNED, Flag, OptionalPath, OptionalWord, optional
 
 View = Literal["side", "left", "front", "back", "quarter"]
 
@@ -25,7 +25,8 @@ class Command(PrintOptions, Bounded):
     Data that the target format cannot hold is left out with a warning; force plates are then
     written to NAME_grf.mot. A run folder becomes a file for another program: .csv, .bvh, .glb,
     .mp4, .gif, .c3d, .trc, .mot, .osim, or BIDS (…_motion.tsv). The gait cycles of several runs, or
-    of a batch, become one .parquet, .nc or .zarr.
+    of a batch, become one .parquet, .nc or .zarr. A policy.npz, or
+    learned for a bundled one, becomes an .onnx.
     """
 
     activity = "a recording"
@@ -74,11 +75,12 @@ class Command(PrintOptions, Bounded):
         """
         from plantigrade.exchange import export
         from plantigrade.io import convert
+        from plantigrade.learn.onnx_policy import convert_policy, is_onnx
 
         if len(self.paths) < 2:
             raise ParameterError("name a file or a run, and then the file to write")
         for source in self.inputs:
-            if not source.exists():
+            if not source.exists() and not (str(source) == LEARNED and is_onnx(self.target)):
                 problem = "there is no such file or run folder"
                 raise FileError(source, problem, remedy="check the name and the folder")
         self._refuse(self.target)
@@ -99,7 +101,9 @@ class Command(PrintOptions, Bounded):
             # Inside the target's folder: renaming works inside one file system only.
             with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=folder) as part:
                 written = Path(part) / self.target.name
-                if recordings:
+                if is_onnx(self.target):
+                    notes = convert_policy(self.inputs[0], written, **options)
+                elif recordings:
                     notes = convert(recordings[0], written, **options)
                 else:
                     notes = export(self.inputs, written, **options)

@@ -1,7 +1,7 @@
 """Learning to walk: a Gymnasium environment and trained policies.
 
 Importing this package registers ``plantigrade/Walk-v0`` if Gymnasium is installed. The environments
-need the extra ``learn``; a trained policy does not.
+need the extra ``learn``; a trained policy does not (in ONNX, the extra ``onnx``).
 """
 
 from importlib.util import find_spec
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from plantigrade.lazy import lazy
 from plantigrade.learn.action import PAPER_GAINS, Gains
 from plantigrade.learn.controller import PolicyController
+from plantigrade.learn.onnx_policy import OnnxPolicy, write_onnx
 from plantigrade.learn.policy import Policy
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import RewardWeights
@@ -22,6 +23,7 @@ __all__ = [
     "PAPER_GAINS",
     "WALK",
     "Gains",
+    "OnnxPolicy",
     "Policy",
     "PolicyController",
     "Reference",
@@ -29,6 +31,7 @@ __all__ = [
     "Walk",
     "Walks",
     "RewardWeights",
+    "write_onnx",
 ]
 
 WALK = "plantigrade/Walk-v0"

@@ -10,6 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.learn.batch_state import BatchState
+from plantigrade.learn.onnx_policy import OnnxPolicy, is_onnx
 from plantigrade.learn.policy import Policy
 from plantigrade.learn.policy_interface import PolicyInterface
 from plantigrade.learn.reference import Reference, ReferenceState
@@ -32,12 +33,16 @@ class PolicyController(Controller):
     alone, so sensor noise and delay affect the policy as they affect other controllers.
 
     Args:
-        policy: A :class:`~plantigrade.learn.policy.Policy`, or any function from observations to
-            actions, such as ``predict`` of a learner.
+        policy: A :class:`~plantigrade.learn.policy.Policy` or
+            :class:`~plantigrade.learn.onnx_policy.OnnxPolicy`, or any function from observations
+            to actions, such as ``predict`` of a learner.
         reference: Reference walk, as in :class:`~plantigrade.learn.Rules`; that of the policy if
             absent.
         begin: Initial phase of the stride, from 0 to 1.
         rules: Fields of :class:`~plantigrade.learn.Rules` by name; those of the policy if absent.
+
+    Raises:
+        FileError: If an ONNX network has other observations or actions than the rules.
 
     Attributes:
         rules: Rules of the training.
@@ -50,7 +55,7 @@ class PolicyController(Controller):
     def __init__(
         self, policy: PolicyFunction, reference: Any = None, *, begin: float = 0.0, **rules: Any
     ):
-        if isinstance(policy, Policy):
+        if isinstance(policy, Policy | OnnxPolicy):
             self.rules = replace(policy.rules, **rules)
         else:
             self.rules = Rules(reference=reference, **rules)
@@ -59,6 +64,8 @@ class PolicyController(Controller):
         self.passive = self.rules.passive
         self.rates = Rates(control=float(self.rules.control_rate), frames=self.frame_rate)
         self._policy, self._form = policy, PolicyInterface(human, self.rules)
+        if isinstance(policy, OnnxPolicy):
+            policy.require_sizes(len(self._form.observation), len(self._form.action))
         self._begin = begin * self.reference.period
         self._data = mujoco.MjData(human.model)
         self._view = BatchState(human, [(human.model, self._data)])
@@ -119,5 +126,6 @@ def load_controller(path: str | Path) -> PolicyController:
 
     Raises:
         FileError: If the file does not exist or is not a complete policy.
+        MissingExtra: If it is an ONNX file, and the extra ``onnx`` is not installed.
     """
-    return PolicyController(Policy.load(path))
+    return PolicyController(OnnxPolicy(path) if is_onnx(path) else Policy.load(path))

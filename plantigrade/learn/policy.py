@@ -9,7 +9,7 @@ training.
 import hashlib
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -66,6 +66,22 @@ class Policy:
             found.update(weight.tobytes() + bias.tobytes())
         return found.hexdigest()[:12]
 
+    @property
+    def description(self) -> str:
+        """All but the network and the motion of the reference, as JSON."""
+        rules, reference = self.rules, self.reference
+        about = {
+            "kind": KIND,
+            "human": reference.human.to_dict(),
+            "period": reference.period,
+            "stride": reference.stride,
+            "cyclic": reference.cyclic,
+            "rules": {name: getattr(rules, name) for name in _PLAIN},
+            "base": asdict(rules.base or Gains()),
+            "about": dict(self.about),
+        }
+        return json.dumps(about, sort_keys=True)
+
     def __call__(self, seen: Float[np.ndarray, "n size"]) -> Float[np.ndarray, "n k"]:
         """Return actions within ±1, one row per observation."""
         x = np.clip((seen - self.mean) / self.scale, -OBSERVATION_CLIP, OBSERVATION_CLIP)
@@ -82,22 +98,12 @@ class Policy:
         Raises:
             FileError: If the file cannot be written.
         """
-        path, rules, reference = Path(path), self.rules, self.reference
+        path, reference = Path(path), self.reference
         arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale}
         for i, (weight, bias) in enumerate(self.layers):
             arrays |= {f"weight_{i}": weight, f"bias_{i}": bias}
         arrays["reference"] = reference.table.astype(np.float32)
-        about = {
-            "kind": KIND,
-            "human": reference.human.to_dict(),
-            "period": reference.period,
-            "stride": reference.stride,
-            "cyclic": reference.cyclic,
-            "rules": {name: getattr(rules, name) for name in _PLAIN},
-            "base": asdict(rules.base or Gains()),
-            "about": dict(self.about),
-        }
-        arrays["about"] = np.array(json.dumps(about, sort_keys=True))
+        arrays["about"] = np.array(self.description)
         stream = io.BytesIO()
         np.savez_compressed(stream, **arrays)
         write_bytes(path, stream.getvalue())
@@ -111,30 +117,12 @@ class Policy:
             FileError: If the file does not exist or is not a complete policy.
         """
         arrays = Arrays(path, REMEDY)
-        try:
-            about = json.loads(str(arrays.any("about")))
-            if about["kind"] != KIND:
-                raise ValueError(f"it is {about['kind']!r}, not {KIND!r}")
-            _described(about)
-            human = Human.from_dict(about["human"])
-            columns = human.model.nq + human.model.nv + EXTRA_COLUMNS
-            table = np.asarray(_numbers(arrays, "reference", None, columns), dtype=float)
-            walk = (float(about["period"]), float(about["stride"]), bool(about["cyclic"]))
-            reference = Reference(human, *walk, table)
-            rules = Rules(reference=reference, base=Gains(**about["base"]), **about["rules"])
-            form = PolicyInterface(human, rules)
-            trained = dict(about["about"])
-        except (KeyError, TypeError, ValueError, RecursionError, ParameterError) as error:
-            why = f"is not a policy of this version: {str(error)[:200]}"
-            raise FileError(path, why, remedy=REMEDY) from error
-        if (
-            len(table) < 2
-            or np.abs(np.linalg.norm(table[:, 3:7], axis=1) - 1.0).max() > QUATERNION_TOLERANCE
-        ):
-            arrays.refuse(
-                "is not a motion: it is too short, or rotations of the pelvis are invalid",
-                "reference",
-            )
+        rules, reference, trained = described_rules(
+            path,
+            str(arrays.any("about")),
+            lambda columns: _numbers(arrays, "reference", None, columns),
+        )
+        form = PolicyInterface(reference.human, rules)
         size, layers = len(form.observation), []
         mean, scale = (_numbers(arrays, name, size) for name in ("mean", "scale"))
         if scale.min() <= 0.0:
@@ -148,6 +136,40 @@ class Policy:
                 f"ends in {size} numbers, not {len(form.action)}", f"weight_{len(layers)}"
             )
         return cls(layers=tuple(layers), mean=mean, scale=scale, rules=rules, about=trained)
+
+
+def described_rules(
+    path: str | Path, description: str, table: Callable[[int], np.ndarray]
+) -> tuple[Rules, Reference, dict[str, Any]]:
+    """Return the rules of a policy, their reference, and the details of its training.
+
+    Args:
+        path: File that they are from.
+        description: A policy's :attr:`~Policy.description`.
+        table: Function from the number of columns to the frames of the reference.
+
+    Raises:
+        FileError: If they are not those of a policy.
+    """
+    try:
+        about = json.loads(description)
+        if about["kind"] != KIND:
+            raise ValueError(f"it is {about['kind']!r}, not {KIND!r}")
+        _described(about)
+        human = Human.from_dict(about["human"])
+        frames = np.asarray(table(human.model.nq + human.model.nv + EXTRA_COLUMNS), dtype=float)
+        walk = (float(about["period"]), float(about["stride"]), bool(about["cyclic"]))
+        reference = Reference(human, *walk, frames)
+        rules = Rules(reference=reference, base=Gains(**about["base"]), **about["rules"])
+        trained = dict(about["about"])
+    except (KeyError, TypeError, ValueError, RecursionError, ParameterError) as error:
+        why = f"is not a policy of this version: {str(error)[:200]}"
+        raise FileError(path, why, remedy=REMEDY) from error
+    norms = np.linalg.norm(frames[:, 3:7], axis=1)
+    if len(frames) < 2 or np.abs(norms - 1.0).max() > QUATERNION_TOLERANCE:
+        problem = "is not a motion: it is too short, or rotations of the pelvis are invalid"
+        raise FileError(path, problem, where="reference", remedy=REMEDY)
+    return rules, reference, trained
 
 
 def survival_times(

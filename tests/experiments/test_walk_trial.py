@@ -186,11 +186,11 @@ def test_a_tour_has_a_punch_on_every_leg_and_turns_only_for_controllers_that_fol
     record, falling
 ):
     rng = np.random.default_rng(3)
-    goals = waypoints(falling, rng)
+    goals = waypoints(falling.speed, rng)
     far = np.linalg.norm(np.diff(goals, axis=0, prepend=[[0.0, 0.0]]), axis=1)
     np.testing.assert_allclose(far, 0.8 * 5.0 * falling.speed)
     assert goals[0, 1] == 0.0 and np.ptp(goals[:, 1]) > 1.0
-    assert np.ptp(waypoints(falling, rng, straight=True)[:, 1]) == 0.0
+    assert np.ptp(waypoints(falling.speed, rng, straight=True)[:, 1]) == 0.0
     goals_seen = []
 
     class Follows(Controller):
@@ -205,7 +205,7 @@ def test_a_tour_has_a_punch_on_every_leg_and_turns_only_for_controllers_that_fol
     assert not found.completed and found.reached == 0 and found.end.startswith("fell")
     assert not found.straight and goals_seen[0].shape == (2, 2) and len(found.punches) <= 2
     assert tour(falling, seed=3, n=2).straight
-    every = punches(falling, np.random.default_rng(0))
+    every = punches(falling.record.human.body_names, np.random.default_rng(0))
     assert [int(p.time // 5.0) for p in every] == list(range(12))
     assert max(p.force for p in every) <= HARDEST and len({p.body for p in every}) > 4
 
