@@ -152,7 +152,7 @@ def test_exchanges_find_what_the_solver_of_quadratic_programs_finds(
     desired = rng.uniform(-60, 60, state.human.model.nv)
     limits, answers = 0.2 * np.array(state.human.model.jnt_actfrcrange[1:]).T, []
     for exchanges in (torque_limits.MAX_EXCHANGES, 0):
-        monkeypatch.setattr(torque_limits, "EXCHANGES", exchanges)
+        monkeypatch.setattr(torque_limits, "MAX_EXCHANGES", exchanges)
         program = WholeBody(state.human, limits=limits)
         program.solve(state, where, desired=0.8 * desired, torque_weight=weight)
         answers.append(program.solve(state, where, desired=desired, torque_weight=weight))
