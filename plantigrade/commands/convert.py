@@ -102,7 +102,7 @@ class Command(PrintOptions, Bounded):
             with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=folder) as part:
                 written = Path(part) / self.target.name
                 if is_onnx(self.target):
-                    notes = convert_policy(self.inputs[0], written, **options)
+                    notes = convert_policy(self.paths[0], written, **options)
                 elif recordings:
                     notes = convert(recordings[0], written, **options)
                 else:

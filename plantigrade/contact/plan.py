@@ -79,7 +79,7 @@ class Stance:
     def reversed(self, about: float) -> "Stance":
         """Return the stance as it is seen backward in time, at ``about`` less its times [s]."""
         times = (about - t for t in self.times[::-1])
-        return Stance(self.footprint, *times, backward=not self.backward)
+        return Stance(self.footprint, *times, toes_first=False, backward=not self.backward)
 
     def interval(self, part: str) -> tuple[float, float]:
         """Return start and end of the contact of a part of the foot [s]."""
