@@ -2,7 +2,7 @@
 
 A guest is a class of your own, derived from :class:`Guest`. It names the model, the trunk and the
 feet, starts the walk and returns the controls; the benchmark does the rest in plain MuJoCo:
-``examples/guest_humanoid.py``, docs/push-benchmark.md.
+``experiments/guest_humanoid.py``, docs/push-benchmark.md.
 """
 
 from abc import ABC, abstractmethod

@@ -153,7 +153,7 @@ def test_a_guest_is_named_by_its_file_and_taken_by_the_benchmark_alone(tmp_path)
 @pytest.mark.slow
 def test_the_humanoid_of_the_example_walks():
     pytest.importorskip("dm_control")
-    word = str(Path(__file__).parents[2] / "examples" / "guest_humanoid.py") + ":Humanoid"
+    word = str(Path(__file__).parents[2] / "experiments" / "guest_humanoid.py") + ":Humanoid"
     found = guest_named(word)
     assert found is not None
     gait = gait_of(found)

@@ -5,7 +5,7 @@ controller is SIMBICON [Yin2007]_: a swing and a landing pose, the swing hip led
 speed of the centre of mass from the foot that stands, the pelvis held upright by the hip that
 stands. From a checkout::
 
-    plantigrade experiment push-any-controller --controller examples/guest_humanoid.py:Humanoid
+    plantigrade experiment push-any-controller --controller experiments/guest_humanoid.py:Humanoid
 """
 
 from dataclasses import dataclass
