@@ -67,7 +67,7 @@ class Segment:
 
     def seen_from_here(
         self, x: Float[Array, "n_frames n_markers 3"], later: int = 0
-    ) -> Float[Array, "n_frames n_markers 3"]:
+    ) -> Float[Array, "n_here n_markers 3"]:
         """Return markers some frames later in the frame of the segment [m]."""
         return np.einsum(
             "nji,nmj->nmi", self.rotation, x[self.frames + later] - self.origin[:, None]

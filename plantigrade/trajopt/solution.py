@@ -1,7 +1,7 @@
 """A solved task: sampled at any time, as a Record, and as the start of another one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ from plantigrade.record import Limits as RecordLimits
 from plantigrade.record import Record
 from plantigrade.trajopt.contact_record import contact_record
 from plantigrade.trajopt.diagnose.violations import Violation, pressing, values, violations
+from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.dynamics import asked_by
 from plantigrade.trajopt.problem.nlp import Problem
@@ -182,9 +183,9 @@ class Solution:
             self.problem.states(self.coefficients, times),
         )
         for family in self.problem.rows:
-            if family.name in (LEGS, ARMS, GROUND):
+            if (name := family.name) in (LEGS, ARMS, GROUND):
                 u = np.zeros((len(times), family.function.size1_in(3)))
-                free = replace(family, parameters=np.zeros((len(times), 0)))
+                free = ConstraintFamily.free(name, family.function, family.names, len(times))
                 depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / ROW_SCALE)
         return times, depth
 
