@@ -6,7 +6,8 @@ feet, starts the walk and returns the controls; the benchmark does the rest in p
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import mujoco
@@ -16,7 +17,7 @@ from experiments.walk_outcome import Landing, WalkOutcome
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.world import PhasePush
 from plantigrade.world.disturbance import (
     LANDED_LOAD,
@@ -37,7 +38,7 @@ class Guest(ABC):
 
     Attributes:
         model: The model, with the ground it walks on. Gravity is that of the model. Left and right
-            leg should collide; whether they pass through each other is looked at in any case.
+            leg should collide; overlap of the legs is checked in any case.
         trunk: Name of the body that is pushed, at its centre of mass.
         feet: Names of the feet by side, ``{"r": …, "l": …}``; bodies below them belong to them.
         rate: Controls per second [1/s]; a whole number of steps of the model lies between two.
@@ -76,6 +77,17 @@ class GuestGait:
     mass: float
 
 
+@contextmanager
+def _own_code(name: str) -> Iterator[None]:
+    """Run the code of a guest, which may raise anything: as an error of this package."""
+    try:
+        yield
+    except PlantigradeError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ParameterError(f"guest {name} failed: {f'{error!r}'[:200]}") from error
+
+
 class GuestWalk:
     """A walk of a guest in progress and its record.
 
@@ -83,21 +95,24 @@ class GuestWalk:
         make: Class of the guest.
 
     Raises:
-        ParameterError: If the guest names what its model does not have, or does not walk on.
+        ParameterError: If its own code fails, or it names what its model does not have.
     """
 
     def __init__(self, make: Callable[[], Guest]):
-        self.guest = guest = make()
-        model, name = guest.model, type(guest).__name__
-        self._parts = _Parts.of(guest, name)
-        self.data = mujoco.MjData(model)
-        self.n_steps = round(1.0 / (guest.rate * model.opt.timestep))
+        name = getattr(make, "__name__", "guest")
+        with _own_code(name):
+            self.guest = guest = make()
+            model = guest.model
+            self._parts = _Parts.of(guest, name)
+            self.data = mujoco.MjData(model)
+            self.n_steps = round(1.0 / (guest.rate * model.opt.timestep))
         if self.n_steps < 1 or abs(self.n_steps * model.opt.timestep * guest.rate - 1.0) > 1e-6:
             raise ParameterError(
                 f"guest {name}: rate={guest.rate:g} 1/s does not divide the steps of its model, "
                 f"{1.0 / model.opt.timestep:g} 1/s"
             )
-        guest.start(self.data)
+        with _own_code(name):
+            guest.start(self.data)
         mujoco.mj_forward(model, self.data)
         self.mass = float(model.body_subtreemass[self._parts.root])
         self.start = self.data.subtree_com[self._parts.root].copy()
@@ -142,11 +157,14 @@ class GuestWalk:
         data.xfrc_applied[:] = 0.0
         for body, force in forces:
             data.xfrc_applied[model.body(body).id, :3] += force
-        try:
-            data.ctrl[:] = self.guest(data)
-        except ValueError as error:
-            name = type(self.guest).__name__
-            raise ParameterError(f"guest {name}: it takes {model.nu} controls: {error}") from error
+        with _own_code(type(self.guest).__name__):
+            controls = np.asarray(self.guest(data), float)
+            if controls.shape != (model.nu,):
+                raise ParameterError(
+                    f"guest {type(self.guest).__name__} returned {controls.size} numbers; "
+                    f"its model has {model.nu} controls"
+                )
+            data.ctrl[:] = controls
         bad = data.warning.number.sum()
         mujoco.mj_step(model, data, self.n_steps)
         mujoco.mj_forward(model, data)  # contacts and positions of this instant

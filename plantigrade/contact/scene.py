@@ -25,6 +25,7 @@ from plantigrade.contact.scene_object import SceneObject
 from plantigrade.contact.site import GEOM_PREFIX, ContactSite, contact_sites
 from plantigrade.models import Human
 from plantigrade.models.mjcf import numbers
+from plantigrade.spatial.conventions import surface_axes
 
 ARMATURE_PER_TORQUE = 1e-4
 """Armature of a hinge per maximum torque [kg m² / (N m)]. Chosen for stability."""
@@ -176,10 +177,7 @@ def _seats(ground: Ground) -> list[dict[str, str]]:
     for seat in ground.seats:
         if seat.board:
             normal = np.array(seat.normal)
-            along = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-            along -= (along @ normal) * normal
-            along /= np.linalg.norm(along)
-            axes = [*along, *np.cross(normal, along)]
+            axes = surface_axes(normal)[:, :2].T.ravel()
             centre = np.array(seat.position) - BOARD_HALF_SIZES[2] * normal
             size = numbers(BOARD_HALF_SIZES)
             boards.append({"pos": numbers(centre), "size": size, "xyaxes": numbers(axes)})

@@ -21,7 +21,7 @@ from plantigrade.constants import SIDE_NAMES
 from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.models.landmarks import Attachment
 
-MAX_DELAY = 0.1  # [s] maximum delay that is looked for
+MAX_DELAY = 0.1  # [s] largest delay of a leg that is considered
 MIN_DELAY = 0.025
 """Delay from which markers are called late [s]; sound recordings have up to 0.010, which is the
 skin's."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import ParameterError
-from plantigrade.motion.butterworth import there_and_back
 from plantigrade.motion.recording import rate_of
 
 
@@ -73,6 +72,8 @@ def lowpass(
     References:
         [Winter2009]_, chapter 3.
     """
+    from scipy.signal import butter, sosfiltfilt
+
     _check_time(time, values)
     if order < 2 or order % 2:
         raise ParameterError(f"{order=} of a filter run both ways must be even and positive")
@@ -86,6 +87,7 @@ def lowpass(
         raise ParameterError(
             f"{cutoff=} [Hz] must lie between 0 and {highest:.4g} at {rate:.4g} frames per second"
         )
+    sections = butter(one_pass, corrected, fs=rate, output="sos")
     # Odd reflection over nine time constants of the filter, as much as the stretch has.
     reflection = int(np.ceil(9 * rate / (2 * np.pi * corrected))) + 3 * one_pass
     flat, result = _columns(values)
@@ -93,8 +95,7 @@ def lowpass(
     def smooth(block):
         if len(block) < 4 or not block.shape[1]:
             return block
-        how = {"cutoff": corrected, "rate": rate, "order": one_pass}
-        return there_and_back(block, reflection=min(reflection, len(block) - 1), **how)
+        return sosfiltfilt(sections, block, axis=0, padlen=min(reflection, len(block) - 1))
 
     if np.isfinite(flat).all():
         return smooth(flat).reshape(values.shape)

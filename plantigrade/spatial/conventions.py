@@ -52,6 +52,18 @@ def about_vertical(angle: float) -> Float[Array, "3 3"]:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def surface_axes(normal: Float[Array, " 3"]) -> Float[Array, "3 3"]:
+    """Return axes of a surface as columns, two along it and its normal; the world's if level.
+
+    Args:
+        normal: Normal of length one.
+    """
+    first = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    first = first - (first @ normal) * normal
+    first = first / np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first), normal], axis=1)
+
+
 def about_axis(axis: Float[Array, " 3"], angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
     """Return the rotations about an axis of length one by angles [rad] (Rodrigues)."""
     x, y, z = axis

@@ -1,4 +1,4 @@
-"""The steps of a job, as whoever watches is told of them."""
+"""The interface through which a job reports its steps and their progress."""
 
 import contextlib
 from collections.abc import Callable

@@ -80,6 +80,26 @@ class Mute(Sled):
         return 1.0, 0.0
 
 
+class Broken(Sled):
+    """Fails in its own code."""
+
+    def start(self, data):
+        raise KeyError("no such pose")
+
+
+class Nameless(Sled):
+    """Has no model."""
+
+    def __init__(self):
+        pass
+
+
+class Still(Sled):
+    """Has no rate."""
+
+    rate = 0.0
+
+
 class Idle(Sled):
     """Does not step."""
 
@@ -119,7 +139,15 @@ def test_a_guest_tours_straight_and_is_punched():
 
 @pytest.mark.parametrize(
     ("guest", "word"),
-    [(Astray, "chest"), (Uneven, "rate"), (Mute, "4 controls"), (Idle, "does not walk")],
+    [
+        (Astray, "chest"),
+        (Uneven, "rate"),
+        (Mute, "4 controls"),
+        (Idle, "does not walk"),
+        (Broken, "no such pose"),
+        (Nameless, "model"),
+        (Still, "Still failed"),
+    ],
 )
 def test_a_guest_that_cannot_be_walked_is_refused(guest, word):
     with pytest.raises(ParameterError, match=word):

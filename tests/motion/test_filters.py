@@ -59,17 +59,3 @@ def test_bad_input():
         lowpass(TIME, TIME, cutoff=6.0, order=3)
     with pytest.raises(ParameterError, match="increase"):
         resample(TIME[::-1], TIME, TIME)
-
-
-@pytest.mark.parametrize(("order", "cutoff"), [(2, 1.0), (4, 6.0), (6, 30.0), (8, 12.0)])
-def test_lowpass_is_that_of_scipy(order, cutoff):
-    from scipy.signal import butter, sosfiltfilt
-
-    walk = np.cumsum(np.random.default_rng(3).normal(size=(700, 2, 3)), axis=0)
-    one_pass = order // 2
-    corrected = cutoff * (np.sqrt(2) - 1) ** (-0.5 / one_pass)
-    sections = butter(one_pass, corrected, fs=100, output="sos")
-    reflection = int(np.ceil(900 / (2 * np.pi * corrected))) + 3 * one_pass
-    expected = sosfiltfilt(sections, walk, axis=0, padlen=reflection)
-    smooth = lowpass(TIME[:700], walk, cutoff=cutoff, order=order)
-    np.testing.assert_allclose(smooth, expected, atol=1e-8)

@@ -9,7 +9,12 @@ from plantigrade import check
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt import MotionTask, make_task, synthesize
-from plantigrade.trajopt.terms.carrying import BehindTheWay, Carried, OnTheWay, Way
+from plantigrade.trajopt.terms.carrying import (
+    BehindTrajectory,
+    Carried,
+    FollowTrajectory,
+    Trajectory,
+)
 
 
 @cache
@@ -23,8 +28,8 @@ def task(mass: float = 12.0) -> MotionTask:
 
 
 @cache
-def way() -> Way:
-    return next(t.way for t in task().terms if isinstance(t, OnTheWay))
+def way() -> Trajectory:
+    return next(t.way for t in task().terms if isinstance(t, FollowTrajectory))
 
 
 def test_a_way_rests_at_both_ends_and_its_derivatives_are_right():
@@ -57,7 +62,7 @@ def test_both_hands_bear_weight_and_inertia_and_nothing_before_and_after():
 
 def test_knees_pelvis_trunk_and_head_are_kept_behind_the_box():
     body = task().body_of(person())
-    kept = [t for t in task().terms if isinstance(t, BehindTheWay)]
+    kept = [t for t in task().terms if isinstance(t, BehindTrajectory)]
     assert len(kept) == 6
     for term in kept:
         (condition,) = term.conditions(body, task().plan)
@@ -85,6 +90,6 @@ def test_a_box_is_lifted(mass):
     t = record.motion.time
     middle = int(np.argmin(np.abs(t - (way().start + 0.3))))
     force = record.contact_force[middle, hands].sum(axis=0)
-    own = next(x.way for x in lifting.terms if isinstance(x, OnTheWay))
+    own = next(x.way for x in lifting.terms if isinstance(x, FollowTrajectory))
     expected = -mass * (own.at(t[[middle]], 2)[0] + [0.0, 0.0, human.gravity])
     np.testing.assert_allclose(force, expected, atol=1e-6)

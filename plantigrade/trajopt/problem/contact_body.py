@@ -13,6 +13,7 @@ from plantigrade.dynamics.passive import passive_moments, scale
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.spatial.conventions import surface_axes
 from plantigrade.trajopt.problem.constraint_family import node_symbols
 from plantigrade.trajopt.problem.external import Acting, External, Worn
 
@@ -25,15 +26,6 @@ scale with mass times height, like strengths."""
 PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
 """Prefixes of joints whose passive tissue carries a part of the limited torque."""
 Made = TypeVar("Made")
-
-
-def surface_axes(normal: Sequence[float]) -> Float[Array, "3 3"]:
-    """Return axes of a surface as columns, two along it and its normal; the world's if level."""
-    n = np.array(normal, dtype=float)
-    first = np.array([1.0, 0.0, 0.0]) if abs(n[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    first = first - (first @ n) * n
-    first = first / np.linalg.norm(first)
-    return np.stack([first, np.cross(n, first), n], axis=1)
 
 
 @runtime_checkable
@@ -106,7 +98,8 @@ class ContactBody:
         held = {} if plan is None else {s.site.name: s for s in plan.supports}
         #: Axes of the surface under each site, the normal last (n_sites, 3, 3)
         self.surfaces = np.stack([
-            surface_axes(held[s.name].normal) if s.name in held else np.eye(3) for s in self.sites
+            surface_axes(np.array(held[s.name].normal)) if s.name in held else np.eye(3)
+            for s in self.sites
         ]) if self.sites else np.zeros((0, 3, 3))  # fmt: skip
         #: Coefficient of friction of each site's own support; NaN where it is the ground's
         self.own_friction = np.array(

@@ -140,8 +140,8 @@ def _on_armrests(
     hips, size = seated[3:6] @ OPENSIM_TO_WORLD.T, human.height
     for side, left in (("r", -1.0), ("l", 1.0)):
         ahead, aside = hips[0] + ARMREST_AHEAD * size, left * ARMREST_ASIDE * size
-        wanted = np.array([ahead, aside, chair_height + ARMREST_HEIGHT * size / REFERENCE_HEIGHT])
-        seated = reached(human, side, seated[None], wanted)[0]
+        target = np.array([ahead, aside, chair_height + ARMREST_HEIGHT * size / REFERENCE_HEIGHT])
+        seated = reached(human, side, seated[None], target)[0]
         x, y, z = map(float, palms(human, seated[None], side)[0])
         rests.append(PointSupport(limb_site(human, f"hand_{side}"), (x, y, z), *span))
     out = list(keys)

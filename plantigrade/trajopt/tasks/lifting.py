@@ -22,7 +22,12 @@ from plantigrade.trajopt.guess.postures import (
 from plantigrade.trajopt.tasks.settings import Lift
 from plantigrade.trajopt.tasks.standing import at_rest, basics, crouch
 from plantigrade.trajopt.tasks.task import MotionTask
-from plantigrade.trajopt.terms.carrying import BehindTheWay, Carried, OnTheWay, Way
+from plantigrade.trajopt.terms.carrying import (
+    BehindTrajectory,
+    Carried,
+    FollowTrajectory,
+    Trajectory,
+)
 from plantigrade.trajopt.terms.posture import Symmetry, Upright
 from plantigrade.trajopt.terms.term import Term
 
@@ -54,7 +59,7 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
         (ahead, 0.0, top + OVER_TABLE),
         (ahead + ONTO_TABLE, 0.0, top),
     )
-    way = Way(start, stop, places, WAY_SHARES)
+    way = Trajectory(start, stop, places, WAY_SHARES)
     feet, standing = standing_feet(human), standing_posture(human)
     plan = ContactPlan(duration, standing_stances(feet, duration))
     terms: list[Term] = [
@@ -68,7 +73,7 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
     for side, left in (("r", -1.0), ("l", 1.0)):
         point, aside = palm(human, side), (0.0, left * BOX[1] / 2, 0.0)
         terms += [
-            OnTheWay(point, way, aside),
+            FollowTrajectory(point, way, aside),
             Carried(
                 point, start=start, stop=stop, mass=parameters.box_mass / 2,
                 gravity=human.gravity, way=way,
@@ -76,7 +81,7 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
         ]  # fmt: skip
         low = reached(human, side, low[None], np.add(places[0], aside))[0]
         high = reached(human, side, high[None], np.add(places[2], aside))[0]
-    terms += [BehindTheWay(point, way, BOX[0] / 2) for point in _front(human)]
+    terms += [BehindTrajectory(point, way, BOX[0] / 2) for point in _front(human)]
     times = (0.0, start - 0.1, start + 0.1, stop - 0.1, stop + 0.1, duration)
     guess = KeyPostures(times, (standing, low, low, high, high, standing))
     return MotionTask("lift", plan, tuple(terms), guess)

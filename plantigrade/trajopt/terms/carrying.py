@@ -1,6 +1,6 @@
-"""Terms of a thing that hands carry from one place to another on a given way.
+"""Terms of a thing that hands carry from one place to another on a given trajectory.
 
-The way is given, so that the acceleration of the thing is, and with it the force on each hand: half
+The acceleration of the thing follows from the trajectory, and with it the force on each hand: half
 of the weight and inertia. Before the thing moves and after it has come to rest, ground or table
 take over its weight within the time of a ramp.
 """
@@ -20,12 +20,13 @@ from plantigrade.trajopt.terms.targets import Triple
 from plantigrade.trajopt.terms.term import Term
 
 CONDITION_RATE = 100.0
-"""Rate at which a way is a condition [Hz]; between, straight lines are off by .03 mm at 2 m/s²."""
+"""Rate at which a trajectory is a condition [Hz]; between, straight lines are off by .03 mm at 2
+m/s²."""
 
 
 @dataclass(frozen=True)
-class Way:
-    """A way from place to place: each coordinate rests, moves smoothly as a quintic, and rests.
+class Trajectory:
+    """A trajectory from place to place: each coordinate rests, moves as a quintic, and rests.
 
     Hands of people move so [Flash1985]_.
     """
@@ -59,11 +60,11 @@ class Way:
 
 @dataclass(frozen=True)
 class Carried(Wrench):
-    """The weight and inertia of a thing on a given way, or of a part of it, on a point."""
+    """The weight and inertia of a thing on a given trajectory, or of a part of it, on a point."""
 
     mass: float = 0.0  #: Its mass, or the part that this point carries [kg]
     gravity: float = 0.0  #: Acceleration of gravity [m/s²]
-    way: Way | None = None  #: How it moves
+    way: Trajectory | None = None  #: How it moves
 
     def values(self, times: Float[Array, " n"], plan: ContactPlan) -> Float[Array, "n 6"]:
         """Return force [N] and moment [N m] at times [s], world axes."""
@@ -76,12 +77,12 @@ class Carried(Wrench):
 
 
 @dataclass(frozen=True)
-class OnTheWay(Term):
-    """A point of the body goes along a way: a hand on a box."""
+class FollowTrajectory(Term):
+    """A point of the body follows a trajectory: a hand on a box."""
 
     point: Point  #: The point
-    way: Way  #: Where it goes
-    offset: Triple = (0.0, 0.0, 0.0)  #: Of the point from the way, world [m]
+    way: Trajectory  #: Where it goes
+    offset: Triple = (0.0, 0.0, 0.0)  #: Of the point from the trajectory, world [m]
 
     @property
     def instants(self) -> tuple[float, ...]:
@@ -123,11 +124,11 @@ class OnTheWay(Term):
 
 
 @dataclass(frozen=True)
-class BehindTheWay(Term):
+class BehindTrajectory(Term):
     """A point of the body stays behind a thing on a way, along x: a knee behind a box."""
 
     point: Point  #: The point
-    way: Way  #: Way of the thing
+    way: Trajectory  #: Trajectory of the thing
     distance: float  #: From the way back to the side of the thing [m]
 
     def add_to(self, b: ProblemBuilder) -> None:
@@ -152,7 +153,7 @@ class BehindTheWay(Term):
         )  # fmt: skip
 
 
-def _sampled(way: Way, before: float) -> tuple[list[float], Float[Array, "n 3"]]:
+def _sampled(way: Trajectory, before: float) -> tuple[list[float], Float[Array, "n 3"]]:
     start, stop = way.start - before, way.stop + before
     times = np.linspace(start, stop, round((stop - start) * CONDITION_RATE) + 1)
     return times.tolist(), way.at(times)
