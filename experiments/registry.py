@@ -84,6 +84,7 @@ EXPERIMENTS = {
         Experiment("vault-table", takes=("out", "overwrite")),
         Experiment("video", needs=("data",)),
         Experiment("walk-battery", takes=WALKING),
+        Experiment("walk-norms", "walk_norms:EXPERIMENT", takes=CACHED),
         Experiment("walk-starts", takes=WALKING),
     )
 }
