@@ -20,6 +20,7 @@ LAYERS = (
     (
         "arrays",
         "constants",
+        "data_files",
         "extras",
         "lazy",
         "locks",

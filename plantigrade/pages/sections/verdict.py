@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from plantigrade.analyze.quantities import CONDITION, QUANTITY
+from plantigrade.analyze.quantities import quantity as quantity_of
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.labels import COORDINATES, side_of, without_side
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
@@ -22,31 +24,6 @@ MAX_JOINTS = 16  # joints in the table of strength
 SOLVERS = {"interior-point": "banded interior point", "ipopt": "IPOPT"}
 STAGE, NUMBER, OBJECTIVE, VIOLATION, OPTIMALITY = range(5)
 """Columns of ``solver.history``."""
-QUANTITIES = {
-    "root_force": "unexplained force, maximum",
-    "root_force_rms": "unexplained force, RMS",
-    "root_moment": "unexplained moment, maximum",
-    "root_moment_rms": "unexplained moment, RMS",
-    "slip": "slip of standing contacts",
-    "slip_speed": "slip speed of standing contacts",
-    "penetration": "penetration of the ground",
-    "hover": "height of standing contacts",
-    "friction": "friction used",
-    "adhesion": "pull of the ground",
-    "pressure": "centre of pressure outside the support",
-    "overlap": "penetration between body parts",
-    "unsupported": "force without planned contact",
-    "force": "normal force at one contact site",
-    "coordinate": "joint beyond its range",
-    "velocity": "joint speed",
-    "torque": "joint torque",
-    "velocity_mismatch": "velocity against rate of position",
-    "acceleration_mismatch": "acceleration against rate of velocity",
-    "momentum": "rate of momentum against the forces",
-    "energy": "rate of energy against joint power",
-    "condition": "condition of the task",
-}
-"""Labels of checked quantities in the table; others have their own names."""
 CONDITION_UNITS = {"deg": (1.0, "°"), "deg/s": (1.0, "°/s"), "m": (1000.0, "mm")}
 """Units of conditions: factor and label in the table."""
 HEADERS = ("quantity", "worst", "limit", "unit", "where", "when", "ok")
@@ -94,7 +71,8 @@ def _rows(subject: Subject) -> list[tuple[bool, list[str]]]:
         factor, unit = CONDITION_UNITS.get(unit, (1.0, unit))
         judged = np.isfinite(value) and np.isfinite(limit)
         digits = _digits(factor * limit)
-        row = [QUANTITIES.get(quantity, quantity.replace("_", " "))]
+        known = quantity == CONDITION.name or quantity in QUANTITY
+        row = [quantity_of(quantity).label if known else quantity.replace("_", " ")]
         row += [_number(factor * x, digits) for x in (value, limit)]
         row += [unit, _place(where, side), f"{time:.2f} s" if np.isfinite(time) else ""]
         row += [("no" if bad else "yes") if judged or bad else "–"]
