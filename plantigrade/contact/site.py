@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.data_files import csv_rows
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 
@@ -76,38 +77,17 @@ class ContactSite(Point):
             raise ParameterError(f"{self.name}: side={self.side!r} must be 'r', 'l' or empty")
 
 
-_SPHERE_BODIES: dict[str, tuple[tuple[str, str, str], ...]] = {
-    # name of the sphere, body at rest in contact, part
-    "rigid": (
-        ("heel_back_medial", "foot", "heel"),
-        ("heel_back_lateral", "foot", "heel"),
-        ("metatarsal_5", "foot", "sole"),
-        ("metatarsal_1", "foot", "sole"),
-        ("toe_1", "foot", "toe"),
-        ("toe_3", "foot", "toe"),
-    ),
-    "two-segment": (
-        ("heel_back_medial", "foot", "heel"),
-        ("heel_back_lateral", "foot", "heel"),
-        ("metatarsal_5", "foot", "sole"),  # behind the toe hinge, lifts with the heel
-        ("metatarsal_1", "toes", "ball"),  # on the toe hinge, at rest with the toes
-        ("toe_5", "toes", "ball"),  # shorter than the others, the foot rolls over it
-        ("toe_1", "toes", "toe"),
-        ("toe_3", "toes", "toe"),
-    ),
-    "multi-segment": (
-        ("heel_back_medial", "heel", "heel"),
-        ("heel_back_lateral", "heel", "heel"),
-        ("heel_front_lateral", "heel", "sole"),
-        ("base_5", "lateral_metatarsal", "sole"),
-        ("metatarsal_1", "medial_phalanges", "ball"),
-        ("metatarsal_5", "lateral_phalanges", "ball"),
-        ("toe_1", "medial_phalanges", "toe"),
-        ("toe_3", "medial_phalanges", "toe"),
-        ("toe_4", "lateral_phalanges", "toe"),
-        ("toe_5", "lateral_phalanges", "toe"),
-    ),
-}
+@dataclass(frozen=True)
+class _Sphere:
+    """A sphere that can carry force in a plan: its body at rest in contact, its part."""
+
+    feet: str
+    sphere: str
+    body: str
+    part: str
+
+
+_SPHERES = csv_rows("plantigrade.contact", "foot_sites.csv", _Sphere)
 
 
 def contact_sites(human: Human) -> tuple[ContactSite, ...]:
@@ -135,7 +115,8 @@ def foot_sites(human: Human) -> tuple[ContactSite, ...]:
     spheres = contact_sites(human)
     sites = []
     for side in SIDES:
-        for name, body, part in _SPHERE_BODIES[human.feet]:
+        for row in (row for row in _SPHERES if row.feet == human.feet):
+            name, body, part = row.sphere, row.body, row.part
             sphere = next(s for s in spheres if s.name.endswith(f"_{name}_{side}"))
             own = f"{body}_{side}"
             position = sphere.position

@@ -14,28 +14,13 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from plantigrade.data_files import toml_tree
 from plantigrade.errors import ParameterError
 
 SEXES = ("female", "male")
 
-# Fractions of stature, standing: foot + shank + thigh + pelvis + trunk + head = 1.
-_FRACTIONS = {
-    "ankle_height": 0.039,
-    "shank": 0.246,
-    "thigh": 0.245,
-    "pelvis_height": 0.094,
-    "trunk": 0.219,
-    "head": 0.157,
-    "pelvis_width": 0.137,
-    "pelvis_depth": 0.096,
-    "lumbar_depth": 0.052,
-    "shoulder_width": {"male": 0.200, "female": 0.190},
-    "upper_arm": {"male": 0.1618, "female": 0.1605},
-    "forearm": {"male": 0.1595, "female": 0.1565},
-    "hand": {"male": 0.1090, "female": 0.1100},
-    "foot_length": 0.152,
-    "foot_width": 0.0575,
-}
+_TABLES = toml_tree("plantigrade.models", "anthropometry.toml")
+_FRACTIONS: dict[str, float | dict[str, float]] = _TABLES["fractions"]
 _VERTICAL = ("ankle_height", "shank", "thigh", "pelvis_height", "trunk", "head")
 _ABSORBING = ("pelvis_height", "trunk", "head")  # scaled to keep stature exact
 
@@ -142,56 +127,14 @@ class SegmentParameters:
     gyration: tuple[float, float, float]
 
 
-# de Leva 1996, table 4. Endpoints: head vertex–C7 (cervicale), upper trunk suprasternale–xiphoid,
-# middle trunk xiphoid–omphalion, lower trunk omphalion–mid-hip, upper arm, forearm, thigh and
-# shank between joint centres, hand wrist–third metacarpal head, foot heel–toe tip.
 DE_LEVA: dict[str, dict[str, SegmentParameters]] = {
-    "male": {
-        "head": SegmentParameters(0.0694, 0.5002, (0.303, 0.315, 0.261)),
-        "upper_trunk": SegmentParameters(0.1596, 0.2999, (0.716, 0.454, 0.659)),
-        "middle_trunk": SegmentParameters(0.1633, 0.4502, (0.482, 0.383, 0.468)),
-        "lower_trunk": SegmentParameters(0.1117, 0.6115, (0.615, 0.551, 0.587)),
-        "upper_arm": SegmentParameters(0.0271, 0.5772, (0.285, 0.269, 0.158)),
-        "forearm": SegmentParameters(0.0162, 0.4574, (0.276, 0.265, 0.121)),
-        "hand": SegmentParameters(0.0061, 0.7900, (0.628, 0.513, 0.401)),
-        "thigh": SegmentParameters(0.1416, 0.4095, (0.329, 0.329, 0.149)),
-        "shank": SegmentParameters(0.0433, 0.4395, (0.251, 0.246, 0.102)),
-        "foot": SegmentParameters(0.0137, 0.4415, (0.257, 0.245, 0.124)),
-    },
-    "female": {
-        "head": SegmentParameters(0.0668, 0.4841, (0.271, 0.295, 0.261)),
-        "upper_trunk": SegmentParameters(0.1545, 0.2077, (0.746, 0.502, 0.718)),
-        "middle_trunk": SegmentParameters(0.1465, 0.4512, (0.433, 0.354, 0.415)),
-        "lower_trunk": SegmentParameters(0.1247, 0.4920, (0.433, 0.402, 0.444)),
-        "upper_arm": SegmentParameters(0.0255, 0.5754, (0.278, 0.260, 0.148)),
-        "forearm": SegmentParameters(0.0138, 0.4559, (0.261, 0.257, 0.094)),
-        "hand": SegmentParameters(0.0056, 0.7474, (0.531, 0.454, 0.335)),
-        "thigh": SegmentParameters(0.1478, 0.3612, (0.369, 0.364, 0.162)),
-        "shank": SegmentParameters(0.0481, 0.4352, (0.267, 0.263, 0.092)),
-        "foot": SegmentParameters(0.0129, 0.4014, (0.299, 0.279, 0.139)),
-    },
+    sex: {
+        part: SegmentParameters(mass, com, tuple(gyration))
+        for part, (mass, com, *gyration) in rows.items()
+    }
+    for sex, rows in _TABLES["de_leva"].items()
 }
-
-# Heights of de Leva's trunk landmarks above the hip joint centres, as fractions of the distance
-# from there up to the joint under C7, and his length of the lower trunk. The height of the
-# suprasternale is that of [Gordon2014]_ (0.819 and 0.816 of stature); xiphoid and omphalion lie
-# below it by his mean lengths (table 4, male stature 1.741 m, female 1.735 m). The height of the
-# omphalion then agrees with that of men (0.598 of stature against 0.601) and is 0.014 too high for
-# women; his length from there to the hips is oblique because the navel lies in front of them.
-TRUNK_LANDMARKS = {
-    "male": {
-        "suprasternale": 0.9236,
-        "xiphoid": 0.6104,
-        "omphalion": 0.2149,
-        "lower_trunk": 0.2674,
-    },
-    "female": {
-        "suprasternale": 0.9150,
-        "xiphoid": 0.6525,
-        "omphalion": 0.2744,
-        "lower_trunk": 0.3342,
-    },
-}
+TRUNK_LANDMARKS: dict[str, dict[str, float]] = _TABLES["trunk_landmarks"]
 
 # Anterior offset of the centre of mass from the line between the end joints of a segment, as a
 # fraction of the line's length, which de Leva does not give. Head, from the joint under C7 to the

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plantigrade.data_files import toml_tree
 from plantigrade.errors import ParameterError
 from plantigrade.models.anthropometry import DE_LEVA, Dimensions
 from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, block, combine, mirrored, rod
@@ -23,30 +24,9 @@ _WIDTH = 0.094  # [m] foot width of the table below
 _ANKLE = 0.0585  # [m] ankle height of the table below
 _RADIUS = 0.010  # [m] radius of a contact sphere on a foot of that length
 
-# x forward, y lateral (left foot), z above the ground [m]; None: resting on the ground.
-_POINTS: dict[str, tuple[float, float, float | None]] = {
-    "ankle": (0.0, 0.0, _ANKLE),
-    "metatarsal_1": (0.125, -0.034, None),
-    "metatarsal_2": (0.130, -0.014, None),
-    "metatarsal_3": (0.124, 0.006, None),
-    "metatarsal_4": (0.114, 0.024, None),
-    "metatarsal_5": (0.101, 0.040, None),
-    "toe_1": (0.172, -0.032, None),
-    "toe_2": (0.174, -0.012, None),
-    "toe_3": (0.166, 0.009, None),
-    "toe_4": (0.152, 0.027, None),
-    "toe_5": (0.134, 0.043, None),
-    "base_1": (0.055, -0.018, 0.040),
-    "base_2": (0.052, -0.006, 0.043),
-    "base_3": (0.050, 0.004, 0.040),
-    "base_4": (0.042, 0.018, None),
-    "base_5": (0.034, 0.036, None),
-    "heel": (-0.010, 0.0, None),
-    "heel_back_medial": (-0.046, -0.015, None),
-    "heel_back_lateral": (-0.046, 0.015, None),
-    "heel_front_medial": (0.008, -0.017, None),
-    "heel_front_lateral": (0.008, 0.019, None),
-}
+_TREE = toml_tree("plantigrade.models", "feet.toml")
+_POINTS: dict[str, list[float]] = _TREE["points"]
+"""x forward, y lateral (left foot), z above the ground [m]; without z: resting on the ground."""
 
 
 @dataclass(frozen=True)
@@ -56,57 +36,13 @@ class _Segment:
     name: str
     parent: str
     joint: str
-    bones: tuple[tuple[str, str], ...]
+    bones: list[tuple[str, str]]
     contacts: tuple[str, ...]
 
 
-_SEGMENTS = (
-    _Segment(
-        "medial_metatarsal",
-        "",
-        "ankle",
-        (
-            ("base_1", "metatarsal_1"),
-            ("base_2", "metatarsal_2"),
-            ("base_3", "metatarsal_3"),
-            ("ankle", "base_1"),
-            ("ankle", "base_3"),
-            ("ankle", "base_4"),
-            ("ankle", "heel"),
-        ),
-        (),
-    ),
-    _Segment(
-        "medial_phalanges",
-        "medial_metatarsal",
-        "metatarsal_3",
-        (("metatarsal_1", "toe_1"), ("metatarsal_2", "toe_2"), ("metatarsal_3", "toe_3")),
-        ("metatarsal_1", "metatarsal_2", "metatarsal_3", "toe_1", "toe_2", "toe_3"),
-    ),
-    _Segment(
-        "lateral_metatarsal",
-        "medial_metatarsal",
-        "base_4",
-        (("base_4", "metatarsal_4"), ("base_5", "metatarsal_5")),
-        ("base_4", "base_5"),
-    ),
-    _Segment(
-        "lateral_phalanges",
-        "lateral_metatarsal",
-        "metatarsal_4",
-        (("metatarsal_4", "toe_4"), ("metatarsal_5", "toe_5")),
-        ("metatarsal_4", "metatarsal_5", "toe_4", "toe_5"),
-    ),
-    _Segment(
-        "heel",
-        "medial_metatarsal",
-        "heel",
-        (("heel_back_medial", "heel_front_medial"), ("heel_back_lateral", "heel_front_lateral")),
-        ("heel_back_medial", "heel_back_lateral", "heel_front_medial", "heel_front_lateral"),
-    ),
+_SEGMENTS = tuple(
+    _Segment(**{**each, "contacts": tuple(each["contacts"])}) for each in _TREE["segments"]
 )
-# As in the paper, each segment in ground contact has three or more contacts; the third one of the
-# lateral metatarsal is the fourth metatarsal head, which it shares with the toes.
 
 
 def sphere_radius(d: Dimensions) -> float:
@@ -121,8 +57,8 @@ def point(name: str, d: Dimensions) -> np.ndarray:
         name: Name in the table of this module (``"toe_1"``, ``"heel"``, ``"base_4"``, …).
         d: The person's lengths.
     """
-    x, y, z = _POINTS[name]
-    height = sphere_radius(d) if z is None else z * d.ankle_height / _ANKLE
+    x, y, *z = _POINTS[name]
+    height = z[0] * d.ankle_height / _ANKLE if z else sphere_radius(d)
     return np.array(
         [x * d.foot_length / _LENGTH, y * d.foot_width / _WIDTH, height - d.ankle_height]
     )

@@ -22,6 +22,7 @@ for ``two-segment``, 12 for ``multi-segment``.
 
 from dataclasses import dataclass
 
+from plantigrade.data_files import toml_tree
 from plantigrade.errors import ParameterError
 
 JOINT_SETS = ("42", "43", "58", "66")
@@ -36,86 +37,17 @@ class MovingPart:
     coordinates: tuple[str, ...]  #: Coordinates without side, in order of rotation
 
 
-def _spine(joint: str) -> tuple[str, ...]:
-    """Return the three coordinates of a joint of the trunk or neck."""
-    return tuple(f"{joint}_{c}" for c in ("extension", "bending", "rotation"))
+def _parts(table: str) -> dict[str, tuple[MovingPart, ...]]:
+    """Return the moving parts of a table, by joint set or foot."""
+    return {
+        name: tuple(MovingPart(part, body, tuple(names)) for part, body, names in rows)
+        for name, rows in toml_tree("plantigrade.models", "joint_sets.toml")[table].items()
+    }
 
 
-_HIP = ("hip_flexion", "hip_adduction", "hip_rotation")
-_LUMBAR, _THORAX, _NECK = _spine("lumbar"), _spine("thorax"), _spine("neck")
-_ARM = ("arm_flex", "arm_add", "arm_rot")
-_WRIST = ("wrist_flex", "wrist_dev")
-
-
-def _legs(knee: tuple[str, ...], ankle: tuple[str, ...]) -> tuple[MovingPart, ...]:
-    return (
-        MovingPart("femur", "femur", _HIP),
-        MovingPart("tibia", "tibia", knee),
-        MovingPart("foot", "foot", ankle),
-    )
-
-
-_SAGITTAL_KNEE, _ANKLE_2 = ("knee_angle",), ("ankle_angle", "subtalar_angle")
-_ANKLE_3 = (*_ANKLE_2, "ankle_rotation")
-
-_PRESETS: dict[str, tuple[MovingPart, ...]] = {
-    "42": (
-        MovingPart("abdomen", "torso", _LUMBAR),
-        MovingPart("lower_neck", "head", _NECK),
-        MovingPart("humerus", "humerus", _ARM),
-        MovingPart("ulna", "forearm", ("elbow_flex", "pro_sup")),
-        MovingPart("hand", "hand", _WRIST),
-        MovingPart("fingers", "fingers", ("fingers_flex",)),
-        *_legs(_SAGITTAL_KNEE, _ANKLE_2),
-    ),
-    "43": (
-        MovingPart("abdomen", "abdomen", _LUMBAR),
-        MovingPart("lower_thorax", "thorax", _THORAX),
-        MovingPart("lower_neck", "head", _NECK),
-        MovingPart("humerus", "humerus", _ARM),
-        MovingPart("ulna", "ulna", ("elbow_flex",)),
-        MovingPart("radius", "radius", ("pro_sup",)),
-        MovingPart("hand", "hand", _WRIST),
-        *_legs(_SAGITTAL_KNEE, _ANKLE_2),
-    ),
-    "58": (
-        MovingPart("abdomen", "abdomen", _LUMBAR),
-        MovingPart("lower_thorax", "lower_thorax", _spine("lower_thorax")),
-        MovingPart("thorax", "thorax", _THORAX),
-        MovingPart("lower_neck", "lower_neck", _spine("lower_neck")),
-        MovingPart("upper_neck", "upper_neck", _spine("upper_neck")),
-        MovingPart("head", "head", _NECK),
-        MovingPart("clavicle", "clavicle", ("clavicle_elevation", "clavicle_protraction")),
-        MovingPart("humerus", "humerus", _ARM),
-        MovingPart("ulna", "ulna", ("elbow_flex",)),
-        MovingPart("radius", "radius", ("pro_sup",)),
-        MovingPart("hand", "hand", _WRIST),
-        *_legs(_SAGITTAL_KNEE, _ANKLE_3),
-    ),
-    "66": (
-        MovingPart("abdomen", "torso", _LUMBAR),
-        MovingPart("lower_neck", "head", _NECK),
-        MovingPart("humerus", "humerus", _ARM),
-        MovingPart("ulna", "forearm", ("elbow_flex", "elbow_adduction", "pro_sup")),
-        *_legs(("knee_angle", "knee_adduction", "knee_rotation"), _ANKLE_3),
-    ),
-}
+_PRESETS, _FOOT_JOINTS = _parts("joints"), _parts("feet")
 
 NATIVE_FEET = {**dict.fromkeys(("42", "43", "58"), "two-segment"), "66": "multi-segment"}
-
-_FOOT_JOINTS: dict[str, tuple[MovingPart, ...]] = {
-    "rigid": (),
-    "two-segment": (MovingPart("toes", "toes", ("mtp_angle",)),),
-    "multi-segment": tuple(
-        MovingPart(part, part, tuple(f"{joint}_{c}" for c in ("angle", "inversion", "adduction")))
-        for part, joint in (
-            ("medial_phalanges", "mtp"),
-            ("lateral_metatarsal", "cuboid"),
-            ("lateral_phalanges", "mtp4"),
-            ("heel", "heel"),
-        )
-    ),
-}
 
 
 def moving_parts(joints: str, feet: str) -> dict[str, MovingPart]:

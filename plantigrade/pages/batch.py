@@ -17,6 +17,7 @@ from plantigrade.charts.theme import STROKES
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.notes import Repeated, repeated
 from plantigrade.pages.section import Section, page_html
+from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text
 from plantigrade.record.batch import BatchFolder, Row
 
@@ -33,9 +34,6 @@ OUTLIER_ROBUST_SD = 3.5
 ([Iglewicz1993]_)."""
 MAD_TO_SD = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
-
-Column = tuple[str, tuple[str, ...], int]
-"""Heading, figures (one, or right and left) and decimals of a column."""
 
 
 @runtime_checkable
@@ -70,8 +68,13 @@ class BatchKind:
     title: str  #: Heading of the page
     noun: str  #: Noun for an item
     done: str  #: Participle for its processing
-    columns: tuple[Column, ...]  #: Figures of the table, the distributions and the outliers
+    table: str  #: Name of the table of its figures, also of the distributions and the outliers
     note: str = ""  #: Explanation of the figures
+
+    @property
+    def columns(self) -> list[tuple[str, list[str], int]]:
+        """Heading, figures (one, or right and left) and decimals of each column."""
+        return [(one.label, one.key.split(), one.digits) for one in shown_in(self.table)]
 
     def fails(self, one: Ended) -> bool:
         """Return whether an item counts as failed."""
@@ -122,18 +125,7 @@ FITS = BatchKind(
     title="Fitted recordings",
     noun="recording",
     done="fitted",
-    columns=(
-        ("marker error [mm]", ("marker_rms_mean_mm",), 1),
-        ("joint error [mm]", ("joint_rms_mm",), 1),
-        ("walking speed [m/s]", ("walking_speed_m_s",), 2),
-        ("running speed [m/s]", ("running_speed_m_s",), 2),
-        ("cadence [1/min]", ("cadence_steps_min",), 0),
-        ("step, right / left [m]", ("step_length_r_m", "step_length_l_m"), 2),
-        ("symmetry index [%]", ("symmetry_index_step_length_pct",), 1),
-        ("GPS, right / left [°]", ("gps_r_deg", "gps_l_deg"), 1),
-        ("GPS, both [°]", ("gps_deg",), 1),
-        ("strides", ("strides_r_count", "strides_l_count"), 0),
-    ),
+    table="fits",
     note=(
         "Error: RMS of the markers, mean over frames, or of the joint centres of a skeleton. "
         "Symmetry index: of step length (Robinson et al. 1987). GPS: Gait Profile Score; "
@@ -145,29 +137,13 @@ MOTIONS = BatchKind(
     title="Synthesised motions",
     noun="motion",
     done="synthesised",
-    columns=(
-        ("residual force, peak [% BW]", ("check_root_force_max_bw_percent",), 2),
-        ("slip [mm]", ("check_slip_max_mm",), 2),
-        ("walking speed [m/s]", ("walking_speed_m_s",), 2),
-        ("cadence [1/min]", ("cadence_steps_min",), 0),
-        ("cost of transport", ("cost_of_transport",), 2),
-        ("joint work [J]", ("joint_work_absolute_j",), 0),
-        ("duration [s]", ("duration_s",), 2),
-        ("iterations", ("iterations",), 0),
-    ),
+    table="motions",
 )
 REPRODUCED = BatchKind(
     title="Reproduced gaits",
     noun="recording",
     done="reproduced",
-    columns=(
-        ("range of motion, error [°]", ("rom_error_mean_deg",), 1),
-        ("centre of mass, error [mm]", ("com_error_max_mm",), 1),
-        ("walking speed [m/s]", ("walking_speed_m_s",), 2),
-        ("strides", ("cycles_count",), 0),
-        ("vertical force, RMSE [BW]", ("vertical_force_rmse_bw",), 3),
-        ("vertical force, r", ("vertical_force_correlation",), 3),
-    ),
+    table="reproduced gaits",
 )
 
 
@@ -222,14 +198,7 @@ SIMULATIONS = _Simulations(
     title="Batch of simulations",
     noun="simulation",
     done="simulated",
-    columns=(
-        ("fell at [s]", ("fell_at_s",), 2),
-        ("diverged at [s]", ("diverged_at_s",), 2),
-        ("duration [s]", ("duration_s",), 2),
-        ("peak force [BW]", ("vertical_force_max_bw",), 2),
-        ("peak motor torque [%]", ("motor_torque_max_pct",), 0),
-        ("tracking error [°]", ("tracking_error_rms_deg",), 1),
-    ),
+    table="simulations",
 )
 
 

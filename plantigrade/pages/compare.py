@@ -22,27 +22,13 @@ from plantigrade.motion.filters import runs
 from plantigrade.pages.compare_figures import figure_section, verdict_of
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.clinical import NAMES, OWN_SIDE, grid_of
+from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text, signed_text
 
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
 """Colours of the gaits in order, repeated if there are more."""
 UNITS = {"deg": "°", "N m/kg": "N m/kg", "body weight": "BW"}
 LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in LOADED_JOINTS))
-TABLE = (
-    ("walking speed", "m/s", "walking_speed_m_s", 2),
-    ("running speed", "m/s", "running_speed_m_s", 2),
-    ("cadence", "steps/min", "cadence_steps_min", 0),
-    ("step length, right", "m", "step_length_r_m", 2),
-    ("step length, left", "m", "step_length_l_m", 2),
-    ("step width", "m", "step_width_m", 2),
-    ("stance, right", "% of stride", "stance_r_pct", 1),
-    ("stance, left", "% of stride", "stance_l_pct", 1),
-    ("double support", "% of stride", "double_support_pct", 1),
-    ("Gait Profile Score, right", "°", "gps_r_deg", 1),
-    ("Gait Profile Score, left", "°", "gps_l_deg", 1),
-    ("Gait Profile Score", "°", "gps_deg", 1),
-    ("RMS marker error", "mm", "marker_rms_mean_mm", 1),
-)
 MAX_SPEED_DIFFERENCE = 0.1
 """Difference of walking speeds above which a note is given, because angles depend on speed
 [m/s]."""
@@ -95,17 +81,17 @@ def colour_of(found: RunComparison, k: int) -> str:
 def measure_section(found: RunComparison) -> Section:
     """Return the measures of the runs, and their differences from the first."""
     rows = []
-    for label, unit, key, digits in TABLE:
-        known = [gait.figure(key) for gait in found.gaits]
+    for one in shown_in("comparison"):
+        known = [gait.figure(one.key) for gait in found.gaits]
         if all(value is None for value in known):
             continue
-        row = [label, *(rounded_text(value, digits) for value in known)]
+        row = [one.label, *(rounded_text(value, one.digits) for value in known)]
         for value in known[1:]:
-            row.append(_difference_text(value, known[0], digits))
-        rows.append([*row, unit])
-    one = "difference" if len(found.gaits) == 2 else "{} minus first"
+            row.append(_difference_text(value, known[0], one.digits))
+        rows.append([*row, one.unit])
+    words = "difference" if len(found.gaits) == 2 else "{} minus first"
     headers = ["measure", *(gait.name for gait in found.gaits)]
-    headers += [one.format(gait.name) for gait in found.gaits[1:]]
+    headers += [words.format(gait.name) for gait in found.gaits[1:]]
     text = (
         f"Differences of the Gait Profile Score below {MIN_IMPORTANT_DIFFERENCE}° are not "
         "clinically relevant (Baker et al. 2012, Gait & Posture 35:612; in children)."

@@ -6,38 +6,12 @@ import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.pages.section import Subject
+from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text
 from plantigrade.pages.verdict import acted_on_body
 
-FIGURES = {
-    "walking_speed_m_s": ("walking speed", " m/s", 2),
-    "running_speed_m_s": ("running speed", " m/s", 2),
-    "cadence_steps_min": ("cadence", " steps/min", 0),
-    "marker_rms_mean_mm": ("RMS marker error", " mm", 1),
-    "joint_rms_mm": ("RMS joint centre error", " mm", 1),
-    "speed_m_s": ("speed", " m/s", 2),
-    "recorded_speed_m_s": ("speed of the recording", " m/s", 2),
-    "landings": ("steps", "", 0),
-    "tracking_error_rms_deg": ("joint angles off the motion, RMS", "°", 1),
-    "trunk_lean_mean_deg": ("trunk lean, mean", "°", 1),
-    "astray_max_m": ("distance from path, maximum", " m", 2),
-    "vertical_force_max_bw": ("vertical force, peak", " BW", 2),
-    "motor_torque_max_pct": ("joint strength used, peak", " %", 0),
-    "rom_error_mean_deg": ("range of motion error, mean", "°", 1),
-    "rom_error_max_deg": ("range of motion error, maximum", "°", 1),
-    "com_error_max_mm": ("centre of mass error, maximum", " mm", 1),
-    "contact_drift_max_mm": ("contact drift, maximum", " mm", 1),
-    "sole_lowest_mm": ("lowest point of the soles", " mm", 1),
-    "vertical_force_rmse_bw": ("vertical force error, RMS", " BW", 3),
-    "displacement_m": ("distance", " m", 2),
-    "duration_s": ("duration", " s", 2),
-    "flight_rise_m": ("rise in flight", " m", 2),
-    "take_off_speed_m_s": ("take-off speed", " m/s", 2),
-    "knee_angle_range_r_deg": ("knee range", "°", 0),
-    "ground_force_max_bw": ("vertical force, peak", " BW", 2),
-    "cost_of_transport": ("cost of transport", "", 2),
-}
-"""Name, unit and decimals of each figure of a tile."""
+FIGURES = {one.key: one for one in shown_in("headline")}
+"""Figures of tiles; a unit begins with the space before it."""
 GAIT = ("walking_speed_m_s", "running_speed_m_s", "cadence_steps_min")
 FIT_ERRORS = ("marker_rms_mean_mm", "joint_rms_mm")
 SIMULATION = (
@@ -125,7 +99,7 @@ def _both_sides(subject: Subject) -> dict[str, str]:
 def _figures_of(subject: Subject, keys: Sequence[str]) -> dict[str, str]:
     found = {}
     for key in keys:
-        name, unit, digits = FIGURES[key]
+        one = FIGURES[key]
         if (value := subject.number(key)) is not None:
-            found[name] = f"{rounded_text(value, digits)}{unit}"
+            found[one.label] = f"{rounded_text(value, one.digits)}{one.unit}"
     return found

@@ -16,27 +16,12 @@ from plantigrade.live.task_session import Solved, TaskSession, with_reference
 from plantigrade.pages.live_commands import Command, a_name, carry_out, whole
 from plantigrade.pages.page_server import PageServer
 from plantigrade.pages.scene import build_scene
+from plantigrade.pages.shown import shown_in
 from plantigrade.pages.task_handles import handles_of
 from plantigrade.pages.viewer import COLOURS, SCRIPTS, motion_data, stage_html
 from plantigrade.pages.viewer_skin import foot_data, skin_data
 
 POLL_INTERVAL = 0.05  # [s] between two checks for the end of the session
-
-FIGURES: Mapping[str, tuple[str, str, int]] = {
-    "duration_s": ("Duration", "s", 2),
-    "walking_speed_m_s": ("Walking speed", "m/s", 2),
-    "running_speed_m_s": ("Running speed", "m/s", 2),
-    "cadence_steps_min": ("Cadence", "steps/min", 0),
-    "stance_r_pct": ("Stance, right", "%", 0),
-    "flight_rise_m": ("Rise in flight", "m", 2),
-    "flight_time_s": ("Flight", "s", 2),
-    "ground_force_max_bw": ("Peak ground force", "BW", 2),
-    "joint_power_max_w": ("Peak joint power", "W", 0),
-    "joint_work_absolute_j": ("Joint work", "J", 0),
-    "cost_of_transport": ("Cost of transport", "", 2),
-    "check_torque_limit_use_max_percent": ("Strength used", "%", 0),
-}
-"""Figure of a run → its name, unit and decimals on the page."""
 
 
 class LiveTask:
@@ -207,11 +192,11 @@ def figures(solved: Solved | None, compared: Solved | None) -> list[list[str]]:
         return []
     shown = [each.run.metrics for each in (solved, compared) if each is not None]
     rows = [] if compared is None else [["", "this", "kept"]]
-    for key, (name, unit, digits) in FIGURES.items():
-        values = [metrics.get(key) for metrics in shown]
+    for one in shown_in("live task"):
+        values = [metrics.get(one.key) for metrics in shown]
         if values[0] is not None:
-            words = ["–" if v is None else f"{v:.{digits}f}" for v in values]
-            rows.append([f"{name} [{unit}]" if unit else name, *words])
+            words = ["–" if v is None else f"{v:.{one.digits}f}" for v in values]
+            rows.append([f"{one.label} [{one.unit}]" if one.unit else one.label, *words])
     return rows
 
 

@@ -14,6 +14,7 @@ from plantigrade.charts.labels import axis_label, side_of, without_side
 from plantigrade.charts.theme import STROKES
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.recorded import pair_plot
+from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
 
 _TESTS = {"t": "Student", "wilcoxon": "Wilcoxon", "": ""}
@@ -165,21 +166,14 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
     """Return a table with one row of figures per gait and links to its pages."""
     from markupsafe import Markup
 
-    columns = (
-        ("strides", "cycles_count", 0),
-        ("ROM error, mean [°]", "rom_error_mean_deg", 1),
-        ("maximum [°]", "rom_error_max_deg", 1),
-        ("CoM error, maximum [mm]", "com_error_max_mm", 1),
-        ("contact drift [mm]", "contact_drift_max_mm", 1),
-        ("lowest sole [mm]", "sole_lowest_mm", 1),
-        ("vertical force error [BW]", "vertical_force_rmse_bw", 3),
-    )
-    columns = [c for c in columns if any(gait.metrics.get(c[1]) is not None for gait in gaits)]
+    columns = [
+        c for c in shown_in("study") if any(gait.metrics.get(c.key) is not None for gait in gaits)
+    ]
     rows = []
     for gait in gaits:
         folder = quote(gait.folder, errors="surrogateescape")
         link = Markup('<a href="{0}/report.html">{1}</a>').format(folder, gait.name)
-        shown = [rounded_text(gait.metrics.get(key), digits) for _, key, digits in columns]
+        shown = [rounded_text(gait.metrics.get(c.key), c.digits) for c in columns]
         clearance = [
             " / ".join(rounded_text(1e3 * height, 0) for height in gait.comparison.clearance[side])
             for side in ("r", "l")
@@ -195,7 +189,7 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
         "Individual gaits",
         text=text,
         headers=(
-            "gait", "", *(label for label, _, _ in columns),
+            "gait", "", *(c.label for c in columns),
             "toe clearance right [mm]", "left [mm]", "",
         ),
         rows=rows,

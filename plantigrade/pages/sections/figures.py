@@ -1,52 +1,34 @@
 """Figures of a run in groups with readable names, except those of other sections."""
 
-from dataclasses import dataclass
-
 from plantigrade.constants import SIDES
-from plantigrade.data_files import csv_rows
 from plantigrade.pages.section import Group, Section, Subject
+from plantigrade.pages.shown import ALL, Shown, shown_in
 from plantigrade.pages.text import rounded_text
 
-
-@dataclass(frozen=True)
-class Shown:
-    """Display of a figure; ``key`` has ``{}`` for the side."""
-
-    group: str
-    label: str
-    unit: str
-    key: str
-    digits: int = 1
-    factor: float = 1.0
-
-    @property
-    def sided(self) -> bool:
-        """Whether the figure exists for both sides."""
-        return "{}" in self.key
-
-    def text(self, subject: Subject, side: str = "") -> str:
-        """Return the text of the value; a dash if it is unknown."""
-        value = subject.number(self.key.format(side))
-        return rounded_text(None if value is None else self.factor * value, self.digits)
-
-
-GROUPS: dict[str, list[Shown]] = {}
-for _shown in csv_rows("plantigrade.pages.sections", "figures.csv", Shown):
-    GROUPS.setdefault(_shown.group, []).append(_shown)
+OTHER = "other: "
+"""Beginning of the names of the tables of this section."""
+TITLES = tuple(dict.fromkeys(one.table for one in ALL if one.table.startswith(OTHER)))
 
 
 def figure_section(subject: Subject) -> list[Section]:
     """Return the known figures of the run in groups."""
-    groups = [group for title, shown in GROUPS.items() for group in _group(subject, title, shown)]
+    groups = [group for table in TITLES for group in _group(subject, table)]
     return [Section("Other figures", groups=groups, folded=True)] if groups else []
 
 
-def _group(subject: Subject, title: str, shown: list[Shown]) -> list[Group]:
+def _text(subject: Subject, one: Shown, side: str = "") -> str:
+    """Return the text of a value; a dash if it is unknown."""
+    value = subject.number(one.key.format(side))
+    return rounded_text(None if value is None else one.factor * value, one.digits)
+
+
+def _group(subject: Subject, table: str) -> list[Group]:
+    shown, title = shown_in(table), table.removeprefix(OTHER)
     sides = SIDES if shown[0].sided else ("",)
-    known = [one for one in shown if any(one.text(subject, side) != "–" for side in sides)]
+    known = [one for one in shown if any(_text(subject, one, side) != "–" for side in sides)]
     if not shown[0].sided:
-        rows = [[f.label, f"{f.text(subject)} {f.unit}".strip()] for f in known]
+        rows = [[f.label, f"{_text(subject, f)} {f.unit}".strip()] for f in known]
         return [Group(title, (), rows)] if rows else []
-    rows = [[f.label, *(f.text(subject, side) for side in sides), f.unit] for f in known]
+    rows = [[f.label, *(_text(subject, f, side) for side in sides), f.unit] for f in known]
     headers = ("", "right", "left", "unit")
     return [Group(title, headers, rows)] if rows else []

@@ -4,28 +4,10 @@ from plantigrade.analyze import norms
 from plantigrade.analyze.symmetry import symmetry_index
 from plantigrade.constants import SIDES
 from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text, signed_text
 
 MEASURES = "Spatio-temporal measures"
-WHOLE = (
-    ("walking speed", "m/s", "walking_speed{}_m_s", 2),
-    ("running speed", "m/s", "running_speed{}_m_s", 2),
-    ("cadence", "steps/min", "cadence{}_steps_min", 0),
-    ("step width", "m", "step_width{}_m", 2),
-    ("double support", "% of stride", "double_support{}_pct", 0),
-)
-BY_SIDE = (
-    ("stride length", "m", "stride_length_SIDE{}_m", 2),
-    ("stride time", "s", "stride_time_SIDE{}_s", 2),
-    ("step length", "m", "step_length_SIDE{}_m", 2),
-    ("step time", "s", "step_time_SIDE{}_s", 2),
-    ("stance", "% of stride", "stance_SIDE{}_pct", 1),
-    ("swing", "% of stride", "swing_SIDE{}_pct", 1),
-    ("contact time", "s", "contact_time_SIDE{}_s", 3),
-    ("flight time", "s", "flight_time_SIDE{}_s", 3),
-    ("duty factor", "of stride", "duty_factor_SIDE{}_ratio", 2),
-)
-"""Name, unit, key of the figure (``{}`` is ``_sd`` for the standard deviation) and decimals."""
 
 
 def measure_section(subject: Subject) -> list[Section]:
@@ -37,13 +19,14 @@ def measure_section(subject: Subject) -> list[Section]:
     none = subject.population.own or not subject.has_norms
     published = {} if none else _published(subject)
     rows = [
-        [name, "", "", _value(subject, key, digits), "", unit, published.get(name, "")]
-        for name, unit, key, digits in WHOLE
+        [w.label, "", "", _value(subject, w.key, w.digits), "", w.unit, published.get(w.label, "")]
+        for w in shown_in("whole gait")
     ]
-    for name, unit, key, digits in BY_SIDE:
-        keys = [key.replace("SIDE", side) for side in SIDES]
-        cells = [_value(subject, one, digits) for one in keys]
-        rows.append([name, *cells, "", _symmetry(subject, keys), unit, published.get(name, "")])
+    for one in shown_in("gait by side"):
+        keys = [one.key.replace("SIDE", side) for side in SIDES]
+        cells = [_value(subject, key, one.digits) for key in keys]
+        cells += ["", _symmetry(subject, keys), one.unit]
+        rows.append([one.label, *cells, published.get(one.label, "")])
     rows = [row for row in rows if any(row[1:4])]
     if not rows:
         return [Section(MEASURES, missing="no gait measures are known.")]
