@@ -45,6 +45,10 @@ Metres = Annotated[float | None, optional("METRES")]
 Years = Annotated[float | None, optional("YEARS")]
 Kilograms = Annotated[float | None, optional("KG")]
 OptionalPath = Annotated[Path | None, optional("PATH")]
+OutPath = Annotated[
+    Path | None, tyro.conf.arg(metavar="PATH", help_behavior_hint="", aliases=("-o",))
+]
+"""What a command writes: ``--out``, or ``-o`` as elsewhere."""
 OptionalWord = Annotated[str | None, optional("TEXT")]
 Sex = Annotated[Literal["female", "male"] | None, optional("{female,male}")]
 Feet = Annotated[

@@ -9,7 +9,7 @@ from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError, RunExists
 from plantigrade.models.person import Person
-from plantigrade.options import Flag, OptionalPath, optional
+from plantigrade.options import Flag, OutPath, optional
 
 if TYPE_CHECKING:
     from plantigrade.models import Human
@@ -49,7 +49,7 @@ class Command(Person, PrintOptions):
     """Stiffness of the soles of a model with actuators, at each contact point [N/m]."""
     ground_stiffness: Stiffness = None
     """Stiffness of the ground of a model with actuators, under each contact point [N/m]."""
-    out: OptionalPath = None
+    out: OutPath = None
     """File to write: MJCF, or an OpenSim model if it ends in .osim; - prints the MJCF instead of
     the summary."""
     overwrite: Flag = False

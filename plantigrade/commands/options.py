@@ -7,7 +7,7 @@ from typing import Literal
 from plantigrade.bounds import Bounded
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
-from plantigrade.options import Flag, OptionalPath, OptionalWord
+from plantigrade.options import Flag, OptionalWord, OutPath
 
 MAX_SHOWN_PDFS = 5  # PDFs of a batch that are named on the screen; chosen
 Backend = Literal["loky", "ray", "dask"]
@@ -27,7 +27,7 @@ class PrintOptions:
 class RunOptions(PrintOptions, Bounded):
     """Where the run folder goes."""
 
-    out: OptionalPath = None
+    out: OutPath = None
     """Run folder to write; by default runs/<command>-<name>, numbered if taken."""
     overwrite: Flag = False
     """Replace the run folder if it exists."""

@@ -10,7 +10,7 @@ from plantigrade.bounds import Bounded
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import FileError, ParameterError, RunExists
-from plantigrade.options import Flag, OptionalPath, OptionalWord, Seconds
+from plantigrade.options import Flag, OptionalWord, OutPath, Seconds
 
 if TYPE_CHECKING:
     from plantigrade.record import Run
@@ -37,7 +37,7 @@ class Command(PrintOptions, Bounded):
 
     run_folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN")]
     """Run folder to draw."""
-    out: OptionalPath = None
+    out: OutPath = None
     """File to write (.svg); by default picture.svg in the run folder."""
     overwrite: Flag = False
     """Replace the file if it exists outside the run folder."""

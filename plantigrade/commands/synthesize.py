@@ -298,9 +298,10 @@ def parse(words: Sequence[str]) -> Any:
     words = [_joint_strength(words, k) for k in range(len(words))]
     first, options = words[0] if words else "--help", {}
     leading = list(takewhile(lambda word: not word.startswith("-"), words))
-    if first == "--list" or len(leading) > 1 or (leading and not first.endswith(".toml") and (
+    folder = first not in SUBCOMMANDS and not first.endswith(".toml") and (
         Path(first).is_dir() or glob.has_magic(first)
-    )):  # fmt: skip
+    )  # fmt: skip
+    if first == "--list" or len(leading) > 1 or (leading and folder):
         return parsing.parse(Files, "plantigrade synthesize", words)
     if first.startswith("-"):
         print(usage())

@@ -221,15 +221,20 @@ class Solution:
         """Return the motion on a grid finer than the nodes, over some strides if periodic."""
         plan, name = self.task.plan, self.task.name
         periods = strides * (2 if plan.mirrored else 1) if plan.periodic else 1
+        sampled = self.sample(self.times(samples_per_interval, periods))
         return contact_record(
             self.body,
-            self.sample(self.times(samples_per_interval, periods)),
+            sampled,
             plan,
             friction=self.friction,
             walks=plan.periodic or name.startswith(("walk", "track")),
             limits=self.limits,
             conditions=self.task.conditions(self.body, periods),
-            signals=solver_signals(self.stages, self.violations) | self._spline(),
+            signals={
+                **solver_signals(self.stages, self.violations),
+                **self._spline(),
+                **self.task.object_signals(sampled.time),
+            },
             notes=self.notes,
         )
 

@@ -14,6 +14,7 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control import Posture, Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED, STANDING, settings_among
+from plantigrade.control.gait.reference import period_of
 from plantigrade.control.pendulum import WalkCommand, walk_of
 from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
@@ -24,6 +25,7 @@ from plantigrade.learn.policy_files import file_of
 from plantigrade.models import Human
 from plantigrade.models.human import require_scaled
 from plantigrade.motion import Motion
+from plantigrade.notes import Info
 from plantigrade.options import LEARNED, as_path, is_policy
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.metrics import METRICS
@@ -51,6 +53,7 @@ from plantigrade.world import (
 )
 from plantigrade.world.grounds import ground_named, platform_named
 from plantigrade.world.model_mismatch import ModelMismatch
+from plantigrade.world.recorded_wrench import recorded_wrenches
 from plantigrade.world.world import CONTROL_RATE, RATE
 
 SETTLING_TIME = 1.0
@@ -131,10 +134,14 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
     if is_policy(how.controller):
         return _learned(source, how, command)
     begin = _start_of(source, how, step, command)
-    if how.controller != "pendulum" or begin.record is None:
+    record = begin.record
+    if record is None:
         return begin
-    walk = walk_of(begin.record)
-    notes = (*begin.notes, *walk.notes[len(begin.record.notes) :])
+    walk = walk_of(record) if how.controller == "pendulum" else record
+    begin = replace(begin, notes=(*begin.notes, *_external_notes(record, walk)))
+    if how.controller != "pendulum":
+        return begin
+    notes = (*begin.notes, *walk.notes[len(record.notes) :])
     return replace(
         begin,
         record=walk,
@@ -143,6 +150,33 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
         notes=notes,
         walk=walk_command(begin, how, step),
     )
+
+
+def _external_notes(record: Record, walk: Record) -> tuple[str, ...]:
+    """Return notes on what acts on the body in a motion besides ground, seats and supports.
+
+    Args:
+        record: The motion with its forces.
+        walk: What the controller follows: the motion, or a stride of it.
+    """
+    notes: list[str] = []
+    if wrenches := recorded_wrenches(record):
+        acting = ", ".join(
+            f"{wrench.site.body} (up to {np.linalg.norm(wrench.force, axis=1).max():.0f} N)"
+            for wrench in wrenches
+        )
+        if recorded_wrenches(walk):
+            notes.append(Info(f"Forces of the motion act in the simulation, too: on {acting}."))
+        else:
+            notes.append(
+                f"forces of the motion on {acting} are left out, because one stride of it is "
+                "repeated: give a periodic motion, or another controller"
+            )
+    if record.device_torque.any():
+        notes.append(
+            "the torque that a device adds in the motion is left out: the joints' motors exert it"
+        )
+    return tuple(notes)
 
 
 def controller_of(begin: Start, ground: Ground, how: SimulateSettings, word: str) -> Controller:
@@ -340,10 +374,13 @@ def world_of(
 ) -> World:
     """Return the world of a start, at the rates of its controller."""
     ground = mismatch.ground_of(begin.ground)
+    wrenches = (
+        () if begin.record is None else recorded_wrenches(begin.record, period_of(begin.record)[0])
+    )
     world = world_for(
         controller,
         InitialState(begin.human, ground, *state_of(begin, mismatch, how)),
-        acting,
+        (*wrenches, *acting),
         physics_rate=how.rate,
         control_rate=how.control_rate,
         torque_rise=how.torque_rise,

@@ -2,6 +2,7 @@
 
 import json
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -120,6 +121,12 @@ def test_a_task_file_and_options_over_it(tmp_path):
     assert (command.jump_height, command.depth) == (0.25, 0.3)  # 0.25 is the default, and asked for
     turning = parse(["walk", "--turn", "90"])
     assert turning.turn == pytest.approx(np.pi / 2)
+
+
+def test_a_folder_that_has_the_name_of_a_task_does_not_hide_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("lift").mkdir()
+    assert parse(["lift", "-o", "lifted"]).out == Path("lifted")
 
 
 def test_the_first_interrupt_stops_with_the_best_the_second_gives_up(synthesized, capsys):

@@ -93,3 +93,14 @@ def test_a_box_is_lifted(mass):
     own = next(x.way for x in lifting.terms if isinstance(x, FollowTrajectory))
     expected = -mass * (own.at(t[[middle]], 2)[0] + [0.0, 0.0, human.gravity])
     np.testing.assert_allclose(force, expected, atol=1e-6)
+
+
+def test_the_box_that_is_drawn_is_the_one_that_moves_and_ends_on_the_table():
+    lifting, times = task(), np.linspace(0.0, 4.0, 41)
+    signals = lifting.object_signals(times)
+    box, table = signals["things.place"].transpose(1, 0, 2)
+    np.testing.assert_allclose(np.diff(box[:, :3], axis=0), np.diff(way().at(times), axis=0))
+    (_, _, half), (depth, _, thickness) = signals["things.size"]
+    assert box[0, 2] == pytest.approx(half)
+    assert box[-1, 2] - half == pytest.approx(table[-1, 2] + thickness)
+    assert table[0, 0] - depth < box[-1, 0]  # it does not tip over the edge

@@ -26,6 +26,7 @@ from plantigrade.world import (
 from plantigrade.world.box import PARKING_HEIGHT
 from plantigrade.world.disturbance import StrikeTimer
 from plantigrade.world.grounds import ground_named, platform_named
+from plantigrade.world.recorded_wrench import RecordedWrench, recorded_wrenches
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
@@ -43,6 +44,35 @@ def test_a_rope_pulls_towards_its_anchor_while_it_pulls():
     way = np.array(anchor) - record.contact_point[pulling, -1]
     assert np.abs(np.cross(force[pulling], way)).max() < 0.01 and (force[pulling, 1] > 29).all()
     assert check(record).measures["root_moment"].value < 0.05
+
+
+def test_forces_of_a_recorded_motion_act_again_at_their_point_and_time():
+    first = world(Push(force=40.0, duration=0.1, time=0.1)).simulate(Posture(), 0.3)
+    (wrench,) = recorded_wrenches(first)
+    again = world(wrench).simulate(Posture(), 0.3)
+    pushed, repeated = (each.signals["world.push"][:, 0] for each in (first, again))
+    dt = np.diff(first.motion.time)
+    np.testing.assert_allclose(repeated[1:] @ dt, pushed[1:] @ dt, rtol=0.1)  # within one tick
+    assert check(again).measures["root_moment"].value < 0.05
+    assert not recorded_wrenches(world().simulate(Posture(), 0.05))
+
+
+def test_a_recorded_moment_turns_and_does_not_push():
+    (wrench,) = recorded_wrenches(
+        world(Push(force=40.0, duration=0.2, time=0.0)).simulate(Posture(), 0.2)
+    )
+    turn = RecordedWrench(
+        site=wrench.site,
+        times=wrench.times,
+        force=np.zeros_like(wrench.force),
+        moment=np.tile([3.0, -4.0, 12.0], (len(wrench.times), 1)),
+        period=0.1,
+    )
+    pushed = world(turn)
+    pushed.step(Posture()(pushed.reset()))
+    arms = pushed.pushes[:, 0] - pushed.data.xipos[pushed.human.body(wrench.site.body)]
+    np.testing.assert_allclose(np.cross(arms, pushed.pushes[:, 1]).sum(axis=0), [3, -4, 12])
+    np.testing.assert_allclose(pushed.pushes[:, 1].sum(axis=0), 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

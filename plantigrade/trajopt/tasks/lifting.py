@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.contact.limb_sites import REFERENCE_HEIGHT, palm
 from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.contact.site import Point
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
@@ -21,7 +22,7 @@ from plantigrade.trajopt.guess.postures import (
 )
 from plantigrade.trajopt.tasks.settings import Lift
 from plantigrade.trajopt.tasks.standing import at_rest, basics, crouch
-from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.task import MotionTask, Path
 from plantigrade.trajopt.terms.carrying import (
     BehindTrajectory,
     Carried,
@@ -35,7 +36,10 @@ BOX = (0.28, 0.38, 0.30)  # [m] depth, width and height of the box
 BOX_AHEAD = 0.50  # [m] middle of the box ahead of the middle of standing at 1.75 m; toes clear it
 HANDS_HEIGHT = 0.22  # [m] hands above the bottom of the box
 OVER_TABLE = 0.05  # [m] how high above the table the box passes its edge
-ONTO_TABLE = 0.14  # [m] how far forward the box goes, onto the edge of the table
+ONTO_TABLE = 0.17  # [m] how far forward the box goes, its middle 3 cm behind the table's edge
+TABLE_DEPTH = 0.60  # [m] of the table that is drawn
+TABLE_WIDTH = 1.20  # [m] of the table that is drawn
+TABLE_THICKNESS = 0.03  # [m] of the table that is drawn
 REST_SHARES = (0.34, 0.74)  # [1] from when to when the box moves, of the duration
 WAY_SHARES = ((0.0, 0.0, 0.0), (0.6, 0.6, 0.7), (1.0, 1.0, 1.0))
 """When the box is on the floor, above the edge of the table and on it [1]: x moves after 0.6."""
@@ -84,7 +88,26 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
     terms += [BehindTrajectory(point, way, BOX[0] / 2) for point in _front(human)]
     times = (0.0, start - 0.1, start + 0.1, stop - 0.1, stop + 0.1, duration)
     guess = KeyPostures(times, (standing, low, low, high, high, standing))
-    return MotionTask("lift", plan, tuple(terms), guess)
+    return MotionTask("lift", plan, tuple(terms), guess, objects=_drawn(way, parameters, ahead))
+
+
+def _drawn(way: Trajectory, parameters: Lift, ahead: float) -> tuple[tuple[SceneObject, Path], ...]:
+    """Return box and table; the table begins where the box rises past its edge."""
+    table = (TABLE_DEPTH, TABLE_WIDTH, TABLE_THICKNESS)
+    top = (
+        ahead + (BOX[0] + TABLE_DEPTH) / 2, 0.0, parameters.table_height - TABLE_THICKNESS / 2
+    )  # fmt: skip
+
+    def half(edges: tuple[float, float, float]) -> tuple[float, float, float]:
+        return edges[0] / 2, edges[1] / 2, edges[2] / 2
+
+    return (
+        (
+            SceneObject("box", "box", half(BOX)),
+            lambda times: way.at(times) + [0.0, 0.0, BOX[2] / 2 - HANDS_HEIGHT],
+        ),
+        (SceneObject("table", "box", half(table)), lambda times: np.tile(top, (len(times), 1))),
+    )
 
 
 def _front(human: Human) -> list[Point]:

@@ -7,10 +7,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
+from plantigrade.record.things import PLACES, described
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import PeriodicClosure, Problem
@@ -29,6 +31,10 @@ Guess = Callable[[ContactBody, ContactPlan, Array], Array]
 """Coordinates (n_times, nv) at times, for a body and a plan."""
 ForceGuess = Callable[[ContactBody, Array, Array], Array]
 """Forces (n_times, 3 n_sites) at times [body weights], for a body and where a site may carry."""
+
+
+Path = Callable[[Array], Array]
+"""Middle (n_times, 3) of an object at times."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,8 @@ class MotionTask:
     #: Whether the check refuses parts of the body inside each other or inside the ground; false
     #: where a recording is tracked, whose limbs are not as thick as the person's
     solid: bool = True
+    #: What is drawn beside the person: an object, and its place [m] at times
+    objects: tuple[tuple[SceneObject, Path], ...] = ()
 
     def __post_init__(self):
         """Take a whole stride where terms are one-sided."""
@@ -93,6 +101,14 @@ class MotionTask:
                 exact, name = (periods * way, periods * way), "distance walked"
                 out = (*out, Condition(name, "displacement", when, exact, exact, of))
         return out
+
+    def object_signals(self, times: Float[Array, " n"]) -> dict[str, Array]:
+        """Return the signals of what is drawn beside the person, at times [s]."""
+        if not self.objects:
+            return {}
+        upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(times), 1))
+        poses = [np.hstack([path(times), upright]) for _, path in self.objects]
+        return {**described([thing for thing, _ in self.objects]), PLACES: np.stack(poses, axis=1)}
 
     def nodes(self, given: Float[Array, " n"] | None = None) -> Float[Array, " n_nodes"]:
         """Return the times of the nodes, with one wherever a term requires it.
