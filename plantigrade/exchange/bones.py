@@ -13,73 +13,18 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.data_files import toml_tree
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.human import require_scaled
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.skeleton import all_parts, split_side
 
-_ENDS = {
-    "head": "vertex",
-    "hand": "finger_tip",
-    "fingers": "finger_tip",
-    "foot": "toe_tip",
-    "toes": "toe_tip",
-    "medial_phalanges": "toe_tip",
-    "lateral_metatarsal": "metatarsal_5_head",
-    "lateral_phalanges": "toe_5",
-    "heel": "heel",
-}
+_TREE = toml_tree("plantigrade.exchange", "bones.toml")
+_ENDS: dict[str, str] = _TREE["ends"]
 """Part → landmark where its bone ends, if no bone follows."""
-
-_BIPED = {
-    "pelvis": "Hips",
-    "abdomen": "Spine",
-    "lower_thorax": "Spine1",
-    "thorax": "Spine2",
-    "lower_neck": "Neck",
-    "head": "Head",
-    "clavicle": "{Side}Shoulder",
-    "humerus": "{Side}Arm",
-    "ulna": "{Side}ForeArm",
-    "hand": "{Side}Hand",
-    "femur": "{Side}UpLeg",
-    "tibia": "{Side}Leg",
-    "foot": "{Side}Foot",
-    "toes": "{Side}ToeBase",
-}
-
-RIGS: dict[str, dict[str, str]] = {
-    "plantigrade": {
-        **_BIPED,
-        "upper_neck": "Neck1",
-        "radius": "{Side}ForeArmRoll",
-        "fingers": "{Side}Fingers",
-        "lateral_metatarsal": "{Side}FootLateral",
-        "lateral_phalanges": "{Side}ToesLateral",
-        "heel": "{Side}Heel",
-    },
-    "mixamo": {part: f"mixamorig:{name}" for part, name in _BIPED.items()},
-    "cmu": {**_BIPED, "abdomen": "LowerBack", "lower_thorax": "Spine", "thorax": "Spine1",
-            "upper_neck": "Neck1"},
-    "rokoko": {**_BIPED, "abdomen": "Spine1", "lower_thorax": "Spine2", "thorax": "Spine3",
-               "femur": "{Side}Thigh", "tibia": "{Side}Shin", "toes": "{Side}Toe"},
-    "unity": {**_BIPED, "lower_thorax": "Chest", "thorax": "UpperChest",
-              "humerus": "{Side}UpperArm", "ulna": "{Side}LowerArm", "femur": "{Side}UpperLeg",
-              "tibia": "{Side}LowerLeg", "toes": "{Side}Toes"},
-    "unreal": {"pelvis": "pelvis", "abdomen": "spine_01", "lower_thorax": "spine_02",
-               "thorax": "spine_03", "lower_neck": "neck_01", "head": "head",
-               "clavicle": "clavicle_{s}", "humerus": "upperarm_{s}", "ulna": "lowerarm_{s}",
-               "hand": "hand_{s}", "femur": "thigh_{s}", "tibia": "calf_{s}", "foot": "foot_{s}",
-               "toes": "ball_{s}"},
-    "rigify": {"pelvis": "spine", "abdomen": "spine.001", "lower_thorax": "spine.002",
-               "thorax": "spine.003", "lower_neck": "spine.004", "upper_neck": "spine.005",
-               "head": "spine.006", "clavicle": "shoulder.{S}", "humerus": "upper_arm.{S}",
-               "ulna": "forearm.{S}", "hand": "hand.{S}", "femur": "thigh.{S}",
-               "tibia": "shin.{S}", "foot": "foot.{S}", "toes": "toe.{S}"},
-}  # fmt: skip
-"""Rig → names of its bones by part; the toes of a rig are the first three where a foot has two
-parts of toes."""
+RIGS: dict[str, dict[str, str]] = _TREE["rigs"]
+"""Rig → names of its bones by part."""
 
 _WORDS = {"r": {"Side": "Right", "s": "r", "S": "R"}, "l": {"Side": "Left", "s": "l", "S": "L"}}
 

@@ -16,38 +16,20 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.data_files import csv_rows
 from plantigrade.errors import FitError
 
-# Words for each joint without side and separators, least ambiguous first.
-SPELLINGS: dict[str, tuple[str, ...]] = {
-    "hip": tuple(
-        "femur thighbend thigh upleg upperleg uleg legupper hip hipjoint uppeleg leg".split()
-    ),
-    "knee": tuple(
-        "tibia shin calf knee lowerleg lowleg lleg leglower shank crus kneejoint leg".split()
-    ),
-    "ankle": tuple("ankle anklejoint talus foot feet".split()),
-    "ball": tuple(
-        "toebase ball metatarsals metatarsal midfoot toes toe football mtp bigtoe foot".split()
-    ),
-    "toe_end": tuple("toeend toetip toebaseend toesend toenub footend toesite toe".split()),
-    "clavicle": tuple("clavicle collar collarbone clav scapula shoulder innershoulder".split()),
-    "shoulder": tuple(
-        "humerus upperarm uparm uarm armupper shldrbend shldr arm shoulderjoint shoulder".split()
-    ),
-    "elbow": tuple(
-        "elbow radius forearmbend forearm lowerarm lowarm larm armlower ulna elbowjoint".split()
-    ),
-    "wrist": ("wrist", "hand", "wristjoint", "palm"),
-    "thumb": ("thumb", "handthumb", "thumbproximal", "thumbbase", "thumbmetacarpal"),
-    "index": ("index", "handindex", "indexproximal", "indexfinger", "fingerindex"),
-    "pinky": ("pinky", "handpinky", "littleproximal", "pinkyproximal", "little", "fingerpinky"),
-    "knuckle": ("mid", "handmiddle", "middle", "fingers", "fingerbase", "finger", "hand"),
-}
-MIDLINE: dict[str, tuple[str, ...]] = {
-    "neck": ("lowerneck", "neck", "necklower", "cervical"),
-    "head": ("head", "skull"),
-}
+
+@dataclass(frozen=True)
+class _Words:
+    joint: str
+    midline: str
+    words: str
+
+
+_ROWS = csv_rows("plantigrade.models", "joint_spellings.csv", _Words)
+SPELLINGS = {row.joint: tuple(row.words.split()) for row in _ROWS if not row.midline}
+MIDLINE = {row.joint: tuple(row.words.split()) for row in _ROWS if row.midline}
 REQUIRED_JOINTS = ("hip", "knee", "ankle")
 FOREARM_RATIO = (
     0.95  # [1] usual forearm to upper arm ratio; distinguishes the wrist from its neighbours
