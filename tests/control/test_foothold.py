@@ -7,6 +7,7 @@ from plantigrade.contact.ground import Ground, GroundStep, HeightField
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.ground import GroundSettings, Sole
+from plantigrade.control.pendulum.plan import body_axes
 
 LEG, SETTINGS = 0.9, GroundSettings()
 X = np.array([1.0, 0.0])
@@ -30,23 +31,25 @@ def spread(sole: Sole, ground: Ground, place) -> float:
 def test_a_foot_that_would_land_half_on_an_edge_is_put_beside_it(y):
     sole, ground, place = Sole(LEG, 1.0), edge(y), np.array([0.3, 0.1])
     assert spread(sole, ground, place) == pytest.approx(0.05)
-    shift = sole.shift(ground, place, np.array([0.0, -0.1]), 0.3)
+    shift = sole.shift(ground, place, np.array([0.0, -0.1]), np.eye(2), 0.3)
     assert spread(sole, ground, place + shift) < 0.005
     assert shift[0] == 0.0  # along the edge nothing is gained
     np.testing.assert_array_equal(  # just before it lands nothing is changed any more
-        sole.shift(ground, place + 0.05, np.array([0.0, -0.1]), 0.05), shift
+        sole.shift(ground, place + 0.05, np.array([0.0, -0.1]), np.eye(2), 0.05), shift
     )
 
 
 def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
     place, other = np.array([0.3, 0.1]), np.array([0.0, -0.1])
-    level = Sole(LEG, 1.0).shift(Ground(steps=(GroundStep(5.0, 0.1),)), place, other, 0.3)
+    level = Sole(LEG, 1.0).shift(
+        Ground(steps=(GroundStep(5.0, 0.1),)), place, other, np.eye(2), 0.3
+    )
     np.testing.assert_array_equal(level, [0.0, 0.0])
     ground = edge(0.1)
     near = np.array(
         [0.0, 0.1 - SwingOffsetSettings.min_foot_distance * LEG - 0.01]
     )  # a shift inward would be on this foot
-    assert Sole(LEG, 1.0).shift(ground, place, near, 0.3)[1] > 0.0
+    assert Sole(LEG, 1.0).shift(ground, place, near, np.eye(2), 0.3)[1] > 0.0
 
 
 def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
@@ -65,12 +68,23 @@ def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
 def test_a_foot_on_its_way_turns_from_how_it_stood_to_how_it_lands():
     sole, ground = Sole(LEG, 1.0), Ground(steps=(GroundStep(0.5, 0.1),))
     foot, at = Foot("l", 1, True), np.zeros(3)
-    stood = sole.normal(ground, foot, 0.0, at, X, None)
+    stood = sole.normal(ground, foot, 0.0, at, X, None, X)
     foot.in_stance, foot.lift_off, foot.touchdown = False, 1.0, 1.5
     goal = np.array([0.45, 0.0])  # heel before the step, ball on it
     lies = sole.under(ground, goal, X)
     assert stood[0] == 0.0 > lies[0]
-    ways = [sole.normal(ground, foot, t, at, X, goal)[0] for t in (1.0, 1.25, 1.5)]
+    ways = [sole.normal(ground, foot, t, at, X, goal, X)[0] for t in (1.0, 1.25, 1.5)]
     np.testing.assert_allclose(ways[::2], [0.0, lies[0]], atol=1e-12)
     assert ways[0] > ways[1] > ways[2]
-    np.testing.assert_array_equal(sole.normal(ground, foot, 1.4, at, X, None), stood)
+    np.testing.assert_array_equal(sole.normal(ground, foot, 1.4, at, X, None, X), stood)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "ahead"),
+    [(0, (1, 0)), (40, (1, 0)), (-100, (0, -1)), (90, (0, 1)), (170, (-1, 0)), (-150, (-1, 0))],
+)
+def test_a_foot_passes_the_other_along_the_body_wherever_the_walk_leads(degrees, ahead):
+    half = 0.5 * np.radians(degrees)
+    axes = body_axes(np.array([np.cos(half), 0.0, 0.0, np.sin(half)]))
+    np.testing.assert_array_equal(axes[:, 0], ahead)
+    np.testing.assert_array_equal(axes[:, 1], [-ahead[1], ahead[0]])

@@ -75,3 +75,11 @@ def test_strides_of_a_recording_begin_at_other_instants_and_walk(data):
     assert all(period_of(walk)[0] is not None for walk in every)
     assert len({float(walk.motion.qpos[0, 2]) for walk in every}) == len(every) > 1
     assert walk_starts.start("pendulum", data, name, 1, walk_starts.SHORT)["survived"]
+
+
+@pytest.mark.slow
+def test_a_person_walks_backward_on_and_on(data):
+    """Where left is follows from the body: legs crossed after a second where it was of the walk."""
+    found = walk_starts.start("pendulum", data, "cmu_bvh/09_12.bvh", 20, 10.0)
+    assert not found["forward"] and found["survived"]
+    assert found["speed"] == pytest.approx(found["asked"], rel=0.15)

@@ -72,7 +72,7 @@ class Feet:
 
     def foothold(self, i: int, footstep: Array, other: Array, time: float) -> Array:
         """Return how far from a planned footstep a foot lands better [m]."""
-        return self._soles[i].shift(self.ground.ground, footstep, other, time)
+        return self._soles[i].shift(self.ground.ground, footstep, other, self.plan.axes, time)
 
     def _normal(self, i: int, positions, ahead, footstep: Footstep | None) -> Float[Array, " 3"]:
         """Return the normal of a sole whose foot points ahead, over the ground."""
@@ -80,7 +80,9 @@ class Feet:
             return self.ground.normal
         gait, goal = self.plan.gait, None if footstep is None else footstep.position
         ground, foot = self.ground.ground, gait.feet[i]
-        return self._soles[i].normal(ground, foot, gait.phase, positions[i], ahead, goal)
+        return self._soles[i].normal(
+            ground, foot, gait.phase, positions[i], ahead, goal, self.plan.axes[:, 0]
+        )
 
     def _swing(self, i: int, ref: Instant, rate, positions, com, footstep, overlap):
         """Return desired position, velocity and acceleration of a swing foot.
@@ -95,7 +97,7 @@ class Feet:
             k = SIDES.index(gait.stance_feet[0].side)
             planned = (ref.foot_position[i] - ref.foot_position[k])[:2]
             off = position[:2] - positions[k, :2]
-            foot.swing.pass_beside(off, planned, np.eye(2), foot.side_sign, self.leg, overlap)
+            foot.swing.pass_beside(off, planned, plan.axes, foot.side_sign, self.leg, overlap)
         position[:2] += foot.swing.offset
         # The axes turn about the walker, and the footstep with them.
         ahead, left = position[0] - com[0], position[1] - plan.line[1]

@@ -108,7 +108,7 @@ class Reach(FootstepLimits):
         People who are pushed outward cross in front of the stance foot or behind it, whichever is
         nearer.
         """
-        position = self.nominal + offset
+        position = (self.nominal + offset) @ self.axes
         far, past = self.max_length, self.settings.crossover_length * self.leg_length
         ahead = np.minimum(np.maximum(position[:, 0], -far), far)
         beside, across = (
@@ -118,7 +118,8 @@ class Reach(FootstepLimits):
         ways = [(ahead, beside)]
         if self.may_cross:
             ways += [(np.maximum(ahead, past), across), (np.minimum(ahead, -past), across)]
-        return [self._in_reach(np.stack([x, self.side * y], axis=1)) for x, y in ways]
+        placed = (np.stack([x, self.side * y], axis=1) @ self.axes.T for x, y in ways)
+        return [self._in_reach(each) for each in placed]
 
     def _in_reach(self, position: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
         """Return the offsets of positions, no farther away than the leg reaches."""
@@ -133,7 +134,8 @@ class Reach(FootstepLimits):
         if size[1] <= 0.0:
             return np.zeros(len(offset))
         outward = np.array([1.0, self.side])
-        start, ends = ((self.nominal + x) * outward for x in (self.swing_offset, offset))
+        places = self.swing_offset, offset
+        start, ends = ((self.nominal + x) @ self.axes * outward for x in places)
         return detour_length(start, ends, size)
 
     def swing_cost(

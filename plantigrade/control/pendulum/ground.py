@@ -18,7 +18,6 @@ from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.kinematics.state import State
 
-AHEAD = np.array([1.0, 0.0])  # where a foot points at touchdown
 PARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the greatest shift of a footstep, that are tried
 
 
@@ -155,6 +154,7 @@ class Sole:
         ankle: Float[Array, " 3"],
         ahead: Float[Array, " 2"],
         footstep: Float[Array, " 2"] | None,
+        landing: Float[Array, " 2"],
     ) -> Float[Array, " 3"]:
         """Return the normal of the sole: in stance, or on the way from there to the footstep.
 
@@ -163,6 +163,7 @@ class Sole:
             ankle: Its position [m].
             ahead: Where the foot points, over the ground.
             footstep: Where it will land; None if that is not planned [m].
+            landing: Where it will point then.
         """
         if foot.in_stance:
             ahead = ahead / max(hypot(*ahead), 1e-6)
@@ -172,7 +173,7 @@ class Sole:
             return self._normal
         duration = max(foot.touchdown - foot.lift_off, 1e-3)
         part = min(max((phase - foot.lift_off) / duration, 0.0), 1.0)
-        normal = (1.0 - part) * self._normal + part * self.under(ground, footstep, AHEAD)
+        normal = (1.0 - part) * self._normal + part * self.under(ground, footstep, landing)
         return normal / np.linalg.norm(normal)
 
     def under(
@@ -200,6 +201,7 @@ class Sole:
         ground: Ground | Terrain,
         footstep: Float[Array, " 2"],
         other: Float[Array, " 2"],
+        axes: Float[Array, "2 2"],
         time: float,
     ) -> Float[Array, " 2"]:
         """Return how far from a planned footstep the foot lands better [m].
@@ -207,21 +209,23 @@ class Sole:
         Args:
             footstep: As planned for balance [m].
             other: The other foot [m].
+            axes: Where the foot will have ahead and left, as columns.
             time: To touchdown [s].
         """
         own = self.settings
         if time < own.commitment_time:
             return self._shift
         tried = np.vstack([self._tried, self._shift])
-        height = self.heights(ground, footstep + tried, AHEAD)
+        height = self.heights(ground, footstep + tried, axes[:, 0])
         roll = np.abs(height[:, :, 0] - height[:, :, 1]).max(axis=1) / self._width
         top = height.max(axis=2)
         pitch = np.abs(top[:, 2] - top[:, 0]) / self._length
         cost = (roll / own.max_tilt[0]) ** 2 + (pitch / own.max_tilt[1]) ** 2
         cost[:-1] += self._cost
         cost[-1] += ((self._shift / self._scale) ** 2).sum() - own.hysteresis
-        apart = self.left * (footstep[1] - other[1])
-        inward = apart + self.left * tried[:, 1] < min(
+        outward = self.left * axes[:, 1]
+        apart = float((footstep - other) @ outward)
+        inward = apart + tried @ outward < min(
             SwingOffsetSettings.min_foot_distance * self.leg, apart
         )
         cost[inward] = np.inf

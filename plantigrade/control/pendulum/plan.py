@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, cos, exp, hypot, sin, sqrt
+from math import atan, copysign, cos, exp, hypot, sin, sqrt
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from plantigrade.control.gait.divergent import effective_pivot
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import Person
 from plantigrade.control.gait.phase import Foot, Gait
+from plantigrade.control.gait.tasks import heading
 from plantigrade.control.pendulum.footstep import Footstep, Reach, next_footstep
 from plantigrade.control.pendulum.landing_laws import LAWS, ReferenceTouchdown
 from plantigrade.control.pendulum.reference import ScaledReference
@@ -43,6 +44,7 @@ class StepPlan:
         turn_rate: Rate of turn, to the left [rad/s].
         predicted_turn: Returns the turn until a touchdown in a time [s].
         foot_angle: Rotation of the swing foot into the turn [rad].
+        axes: Axes of the body in the walk, ahead and to the left, as columns (:func:`body_axes`).
     """
 
     def __init__(
@@ -55,7 +57,7 @@ class StepPlan:
     ):
         self.gait, self.reference, self.person, self.step = gait, reference, person, step
         self.settings = settings
-        self.dcm_error, self.offset = np.zeros(2), np.zeros(3)
+        self.dcm_error, self.offset, self.axes = np.zeros(2), np.zeros(3), np.eye(2)
         self.cop_offset, self.line = np.zeros(2), np.zeros(2)
         self.lowering = self.turn_rate = self.foot_angle = 0.0
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
@@ -139,13 +141,15 @@ class StepPlan:
         here = com + (feet[:, :2] - com) @ axes.T
         stance_foot = then.foot_position[k, :2] + gait.offset(other.stance)[:2]
         stance_foot = com + axes @ (stance_foot - com)
-        width = foot.side_sign * float(touchdown.footstep[1] - touchdown.stance_foot[1])
+        self.axes = body_axes(then.q[3:7])
+        outward = foot.side_sign * self.axes[:, 1]
+        width = float((touchdown.footstep - touchdown.stance_foot) @ outward)
         lands = com + (touchdown.footstep - com) @ axes
         hip = body.origin(f"femur_{foot.side}")
         own = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), feet[[i]])
         foot_velocity = own.velocity[0, :2]
         reach = Reach(
-            axes=np.eye(2),
+            axes=self.axes,
             nominal=touchdown.footstep - stance_foot,
             side=foot.side_sign,
             leg_length=leg,
@@ -230,11 +234,12 @@ class StepPlan:
 
     def _lead(self, foot: Foot, i, k, ref, then, feet, velocity, footstep, time) -> None:
         """Lead a swing foot to its footstep: along with the reference, or on a way of its own."""
-        width = abs(float((ref.foot_position[i] - ref.foot_position[k])[1]))
+        outward = foot.side_sign * self.axes[:, 1]
+        width = abs(float((ref.foot_position[i] - ref.foot_position[k])[:2] @ outward))
         stance_foot = feet[k, :2]
         step = feet[i, :2] - stance_foot, footstep - stance_foot
         inward = max(
-            foot.side_sign * float((at.foot_position[i, :2] - at.foot_position[k, :2] - real)[1])
+            float((at.foot_position[i, :2] - at.foot_position[k, :2] - real) @ outward)
             for at, real in zip((ref, then), step, strict=True)
         )
         by = None
@@ -261,13 +266,13 @@ class StepPlan:
             end: Its footstep, likewise [m].
             width: Lateral distance of the recorded feet now [m].
         """
-        leg, outward = self.person.leg_length, np.array([1.0, left])
+        leg, axes = self.person.leg_length, self.axes * [1.0, left]
         ahead, sideways = self.settings.swing.stance_foot_size
         size = np.array([ahead * leg, min(sideways * leg, width)])
         if size[1] <= 0.0:  # the recorded feet cross over themselves
             return None
-        points, around = detours(outward * start, (outward * end)[None], size)
-        return outward * points[0] if around[0] else None
+        points, around = detours(start @ axes, (end @ axes)[None], size)
+        return axes @ points[0] if around[0] else None
 
     def _lower(self, ground: Height, com, foot, com_ref, foot_ref) -> None:
         """Lower the body for one leg to reach its foot, unless the recorded one reaches as far.
@@ -326,3 +331,14 @@ def turned_axes(angle: float) -> Float[Array, "2 2"]:
     """Return the rotation to axes that are turned to the left."""
     c, s = cos(angle), sin(angle)
     return np.array([[c, s], [-s, c]])
+
+
+def body_axes(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
+    """Return where a pelvis has ahead and left, as columns, to the nearest quarter turn.
+
+    Legs pass each other along the body and step out across it, also where a walk leads backward or
+    to a side.
+    """
+    x, y = heading(quat)[:, 0].tolist()
+    x, y = (copysign(1.0, x), 0.0) if abs(x) >= abs(y) else (0.0, copysign(1.0, y))
+    return np.array([[x, -y], [y, x]])
