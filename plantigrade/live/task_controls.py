@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from math import degrees, isfinite, radians
 from typing import Any, get_args, get_type_hints
 
-from plantigrade.trajopt.tasks.settings import TaskSettings, Walk
+from plantigrade.trajopt.tasks.settings import TaskSettings, Walk, WalkBackward, WalkSideways
 
 Value = float | bool | str | tuple[float, ...] | None
 """Value of a control; None is the default of a number or a point that depends on the person."""
@@ -25,7 +25,9 @@ SLIDERS: Mapping[str, tuple[float, float]] = {
     "obstacle_height": (0.0, 0.3),  # [m] up to the knee
     "cart_force": (0.0, 150.0),  # [N] a full shopping trolley to a stuck one
     "chair_height": (0.35, 0.6),  # [m] a low sofa to a bar stool
-    "duration": (0.8, 4.0),  # [s]
+    "duration": (0.8, 6.0),  # [s]
+    "box_mass": (0.0, 20.0),  # [kg]
+    "table_height": (0.5, 1.1),  # [m] a low table to a bench for standing work
     "seat_off": (0.2, 0.6),  # [1] of the duration
     "depth": (0.05, 0.5),  # [m]
     "distance": (-0.5, 0.5),  # [m]; narrowed to what the task allows
@@ -45,6 +47,8 @@ TARGET = "target"
 
 HIDDEN: Mapping[type[TaskSettings], tuple[str, ...]] = {
     Walk: ("cadence", "optimise_timing"),  # excluded by a step length; and minutes to solve
+    WalkBackward: ("cadence",),  # excluded by a step length
+    WalkSideways: ("cadence",),
 }
 """Parameters of a task that are left to the command line."""
 

@@ -15,6 +15,7 @@ from plantigrade.contact.ground import FOOT_AHEAD_OF_ANKLE, FOOT_BEHIND_ANKLE
 from plantigrade.models.landmarks import attachments
 from plantigrade.pages.scene import Scene
 from plantigrade.record import Record
+from plantigrade.record.things import things_of
 from plantigrade.spatial.conventions import rotation_matrix
 
 UP, DOWN, AHEAD = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)
@@ -56,6 +57,7 @@ def handles_of(
         "sit-to-stand": _chair,
         "stand-to-sit": _chair,
         "squat": _squat,
+        "lift": _lift,
         "reach": _reach,
         "side-step": _side_step,
         "jump": _jump,
@@ -91,6 +93,12 @@ def _chair(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Han
     place = _triple(np.mean([seat.position for seat in seats], axis=0))
     height = values.get("chair_height")
     return (Handle("chair_height", place, UP, place[2] if height is None else float(height)),)
+
+
+def _lift(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Handle, ...]:
+    table = next(each for each in things_of(record) if each.thing.name == "table")
+    edge = table.pose[0, :3] - [table.thing.size[0], 0.0, 0.0]
+    return (Handle("table_height", _triple(edge), UP, float(values["table_height"])),)
 
 
 def _squat(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Handle, ...]:

@@ -17,6 +17,7 @@ DRAGGED = [
     ("reach", {}, "target", (0.0, 0.1, 0.1)),
     ("sit-to-stand", {}, "chair_height", 0.05),
     ("squat", {}, "depth", 0.05),
+    ("lift", {}, "table_height", 0.1),
     ("side-step", {"side": "l"}, "distance", 0.1),
     ("jump", {}, "jump_height", 0.05),
     ("jump", {}, "distance", 0.2),

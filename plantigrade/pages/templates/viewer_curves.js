@@ -11,7 +11,7 @@ function buildCurves() {
     const most = Math.max(-low, high), digits = most >= 100 ? 0 : most >= 10 ? 1 : 2;
     const words = (l, v) => `${l.label} ${Number.isNaN(v) ? "–" : signed(v, digits)}${l.unit}`.trim();
     const width = (l) => Math.max(words(l, low).length, words(l, high).length);
-    const pad = Math.max((high - low) * 0.06, 1e-6); low -= pad; high += pad;
+    const pad = Math.max((high - low) * 0.06, (chart.span - (high - low)) / 2, 1e-6); low -= pad; high += pad;
     const x = (t) => (100 * (t - T0)) / ((T1 - T0) || 1), y = (v) => 100 * (1 - (v - low) / (high - low));
     const figure = document.createElement("figure");
     let svg = "";

@@ -85,7 +85,10 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
         ]  # fmt: skip
         low = reached(human, side, low[None], np.add(places[0], aside))[0]
         high = reached(human, side, high[None], np.add(places[2], aside))[0]
-    terms += [BehindTrajectory(point, way, BOX[0] / 2) for point in _front(human)]
+    terms += [
+        BehindTrajectory(point, way, BOX[0] / 2, f"{name} behind the box")
+        for name, point in _front(human).items()
+    ]
     times = (0.0, start - 0.1, start + 0.1, stop - 0.1, stop + 0.1, duration)
     guess = KeyPostures(times, (standing, low, low, high, high, standing))
     return MotionTask("lift", plan, tuple(terms), guess, objects=_drawn(way, parameters, ahead))
@@ -110,12 +113,12 @@ def _drawn(way: Trajectory, parameters: Lift, ahead: float) -> tuple[tuple[Scene
     )
 
 
-def _front(human: Human) -> list[Point]:
+def _front(human: Human) -> dict[str, Point]:
     """Return points of knees, pelvis and trunk that stay behind the box."""
     known = attachments(human)
-    return [
-        Point(known[name].body, tuple(map(float, known[name].position)), BEHIND[stem])
+    return {
+        name: Point(known[name].body, tuple(map(float, known[name].position)), BEHIND[stem])
         for stem in BEHIND
         for name in (stem, f"{stem}_r", f"{stem}_l")
         if name in known
-    ]
+    }

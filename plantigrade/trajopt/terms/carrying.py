@@ -130,12 +130,12 @@ class BehindTrajectory(Term):
     point: Point  #: The point
     way: Trajectory  #: Trajectory of the thing
     distance: float  #: From the way back to the side of the thing [m]
+    label: str  #: What the point and the thing are called: ``"patella_r behind the box"``
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the position at nodes."""
         positions = b.body.symbolic.positions([self.point])
-        name = f"x of {self.point.body} {self.point.position} behind a thing"
-        family = b.custom_family(name, (name,), lambda q, v, a, u: positions(q)[0], "m")
+        family = b.custom_family(self.label, (self.label,), lambda q, v, a, u: positions(q)[0], "m")
         nodes = b.during(self.way.start - RAMP, self.way.stop + RAMP)
         most = self.way.at(b.nodes[nodes])[:, :1] - self.distance - self.point.radius
         b.limit(family, upper=most, nodes=nodes)
@@ -147,8 +147,8 @@ class BehindTrajectory(Term):
         p = self.point
         return (
             Condition(
-                f"x of {p.body} behind the thing", "point", tuple(times), (-np.inf,) * len(times),
-                tuple(most), p.body, "x", p.position, p.radius,
+                self.label, "point", tuple(times), (-np.inf,) * len(times), tuple(most),
+                p.body, "x", p.position, p.radius,
             ),
         )  # fmt: skip
 
