@@ -99,7 +99,7 @@ def gait_curves(
         side: Side to which the curves are restricted, with those of the midline over its cycles;
             both if absent.
     """
-    motion, mass = record.motion, record.human.mass
+    motion = record.motion
     cycles, middle = cut_cycles(motion.events), side or "r"
     sides = SIDES if side is None else (side,)
 
@@ -131,25 +131,37 @@ def gait_curves(
     shown = marker_angles(record) if cycles else None
     if shown is not None:
         angles |= over({n: np.rad2deg(shown[n]) for n in shown.names if included(n)})
-    moments, powers, forces = {}, {}, {}
     if nothing_measured(record) and not estimated:
-        return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
+        return GaitCurves(PERCENT, cycles, angles, {}, {}, {})
+    names = list(filter(included, record.human.coordinates))
+    loads = _loads(record, cycles, sides, names, estimated)
+    return GaitCurves(PERCENT, cycles, angles, *map(over, loads))
+
+
+def _loads(
+    record: Record,
+    cycles: Sequence[Cycle],
+    sides: Sequence[str],
+    names: Sequence[str],
+    estimated: bool,
+) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
+    """Return moments and powers of coordinates and ground reactions over time, where known."""
+    moments, powers, forces = {}, {}, {}
     swing = {s: _unloaded_swing(record, cycles, s, estimated) for s in sides}
     if record.qfrc_actuator is not None:
-        for name in filter(included, record.human.coordinates):
+        for name in names:
             known_here = known_above(record, name, estimated=estimated)
             known_here[swing.get(split_side(name)[1], slice(0))] = 1.0
-            moment = known_here * record.torque(name) / mass
+            moment = known_here * record.torque(name) / record.human.mass
             moments[name] = moment
-            powers[name] = moment * motion.velocity(name)
+            powers[name] = moment * record.motion.velocity(name)
     if record.contact_force is not None:
         for foot in (s for s in sides if any(site.side == s for site in record.sites)):
             known_here = known(record, foot, estimated=estimated)
             known_here[swing[foot]] = 1.0
             share = record.foot(foot).force * known_here[:, None] / record.weight
             forces |= {f"{a}_{foot}": x for a, x in zip(AXES, share.T, strict=True)}
-    moments, powers, forces = over(moments), over(powers), over(forces)
-    return GaitCurves(PERCENT, cycles, angles, moments, powers, forces)
+    return moments, powers, forces
 
 
 def _unloaded_swing(

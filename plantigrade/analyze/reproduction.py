@@ -163,11 +163,9 @@ def compare(record: Record) -> Comparison:
         c for c in cut_cycles(motion.events) if c.start > first - step and c.stop < last + step
     )
     spans = {side: _spans(cycles, side, first, last) for side in SIDES}
+    own = [spans[split_side(name)[1] or "r"] for name in names]
     simulated, reference = (
-        {
-            name: _cut(m.time, values[:, i], spans[split_side(name)[1] or "r"])
-            for i, name in enumerate(names)
-        }
+        {name: _cut(m.time, values[:, i], own[i]) for i, name in enumerate(names)}
         for m, values in ((motion, ours), (recorded, theirs))
     )
     agreement = {name: compare_curves(simulated[name], reference[name]) for name in names}

@@ -161,6 +161,19 @@ class Trial:
         return figures
 
 
+def _cutoff(
+    fit: Fit,
+    cutoff: float | Literal["usual"] | None,
+    events: Sequence[GaitEvent],
+    notes: list[str],
+) -> float | None:
+    """Return the low-pass of an analysis [Hz]; None for no filter."""
+    if cutoff == "usual":
+        soles = None if events else sole_paths(fit.human, fit.qpos, fit.ground)
+        cutoff = usual_cutoff(fit.time, soles, events, notes)
+    return _possible_cutoff(fit.time, cutoff)
+
+
 def analyse(
     fit: Fit,
     *,
@@ -188,24 +201,13 @@ def analyse(
     feet = foot_path(human, fit.qpos)  # unfiltered, because the filter smooths contacts
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
-    if cutoff == "usual":
-        soles = None if events else sole_paths(fit.human, fit.qpos, fit.ground)
-        cutoff = usual_cutoff(fit.time, soles, events, notes)
-    cutoff = _possible_cutoff(fit.time, cutoff)
+    cutoff = _cutoff(fit, cutoff, events, notes)
     smooth = differentiate(human, fit.time, fit.qpos, cutoff)
     kinematics = (human, smooth.qpos, smooth.qvel, smooth.qacc)
     found = PlateResults(events)
     if plates:
-        found = evaluate_plates(
-            plates,
-            fit.time,
-            kinematics,
-            feet,
-            events,
-            cutoff=cutoff,
-            mass=human.mass if given else None,
-            notes=notes,
-        )
+        known: Any = {"cutoff": cutoff, "mass": human.mass if given else None, "notes": notes}
+        found = evaluate_plates(plates, fit.time, kinematics, feet, events, **known)
     forces, events, weighed = found.forces, found.events, found.weighed
     add_mass_note(human, weighed, given, forces is not None, age, notes)
     if weighed is not None and not given:

@@ -65,35 +65,36 @@ def line_plot(
     if log > 0:
         series = [replace(s, y=_power(s.y, log)) for s in series]
         bands = [replace(b, low=_power(b.low, log), high=_power(b.high, log)) for b in bands]
-    xs = [s.x for s in series] + [b.x for b in bands]
     ys = [s.y for s in series] + [b.low for b in bands] + [b.high for b in bands]
-    x0, x1 = data_range(xs, pad=0.0)
+    x0, x1 = data_range([each.x for each in (*series, *bands)], pad=0.0)
     y0, y1 = data_range([*ys, np.zeros(1)] if zero else ys, pad=0.06, least=least)
     series = _distinguishable(series, y1 - y0)
     left, right, bottom = 52, width - 10, height - 38
     second = legend_width(series) > right - left - TITLE * len(title)
     top = 40 if second else 26
-    px = linear_scale(x0, x1, left, right)
-    py = linear_scale(y0, y1, bottom, top)
+    px, py = linear_scale(x0, x1, left, right), linear_scale(y0, y1, bottom, top)
     parts = [open_svg(width, height, f"{title}, {y_label} over {x_label}"), title_text(title, left)]
     frame = (left, right, top, bottom)
     parts += axes(x0, x1, y0, y1, px, py, frame, x_label, y_label, powers=log > 0)
-    for start, stop, colour in shades:
-        wide = max(float(px(stop) - px(start)), MIN_SHADE)
-        parts.append(
-            f'<rect class="shade" x="{float(px(start)):.1f}" y="{top}" width="{wide:.1f}" '
-            f'height="{bottom - top}" style="fill:{colour}" opacity="0.22"/>'
-        )
+    parts += [_stretch(*shade, px, top, bottom) for shade in shades]
     parts += [_shade(band, px, py) for band in bands]
     for k, s in enumerate(series):
         parts += hatching(s, px, frame, rising=k % 2 == 0)
     parts += _mark_lines(marks, px, top, bottom)
     parts += [rule(px(x), px(x), top, top + 6, colour, 1.4) for x, colour in ticks]
-    for start, stop, colour in spans:
-        parts.append(box(px(start), bottom - 4, px(stop) - px(start), 4, colour, "0.9"))
+    parts += [box(px(a), bottom - 4, px(b) - px(a), 4, colour, "0.9") for a, b, colour in spans]
     parts += [curve(s, px, py) for s in series]
     parts += legend(series, right, 30 if second else 15)
     return "".join(parts) + "</svg>"
+
+
+def _stretch(start: float, stop: float, colour: str, px, top: float, bottom: float) -> str:
+    """Return a shaded stretch as high as the plot."""
+    wide = max(float(px(stop) - px(start)), MIN_SHADE)
+    return (
+        f'<rect class="shade" x="{float(px(start)):.1f}" y="{top}" width="{wide:.1f}" '
+        f'height="{bottom - top}" style="fill:{colour}" opacity="0.22"/>'
+    )
 
 
 def _shade(band: Ribbon, px, py) -> str:

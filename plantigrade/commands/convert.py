@@ -108,16 +108,7 @@ class Command(PrintOptions, Bounded):
                 else:
                     notes = export(self.inputs, written, **options)
                 paths = sorted(Path(part).iterdir())  # the target and, maybe, its force plates
-                for path in paths:
-                    self._refuse(folder / path.name)
-                    if (folder / path.name).is_dir() and not _is_zarr(folder / path.name):
-                        raise RunExists(
-                            f"{folder / path.name} is a folder; choose another file name"
-                        )
-                for path in paths:
-                    if (folder / path.name).is_dir():  # the zarr that is replaced
-                        os.replace(folder / path.name, Path(part) / "replaced")
-                    os.replace(path, folder / path.name)
+                self._move(paths, Path(part))
         except FileError as error:
             if error.path.parent.name.startswith(".plantigrade-"):  # name the file as the user did
                 raise type(error)(
@@ -138,6 +129,18 @@ class Command(PrintOptions, Bounded):
                 "warnings": notes,
             },
         )
+
+    def _move(self, paths: list[Path], part: Path) -> None:
+        """Move what was written to its place; ``part`` takes a zarr that is replaced."""
+        folder = self.target.parent
+        for path in paths:
+            self._refuse(folder / path.name)
+            if (folder / path.name).is_dir() and not _is_zarr(folder / path.name):
+                raise RunExists(f"{folder / path.name} is a folder; choose another file name")
+        for path in paths:
+            if (folder / path.name).is_dir():
+                os.replace(folder / path.name, part / "replaced")
+            os.replace(path, folder / path.name)
 
     @property
     def inputs(self) -> tuple[Path, ...]:

@@ -12,6 +12,7 @@ from plantigrade.models.person import Person
 
 if TYPE_CHECKING:
     from plantigrade.analyze.trial import Trial
+    from plantigrade.commands.progress import Progress
     from plantigrade.kinematics.textbook_recording import TextbookWalk
     from plantigrade.record import Run
     from plantigrade.workflows.simulate_settings import SimulateSettings
@@ -52,20 +53,15 @@ class Command(Person, PageOptions):
 
     def run(self) -> Outcome:
         """Walk, record, fit, reproduce, walk on."""
-        import tempfile
         import time
 
         from plantigrade.analyze.norms import MAX_CHILD_HEIGHT
         from plantigrade.commands.progress import Progress
         from plantigrade.dynamics.adult_walk import adult_walk
-        from plantigrade.io import write
-        from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
+        from plantigrade.kinematics.textbook_recording import textbook_walk
         from plantigrade.record.folder import refuse_existing
         from plantigrade.record.run import RUNS
-        from plantigrade.workflows import fit as fitting
-        from plantigrade.workflows import reproduce as reproducing
         from plantigrade.workflows.save import save
-        from plantigrade.workflows.settings import ReproduceSettings
         from plantigrade.workflows.simulate import run_simulation
 
         started = time.perf_counter()
@@ -79,38 +75,17 @@ class Command(Person, PageOptions):
         with progress.step("generating the textbook walk"):
             adult = human.height >= MAX_CHILD_HEIGHT
             walk = (adult_walk if adult else textbook_walk)(human, speed=self.speed)
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / RECORDING
-            with progress.step("writing it as a marker recording"):
-                faults: Any = {"placement": PLACEMENT, "torsion": TORSION, "mirrored": True}
-                write(recorded(walk, path, seed=self.seed, **faults), path)
-            kept = {RECORDING: path.read_bytes()}
-            own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
-            settings = ReproduceSettings(**own, companions=False)
-            recording, trial = fitting.fit_trial(path, settings, progress.step)
-            fitted = fitting.run_of(recording, trial, settings, title="Textbook walk", **provenance)
-            with progress.step("reproducing the gait from prioritised tasks"):
-                gait = reproducing.run_of(
-                    recording, trial, settings, title="Textbook walk, reproduced", **provenance
-                )
+        kept, trial, fitted, gait = self._fitted(walk, progress, provenance)
         with progress.step("simulating the walk with a push"):
             pushed = replace(
                 run_simulation(fitted, self._push(), command=provenance["command"]),
                 title="Textbook walk, pushed",
             )
         more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}
-        fitted = replace(
-            fitted,
-            figures={
-                **fitted.figures,
-                **more,
-                **errors(walk, trial),
-                "pushed_on_feet": pushed.figures["on_feet"],
-                "pushed_speed_at_end_m_s": pushed.figures["speed_at_end_m_s"],
-            },
-            seconds={"demo": time.perf_counter() - started},
-            name=NAME,
-        )
+        more |= {f"pushed_{k}": pushed.figures[k] for k in ("on_feet", "speed_at_end_m_s")}
+        figures = {**fitted.figures, **more, **errors(walk, trial)}
+        seconds = {"demo": time.perf_counter() - started}
+        fitted = replace(fitted, figures=figures, seconds=seconds, name=NAME)
         with progress.step("writing the reports and the viewers"):
             fitted = save(fitted, self.out, overwrite=self.overwrite, files=kept, beside=BESIDE)
             out = fitted.folder or Path()
@@ -121,6 +96,35 @@ class Command(Person, PageOptions):
             metrics["status"] = f"reproduced gait: {gait.status}"
         folders = tuple(run.folder for run in (fitted, gait, pushed) if run.folder is not None)
         return Outcome(_text(fitted, gait, pushed), metrics, folders)
+
+    def _fitted(
+        self, walk: "TextbookWalk", progress: "Progress", provenance: dict[str, Any]
+    ) -> "tuple[dict[str, bytes], Trial, Run, Run]":
+        """Return the walk as a recording, what it is fitted to, and both as runs."""
+        import tempfile
+
+        from plantigrade.io import write
+        from plantigrade.kinematics.textbook_recording import recorded
+        from plantigrade.workflows import fit as fitting
+        from plantigrade.workflows import reproduce as reproducing
+        from plantigrade.workflows.settings import ReproduceSettings
+
+        human = walk.human
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / RECORDING
+            with progress.step("writing it as a marker recording"):
+                faults: Any = {"placement": PLACEMENT, "torsion": TORSION, "mirrored": True}
+                write(recorded(walk, path, seed=self.seed, **faults), path)
+            kept = {RECORDING: path.read_bytes()}
+            own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
+            settings = ReproduceSettings(**own, companions=False)
+            recording, trial = fitting.fit_trial(path, settings, progress.step)
+            what = recording, trial, settings
+            fitted = fitting.run_of(*what, title="Textbook walk", **provenance)
+            with progress.step("reproducing the gait from prioritised tasks"):
+                title = "Textbook walk, reproduced"
+                gait = reproducing.run_of(*what, title=title, **provenance)
+        return kept, trial, fitted, gait
 
     def _push(self) -> "SimulateSettings":
         """Return the settings of the simulation with a push."""

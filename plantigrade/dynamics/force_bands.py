@@ -234,13 +234,7 @@ def half_widths(
     """
     force = wrench[:, :2, :3] @ needs.to_world.T
     timing = np.abs(np.gradient(force, needs.time, axis=0)) * EVENT_SPREAD
-    near = np.zeros((len(needs.time), 2, 1))
-    for each in contacts:
-        if each.side:
-            k = SIDES.index(each.side)
-            for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
-                if seen:
-                    near[np.abs(needs.time - edge) < EVENT_WINDOW, k] = 1.0
+    near = _near_events(needs.time, contacts)
     force = np.hypot(factors.force * spread.force[:, :2], near * timing)
     point, joints = _beyond_edges(needs, wrench, spread)
     to_end = np.minimum(needs.time - needs.time[0], needs.time[-1] - needs.time)
@@ -257,13 +251,33 @@ def half_widths(
         here = resampled(needs.time, band, time)
         here[known] = 0.0
         result[name] = here
-    nv = human.model.nv
-    moment = np.zeros((len(time), nv))
+    moment = np.zeros((len(time), human.model.nv))
     moment[:, :6] = resampled(needs.time, weight * factors.other * spread.root, time)
     names = [[human.coordinates[c - 6] for c in own] for own in needs.columns]
     joints = joints * np.array([factors.moments(own) for own in names])
     joints = resampled(needs.time, weight * joints, time)
     joints[known] = 0.0
+    _set_joints(moment, joints, needs, human)
+    result["moment_band"] = moment
+    return result
+
+
+def _near_events(
+    time: Float[Array, " n"], contacts: tuple[ContactInterval, ...]
+) -> Float[Array, "n 2 1"]:
+    """Return 1 for each foot near the ends of its contacts that are in the motion, else 0."""
+    near = np.zeros((len(time), 2, 1))
+    for each in contacts:
+        if each.side:
+            k = SIDES.index(each.side)
+            for edge, seen in ((each.start, each.begins), (each.stop, each.ends)):
+                if seen:
+                    near[np.abs(time - edge) < EVENT_WINDOW, k] = 1.0
+    return near
+
+
+def _set_joints(moment: Array, joints: Array, needs: RequiredForces, human: Human) -> None:
+    """Set the bands of the joints of the legs; NaN within the feet."""
     for k, side in enumerate(SIDES):
         moment[:, needs.columns[k]] = joints[:, k]
         within = PointSet(human, [f"foot_{side}"], np.zeros((1, 3))).moved[0, 0]
@@ -272,8 +286,6 @@ def half_widths(
                 name = human.body_names[body - 1]
                 own = PointSet(human, [name], np.zeros((1, 3))).moved[0, 0]
                 moment[:, (own > 0) & (within == 0)] = np.nan
-    result["moment_band"] = moment
-    return result
 
 
 def _beyond_edges(

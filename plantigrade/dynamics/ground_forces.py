@@ -123,29 +123,17 @@ def estimate_forces(
             "`contacts` when something carries)"
         )
     step = _step(motion)
-    coarse = motion.frames(slice(None, None, step))
-    needs = required_forces(human, coarse, qacc[::step], contacts, supports, ground)
-    data = None
-    if measured is not None:
-        frames = measured.frames(slice(None, None, step))
-        turned = (each @ needs.to_world for each in (frames.force, frames.point, frames.torque))
-        data = replace(frames, **dict(zip(("force", "point", "torque"), turned, strict=True)))
+    chosen = slice(None, None, step)
+    needs = required_forces(human, motion.frames(chosen), qacc[chosen], contacts, supports, ground)
+    data = None if measured is None else _in_axes(measured, step, needs)
     found = solve_in_windows(human, needs, contacts, supports, data, scales)
-    known = np.zeros((motion.n_frames, 2), bool)
     force, point, torque = _at_pressure(motion.time, needs, found.wrench)
-    if measured is not None:
-        known = np.array(measured.valid_side)
-        force[:, :2][known], point[:, :2][known] = measured.force[known], measured.point[known]
-        torque[:, :2][known] = measured.torque[known]
-    sure = np.ones(known.shape, bool)
-    notes = ((), ()) if measured is None else (measured.uses, measured.warnings)
-    feet = FootForces(force[:, :2], point[:, :2], torque[:, :2], sure, sure[:, 0].copy(), *notes)
+    known, feet = _with_measured(measured, force, point, torque)
+    instants = contacts, motion.time, known, human, factors
     return GroundForces(
         feet,
         known,
-        **half_widths(
-            needs, found.wrench, found.spread, contacts, motion.time, known, human, factors
-        ),
+        **half_widths(needs, found.wrench, found.spread, *instants),
         com_shift=needs.to_world @ found.shift,
         noise=found.noise,
         residual_force=found.residual_force,
@@ -193,3 +181,25 @@ def _check(human: Human, motion: Motion, measured: FootForces | None) -> np.ndar
             "on one clock"
         )
     return motion.qacc
+
+
+def _in_axes(measured: FootForces, step: int, needs: RequiredForces) -> FootForces:
+    """Return measured forces at every ``step``-th frame in the axes of the program."""
+    frames = measured.frames(slice(None, None, step))
+    turned = (each @ needs.to_world for each in (frames.force, frames.point, frames.torque))
+    return replace(frames, **dict(zip(("force", "point", "torque"), turned, strict=True)))
+
+
+def _with_measured(
+    measured: FootForces | None, force: Array, point: Array, torque: Array
+) -> tuple[Bool[Array, "n_frames 2"], FootForces]:
+    """Return the frames of measured force on each foot, and measured and estimated forces."""
+    known = np.zeros((len(force), 2), bool)
+    if measured is not None:
+        known = np.array(measured.valid_side)
+        force[:, :2][known], point[:, :2][known] = measured.force[known], measured.point[known]
+        torque[:, :2][known] = measured.torque[known]
+    sure = np.ones(known.shape, bool)
+    notes = ((), ()) if measured is None else (measured.uses, measured.warnings)
+    feet = FootForces(force[:, :2], point[:, :2], torque[:, :2], sure, sure[:, 0].copy(), *notes)
+    return known, feet

@@ -137,28 +137,23 @@ def assign_plates(
     n = len(frame_time)
     points = _check(frame_time, foot_points)
     notes: list[str] = []
-    loadings = [
-        loading for plate in plates for loading in loadings_of(plate, frame_time, cutoff, threshold)
-    ]
-    level = plate_level(loadings)
-    resting = resting_points(frame_time, points, level)
-    touch = np.stack([resting[k].any(axis=1) for k in (0, 1)], axis=1)
-    touch = np.stack([longer(frame_time, touch[:, k], MIN_REST_TIME) for k in (0, 1)], axis=1)
+    loadings = [x for plate in plates for x in loadings_of(plate, frame_time, cutoff, threshold)]
+    resting = resting_points(frame_time, points, plate_level(loadings))
+    rests = (longer(frame_time, resting[k].any(axis=1), MIN_REST_TIME) for k in (0, 1))
+    touch = np.stack(list(rests), axis=1)
     for loading in loadings:
         find_owner(loading, points, touch)
     excluded = np.zeros((n, 2), dtype=bool)
     need = needed_force(frame_time, loadings, touch, lift, mass)
-    for loading in loadings:
-        exclude_shared(frame_time, loading, loadings, points, resting, touch, need, excluded)
-        exclude_partial(loading, plates, points, resting, excluded)
-        leave_out_far(frame_time, loading, loadings, points, touch, excluded)
-        exclude_light(frame_time, loading, touch, lift, need, excluded)
-
+    for each in loadings:
+        exclude_shared(frame_time, each, loadings, points, resting, touch, need, excluded)
+        exclude_partial(each, plates, points, resting, excluded)
+        leave_out_far(frame_time, each, loadings, points, touch, excluded)
+        exclude_light(frame_time, each, touch, lift, need, excluded)
     force, point, torque, measured = _sums(n, loadings, excluded)
     unmeasured = unmeasured_frames(frame_time, touch, measured)
     seen = seen_frames(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
-    valid = valid_side.all(axis=1)
     _describe(notes, frame_time, loadings, seen)
     right, left = unmeasured.mean(axis=0) if plates and n else (0.0, 0.0)
     return FootForces(
@@ -166,7 +161,7 @@ def assign_plates(
         point,
         torque,
         valid_side,
-        np.asarray(valid),
+        np.asarray(valid_side.all(axis=1)),
         tuple(map(PlateUse.of, loadings)),
         tuple(notes),
         beside_plates=(float(right), float(left)),

@@ -74,18 +74,15 @@ class RequiredForces:
         return replace(self, **per_frame)
 
 
-def required_forces(
-    human: Human,
-    motion: Motion,
-    qacc: Float[Array, "n nv"],
-    contacts: tuple[ContactInterval, ...],
-    supports: tuple[Support, ...] = (),
-    ground: Ground = LEVEL_GROUND,
-) -> RequiredForces:
-    """Return the forces that a motion requires."""
-    to_world = ground.to_world
-    time, n = even_clock(motion.time), motion.n_frames
-    weight = human.mass * human.gravity
+def _swept(
+    human: Human, motion: Motion, qacc: Float[Array, "n nv"], supports: tuple[Support, ...]
+) -> tuple[tuple[Array, ...], tuple[tuple[int, ...], ...]]:
+    """Return what every frame says, in world axes, and the columns of the joints of each leg.
+
+    That is the root's force and moment, centre of mass, joint torques of the legs, axes and arms of
+    these joints, ankles and their forward axes, supports and their forward axes, and the spheres.
+    """
+    n = motion.n_frames
     feet = [human.body(f"foot_{side}") for side in SIDES]
     points = PointSet(human, [f"foot_{side}" for side in SIDES], np.zeros((2, 3)))
     columns = tuple(tuple(np.flatnonzero(points.moved[k, 0])[6:].tolist()) for k in (0, 1))
@@ -113,6 +110,24 @@ def required_forces(
         if others:
             held[f] = state.position(place)
             ahead[f] = [state.rotation(body)[:, 0] for body in others]
+    return (root, com, joints, axes, arms, ankle, forward, held, ahead, soles), columns
+
+
+def required_forces(
+    human: Human,
+    motion: Motion,
+    qacc: Float[Array, "n nv"],
+    contacts: tuple[ContactInterval, ...],
+    supports: tuple[Support, ...] = (),
+    ground: Ground = LEVEL_GROUND,
+) -> RequiredForces:
+    """Return the forces that a motion requires."""
+    to_world = ground.to_world
+    time, n = even_clock(motion.time), motion.n_frames
+    weight = human.mass * human.gravity
+    swept, columns = _swept(human, motion, qacc, supports)
+    root, com, joints, axes, arms, ankle, forward, held, ahead, soles = swept
+    sites = SitePoints(human, contact_sites(human))
     force, moment = (each @ to_world for each in root_wrench_at(root, motion.qpos, com))
     com, soles, ankle, held = (each @ to_world for each in (com, soles, ankle, held))
     forward, ahead = ((each @ to_world)[..., :2] for each in (forward, ahead))
@@ -120,14 +135,12 @@ def required_forces(
     soles[..., 2] -= sites.radius
     below = {side: soles[:, [s.side == side for s in sites.sites]] for side in SIDES}
     steps = tuple(c for c in contacts if c.side)
-    floor = _floor(time, below, steps)
     base = ankle.copy()
-    base[..., 2] = floor
+    base[..., 2] = _floor(time, below, steps)
     heading = _headings(time, forward, steps)
     at_base = arms + np.cross(axes, (base - ankle)[..., None], axis=2)
-    reach = np.empty((n, len(supports), 4))
-    for i, each in enumerate(supports):
-        reach[:, i] = [-each.reach[0], each.reach[0], -each.reach[1], each.reach[1]]
+    sizes = [[-s.reach[0], s.reach[0], -s.reach[1], s.reach[1]] for s in supports]
+    reach = np.tile(np.reshape(np.array(sizes, dtype=float), (1, len(supports), 4)), (n, 1, 1))
     return RequiredForces(
         time,
         weight,

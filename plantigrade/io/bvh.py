@@ -125,14 +125,10 @@ def _without_rest_pose(
     return skip, values[skip:]
 
 
-def _kinematics(
-    joints: list[Joint],
-    values: np.ndarray,
-    time: np.ndarray,
-    unit: str | None,
-    warnings: list[str],
-) -> SkeletonMotion:
-    """Return the forward kinematics in our axes, computed for all frames of a joint at once."""
+def _forward(
+    joints: list[Joint], values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return rotations, positions and ends of joints in file axes, and the rest positions."""
     n, k = len(values), len(joints)
     R, p, ends = np.empty((n, k, 3, 3)), np.empty((n, k, 3)), np.full((n, k, 3), np.nan)
     rest = np.zeros((k, 3))
@@ -157,6 +153,18 @@ def _kinematics(
             rest[i] = rest[joint.parent] + own
         if joint.end is not None:
             ends[:, i] = p[:, i] + R[:, i] @ joint.end
+    return R, p, ends, rest
+
+
+def _kinematics(
+    joints: list[Joint],
+    values: np.ndarray,
+    time: np.ndarray,
+    unit: str | None,
+    warnings: list[str],
+) -> SkeletonMotion:
+    """Return the forward kinematics in our axes, computed for all frames of a joint at once."""
+    R, p, ends, rest = _forward(joints, values)
     names, parents = tuple(j.name for j in joints), tuple(j.parent for j in joints)
     up = up_axis(names, p)
     if up is not None and not stands(names, parents, rest, up):
@@ -178,7 +186,7 @@ def _kinematics(
             p += joints[0].offset
             ends += joints[0].offset
     scale = _scale(bone_height(names, parents, rest), unit, warnings)
-    for i in range(k):  # joint by joint: the arrays may be large
+    for i in range(len(joints)):  # joint by joint: the arrays may be large
         R[:, i] = world @ R[:, i] @ body.T
         p[:, i] = p[:, i] @ world.T * scale
         ends[:, i] = ends[:, i] @ world.T * scale

@@ -43,6 +43,12 @@ class _Hierarchy:
         self.lines = text.replace("{", "\n{\n").replace("}", "\n}\n") if _crowded(text) else text
         self.crowded = self.lines is not text
         self.n = 0
+        self.joints: list[Joint] = []
+        self.stack: list[int | None] = []  # open blocks: a joint, or None for an End Site
+        self.pending: int | None = None  # the block that the next brace opens
+        self.ended = 0  # the joint that has an End Site
+        self.expect_brace = False
+        self.n_channels = 0
 
     def error(self, problem: str) -> FileError:
         where = "HIERARCHY" if self.crowded else f"line {self.n}"
@@ -50,80 +56,82 @@ class _Hierarchy:
 
     def parse(self) -> tuple[list[Joint], int]:
         """Return the joints of the first root, parents first, and the number of channels."""
-        joints: list[Joint] = []
-        stack: list[int | None] = []  # open blocks: a joint, or None for an End Site
-        pending: int | None = None  # the block that the next brace opens
-        expect_brace = False
-        n_channels, n_roots = 0, 0
         for n, line in enumerate(self.lines.splitlines(), start=1):
             self.n = n
             words = line.split()
-            if not words:
-                continue
-            key = words[0].upper()
-            if key == "HIERARCHY":
-                continue
-            if key == "{":
-                if not expect_brace:
-                    raise self.error("'{' does not follow a joint")
-                stack.append(pending)
-                expect_brace = False
-            elif expect_brace:
-                raise self.error(f"'{{' is missing before {words[0]!r}")
-            elif key == "}":
-                if not stack:
-                    raise self.error("'}' without '{'")
-                stack.pop()
-            elif key in ("ROOT", "JOINT"):
-                if key == "JOINT" and (not stack or stack[-1] is None):
-                    raise self.error("JOINT is outside a ROOT")
-                if key == "ROOT" and stack:
-                    raise self.error("ROOT is inside another joint")
-                n_roots += key == "ROOT"
-                if len(joints) >= MAX_JOINTS:
-                    raise self.error(f"has more than {MAX_JOINTS} joints: not a human skeleton")
-                name = " ".join(words[1:]) or f"joint{len(joints)}"
-                parent = stack[-1] if stack else -1
-                joints.append(Joint(name, -1 if parent is None else parent, np.zeros(3)))
-                pending, expect_brace = len(joints) - 1, True
-            elif key == "END":
-                if not stack or stack[-1] is None:
-                    raise self.error("End Site is outside a joint")
-                pending, expect_brace = None, True
-                ended = stack[-1]
-            elif key == "OFFSET":
-                offset = self.numbers(words[1:], 3)
-                if not stack:
-                    raise self.error("OFFSET is outside a joint")
-                if stack[-1] is None:
-                    joints[ended].end = offset
-                else:
-                    joints[stack[-1]].offset = offset
-            elif key == "CHANNELS":
-                if not stack or stack[-1] is None:
-                    raise self.error("CHANNELS is outside a joint")
-                joint = joints[stack[-1]]
-                if joint.channels:
-                    raise self.error(f"joint {joint.name!r} has CHANNELS twice")
-                joint.channels = self.channels(words[1:])
-                joint.first_channel = n_channels
-                n_channels += len(joint.channels)
-            else:
-                raise self.error(f"{words[0]!r} is not a keyword of a hierarchy")
+            if words and words[0].upper() != "HIERARCHY":
+                self.read(words[0].upper(), words)
+        joints = self.joints
         if not joints:
             raise self.error("has no ROOT")
-        if stack or expect_brace:
+        if self.stack or self.expect_brace:
             raise self.error("a '}' is missing: the hierarchy is truncated")
-        if not n_channels:
+        if not self.n_channels:
             raise self.error("no joint has CHANNELS")
-        if n_roots > 1:
-            second = next(i for i, j in enumerate(joints) if i and j.parent == -1)
+        roots = [i for i, joint in enumerate(joints) if joint.parent == -1]
+        if len(roots) > 1:
             self.warnings.append(
-                f"the file holds {n_roots} skeletons; only the first, {joints[0].name!r}, was read"
+                f"the file holds {len(roots)} skeletons; only the first, {joints[0].name!r}, was "
+                "read"
             )
-            joints = joints[:second]
+            joints = joints[: roots[1]]
         self.unique_names(joints)
-        return joints, n_channels
+        return joints, self.n_channels
+
+    def read(self, key: str, words: list[str]) -> None:
+        """Read one line."""
+        if key == "{":
+            if not self.expect_brace:
+                raise self.error("'{' does not follow a joint")
+            self.stack.append(self.pending)
+            self.expect_brace = False
+        elif self.expect_brace:
+            raise self.error(f"'{{' is missing before {words[0]!r}")
+        elif key == "}":
+            if not self.stack:
+                raise self.error("'}' without '{'")
+            self.stack.pop()
+        elif key in ("ROOT", "JOINT"):
+            self.begin_joint(key, words)
+        elif key == "END":
+            self.ended = self.inside("End Site")
+            self.pending, self.expect_brace = None, True
+        elif key == "OFFSET":
+            offset = self.numbers(words[1:], 3)
+            if not self.stack:
+                raise self.error("OFFSET is outside a joint")
+            if self.stack[-1] is None:
+                self.joints[self.ended].end = offset
+            else:
+                self.joints[self.stack[-1]].offset = offset
+        elif key == "CHANNELS":
+            joint = self.joints[self.inside("CHANNELS")]
+            if joint.channels:
+                raise self.error(f"joint {joint.name!r} has CHANNELS twice")
+            joint.channels = self.channels(words[1:])
+            joint.first_channel = self.n_channels
+            self.n_channels += len(joint.channels)
+        else:
+            raise self.error(f"{words[0]!r} is not a keyword of a hierarchy")
+
+    def begin_joint(self, key: str, words: list[str]) -> None:
+        """Add the joint of a line with its name."""
+        if key == "JOINT" and (not self.stack or self.stack[-1] is None):
+            raise self.error("JOINT is outside a ROOT")
+        if key == "ROOT" and self.stack:
+            raise self.error("ROOT is inside another joint")
+        if len(self.joints) >= MAX_JOINTS:
+            raise self.error(f"has more than {MAX_JOINTS} joints: not a human skeleton")
+        name = " ".join(words[1:]) or f"joint{len(self.joints)}"
+        parent = self.stack[-1] if self.stack else -1
+        self.joints.append(Joint(name, -1 if parent is None else parent, np.zeros(3)))
+        self.pending, self.expect_brace = len(self.joints) - 1, True
+
+    def inside(self, what: str) -> int:
+        """Return the joint whose block is open."""
+        if not self.stack or self.stack[-1] is None:
+            raise self.error(f"{what} is outside a joint")
+        return self.stack[-1]
 
     def numbers(self, words: list[str], count: int) -> np.ndarray:
         try:

@@ -62,13 +62,8 @@ def read_forces(path: str | Path) -> Recording:
     if not plates:
         problem = "names no plate with all of FX FY FZ X Y Z MZ"
         raise broken(problem, where=f"line {at + 1}")
-    rows = lines[at + 1 :]
-    while rows and not rows[-1].strip():
-        rows.pop()
     warnings: list[str] = []
-    if len(rows) > 1 and len(rows[-1].split()) < len(names):
-        rows.pop()
-        warnings.append("the last row is truncated and was left out")
+    rows = _whole_rows(lines[at + 1 :], len(names), warnings)
     if not rows:
         raise broken("has a header but no samples", where=f"line {at + 2}")
     table = numbers(rows, path, count=len(names), first_line=at + 2, delimiter=None, names=names)
@@ -135,3 +130,13 @@ def _plate(
         cop=np.where(loaded[:, None], point, np.nan),
         free_moment=np.where(loaded, moment, 0.0),
     )
+
+
+def _whole_rows(rows: list[str], count: int, warnings: list[str]) -> list[str]:
+    """Return the rows up to the last that is not empty, without one that was cut off."""
+    while rows and not rows[-1].strip():
+        rows.pop()
+    if len(rows) > 1 and len(rows[-1].split()) < count:
+        rows.pop()
+        warnings.append("the last row is truncated and was left out")
+    return rows

@@ -94,10 +94,7 @@ def read_smpl(
     warnings: list[str] = []
     data, layout = chosen(path, contents, warnings)
     local, trans = motion(path, data, layout)
-    hz = rate or rate_of_file(path, data)
-    if hz is None:
-        hz = VIDEO_RATE
-        warnings.append(f"the file has no frame rate: {hz:g} Hz was assumed (set it with --rate)")
+    hz = rate or rate_of_file(path, data) or _assumed_rate(warnings)
     check_speed(path, layout, trans, hz)
     sex = sex_of(data)
     kind = "smplx" if is_smplx(data, layout) else "smpl"
@@ -119,18 +116,19 @@ def read_smpl(
         warnings.append(_note(legs, offsets, data))
     R, p = tree_kinematics(PARENTS, local, root, offsets)
     R[:, 0] = R[:, 0] @ Rotation.from_rotvec([0.0, PELVIS_TILT, 0.0]).as_matrix()
+    moved = SkeletonMotion(
+        names=NAMES,
+        parents=PARENTS,
+        time=np.arange(len(p)) / hz,
+        positions=p,
+        rotations=R,
+        rest_positions=rest_pose(PARENTS, offsets),
+        ends=np.full(p.shape, np.nan),
+        lengths_assumed=skeleton is None and layout.name == "AMASS",
+    )
     return Recording(
         source=path,
-        skeleton=SkeletonMotion(
-            names=NAMES,
-            parents=PARENTS,
-            time=np.arange(len(p)) / hz,
-            positions=p,
-            rotations=R,
-            rest_positions=rest_pose(PARENTS, offsets),
-            ends=np.full(p.shape, np.nan),
-            lengths_assumed=skeleton is None and layout.name == "AMASS",
-        ),
+        skeleton=moved,
         subject=Subject(sex=sex),
         warnings=tuple(warnings),
         companions=() if skeleton is None else (Path(skeleton),),
@@ -173,3 +171,11 @@ def _note(legs: LegFactors, offsets: Float[Array, "22 3"], data: Mapping[Any, An
         f"{shank:.3f} m for the shank (standard error {error:.0f} mm)"
     )
     return Info(f"{note}.") if error < MAX_NOTE_ERROR else f"{note}; give --height if it is known"
+
+
+def _assumed_rate(warnings: list[str]) -> float:
+    """Return the frame rate of a file without one [Hz], with a warning."""
+    warnings.append(
+        f"the file has no frame rate: {VIDEO_RATE:g} Hz was assumed (set it with --rate)"
+    )
+    return VIDEO_RATE

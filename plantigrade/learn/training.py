@@ -93,29 +93,8 @@ class Training:
             self._environment, norm_reward=False, clip_obs=OBSERVATION_CLIP
         )
         _utils.set_random_seed(seed)
-        self._learner = _Learner(
-            "MlpPolicy",
-            self._norm,
-            learning_rate=hyperparameters.rate,
-            n_steps=hyperparameters.steps,
-            batch_size=hyperparameters.batch,
-            n_epochs=hyperparameters.epochs,
-            gamma=hyperparameters.gamma,
-            gae_lambda=hyperparameters.gae_lambda,
-            clip_range=hyperparameters.clip,
-            max_grad_norm=1.0,
-            policy_kwargs={
-                "net_arch": {
-                    "pi": list(hyperparameters.layers),
-                    "vf": list(hyperparameters.layers),
-                },
-                "activation_fn": _torch.nn.ELU,
-                "log_std_init": float(
-                    np.log(hyperparameters.action_std / self.tracking.action.reach)
-                ),
-            },
-            device=device,
-        )
+        reach = self.tracking.action.reach
+        self._learner = _learner(self._norm, hyperparameters, reach, device)
         if hyperparameters.critic_rate is not None:
             self._learner.part(hyperparameters.critic_rate)
         self._learner.set_logger(_sb3.common.logger.Logger(None, []))
@@ -365,6 +344,36 @@ class _Learner(_sb3.PPO):
         super()._update_learning_rate(optimizers)
         if self._critic_rate is not None:
             self.policy.optimizer.param_groups[1]["lr"] = self._critic_rate
+
+
+def _learner(norm: Any, how: Hyperparameters, reach: Any, device: str) -> "_Learner":
+    """Return the learner of a network of these hyperparameters.
+
+    Args:
+        norm: The environment.
+        how: The hyperparameters.
+        reach: Reach of each action.
+        device: torch device.
+    """
+    layers = {"pi": list(how.layers), "vf": list(how.layers)}
+    return _Learner(
+        "MlpPolicy",
+        norm,
+        learning_rate=how.rate,
+        n_steps=how.steps,
+        batch_size=how.batch,
+        n_epochs=how.epochs,
+        gamma=how.gamma,
+        gae_lambda=how.gae_lambda,
+        clip_range=how.clip,
+        max_grad_norm=1.0,
+        policy_kwargs={
+            "net_arch": layers,
+            "activation_fn": _torch.nn.ELU,
+            "log_std_init": float(np.log(how.action_std / reach)),
+        },
+        device=device,
+    )
 
 
 class _RateCallback(_sb3.common.callbacks.BaseCallback):

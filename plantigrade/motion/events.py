@@ -29,6 +29,8 @@ The coordinate method [Zeni2008]_ finds heel strike 20 to 45 ms before the plate
 recordings this was checked on, so it is not used here.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from plantigrade.arrays import Array, Float
@@ -89,11 +91,9 @@ def detect_gait_events(
     body = None
     if pelvis is not None:
         body = fill_gaps(time, pelvis[:, :2], longest=1.0) - way[:, :2]
-    lengths = np.linalg.norm(feet[:, :, 0] - feet[:, :, 1], axis=-1)
-    length = float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan
+    length = _foot_length(feet)
     if not length > 0:
         return ()
-
     height = feet[..., 2].min(axis=2) - way[:, None, 2]
     found = [swings(time, speed[:, k], middle[:, k], height[:, k], length) for k in (0, 1)]
     peaks = [s.peak for side in found for s in side if s.whole]
@@ -109,15 +109,9 @@ def detect_gait_events(
                 and pelvis_follows(time, body, middle[:, k], swing)
             ):
                 steps.append((k, swing))
-    events = []
-    for k, swing in alternating(apart(steps), speed):
-        if swing.start is not None:
-            events.append(GaitEvent(float(swing.start), SIDES[k], "toe_off"))
-        if swing.stop is not None:
-            events.append(GaitEvent(float(swing.stop), SIDES[k], "heel_strike"))
-    events.sort(key=lambda event: (event.time, event.side))
-    closed = fill_gaps(time, np.stack([heel, toe], axis=2), longest=MAX_GAP)
-    return time_events(time, closed[:, :, 0], closed[:, :, 1], speed, ground, events)
+    events = _events_of(alternating(apart(steps), speed))
+    heel, toe = (fill_gaps(time, each, longest=MAX_GAP) for each in (heel, toe))
+    return time_events(time, heel, toe, speed, ground, events)
 
 
 def check_frames(time, heel, toe, pelvis):
@@ -129,3 +123,20 @@ def check_frames(time, heel, toe, pelvis):
             raise ParameterError(
                 f"{name} has {len(values)} frames for {len(time)} instants: one frame per instant"
             )
+
+
+def _events_of(steps: Iterable[tuple[int, Swing]]) -> list[GaitEvent]:
+    """Return the events at the ends of swings, by time."""
+    events = []
+    for k, swing in steps:
+        if swing.start is not None:
+            events.append(GaitEvent(float(swing.start), SIDES[k], "toe_off"))
+        if swing.stop is not None:
+            events.append(GaitEvent(float(swing.stop), SIDES[k], "heel_strike"))
+    return sorted(events, key=lambda event: (event.time, event.side))
+
+
+def _foot_length(feet: Float[Array, "n_frames 2 2 3"]) -> float:
+    """Return the usual distance of heel and toe [m]; NaN where they are never seen."""
+    lengths = np.linalg.norm(feet[:, :, 0] - feet[:, :, 1], axis=-1)
+    return float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan

@@ -48,11 +48,8 @@ def stage(
     reach = max(abs(v) for v in box) / per_metre + 0.5
     along = centre @ forward
     ends = along.min() - reach, along.max() + reach
-    spacing = MARK_SPACING / 2 if fine else MARK_SPACING
     stride = 0.0 if loop is None else float(loop @ forward)
-    if stride > 0.1:
-        spacing = stride / max(round(stride / spacing), 1)
-    marks = np.arange(np.ceil(ends[0] / spacing), np.floor(ends[1] / spacing) + 1) * spacing
+    marks = _marks(ends, MARK_SPACING / 2 if fine else MARK_SPACING, stride)
 
     aside = abs(float(camera.right @ forward)) > 0.5  # seen from a side
     wide = HALF_WIDTHS[fine or not aside]
@@ -91,6 +88,13 @@ def stage(
     ]
     whole = np.round(-camera.project(centre) * per_metre).astype(int)
     return shot.clock.shifted([f"{x} {y}" for x, y in whole], "".join(parts))
+
+
+def _marks(ends: tuple[float, float], spacing: float, stride: float) -> np.ndarray:
+    """Return the places of marks along the way [m], which repeat with the stride of a loop."""
+    if stride > 0.1:
+        spacing = stride / max(round(stride / spacing), 1)
+    return np.arange(np.ceil(ends[0] / spacing), np.floor(ends[1] / spacing) + 1) * spacing
 
 
 def _corners(s: np.ndarray, points: np.ndarray) -> np.ndarray:

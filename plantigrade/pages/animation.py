@@ -80,13 +80,7 @@ def moving_picture(
         x_ray: Whether the bones of the feet are seen through the skin of the body, too.
     """
     check(record)
-    if foot not in FEET:
-        raise ParameterError(f"foot is {foot!r}; allowed are {', '.join(FEET)}")
-    if not (np.isfinite(speed) and 0.05 <= speed <= 10.0):
-        raise ParameterError(f"speed={speed} must be from 0.05 to 10 times true speed")
-    if not HEIGHTS[0] <= height_px <= HEIGHTS[1]:
-        low, high = HEIGHTS
-        raise ParameterError(f"height_px={height_px} must be from {low} to {high} pixels")
+    _refuse(foot, speed, height_px)
     plays = playback(record, start=start, stop=stop, rate=rate)
     clock = Clock(plays.seconds / speed)
     drawn = _Instants.of(record, forces or record, plays, solids)
@@ -111,6 +105,16 @@ def moving_picture(
         f"{_words(title, left, top)}</svg>\n"
     )
     return MovingPicture(svg, len(plays.time), plays.seconds / speed, plays.loop is not None)
+
+
+def _refuse(foot: str, speed: float, height_px: int) -> None:
+    if foot not in FEET:
+        raise ParameterError(f"foot is {foot!r}; allowed are {', '.join(FEET)}")
+    if not (np.isfinite(speed) and 0.05 <= speed <= 10.0):
+        raise ParameterError(f"speed={speed} must be from 0.05 to 10 times true speed")
+    if not HEIGHTS[0] <= height_px <= HEIGHTS[1]:
+        low, high = HEIGHTS
+        raise ParameterError(f"height_px={height_px} must be from {low} to {high} pixels")
 
 
 @dataclass(frozen=True, eq=False)

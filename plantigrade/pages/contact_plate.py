@@ -143,17 +143,7 @@ def foot_svg(
         f'viewBox="0 0 {wide} {high}" role="img" font-family="system-ui, sans-serif" '
         f'font-size="11"><title>{escape(title)}</title>'
     ]
-    corners = convex_hull(np.column_stack([x(sole.rings[:, 1]), y(sole.rings[:, 0])]))
-    around = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
-    parts.append(
-        f'<polygon points="{around}" stroke-linejoin="round" stroke-width="{0.03 * scale:.1f}" '
-        f'style="fill:{colour};stroke:{colour}" opacity=".1"/>'
-    )
-    for a, b in zip(x(sole.rings[:, 1]), y(sole.rings[:, 0]), strict=True):
-        parts.append(
-            f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.007 * scale:.1f}" fill="none" '
-            f'style="stroke:{colour}" stroke-opacity=".55"/>'
-        )
+    parts += _outline(np.column_stack([x(sole.rings[:, 1]), y(sole.rings[:, 0])]), colour, scale)
     for (ahead, left), carried in zip(place, load, strict=True):
         if carried > 0.0 and np.isfinite([ahead, left]).all():
             radius = max(scale * WIDE * np.sqrt(carried / HEAVY), 1.0)
@@ -169,12 +159,33 @@ def foot_svg(
         )
     a, b = centre(place, load)
     if np.isfinite(a):
-        parts.append(
-            f'<path d="M{x(b) - 5:.1f} {y(a):.1f}h10M{x(b):.1f} {y(a) - 5:.1f}v10" fill="none" '
-            f'style="stroke:{INK}" stroke-width="1.6"/>'
-        )
+        parts.append(_cross(x(b), y(a)))
     parts.append(
         f'<text x="{wide / 2:.0f}" y="{high - 6}" text-anchor="middle" '
         f'style="fill:{SOFT}">{escape(title)}</text></svg>'
     )
     return "".join(parts)
+
+
+def _outline(rings: Float[Array, "n 2"], colour: str, scale: float) -> list[str]:
+    """Return a sole as the pale hull of its rings, and the rings."""
+    around = " ".join(f"{a:.1f},{b:.1f}" for a, b in convex_hull(rings))
+    hull = (
+        f'<polygon points="{around}" stroke-linejoin="round" stroke-width="{0.03 * scale:.1f}" '
+        f'style="fill:{colour};stroke:{colour}" opacity=".1"/>'
+    )
+    return [
+        hull,
+        *(
+            f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.007 * scale:.1f}" fill="none" '
+            f'style="stroke:{colour}" stroke-opacity=".55"/>'
+            for a, b in rings
+        ),
+    ]
+
+
+def _cross(x: float, y: float) -> str:
+    return (
+        f'<path d="M{x - 5:.1f} {y:.1f}h10M{x:.1f} {y - 5:.1f}v10" fill="none" '
+        f'style="stroke:{INK}" stroke-width="1.6"/>'
+    )

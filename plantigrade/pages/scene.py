@@ -3,6 +3,7 @@
 Both viewers (the self-contained page and the live server) draw a :class:`Scene`.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -91,20 +92,12 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     model = scene_model(record)
     positions, quats, com = poses(model, motion.qpos[frames])
     shapes, moved = shapes_of(model, assumed_bodies(record)), GroundPath.of(record)
-    if moved is not None:
-        shapes = (*shapes, plate_shape(com, body=model.nbody))
     name = next(iter(record.references), "")
     reference = (None, None)
     if name:
         reference = poses(model, resampled(record.references[name], motion.time[frames]).qpos)[:2]
-    if moved is not None:
-        plate = moved.shift[frames], _quaternions(moved.rotation[frames])
-        positions, quats = _with(plate, (positions, quats))
-        if reference[0] is not None:
-            reference = _with(plate, reference)
-    for each in things_of(record):
-        shapes = (*shapes, thing_shape(each, body=positions.shape[1]))
-        pose = each.pose[frames, :3], each.pose[frames, 3:]
+    for shape, pose in _placed(record, moved, com, frames, model.nbody):
+        shapes = (*shapes, shape)
         positions, quats = _with(pose, (positions, quats))
         if reference[0] is not None:
             reference = _with(pose, reference)
@@ -141,6 +134,22 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
         cop=_take(cop, here),
         estimated=None if estimated is None else estimated[here],
     )
+
+
+def _placed(
+    record: Record,
+    moved: GroundPath | None,
+    com: Float[Array, "n 3"],
+    frames: Int[Array, " n"],
+    body: int,
+) -> Iterator[tuple[Shape, tuple[Array, Array]]]:
+    """Yield the shape and the poses of moving ground and of objects, numbered from ``body`` on."""
+    if moved is not None:
+        pose = moved.shift[frames], _quaternions(moved.rotation[frames])
+        yield plate_shape(com, body=body), pose
+        body += 1
+    for k, each in enumerate(things_of(record), start=body):
+        yield thing_shape(each, body=k), (each.pose[frames, :3], each.pose[frames, 3:])
 
 
 def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:

@@ -103,10 +103,7 @@ def strip_svg(
         for picture, ghost in zip(pictures, ghosts, strict=True):
             picture.put_behind(ghost, opacity=0.4)
     centre = com @ along
-    for picture, middle in zip(pictures, centre, strict=True):
-        for board in _boards(model, camera):
-            if board.left - MAX_SEAT_DISTANCE < middle < board.right + MAX_SEAT_DISTANCE:
-                picture.put_behind(board)
+    _put_boards(pictures, centre, _boards(model, camera))
     left, right = (np.array([p.left for p in pictures]), np.array([p.right for p in pictures]))
     left, right = left - centre, right - centre
     spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(indices) > 1 else 1.0
@@ -122,20 +119,14 @@ def strip_svg(
             f'height="{top + bottom + floor:.3f}" fill="{background}"/>',
         )
     for place, middle, frame, picture in zip(places, centre, indices, pictures, strict=True):
-        shift = place - middle
-        parts.append(f'<g transform="translate({shift:.3f} 0)">{"".join(picture.elements)}')
+        parts.append(
+            f'<g transform="translate({place - middle:.3f} 0)">{"".join(picture.elements)}'
+        )
         if force is not None and point is not None:
-            parts.append(f'<g transform="scale({1 / UNITS:g})">')
-            for f, p in zip(force[frame][:, None], point[frame][:, None], strict=True):
-                parts.append(force_arrow(f, p, camera, STILL, weight, per_metre=UNITS))
-            parts.append("</g>")
+            parts += _arrows(force[frame], point[frame], camera, weight)
         parts.append("</g>")
         if time is not None:
-            parts.append(
-                f'<text x="{place:.3f}" y="{0.135 - floor:.3f}" font-size=".1" '
-                f'text-anchor="middle" fill="{GROUND}" font-family="system-ui, sans-serif">'
-                f"{escape(f'{time[frame]:.2f} s')}</text>"
-            )
+            parts.append(_time_text(f"{time[frame]:.2f} s", place, floor))
     width_px = round(height_px * (high - low) / (top + bottom))
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="strip" role="img" '
@@ -143,6 +134,32 @@ def strip_svg(
         f'width="{width_px}" height="{height_px}" '
         f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
         f"{''.join(parts)}</svg>"
+    )
+
+
+def _put_boards(pictures: list["_Picture"], centre: Array, boards: list["_Picture"]) -> None:
+    """Put seats behind the bodies that are near them."""
+    for picture, middle in zip(pictures, centre, strict=True):
+        for board in boards:
+            if board.left - MAX_SEAT_DISTANCE < middle < board.right + MAX_SEAT_DISTANCE:
+                picture.put_behind(board)
+
+
+def _arrows(
+    force: Float[Array, "k 3"], point: Float[Array, "k 3"], camera: Camera, weight: float
+) -> list[str]:
+    arrows = (
+        force_arrow(f, p, camera, STILL, weight, per_metre=UNITS)
+        for f, p in zip(force[:, None], point[:, None], strict=True)
+    )
+    return [f'<g transform="scale({1 / UNITS:g})">', *arrows, "</g>"]
+
+
+def _time_text(text: str, place: float, floor: float) -> str:
+    return (
+        f'<text x="{place:.3f}" y="{0.135 - floor:.3f}" font-size=".1" '
+        f'text-anchor="middle" fill="{GROUND}" font-family="system-ui, sans-serif">'
+        f"{escape(text)}</text>"
     )
 
 

@@ -15,7 +15,7 @@ import platform
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -65,19 +65,13 @@ def write_folder(
         FileError: If the folder cannot be written.
     """
     out = _place(out)
-    for name in files:
-        if not _NAME.fullmatch(name) or name == METRICS:
-            problem = "is not allowed as the name of an extra file"
-            raise FileError(out / name, problem, remedy="use letters, digits and . _ + - only")
+    _refuse_names(out, files)
     if not numbered:
         refuse_existing(out, overwrite)
     metrics_json(metrics)  # fails before anything is written
     temporary = None
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        remove_stale_parts(out.parent)
-        part = f".{out.name[:20]}{_OWNER.format(host=_host(), pid=os.getpid())}"
-        temporary = Path(tempfile.mkdtemp(prefix=part, suffix=".part", dir=out.parent))
+        temporary = _new_part(out)
         if more is not None:
             more(temporary)
         _fill(temporary, metrics, files)
@@ -93,8 +87,8 @@ def write_folder(
     except FileError as error:
         if temporary is None or not error.path.is_relative_to(temporary):
             raise
-        inside = error.path.relative_to(temporary)
-        raise FileError(out / inside, error.problem, remedy=_REMEDY) from error
+        path = out / error.path.relative_to(temporary)
+        raise FileError(path, error.problem, remedy=_REMEDY) from error
     except OSError as error:
         raise _unwritable(out, str(error.strerror or error)) from error
     finally:
@@ -310,3 +304,18 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def _refuse_names(out: Path, names: Iterable[str]) -> None:
+    for name in names:
+        if not _NAME.fullmatch(name) or name == METRICS:
+            problem = "is not allowed as the name of an extra file"
+            raise FileError(out / name, problem, remedy="use letters, digits and . _ + - only")
+
+
+def _new_part(out: Path) -> Path:
+    """Return a new folder beside ``out``, for what is written before it takes its place."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    remove_stale_parts(out.parent)
+    part = f".{out.name[:20]}{_OWNER.format(host=_host(), pid=os.getpid())}"
+    return Path(tempfile.mkdtemp(prefix=part, suffix=".part", dir=out.parent))

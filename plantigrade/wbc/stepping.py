@@ -159,6 +159,50 @@ class AccelerationUnknowns:
         return {"qacc": x if self.ready is None else self.ready * x}
 
 
+def _begun(
+    state: State, order: TaskOrder, impacts: bool, now: float, settings: MotionSettings
+) -> State:
+    """Return the state in which tasks have begun; where contacts begin, after their impact."""
+    begins = [task.begin(state, now) for task in order.tasks]
+    if not (any(begins) and impacts):
+        return state
+    return state.moved_to(state.qpos, velocity_after_impact(state, order, now, settings))
+
+
+def _tick(
+    state: State,
+    order: TaskOrder,
+    unknowns: ForceUnknowns | AccelerationUnknowns,
+    limits: JointLimits,
+    now: float,
+    began: float,
+    settings: MotionSettings,
+) -> dict[str, Any]:
+    """Return what is kept of an instant: the state, its acceleration, and what tasks miss.
+
+    Raises:
+        SolverError: If the program has no solution.
+    """
+    rows = order.rows(state, now)
+    desired = order.preferred(state, now)
+    program = unknowns.program(state, now, rows, desired, limits.bounds(state))
+    built = clock.perf_counter()
+    solution = solve_hierarchy(**program, singular=settings.min_gain)
+    solved = clock.perf_counter()
+    answer = unknowns.answer(state, solution.x)
+    active, residual = _missed(order, rows, desired, answer["qacc"])
+    return {
+        "qpos": state.qpos,
+        "qvel": state.qvel,
+        "active": active,
+        "residual": residual,
+        "solver_time": solved - built,
+        "kinematics_time": built - began,
+        "exact": solution.exact,
+        **answer,
+    }
+
+
 def move(
     human: Human,
     order: TaskOrder,
@@ -207,43 +251,21 @@ def move(
     limits = limits or JointLimits(human, step)
     unknowns = ForceUnknowns(state, order, ground) if ground else AccelerationUnknowns(state, order)
     times = start + step * np.arange(max(1, round((stop - start) / step)) + 1)
-    tasks, ticks, stopped = order.tasks, list[dict[str, Any]](), ""
+    ticks, stopped = list[dict[str, Any]](), ""
     for k, now in enumerate(times.tolist()):
         began = clock.perf_counter()
-        state = (
-            state.integrated(ticks[-1]["qacc"], step)
-            if k
-            else first_state(state, order, now, settings)
-        )
-        begins = [task.begin(state, now) for task in tasks]
-        if any(begins) and (unknowns.impacts or not k):
-            state = state.moved_to(state.qpos, velocity_after_impact(state, order, now, settings))
-        rows = order.rows(state, now)
-        desired = order.preferred(state, now)
-        program = unknowns.program(state, now, rows, desired, limits.bounds(state))
-        built = clock.perf_counter()
+        if k:
+            state = state.integrated(ticks[-1]["qacc"], step)
+        else:
+            state = first_state(state, order, now, settings)
+        state = _begun(state, order, unknowns.impacts or not k, now, settings)
         try:
-            solution = solve_hierarchy(**program, singular=settings.min_gain)
+            ticks.append(_tick(state, order, unknowns, limits, now, began, settings))
         except SolverError as error:
             if k < 2:
                 raise
             stopped = str(error)
             break
-        solved = clock.perf_counter()
-        answer = unknowns.answer(state, solution.x)
-        active, residual = _missed(order, rows, desired, answer["qacc"])
-        ticks.append(
-            {
-                "qpos": state.qpos,
-                "qvel": state.qvel,
-                "active": active,
-                "residual": residual,
-                "solver_time": solved - built,
-                "kinematics_time": built - began,
-                "exact": solution.exact,
-                **answer,
-            }
-        )
         if progress is not None and k % 50 == 0:
             progress(k / len(times))
     arrays = {name: np.array([tick[name] for tick in ticks]) for name in ticks[0]}

@@ -130,13 +130,9 @@ class WholeBody:
         if points is None:
             points = state.rigid_points(touching.body, touching.place)
         edges = self.unit * touching.edges()
-        dynamics = Dynamics(
-            state.mass_matrix,
-            state.bias,
-            self.armature,
-            _each(passive, n),
-            points.body_jacobian.reshape(-1, n + 6),
-        )
+        jacobian = points.body_jacobian.reshape(-1, n + 6)
+        inertia = state.mass_matrix, state.bias
+        dynamics = Dynamics(*inertia, self.armature, _each(passive, n), jacobian)
         torques = None
         if np.any(torque_weight):
             torques = TorqueCost(_each(torque, n), _each(torque_weight, n))

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 from typing import Any
 
 from plantigrade.contact.ground import Ground
@@ -22,6 +22,7 @@ from plantigrade.notes import Info
 from plantigrade.pages.live_world import LiveWorld
 from plantigrade.record import Run
 from plantigrade.threads import on_one_thread
+from plantigrade.workflows.live_page import look_on
 from plantigrade.workflows.simulate import run_of
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.simulation_start import (
@@ -211,18 +212,18 @@ def live(
     page = LiveWorld(session, keeps, port=port, title="plantigrade", can_save=save is not None)
     failed: list[BaseException] = []
 
-    def simulate() -> None:
-        try:
-            on_one_thread(run)(session, stop, keeps)
-        except BaseException as error:
-            failed.append(error)
-            stop.set()
-
-    thread = Thread(target=simulate, name="physics")
     with responsive():
-        thread.start()
         try:
-            _look_on(page, made, stop, thread, tell, save, show if open else None)
+            look_on(
+                page,
+                lambda: on_one_thread(run)(session, stop, keeps),
+                "physics",
+                stop,
+                failed,
+                tell=tell,
+                show=show if open else None,
+                save=lambda: _save(made, save, stop),
+            )
         except Exception as error:  # of the page; what was simulated is not lost by it
             failed.append(error)
     tell(f"{session.world.time:.2f} s simulated, {keeps.time_lost:.2f} s behind real time")
@@ -248,33 +249,6 @@ def responsive() -> Iterator[None]:
         yield
     finally:
         sys.setswitchinterval(before)
-
-
-def _look_on(
-    page: LiveWorld,
-    made: Live,
-    stop: Event,
-    physics: Thread,
-    tell: Callable[[str], None],
-    save: Callable[[Run], Run] | None,
-    show: Callable[[str], object] | None,
-) -> None:
-    """Show the page, and save on request, until interrupted; then end both."""
-    try:
-        tell(f"Live at {page.address} (press Ctrl-C to stop)")
-        if show is not None:
-            show(page.address)
-        while not stop.is_set():
-            page.show(stop)
-            if page.save_requested.is_set():
-                _save(made, save, stop)
-                page.save_requested.clear()
-    except KeyboardInterrupt:
-        pass
-    finally:
-        stop.set()
-        physics.join()
-        page.close()
 
 
 def _save(made: Live, save: Callable[[Run], Run] | None, stop: Event) -> None:

@@ -5,7 +5,7 @@ import traceback
 import webbrowser
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 from typing import Any
 
 from plantigrade.errors import ParameterError, PlantigradeError, known_names
@@ -18,6 +18,7 @@ from plantigrade.record import Record, Run
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task_file import read_task_file
 from plantigrade.trajopt.warm_start import WarmStart
+from plantigrade.workflows.live_page import look_on
 from plantigrade.workflows.motions import run_synthesis
 from plantigrade.workflows.settings import SolveSettings
 
@@ -109,31 +110,17 @@ def live_task(
     )
     failed: list[BaseException] = []
 
-    def solve() -> None:
-        try:
-            solve_until(session)
-        except BaseException as error:
-            failed.append(error)
-            stop.set()
-
-    thread = Thread(target=solve, name="solver")
-    thread.start()
-    try:
-        tell(f"Live at {page.address} (press Ctrl-C to stop)")
-        if open:
-            show(page.address)
-        while not stop.is_set():
-            page.show(stop)
-            if page.save_requested.is_set():
-                page.save_requested.clear()
-                _save(page, save)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        stop.set()
-        session.ended.set()
-        thread.join()
-        page.close()
+    look_on(
+        page,
+        lambda: solve_until(session),
+        "solver",
+        stop,
+        failed,
+        tell=tell,
+        show=show if open else None,
+        save=lambda: _save(page, save),
+        end=session.ended.set,
+    )
     if failed:
         tell("".join(traceback.format_exception(failed[0])))
         raise failed[0]
