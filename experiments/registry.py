@@ -71,6 +71,7 @@ EXPERIMENTS = {
         Experiment("push-table", "push_table:EXPERIMENT", takes=CACHED),
         Experiment("pushed-walk", "learned_disturbed:PUSHED", takes=CACHED),
         Experiment("random-worlds", takes=("out", "overwrite")),
+        Experiment("recording-faults", needs=("data",), takes=CACHED),
         Experiment("replay", takes=("data", *CACHED)),
         Experiment("robustness", "robustness:EXPERIMENT", takes=CACHED),
         Experiment("rough-walk", "learned_disturbed:ROUGH", takes=CACHED),

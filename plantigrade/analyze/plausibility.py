@@ -12,7 +12,13 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.feet import pitch_in_stance, progress_in_stance
-from plantigrade.analyze.force_agreement import force_disagreement, offset_note, weak_note
+from plantigrade.analyze.force_agreement import (
+    force_disagreement,
+    mass_doubt,
+    offset_note,
+    support_note,
+    weak_note,
+)
 from plantigrade.analyze.gait import GaitMeasures
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
@@ -83,14 +89,24 @@ class Plausibility:
         )
         fast = fast_joints(trial.fit.human, trial.motion)
         mirrored = seems_mirrored(trial)
-        doubts = [offset_note(trial), weak_note(trial), clock_note(trial.measures)]
+        doubts = [
+            offset_note(trial),
+            weak_note(trial),
+            support_note(trial),
+            clock_note(trial.measures),
+        ]
         doubts += [] if mirrored else [backward_note(trial)]
+        disagreement, odd_mass = "" if fast else force_disagreement(trial), mass_doubt(trial)
+        if odd_mass and (trial.fit.metrics.get("height_estimated") or disagreement):
+            doubts.append(f"{odd_mass}.")  # the stature may be what is wrong
+        elif odd_mass:
+            disagreement = odd_mass
         return cls(
             _residual(trial),
             fast,
             noise_factor,
             mirrored,
-            "" if fast else force_disagreement(trial),
+            disagreement,
             tuple(doubt for doubt in doubts if doubt),
         )
 

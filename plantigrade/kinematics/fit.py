@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.kinematics.arm_tracking import track_arms
 from plantigrade.kinematics.axis_scale import scale_notes
 from plantigrade.kinematics.calibrator import noise_factor
@@ -28,6 +29,7 @@ from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.prepare import columns, prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
+from plantigrade.kinematics.side_doubts import side_notes
 from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import (
@@ -39,7 +41,7 @@ from plantigrade.kinematics.unmeasured_joints import (
 from plantigrade.kinematics.unmeasured_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.kinematics.unseen_feet import with_flat_feet
 from plantigrade.models import Human
-from plantigrade.models.markers import MarkerSet, landmark_names
+from plantigrade.models.markers import MarkerSet, landmark_names, landmarks_of
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
 from plantigrade.printable import listed
@@ -47,6 +49,8 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 MIN_OUTLIER_ERROR = 0.05  # [m] minimum error of an outlier …
 MIN_OUTLIER_RATIO = 6.0  # [1] … and its minimum ratio to the marker's usual error
+MIN_KNEE_RANGE = np.deg2rad(15.0)
+"""Smallest motion of the knees that shows the segment of a marker of unknown name [rad]."""
 MAX_SWAP_RATIO = 0.4  # [1] maximum ratio of errors after and before swapping two markers
 
 
@@ -122,9 +126,12 @@ def fit_markers(
         wrong += scale_notes(places, samples)
         wrong += late_notes(places, markers.rate, samples)
         wrong += spine_notes(fitted, landmark_names(tracked, marker_set), places)
+        wrong += side_notes(fitted, landmarks_of(tracked, marker_set), human, qpos)
         wrong += tilt_notes(human, qpos, body.standing)
         wrong += sideways_notes(fitted, landmark_names(tracked, marker_set), human, qpos)
-        wrong += twin_notes(body.attached, tracked)
+        bent = qpos[:, [7 + human.hinge(f"knee_angle_{side}") for side in SIDES]]
+        if np.ptp(bent, axis=0).min() > MIN_KNEE_RANGE:
+            wrong += twin_notes(body.attached, tracked)
         wrong += error_notes(1e-3 * figures["marker_rms_mean_mm"])
     notes = wrong + tilt + gaps + slips + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
@@ -158,6 +165,7 @@ def fit_markers(
         force_band_factor=force_band_factor(trial.video.noise, tracked) if trial.video else 1.0,
         ground=floor,
         warnings=tuple(recording.warnings) + tuple(notes),
+        doubts=tuple(wrong),
     )
 
 

@@ -1,5 +1,6 @@
 """Warnings on markers of a fit: segments that were not seen, markers that slipped."""
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -65,6 +66,8 @@ def twin_notes(attached: Mapping[str, str], names: Sequence[str]) -> list[str]:
         attached: Markers of unknown name → the body they move with.
         names: The markers that were fitted.
     """
+    # A joint's centre moves with both of its segments: either may be found.
+    attached = {name: body for name, body in attached.items() if not _CENTRE.search(name.lower())}
     apart = []
     clusters: dict[str, list[str]] = {}
     for name in attached:
@@ -86,6 +89,9 @@ def twin_notes(attached: Mapping[str, str], names: Sequence[str]) -> list[str]:
         "markers of one name move with segments that do not correspond ("
         f"{listed(apart, 4)}): their labels may be exchanged with each other or with another's."
     ]
+
+
+_CENTRE = re.compile("cent(er|re)|jc")
 
 
 def slip_notes(

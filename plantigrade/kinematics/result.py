@@ -44,6 +44,8 @@ class Fit:
     ground: Ground = field(default_factory=Ground)  #: Ground under the feet
     metrics: dict = field(default_factory=dict)  #: Figures of the fit (flat, unit suffix)
     warnings: tuple[str, ...] = ()  #: Notes for the user, one sentence each
+    #: Those of them on faults that a body follows without a large marker error
+    doubts: tuple[str, ...] = ()
 
 
 def filled(known: _Known, other: Any) -> _Known:

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.joint_distances import Segment, joint_centre
 from plantigrade.kinematics.leg_segments import segment_of_leg
@@ -20,6 +21,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.motion import Markers
 from plantigrade.printable import listed
+from plantigrade.spatial.conventions import rotation_matrix
 
 MAX_TWIST = 6.0
 """Largest mean difference of the slopes from right to left of the spines, and of the knees [deg];
@@ -35,7 +37,9 @@ MAX_TILT_CHANGE = 12.0
 seven sound trials have up to 9.2, markers of the sacrum that are 5 cm low 15 to 20."""
 MAX_SIDEWAYS = 2.5
 """Largest slope to one side that pelvis, legs, shoulders and trunk share [deg]; sound recordings
-have up to 0.4."""
+have up to 0.4, but a child who turns 4 and one who stands askew 14."""
+MIN_RISE = 0.02  # [m] smallest height between the feet by the slope that the feet can contradict
+MAX_TURN = np.deg2rad(20.0)  # [rad] largest turn of the pelvis; people lean into turns
 MIN_LINES = 3  # [1] lines from right to left that must share it, beside the trunk
 MIN_HIP_RANGE = np.deg2rad(20.0)
 """Smallest range of the direction from hips to knees, seen from the pelvis, that shows the hip
@@ -124,6 +128,10 @@ def sideways_notes(
     known.append(-float(leans(human, qpos, "c7")[:, 1].mean()))
     if min(map(abs, known)) <= MAX_SIDEWAYS or len({slope > 0 for slope in known}) > 1:
         return []
+    facing = rotation_matrix(qpos[:, 3:7])[:, :2, 0]
+    heading = np.unwrap(np.arctan2(facing[:, 1], facing[:, 0]))
+    if np.ptp(heading) > MAX_TURN or _level_feet(markers, named, float(np.median(known))):
+        return []
     return [
         f"pelvis, legs, shoulders and trunk all slope by about {np.median(np.abs(known)):.0f}° to "
         f"the {'right' if known[0] > 0 else 'left'}: the vertical axis of the file is probably "
@@ -145,6 +153,20 @@ def _slope(markers: Markers, right: str | None, left: str | None) -> float | Non
         return None
     rise = np.arctan2(e[:, 2], np.linalg.norm(e[:, :2], axis=1))
     return float(np.rad2deg(rise.mean()))
+
+
+def _level_feet(markers: Markers, named: Mapping[str, str], slope: float) -> bool:
+    """Return whether standing feet are at one height, so that a slope [deg] is no floor's."""
+    feet = [named.get(f"ankle_lateral_{side}") for side in SIDES]
+    if None in feet:
+        return False
+    right, left = (markers.positions[:, markers.index(name)] for name in feet if name)
+    if any(np.nanmax(x[:, 2]) - np.nanmin(x[:, 2]) > MIN_RISE for x in (left, right)):
+        return False
+    low = [float(np.nanmean(x[:, 2])) for x in (left, right)]
+    apart = float(np.nanmedian(np.abs((left - right)[:, 1])))  # the person faces x
+    rise = np.tan(np.deg2rad(slope)) * apart
+    return abs(rise) > MIN_RISE and (low[0] - low[1]) / rise < 0.5
 
 
 def _shallow_hips(

@@ -1,5 +1,6 @@
 """A motion that its forces contradict, or that no person could make, is not ok."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -81,10 +82,39 @@ def test_forces_of_another_sign_axis_or_unit_are_not_ok(change, expected, run):
     assert any(note.startswith(found.status) for note in found.record.notes[:2])
 
 
-@pytest.mark.parametrize(("clock", "word"), [(2.0, "2.0 times too low"), (0.5, "too high")])
-def test_a_wrong_frame_rate_is_named(clock, word, run):
+@pytest.mark.parametrize("clock", [2.0, 1.2, 1 / 1.2, 0.5])
+def test_a_wrong_frame_rate_is_named_with_its_factor_and_not_ok(clock, run):
     fit = by_plate(lambda _, p: replace(p, time=clock * p.time))
-    assert word in run(replace(fit, time=clock * fit.time)).status
+    status = run(replace(fit, time=clock * fit.time)).status
+    (factor, how) = re.findall(r"(\d\.\d) times too (low|high)", status)[0]
+    assert float(factor) == pytest.approx(max(clock, 1 / clock), rel=0.1)
+    assert how == ("low" if clock > 1 else "high")
+
+
+@pytest.mark.parametrize(("share", "fails"), [(0.5, True), (0.9, False)])
+def test_a_mass_that_nobody_of_this_stature_has_is_not_ok(share, fails, run):
+    fit = with_plates(plated_walk().fit(), share)
+    subject = replace(fit.recording.subject, mass=None)
+    found = run(replace(fit, recording=replace(fit.recording, subject=subject)))
+    assert ("scale of the forces" in found.status) == fails
+    assert (found.status == "ok") != fails
+
+
+def test_what_else_carries_the_person_on_one_side_is_named(run):
+    """A cane takes a tenth of the weight while the left foot stands alone."""
+    whole = plated_walk().fit()
+    assert not any("something else carries" in note for note in run(whole).record.notes)
+    record = analyse(whole)
+    assert record.forces is not None
+    load = record.forces.force[..., 2]
+    left = load[:, 1] / np.maximum(load.sum(axis=1), 50.0)
+    less = [
+        replace(p, force=p.force * (1 - 0.12 * np.interp(p.time, whole.time, left))[:, None])
+        for p in whole.recording.plates
+    ]
+    found = run(replace(whole, recording=replace(whole.recording, plates=tuple(less))))
+    (note,) = [n for n in found.record.notes if "something else carries" in n]
+    assert "left foot" in note
 
 
 @pytest.mark.parametrize(("clock", "word"), [(2.0, "too low"), (0.5, "too high")])
