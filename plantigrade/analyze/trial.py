@@ -47,7 +47,7 @@ from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.models import Human
-from plantigrade.motion import GaitEvent, Markers, Motion
+from plantigrade.motion import ForcePlate, GaitEvent, Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
@@ -161,6 +161,20 @@ class Trial:
         return figures
 
 
+def _with_mass(human: Human, mass: float | None) -> Human:
+    if mass is None or abs(mass - human.mass) <= 1e-9:
+        return human
+    return human.with_mass(mass)
+
+
+def _given_plates(fit: Fit, withheld: bool, notes: list[str]) -> tuple[ForcePlate, ...]:
+    """Return the plates of a recording; none where they are withheld, with a note."""
+    if withheld and fit.recording.plates:
+        notes.append(Info("force plates withheld: forces and moments are estimated from motion."))
+        return ()
+    return fit.recording.plates
+
+
 def _cutoff(
     fit: Fit,
     cutoff: float | Literal["usual"] | None,
@@ -190,14 +204,10 @@ def analyse(
         mass: Body mass [kg]; by default that of the file, or else by the plates.
         without_plates: Withhold the plates from the estimation of forces, for a comparison.
     """
-    human, notes, plates = fit.human, list(fit.warnings), fit.recording.plates
-    if without_plates and plates:
-        plates = ()
-        notes.append(Info("force plates withheld: forces and moments are estimated from motion."))
-    if mass is not None and abs(mass - human.mass) > 1e-9:
-        human = human.with_mass(mass)
-    given = mass is not None or fit.recording.subject.mass is not None
-    age = fit.recording.subject.age
+    notes, human = list(fit.warnings), _with_mass(fit.human, mass)
+    plates = _given_plates(fit, without_plates, notes)
+    subject = fit.recording.subject
+    given = mass is not None or subject.mass is not None
     feet = foot_path(human, fit.qpos)  # unfiltered, because the filter smooths contacts
     heel, ball = event_points(fit)
     events = detect_gait_events(fit.time, heel, ball, feet.pelvis)
@@ -209,18 +219,16 @@ def analyse(
         known: Any = {"cutoff": cutoff, "mass": human.mass if given else None, "notes": notes}
         found = evaluate_plates(plates, fit.time, kinematics, feet, events, **known)
     forces, events, weighed = found.forces, found.events, found.weighed
-    add_mass_note(human, weighed, given, forces is not None, age, notes)
+    add_mass_note(human, weighed, given, forces is not None, subject.age, notes)
     if weighed is not None and not given:
         human = human.with_mass(weighed.mass)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
     measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
-    ground, moments, estimate_notes = estimate(
-        human, motion, forces, heights, fit.ground, fit.force_band_factor
-    )
-    notes += off_plate_notes(forces, ground is not None)
-    notes += estimate_notes
+    what = human, motion, forces, heights, fit.ground, fit.force_band_factor
+    ground, moments, estimate_notes = estimate(*what)
+    notes += [*off_plate_notes(forces, ground is not None), *estimate_notes]
     if ground is None and forces is not None:
         moments = inverse_dynamics(human, *kinematics[1:], forces)
     return Trial(

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal
@@ -77,12 +78,7 @@ class Command(PrintOptions, Bounded):
         from plantigrade.io import convert
         from plantigrade.learn.onnx_policy import convert_policy, is_onnx
 
-        if len(self.paths) < 2:
-            raise ParameterError("name a file or a run, and then the file to write")
-        for source in self.inputs:
-            if not source.exists() and not (str(source) == LEARNED and is_onnx(self.target)):
-                problem = "there is no such file or run folder"
-                raise FileError(source, problem, remedy="check the name and the folder")
+        self._refuse_absent(is_onnx)
         self._refuse(self.target)
         if self.target.exists() and any(map(self.target.samefile, self.inputs)):
             # A format keeps less than what was read: the recording itself would be lost.
@@ -129,6 +125,14 @@ class Command(PrintOptions, Bounded):
                 "warnings": notes,
             },
         )
+
+    def _refuse_absent(self, is_onnx: Callable[[Path], bool]) -> None:
+        if len(self.paths) < 2:
+            raise ParameterError("name a file or a run, and then the file to write")
+        for source in self.inputs:
+            if not source.exists() and not (str(source) == LEARNED and is_onnx(self.target)):
+                problem = "there is no such file or run folder"
+                raise FileError(source, problem, remedy="check the name and the folder")
 
     def _move(self, paths: list[Path], part: Path) -> None:
         """Move what was written to its place; ``part`` takes a zarr that is replaced."""

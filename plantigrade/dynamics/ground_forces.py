@@ -81,6 +81,12 @@ class GroundForces:
     flies: bool = False  #: Whether the person runs or jumps
 
 
+NO_CONTACT = (
+    "no foot touches the ground in this motion; forces need a standing foot (or give `contacts` "
+    "when something carries)"
+)
+
+
 def estimate_forces(
     human: Human,
     motion: Motion,
@@ -113,15 +119,11 @@ def estimate_forces(
         loading = find_loading(human, motion, ground)
         if contacts is None:
             contacts, supports = loading.contacts, loading.supports
-        if scales is None:
-            scales = ForceScales.of(walks=loading.walks, pace=loading.pace)
+        scales = scales or ForceScales.of(walks=loading.walks, pace=loading.pace)
         flies, sits = loading.flies, bool(loading.supports)
         factors = BandFactors.of(walks=loading.walks, flies=flies, sits=sits)
     if not contacts and measured is None:
-        raise ParameterError(
-            "no foot touches the ground in this motion; forces need a standing foot (or give "
-            "`contacts` when something carries)"
-        )
+        raise ParameterError(NO_CONTACT)
     step = _step(motion)
     chosen = slice(None, None, step)
     needs = required_forces(human, motion.frames(chosen), qacc[chosen], contacts, supports, ground)

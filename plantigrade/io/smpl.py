@@ -87,29 +87,25 @@ def read_smpl(
         FileError: If the file is damaged, holds anything but arrays, or no motion in world axes.
         ParameterError: If ``rate`` is not allowed.
     """
-    path = Path(path)
+    path, warnings = Path(path), list[str]()
     if rate is not None and not RATES[0] <= rate <= RATES[1]:
         raise ParameterError(f"rate is {rate:g} Hz; allowed is {RATES[0]:g} to {RATES[1]:g} Hz")
-    contents = contents_of(path)
-    warnings: list[str] = []
-    data, layout = chosen(path, contents, warnings)
+    data, layout = chosen(path, contents_of(path), warnings)
     local, trans = motion(path, data, layout)
     hz = rate or rate_of_file(path, data) or _assumed_rate(warnings)
     check_speed(path, layout, trans, hz)
     sex = sex_of(data)
     kind = "smplx" if is_smplx(data, layout) else "smpl"
-    if skeleton is None:
-        offsets, pelvis = mean_offsets(MEAN_STATURE[sex], sex), np.array(ROOT[kind])
-    else:
+    offsets, pelvis = mean_offsets(MEAN_STATURE[sex], sex), np.array(ROOT[kind])
+    if skeleton is not None:
         offsets, pelvis = model_offsets(skeleton, numbers(path, data, "betas"))
     body = FORWARD_LEFT_UP_OF_Y_UP
     world = _world_axes(local, trans, offsets, layout, warnings)
     local = body @ local @ body.T
     local[:, 0] = world @ body.T @ local[:, 0]
-    hips = 0.5 * (offsets[1] + offsets[2])
     root = trans @ world.T + (world @ body.T @ pelvis)
     if layout.at_hips:
-        root = trans @ world.T - local[:, 0] @ hips
+        root = trans @ world.T - local[:, 0] @ (0.5 * (offsets[1] + offsets[2]))
     if skeleton is None:
         legs = leg_factors(local, root, offsets, hz)
         offsets = legs.scaled(offsets)

@@ -208,8 +208,7 @@ class Calibrator:
         points = self.points(which)
         n_l, n_m, nv = len(lengths), len(which), points.model.nv
         n_p = n_l + 3 * n_m
-        H = np.zeros((n_p, n_p))
-        g = np.zeros(n_p)
+        H, g = np.zeros((n_p, n_p)), np.zeros(n_p)
         steps = []
         noise = self.noise * np.array([noise_factor(self.places[i]) for i in which])
         evidence = min(1.0, INDEPENDENT_FRAMES / len(self.measured))

@@ -88,9 +88,8 @@ def detect_gait_events(
     speed = speeds.min(axis=2)  # (n_frames, 2), NaN if either end is hidden
     way = travel(time, ground)
     middle = feet.mean(axis=2)[..., :2] - way[:, None, :2]
-    body = None
-    if pelvis is not None:
-        body = fill_gaps(time, pelvis[:, :2], longest=1.0) - way[:, :2]
+    filled = None if pelvis is None else fill_gaps(time, pelvis[:, :2], longest=1.0)
+    body = None if filled is None else filled - way[:, :2]
     length = _foot_length(feet)
     if not length > 0:
         return ()

@@ -67,27 +67,34 @@ def stage(
     if camera.towards @ across < 0:
         near, far = far, near
 
+    lines = [np.concatenate([surface(m[None], wide), surface(m[None], -wide)]) for m in marks]
+    width = f'stroke-width="{(0.002 if fine else 0.005) * per_metre:g}"'
+    parts = _strip(near, far, lines, shot, width, aside)
+    if not fine:
+        parts += _seats(ground, model, camera, per_metre, surface, origin, forward)
+    whole = np.round(-camera.project(centre) * per_metre).astype(int)
+    return shot.clock.shifted([f"{x} {y}" for x, y in whole], "".join(parts))
+
+
+def _strip(
+    near: np.ndarray, far: np.ndarray, lines: list[np.ndarray], shot: Shot, width: str, aside: bool
+) -> list[str]:
+    """Return the strip between a near and a far edge, with lines across it, and its side."""
+
     def data(points: np.ndarray, closed: bool) -> str:
-        whole = np.round(camera.project(points) * per_metre).astype(int)
+        whole = np.round(shot.camera.project(points) * shot.per_metre).astype(int)
         return "M" + "L".join(f"{x} {y}" for x, y in whole) + ("z" if closed else "")
 
-    width = f'stroke-width="{(0.002 if fine else 0.005) * per_metre:g}"'
     top = data(np.concatenate([near, far[::-1]]), closed=True)
     deep = near - [0.0, 0.0, 3.0]
     face = data(np.concatenate([near, deep[::-1]]), closed=True)
-    lines = "".join(
-        data(np.concatenate([surface(m[None], wide), surface(m[None], -wide)]), closed=False)
-        for m in marks
-    )
-    parts = [
+    across = "".join(data(line, closed=False) for line in lines)
+    return [
         f'<path d="{face}" fill="{SIDE_FACE}"/>' if aside else "",
         f'<path d="{top}" fill="{TOP}"/>',
-        f'<path d="{lines}" stroke="{LINE}" {width}/>',
+        f'<path d="{across}" stroke="{LINE}" {width}/>',
         f'<path d="{data(near, False)}" fill="none" stroke="{EDGE}" {width}/>',
-        *([] if fine else _seats(ground, model, camera, per_metre, surface, origin, forward)),
     ]
-    whole = np.round(-camera.project(centre) * per_metre).astype(int)
-    return shot.clock.shifted([f"{x} {y}" for x, y in whole], "".join(parts))
 
 
 def _marks(ends: tuple[float, float], spacing: float, stride: float) -> np.ndarray:

@@ -64,8 +64,7 @@ def write_folder(
             package did not write.
         FileError: If the folder cannot be written.
     """
-    out = _place(out)
-    _refuse_names(out, files)
+    out = _refuse_names(_place(out), files)
     if not numbered:
         refuse_existing(out, overwrite)
     metrics_json(metrics)  # fails before anything is written
@@ -306,11 +305,12 @@ def _umask() -> int:
     return mask
 
 
-def _refuse_names(out: Path, names: Iterable[str]) -> None:
+def _refuse_names(out: Path, names: Iterable[str]) -> Path:
     for name in names:
         if not _NAME.fullmatch(name) or name == METRICS:
             problem = "is not allowed as the name of an extra file"
             raise FileError(out / name, problem, remedy="use letters, digits and . _ + - only")
+    return out
 
 
 def _new_part(out: Path) -> Path:

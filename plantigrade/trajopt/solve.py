@@ -120,9 +120,8 @@ def synthesize(
     start: Start = (c if c0 is None else c0, u, None)
     if warm is not None:
         switches = warm.switches, task.plan.switches
-        start = transferred(
-            warm.problem, warm.coefficients, warm.forces, warm.multipliers, problem, switches
-        )
+        solved = warm.coefficients, warm.forces, warm.multipliers
+        start = transferred(warm.problem, *solved, problem, switches)
     if solver == "ipopt":
         at = run.ipopt("IPOPT", problem, start)
     else:

@@ -11,6 +11,18 @@ satisfy the equations of motion. Without forces, velocities jump where a contact
 Least squares in the coordinates would use every joint alike. Without forces the unknowns are
 scaled, so that an order can spare some where others can do what a task asks: in walking, arms and
 neck.
+
+Example:
+    >>> import numpy as np
+    >>> from plantigrade.wbc.tasks import ComTask
+    >>> from plantigrade.kinematics.trajectory import Trajectory
+    >>> from plantigrade.models import Human
+    >>> human = Human.create()
+    >>> here = State(human, human.standing()).com
+    >>> down = ComTask(Trajectory.fixed(here - np.array([0.0, 0.0, 0.1])))
+    >>> motion = move(human, TaskOrder([[down]]), human.standing(), stop=1.0)
+    >>> round(float(State(human, motion.qpos[-1]).com[2] - here[2]), 3)
+    -0.1
 """
 
 import time as clock
@@ -233,18 +245,6 @@ def move(
     Raises:
         ParameterError: If the motion needs forces and the order has no contact task.
         SolverError: If the first tick has no solution.
-
-    Example:
-        >>> import numpy as np
-        >>> from plantigrade.wbc.tasks import ComTask
-        >>> from plantigrade.kinematics.trajectory import Trajectory
-        >>> from plantigrade.models import Human
-        >>> human = Human.create()
-        >>> here = State(human, human.standing()).com
-        >>> down = ComTask(Trajectory.fixed(here - np.array([0.0, 0.0, 0.1])))
-        >>> motion = move(human, TaskOrder([[down]]), human.standing(), stop=1.0)
-        >>> round(float(State(human, motion.qpos[-1]).com[2] - here[2]), 3)
-        -0.1
     """
     state, settings = State(human, qpos, qvel), settings or MotionSettings()
     step = settings.step

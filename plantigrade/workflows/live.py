@@ -227,16 +227,23 @@ def live(
         except Exception as error:  # of the page; what was simulated is not lost by it
             failed.append(error)
     tell(f"{session.world.time:.2f} s simulated, {keeps.time_lost:.2f} s behind real time")
-    if not failed:
-        return made.run()
-    if not session.world.time > 0.0:
-        raise failed[0]
-    tell("".join(traceback.format_exception(failed[0])))
+    return _after_fault(made, failed[0], tell) if failed else made.run()
+
+
+def _after_fault(made: Live, fault: BaseException, tell: Callable[[str], None]) -> Run:
+    """Return what was simulated before a fault, which its status names.
+
+    Raises:
+        BaseException: The fault, where nothing was simulated.
+    """
+    if not made.session.world.time > 0.0:
+        raise fault
+    tell("".join(traceback.format_exception(fault)))
     try:
         result = made.run()
     except Exception:
-        raise failed[0] from None
-    ended = f"the session ended with a fault ({type(failed[0]).__name__}: {failed[0]})"
+        raise fault from None
+    ended = f"the session ended with a fault ({type(fault).__name__}: {fault})"
     return replace(result, status=ended)
 
 
