@@ -12,6 +12,7 @@ import numpy as np
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
+from plantigrade.contact.sole import SoleSettings, soften_soles
 from plantigrade.models import Human
 from plantigrade.models.mjcf import read_mjcf
 
@@ -35,6 +36,7 @@ def world_model(
     step: float,
     sites: Sequence[ContactSite] = (),
     additions: Sequence[Callable[[mujoco.MjSpec], None]] = (),
+    sole: SoleSettings | None = None,
 ) -> mujoco.MjModel:
     """Return the MuJoCo model of a person on a ground.
 
@@ -44,6 +46,7 @@ def world_model(
         step: Time step [s].
         sites: Additional contact sites, for seats.
         additions: Functions that add bodies to a specification.
+        sole: How soles yield.
     """
     spec = read_mjcf(mujoco.MjSpec.from_string, scene_xml(human, ground, sites))
     for geom in spec.geoms:
@@ -62,6 +65,7 @@ def world_model(
     if model.nv > own:  # heavy bodies must not scale the solver's tolerance
         model.stat.meaninertia = float(np.mean(model.dof_M0[:own]))
     model.opt.timestep = step
+    soften_soles(model, human, sole or SoleSettings())
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     # Sparse Jacobians are 25 % faster than dense ones in walking and up to 10 % slower in standing
     # on 14 spheres. (MuJoCo 4.0.0 has a bug with sparse Jacobians; the package excludes it.)

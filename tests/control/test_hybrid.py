@@ -24,7 +24,7 @@ def pushed():
 def test_it_stands_and_is_pushed_and_stands(pushed):
     world, record = pushed
     error = record.signals["controller.com_error"]
-    assert world.fall is None and 0.005 < np.nanmax(error) < 0.1 and error[-2] < 0.004
+    assert world.fall is None and 0.005 < np.nanmax(error) < 0.1 and error[-2] < 0.02
     low, high = SMALL.model.jnt_actfrcrange[1:].T
     motor = record.signals["world.motor"]
     assert ((motor > 0.9 * low) & (motor < 0.9 * high)).all()  # what it takes, a person has

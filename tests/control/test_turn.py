@@ -81,22 +81,34 @@ def test_a_walk_straight_on_leans_nowhere():
     assert (turn.rate, turn.predicted(0.5)) == (0.0, PredictedTurn())
 
 
+def steps(data, bearings: str, seconds: float) -> tuple[list[float], Walker]:
+    """Return the width of every step of a walk with bearings [m], and the walker."""
+    one = walking("pendulum", data)
+    walker = Walker(walk_of(one.record), WalkCommand(path=path_of(bearings)))
+    world = world_of(one, walker)
+    state, widths = world.reset(), []
+    while world.time < seconds and world.fall is None:
+        state = world.step(walker(state))
+        if len(walker.pendulum.footfalls) > len(widths):
+            foot = walker.pendulum.foot_positions
+            widths.append(float(foot[1, 1] - foot[0, 1]))
+    assert world.fall is None
+    return widths, walker
+
+
 @pytest.mark.slow
 def test_bearings_that_change_to_and_fro_are_walked(data):
     """Before a turn was foreseen, feet that ended one crossed each other, and the walk fell."""
-    one = walking("pendulum", data)
-    walk = walk_of(one.record)
     words = [f"{bearing}@{2.7 * k:g}" for k, bearing in enumerate((30, 0, -30, 0), 1)]
-    walker = Walker(walk, WalkCommand(path=path_of("bearing:0," + ",".join(words))))
-    world = world_of(one, walker)
-    state, landings, apart = world.reset(), 0, []
-    while world.time < 13.5 and world.fall is None:
-        state = world.step(walker(state))
-        if len(walker.pendulum.footfalls) > landings:
-            landings = len(walker.pendulum.footfalls)
-            foot = walker.pendulum.foot_positions
-            apart.append(foot[1, 1] - foot[0, 1])
-    assert world.fall is None
-    assert min(apart) > -0.05 and max(apart) < 0.4  # of the ankles, sideways [m]
+    widths, walker = steps(data, "bearing:0," + ",".join(words), 13.5)
+    assert min(widths) > -0.05 and max(widths) < 0.3
     off = [x.error for x in walker.pendulum.footfalls if x.error is not None]
     assert np.median(off) < 0.04
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", [2.7, 2.85, 3.15, 3.45, 3.75])
+def test_a_turn_is_walked_with_steps_of_human_width_whenever_it_begins(data, start):
+    """Feet that had to keep apart from the other one fell short, and the next stepped 0.5 m out."""
+    widths, _ = steps(data, f"bearing:0,30@{start:g}", start + 3.0)
+    assert min(widths) > -0.05 and max(widths) < 0.26

@@ -10,6 +10,7 @@ from experiments.tour import HARDEST, punches, tour, waypoints
 from experiments.walk_outcome import WalkOutcome
 from experiments.walk_trial import PushedWalk, walk
 from experiments.walkers import walker, walks_as
+from experiments.walking import walking
 from plantigrade.constants import SIDES
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
@@ -226,3 +227,12 @@ def test_a_push_after_a_copied_walk_is_the_same_as_after_a_walk_of_its_own(data)
     assert found.withstood and found.pushed == pytest.approx(own.pushed)
     assert [x.time for x in own.landings] == [x.time for x in found.landings][: len(own.landings)]
     assert replace(found, survived=False).back is None
+
+
+@pytest.mark.slow
+def test_a_survived_push_lands_softly(data):
+    """Feet that step out on a straight leg landed with 10 to 20 body weights on rigid soles."""
+    one = walking("pendulum", data)
+    found = [PushedWalk(one, phase)(150.0, np.pi / 4, 0.4, watch=3.0) for phase in (0.0, 0.5, 0.75)]
+    assert all(outcome.survived for outcome in found)
+    assert max(outcome.peak for outcome in found) < 6.0

@@ -119,7 +119,7 @@ def test_the_ground_tilts_to_the_target_and_is_level_again_after_a_restart(sessi
 
 def test_on_ice_a_pushed_person_slides(stage):
     way = []
-    for friction in (0.8, 0.05):
+    for friction in (0.8, 0.03):
         session = Session(stage, stage.choice)
         session.hand.max_force = 120.0
         session.submit(lambda session=session, mu=friction: session.set_friction(mu))

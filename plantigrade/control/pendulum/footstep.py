@@ -57,7 +57,8 @@ class Reach(FootstepLimits):
     offset: Float[Array, " 2"]  #: Offset of the swing foot from the reference [m]
     offset_velocity: Float[Array, " 2"]  #: Its rate [m/s]
     leg_momentum: float  #: Angular momentum of a swing leg, as the person has it
-    may_cross: bool = True  #: Whether the feet may cross; those of a walk that turns do not
+    #: Whether the feet may cross; those of a walk that turns land in line at most
+    may_cross: bool = True
     hips: Float[Array, "m 2"] | None = None  #: Hip at each time, from the stance foot [m]
     #: Reach on the ground from there [m]; any distance if absent
     spans: Float[Array, " m"] | None = None
@@ -111,13 +112,14 @@ class Reach(FootstepLimits):
         position = (self.nominal + offset) @ self.axes
         far, past = self.max_length, self.settings.crossover_length * self.leg_length
         ahead = np.minimum(np.maximum(position[:, 0], -far), far)
+        most = self.crossover_width if self.may_cross else min(0.0, self.min_width)
         beside, across = (
             np.minimum(np.maximum(self.side * position[:, 1], least), self.max_width)
-            for least in (self.min_width, self.crossover_width)
+            for least in (self.min_width, most)
         )
-        ways = [(ahead, beside)]
+        ways = [(ahead, beside), (np.maximum(ahead, past), across)]
         if self.may_cross:
-            ways += [(np.maximum(ahead, past), across), (np.minimum(ahead, -past), across)]
+            ways.append((np.minimum(ahead, -past), across))
         placed = (np.stack([x, self.side * y], axis=1) @ self.axes.T for x, y in ways)
         return [self._in_reach(each) for each in placed]
 
