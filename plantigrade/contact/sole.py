@@ -4,7 +4,7 @@ A spring and a damper under a sphere, taken implicitly over a time step :math:`h
 
 .. math:: f = -K (r + h v + h^2 a) - D (v + h a),
 
-with the distance :math:`r` from the ground, its rate :math:`v` and its acceleration :math:`a`, are a
+with the distance :math:`r` from the ground, its rate :math:`v` and acceleration :math:`a`, are a
 contact of MuJoCo, :math:`R f = a_{ref} - a` with :math:`a_{ref} = -b v - k r`, for
 
 .. math:: 1 / R = K h^2 + D h, \qquad k = K R, \qquad b = (D + K h) R .
