@@ -47,17 +47,12 @@ class Command(FitSettings, PageOptions, BatchOptions):
 
     def _one(self, path: Path, progress: "Progress") -> Outcome:
         from plantigrade.workflows.fit import run_fit
-        from plantigrade.workflows.save import save
 
         name = f"fit-{path.stem}"
         self.refuse_existing(name)
         run = run_fit(path, FitSettings.of(self), step=progress.step, command=command_line())
-        with progress.step("writing the report and the viewer"):
-            run = save(replace(run, name=name), self.out, overwrite=self.overwrite)
-        for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
-            progress.note(sentence)
-        folder = run.folder or Path()
-        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
+        status = () if run.ok else (run.status,)
+        return self.written(replace(run, name=name), progress, summary, *status)
 
 
 def summary(folder: Path, metrics: dict) -> str:

@@ -1,13 +1,19 @@
 """Options that several commands share; a command is a dataclass that inherits what it needs."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from plantigrade.bounds import Bounded
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
 from plantigrade.options import Flag, OptionalWord, OutPath
+
+if TYPE_CHECKING:
+    from plantigrade.commands.progress import Progress
+    from plantigrade.record import Run
 
 MAX_SHOWN_PDFS = 5  # PDFs of a batch that are named on the screen; chosen
 Backend = Literal["loky", "ray", "dask"]
@@ -52,6 +58,23 @@ class RunOptions(PrintOptions, Bounded):
                 refuse_existing(RUNS / name, overwrite=True)
             else:
                 refuse_unwritable(RUNS / name)
+
+    def written(
+        self,
+        run: "Run",
+        progress: "Progress",
+        summary: Callable[[Path, dict[str, Any]], str],
+        *warnings: str,
+    ) -> Outcome:
+        """Write a run with its pages, say what should be known, and return what is printed."""
+        from plantigrade.workflows.save import save
+
+        with progress.step("writing the report and the viewer"):
+            run = save(run, self.out, overwrite=self.overwrite)
+        for sentence in (*run.record.notes, *warnings):
+            progress.note(sentence)
+        folder = run.folder or Path()
+        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -41,17 +41,12 @@ class Command(ReproduceSettings, PageOptions, BatchOptions):
 
     def _one(self, path: Path, progress: "Progress") -> Outcome:
         from plantigrade.workflows.reproduce import run_reproduction
-        from plantigrade.workflows.save import save
 
         self.refuse_existing(f"reproduce-{path.stem}")
         settings = ReproduceSettings.of(self)
         run = run_reproduction(path, settings, step=progress.step, command=command_line())
-        with progress.step("writing the report and the viewer"):
-            run = save(run, self.out, overwrite=self.overwrite)
-        for sentence in (*run.record.notes, *(() if run.ok else (run.status,))):
-            progress.note(sentence)
-        folder = run.folder or Path()
-        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
+        status = () if run.ok else (run.status,)
+        return self.written(run, progress, summary, *status)
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

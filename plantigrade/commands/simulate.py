@@ -78,7 +78,6 @@ class Command(
     def run(self) -> Outcome:
         """Simulate and write the run folder."""
         from plantigrade.commands.progress import Progress
-        from plantigrade.workflows.save import save
         from plantigrade.workflows.simulate import run_simulation
 
         if self.live:
@@ -94,12 +93,7 @@ class Command(
         self.refuse_existing(f"simulate-{what.stem}")
         settings = SimulateSettings.of(self)
         run = run_simulation(source, settings, step=progress.step, command=command_line())
-        with progress.step("writing the report and the viewer"):
-            run = save(run, self.out, overwrite=self.overwrite)
-        for sentence in run.record.notes:  # how it ended is among them
-            progress.note(sentence)
-        folder = run.folder or Path()
-        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
+        return self.written(run, progress, summary)  # how it ended is among its notes
 
     def _sources(self) -> tuple[list[Path], bool]:
         """Return the recordings and runs that are simulated, and whether they make a batch."""

@@ -101,7 +101,6 @@ class Command(PageOptions, BatchOptions):
 
     def _one(self) -> Outcome:
         from plantigrade.workflows.motions import run_synthesis
-        from plantigrade.workflows.save import save
 
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"synthesize-{self.name}")
@@ -116,17 +115,10 @@ class Command(PageOptions, BatchOptions):
                 command=command_line(),
             )
         watch.close(run.metrics)
-        with progress.step("writing the report and the viewer"):
-            run = save(run, self.out, overwrite=self.overwrite)
-        findings = run.record.signals.get("check.findings", ())
-        for sentence in run.record.notes:
-            progress.note(sentence)
-        for finding in findings[:MAX_FINDINGS]:
-            progress.warn(str(finding))
-        if len(findings) > MAX_FINDINGS:
-            progress.warn(f"{len(findings) - MAX_FINDINGS} more findings are in the report")
-        folder = run.folder or Path()
-        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
+        findings = [str(each) for each in run.record.signals.get("check.findings", ())]
+        more = len(findings) - MAX_FINDINGS
+        findings[MAX_FINDINGS:] = [f"{more} more findings are in the report"] if more > 0 else []
+        return self.written(run, progress, summary, *findings)
 
     @property
     def task(self) -> str | Path:
