@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.record import Record
@@ -29,6 +30,36 @@ def leg_length(human: Human) -> float:
     return float(hip[2] - ankle[2])
 
 
+@dataclass(frozen=True)
+class SoleShape:
+    """The sole of a foot by its contact spheres, from the ankle, in quiet standing."""
+
+    heel: float  #: End of the heel ahead of the ankle, a negative number [m]
+    ball: float  #: Head of the first metatarsal ahead of the ankle [m]
+    toes: float  #: Tip of the toes ahead of the ankle [m]
+    half_width: float  #: Half the distance of the outermost spheres, of their centres [m]
+
+    @classmethod
+    def of(cls, human: Human) -> "SoleShape":
+        """Return the sole of a person; where no sphere is a metatarsal, its ball is at two thirds.
+
+        Raises:
+            ParameterError: If the person has no contact sphere.
+        """
+        side, standing = SIDES[0], State(human, human.standing())
+        sites = [site for site in contact_sites(human) if site.side == side]
+        if not sites:
+            raise ParameterError("a sole needs contact spheres, and this person has none")
+        body = f"foot_{side}"
+        centres = standing.position(PointSet.of(human, sites)) - standing.origin(body)
+        x, y = (centres @ standing.rotation(body))[:, :2].T
+        radius = np.array([site.radius for site in sites])
+        toes = float((x + radius).max())
+        balls = [at for at, site in zip(x, sites, strict=True) if "metatarsal_1" in site.name]
+        ball = float(balls[0]) if balls else 2.0 / 3.0 * toes
+        return cls(float((x - radius).min()), ball, toes, 0.5 * float(np.ptp(y)))
+
+
 @dataclass(frozen=True, eq=False)
 class Person:
     """A person, as gait controllers see them.
@@ -40,6 +71,7 @@ class Person:
         radius: Their radii [m].
         side_of: Side of each sphere: 0 right, 1 left, :data:`SEAT`.
         of_side: Spheres of each side.
+        sole: Shape of a sole.
         leg_length: Height of the hip above the ankle, standing [m].
         com_height: Height of the centre of mass above the hips, standing [m].
         leg_momentum: Angular momentum of a straight leg that swings from the hip, about the centre
@@ -54,6 +86,7 @@ class Person:
     radius: Float[Array, "n_sites 1"]
     side_of: Int[Array, " n_sites"]
     of_side: tuple[Int[Array, " _"], ...]
+    sole: SoleShape
     leg_length: float
     com_height: float
     leg_momentum: float
@@ -75,6 +108,7 @@ class Person:
             radius=np.array([[s.radius] for s in sites]),
             side_of=side_of,
             of_side=tuple((side_of == i).nonzero()[0] for i in range(SEAT + 1)),
+            sole=SoleShape.of(human),
             leg_length=leg_length(human),
             com_height=float(standing.com[2] - hip[2]),
             leg_momentum=float(

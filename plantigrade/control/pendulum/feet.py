@@ -33,10 +33,11 @@ class Feet:
         self._feet, self._hips = (
             np.array([human.body(f"{bone}_{side}") for side in SIDES]) for bone in ("foot", "femur")
         )
+        shape = plan.person.sole
         self._soles = [
-            Sole(self.leg, foot.side_sign, plan.settings.ground) for foot in plan.gait.feet
+            Sole(self.leg, shape, foot.side_sign, plan.settings.ground) for foot in plan.gait.feet
         ]
-        self._paths = [SwingPath(self.leg, self.settings) for _ in SIDES]
+        self._paths = [SwingPath(self.leg, shape, self.settings) for _ in SIDES]
         self._lift = np.zeros(len(SIDES))
         for path, position in zip(self._paths, positions, strict=True):
             path.start(position)

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.gait.person import Person
+from plantigrade.control.gait.person import Person, SoleShape
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.frame import Terrain
@@ -23,12 +23,8 @@ PARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the greatest shift of a footstep, that
 
 @dataclass(frozen=True, kw_only=True)
 class GroundSettings:
-    """Slope around a person, soles, and the search for better footsteps; values were chosen."""
+    """Slope around a person, and the search for better footsteps; values were chosen."""
 
-    sole_points: tuple[float, float, float] = (-0.07, 0.05, 0.17)
-    """Heel, middle and ball of a sole ahead of the ankle [leg lengths]."""
-    sole_half_width: float = 0.045
-    """Half the width of a sole [leg lengths]."""
     max_tilt: tuple[float, float] = (0.15, 0.4)
     """Greatest tilt of a sole with the ground, sideways and along it [rad]: over an edge the ankle
     keeps it level; a footstep on such a slope costs 1."""
@@ -114,18 +110,21 @@ class Sole:
 
     Args:
         leg: Length of the leg [m].
+        shape: Shape of the sole; the ground is looked at under heel, middle and ball.
         left: 1 for the left foot, -1 for the right.
         settings: Settings of sole and search.
     """
 
-    def __init__(self, leg: float, left: float, settings: GroundSettings | None = None):
+    def __init__(
+        self, leg: float, shape: SoleShape, left: float, settings: GroundSettings | None = None
+    ):
         self.settings = own = settings or GroundSettings()
         self.leg, self.left = leg, left
         self._normal, self._shift = np.array([0.0, 0.0, 1.0]), np.zeros(2)
-        width = own.sole_half_width
-        self._points = leg * np.array([(x, y) for x in own.sole_points for y in (width, -width)])
-        self._length = leg * (own.sole_points[2] - own.sole_points[0])
-        self._width = 2.0 * leg * width
+        along = np.linspace(shape.heel, shape.ball, 3)
+        width = shape.half_width
+        self._points = np.array([(x, y) for x in along for y in (width, -width)])
+        self._length, self._width = shape.ball - shape.heel, 2.0 * width
         self._scale = leg * np.array(own.shift_scale)
         parts = np.array([(x, y) for x in PARTS for y in PARTS])
         self._tried, self._cost = parts * self._scale, (parts**2).sum(axis=1)
@@ -144,7 +143,7 @@ class Sole:
         points[:, :, :2] = ankles[:, None] + self._points @ axes
         normal = ground.normal
         height = (ground.under(points) - points @ normal) / normal[2]
-        return height.reshape(-1, len(self.settings.sole_points), 2)
+        return height.reshape(-1, len(self._points) // 2, 2)
 
     def normal(
         self,

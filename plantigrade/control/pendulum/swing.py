@@ -7,6 +7,7 @@ from math import hypot, sqrt
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.person import SoleShape
 from plantigrade.control.gait.phase import Foot
 
 SWING_PARTS = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
@@ -41,8 +42,6 @@ class SwingPathSettings:
     after a third of the swing."""
     max_departure_speed: float = 2.0
     """Greatest such speed that counts [m/s]."""
-    sole_reach: tuple[float, float] = (-0.08, 0.24)
-    """Heel and toes ahead of the ankle [leg lengths]."""
     tilt_base: float = 0.03
     """Distance before and behind the ankle by which the ground tilts the foot [leg lengths]."""
     raised_phase: tuple[float, float] = (0.35, 0.7)
@@ -81,8 +80,8 @@ class SwingPathSettings:
 class SwingPath:
     """The height of one foot along its swing; ``leg`` is the length of the leg [m]."""
 
-    def __init__(self, leg: float, settings: SwingPathSettings | None = None):
-        self.leg, self.settings = leg, settings or SwingPathSettings()
+    def __init__(self, leg: float, sole: SoleShape, settings: SwingPathSettings | None = None):
+        self.leg, self.sole, self.settings = leg, sole, settings or SwingPathSettings()
         self._start = np.zeros(3)
         self._footstep, self._obstacle = np.full(2, np.inf), 0.0
 
@@ -146,10 +145,10 @@ class SwingPath:
 
         A foot tilts with the ground: on a slope toes are no lower over it than heels.
         """
-        heel, toe = self.settings.sole_reach
-        base = self.settings.tilt_base
+        heel, toe = self.sole.heel, self.sole.toes
+        base = self.settings.tilt_base * self.leg
         way = footstep - self._start[:2]
-        ahead = way / max(float(np.linalg.norm(way)), 1e-6) * self.leg
+        ahead = way / max(float(np.linalg.norm(way)), 1e-6)
         highest = 0.0
         for part in SWING_PARTS:
             line = start + (end - start) * part
