@@ -1,6 +1,7 @@
 """Sensitivity of a controller to its settings: each one changed by a fifth, over a short battery.
 
-Walking: on level ground, pushed, along a path, at changing speeds and heights, and on bumps.
+Walking: on level ground, pushed, along a path, at changing speeds and heights, on bumps, over edges
+and steps, shoved hard, standing and pushed there, round sharp corners, and with slow ticks.
 Standing: undisturbed, pushed forward, sideways and off balance, and on a moving floor. A setting
 matters if a change of it costs or saves time on the feet, or changes the deviation by
 :data:`MATTERS`.
@@ -61,6 +62,7 @@ class WalkCase:
         ground: Name of the ground.
         points: Points of the path [m].
         script: Time [s], target and value of commands.
+        tick: Time for which a command holds [s]; that of the settings where None.
     """
 
     duration: float
@@ -68,6 +70,7 @@ class WalkCase:
     ground: str = "flat"
     points: tuple[tuple[float, float], ...] = ()
     script: tuple[tuple[float, str, float], ...] = ()
+    tick: float | None = None
 
 
 WALKS: Mapping[str, WalkCase] = {
@@ -89,6 +92,21 @@ WALKS: Mapping[str, WalkCase] = {
             (5.0, "speed", 1.0),
         ),
     ),
+    "edges": WalkCase(duration=5.0, ground="tiles:5"),
+    "stairs": WalkCase(duration=5.0, ground="steps:6"),
+    "shoved": WalkCase(
+        duration=5.0,
+        disturbances=(
+            PhasePush(force=350.0, duration=0.3, direction=-np.pi / 2, side="r", phase=0.2),
+        ),
+    ),
+    "standing": WalkCase(
+        duration=6.0,
+        disturbances=(Push(force=120.0, duration=0.2, direction=1.0, time=3.5),),
+        script=((0.5, "speed", 0.0), (4.5, "speed", 1.2)),
+    ),
+    "corner": WalkCase(duration=6.0, points=((1.5, 0.0), (1.5, 1.0), (0.5, 1.0))),
+    "slow ticks": WalkCase(duration=4.0, tick=0.02),
 }
 """The battery of walking controllers."""
 STANDS: Mapping[str, tuple[tuple[Disturbance, ...], bool]] = {
@@ -108,16 +126,17 @@ def walked(name: str, data: Path | None, values: Mapping[str, Any], cases: Seque
     """Return time on the feet [s] and deviation [deg] of a battery of walks."""
     record = own_walk(data)
 
-    def make(_: Any) -> Controller:
+    def make(case: WalkCase, _: Any) -> Controller:
         at = Situation(
             human=record.human, ground=record.ground, motion=record.motion, record=record
         )
-        return controller_named(name, at, values)
+        own = {} if case.tick is None else {"tick": case.tick}
+        return controller_named(name, at, {**own, **values})
 
     one = walker(name, record)
     record = one.record
-    found = [_walk(Walker(record, make, name), WALKS[case]) for case in cases]
-    return _result(found)
+    walks = [WALKS[case] for case in cases]
+    return _result([_walk(Walker(record, partial(make, case), name), case) for case in walks])
 
 
 def _walk(one: Walker, case: WalkCase) -> tuple[float, float]:
