@@ -11,6 +11,7 @@ from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import rotation_matrix
 
 MARKS = ("heel", "metatarsal_1_head", "metatarsal_5_head")
 MIN_DISPLACEMENT = 0.3
@@ -76,11 +77,25 @@ def inward_angle(
     return (1.0 if side == "r" else -1.0) * np.arcsin(np.clip(line[:, :2] @ left, -1, 1))
 
 
+def turned_forward(way: Float[Array, " 2"], quats: Float[Array, "n 4"]) -> Float[Array, " 2"]:
+    """Return a horizontal direction turned by the right angles that bring it nearest to the facing.
+
+    Args:
+        way: Direction of walking.
+        quats: Orientations of the pelvis, ``wxyz``.
+    """
+    facing = rotation_matrix(quats)[:, :2, 0].mean(axis=0)
+    left = np.array([-way[1], way[0]])
+    return max((way, left, -way, -left), key=lambda each: float(each @ facing))
+
+
 def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
     It is the angle between the line of the foot (:func:`foot_line`) and the vertical plane through
-    the displacement of the pelvis in that stride, or through the forward axis on a treadmill.
+    the displacement of the pelvis in that stride, or through the forward axis on a treadmill. Where
+    a person walks backward or sideways, that plane is turned by two or one right angles to where
+    the pelvis faces, so that toes that point outward are negative there, too.
 
     Returns:
         ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot.
@@ -99,6 +114,7 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
             )
             way = motion.qpos[stop, :2] - motion.qpos[start, :2]
             way = way if np.linalg.norm(way) > MIN_DISPLACEMENT else np.array([1.0, 0.0])
+            way = turned_forward(way, motion.qpos[start : stop + 1, 3:7])
             near = frames_near(motion.time, cycle)
             angle = np.rad2deg(inward_angle(line[near], side, way))
             rows += list(normalise_cycles(motion.time[near], angle, [cycle]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from plantigrade.analyze.foot_progression import foot_line, inward_angle
+from plantigrade.analyze.foot_progression import foot_line, foot_progression, inward_angle
 from plantigrade.analyze.laboratory_angles import laboratory_angles, laboratory_figures
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
@@ -187,6 +187,22 @@ def test_foot_progression_is_true_of_a_flat_foot_and_calm_on_its_tip(human, side
     assert 11 < (angle - neutral)[0] < 13
     line = np.array([[0.02, 0.05, -1.0]]) / np.linalg.norm([0.02, 0.05, -1.0])
     assert abs(np.rad2deg(inward_angle(line, side, ahead))[0]) < 3
+
+
+@pytest.mark.parametrize("way", [0.0, 90.0, -90.0, 180.0, 20.0, 200.0])
+def test_toes_point_outward_whichever_way_a_person_walks(human, way):
+    strikes = tuple(GaitEvent(t, side, "heel_strike") for side in "rl" for t in (0.0, 1.0))
+    qpos = np.tile(human.standing(), (len(TIME), 1))
+    angle = np.deg2rad(way)
+    qpos[:, :2] += TIME[:, None] * [np.cos(angle), np.sin(angle)]
+    for side in "rl":
+        qpos[:, 7 + human.hinge(f"hip_rotation_{side}")] = np.deg2rad(-8.0)
+    velocity = np.zeros((len(TIME), human.model.nv))
+    motion = Motion(TIME, qpos, velocity, human.joint_names, events=strikes)
+    found = foot_progression(Record(human, motion))
+    aside = 20.0 if way in (20.0, 200.0) else 0.0  # the way itself is oblique there
+    assert found["foot_progression_r"].mean() == pytest.approx(-8.0 - aside, abs=2.0)
+    assert found["foot_progression_l"].mean() == pytest.approx(-8.0 + aside, abs=2.0)
 
 
 @pytest.mark.parametrize("front", [("RTOE",), ("RD1M", "RD5M")])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from plantigrade.trajopt.tasks.settings import Jump
 from plantigrade.trajopt.terms.contact import Contact, Dynamics
 from plantigrade.trajopt.terms.effort import Torque
 from plantigrade.trajopt.terms.limits import Within
+from plantigrade.trajopt.terms.obstacle import StepOver
 from plantigrade.trajopt.terms.posture import Posture, Rest
 from plantigrade.trajopt.terms.term import one_sided
 
@@ -166,10 +168,29 @@ def test_a_block_lies_between_two_footprints_and_is_ground_for_the_check():
         make_task("walk", person(), {"obstacle_height": 0.2, "periodic": True})
 
 
+def test_only_the_steps_over_a_block_take_longer_the_higher_the_longer():
+    even, low, high = (
+        make_task("walk", person(), {"obstacle_height": h, "steps": 6}).plan
+        for h in (0.0, 0.1, 0.4)
+    )
+    strikes = [np.array([s.heel_strike for s in plan.stances]) for plan in (even, low, high)]
+    first, second, third = (np.diff(each)[1:] for each in strikes)
+    assert (second - first > 0.01).sum() == 2 and (third - second > 0.01).sum() == 2
+    np.testing.assert_allclose((third - first).sum(), 4.0 * (second - first).sum())
+    (block,) = low.obstacles
+    swings = [x for x in StepOver().spaced(low) if x[0] < x[1]]
+    assert len(swings) == 2  # both feet, once
+    for plan in (low, high):
+        for side in "rl":
+            own = [s for s in plan.stances if s.footprint.side == side]
+            assert all(a.toe_off < b.heel_strike for a, b in pairwise(own))
+
+
 @pytest.mark.slow
 @pytest.mark.solver
-def test_both_feet_pass_over_a_block():
-    task = make_task("walk", person(), {"obstacle_height": 0.1, "speed": 1.0, "steps": 2})
+@pytest.mark.parametrize("height", [0.1, 0.4])
+def test_both_feet_pass_over_a_block(height):
+    task = make_task("walk", person(), {"obstacle_height": height, "steps": 2})
     s = synthesize(ContactBody.for_plan(person(), task.plan), task)
     record = s.record()
     assert check(record).ok, check(record).status
@@ -177,7 +198,7 @@ def test_both_feet_pass_over_a_block():
     heel = foot_path(record.human, record.motion.qpos).heel
     for foot in heel.swapaxes(0, 1):
         over = np.abs(foot[:, 0] - block.x) < block.width / 2
-        assert over.any() and foot[over, 2].min() > 0.1
+        assert over.any() and foot[over, 2].min() > height
 
 
 @pytest.mark.solver

@@ -111,6 +111,13 @@ HANDLE_HEIGHT, HANDLE_AHEAD = 1.05, 0.45
 beds have 0.95 to 1.1 m."""
 ARMS_AHEAD = {"arm_flex": float(np.deg2rad(25.0)), "elbow_flex": float(np.deg2rad(65.0))}
 """Angles of the arms in the guess of a walk with a cart [rad]."""
+CROSSING_SLOWNESS = 1.25
+"""How much longer a step over a block lasts, relative to block height over leg length [1]: people
+cross at .80, .70 and .64 m/s where it is 10, 20 and 30 % of the leg, with equal steps
+[Kuo2022]_."""
+OBSTACLE_SHARE = 0.6
+"""Distance of the toes before a block, relative to the room of toes and heel around it [1]: 25 and
+16 % of the leg [Kuo2022]_."""
 CLEARANCE = 0.01  # [m] clearance of the foot in mid-swing
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes per second up to :data:`USUAL_SPEED`, periodic and from standing; proportionally more
@@ -170,7 +177,10 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
         # the last step closes, beside the one before it, and is as high
         first = min(parameters.steps // 2, parameters.steps - 2)
         heights = tuple(parameters.step_height * (k >= first) for k in range(parameters.steps))
-    plan = walk_plan(human, p, steps=parameters.steps, turn=parameters.turn, heights=heights)
+    delays = crossing_delays(p, parameters.steps, parameters.obstacle_height)
+    plan = walk_plan(
+        human, p, steps=parameters.steps, turn=parameters.turn, heights=heights, delays=delays
+    )
     check_support(human, plan)
     plan = replace(plan, slope=parameters.slope)
     if parameters.obstacle_height:
@@ -180,6 +190,9 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
     ends[:, 0] -= parameters.slope  # pelvis tilt: upright
     terms: list[Term] = [*walking_terms(p.step_time, parameters.slope)]
     if plan.obstacles:
+        terms = [
+            replace(t, opposite_thighs=True) if isinstance(t, SolidLimbs) else t for t in terms
+        ]
         terms.append(StepOver())
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
@@ -187,19 +200,27 @@ def walk(human: Human, parameters: Walk) -> MotionTask:
     return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
 
 
+def crossing_delays(p: GaitParameters, steps: int, height: float) -> list[float]:
+    """Return how much longer each step lasts because both feet pass over a block [s]."""
+    longer = CROSSING_SLOWNESS * height / p.leg_length * p.step_time
+    first = (steps - 1) // 2
+    return [longer if k in (first, first + 1) else 0.0 for k in range(steps)]
+
+
 def obstacle(plan: ContactPlan, height: float) -> Obstacle:
-    """Return a block of a height [m] in the middle of a straight way, between two footprints."""
+    """Return a block of a height [m] on a straight way, between the middle two footprints."""
     places = sorted({s.footprint.position[0] for s in plan.stances})
     behind = (len(places) - 1) // 2
     toes = places[behind] + FOOT_AHEAD_OF_ANKLE
     heel = places[behind + 1] - FOOT_BEHIND_ANKLE
-    block = Obstacle((toes + heel) / 2, height)
-    if heel - toes < block.width:
+    block = Obstacle(0.0, height)
+    room = heel - toes - block.width
+    if room < 0.0:
         raise ParameterError(
             f"steps of {places[behind + 1] - places[behind]:.2f} m leave no room for a block of "
             f"{block.width:g} m between two footprints: give a higher speed or a longer step_length"
         )
-    return block
+    return replace(block, x=toes + OBSTACLE_SHARE * room + block.width / 2)
 
 
 def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:

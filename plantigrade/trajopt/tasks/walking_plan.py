@@ -56,6 +56,7 @@ def walk_plan(
     first: Side = "r",
     turn: float = 0.0,
     heights: Sequence[float] | None = None,
+    delays: Sequence[float] | None = None,
 ) -> ContactPlan:
     """Return the stances of a walk of some steps, beginning at the origin along x.
 
@@ -72,6 +73,7 @@ def walk_plan(
         turn: Change of heading from the first to the last footprint, to the left positive [rad].
         heights: Ground below each of the steps [m], level where each foot stands; the ground is at
             zero before. A stair of three 15 cm steps up: ``(0.15, 0.30, 0.45, 0.45)``.
+        delays: How much longer than usual each of the steps lasts [s]; its swing is longer by that.
 
     Returns:
         The plan; its duration follows.
@@ -92,11 +94,13 @@ def walk_plan(
         begin, side, width = p.step_time, back, p.step_width
         falls = [_Fall(-p.step_time, -p.step_length, back, width)]
     falls.append(_Fall(0.0, 0.0, first, width))
+    late = np.zeros(steps) if delays is None else np.asarray(delays, float)
     for k in range(steps):
         place = (k if closing and k == steps - 1 else k + 1) * p.step_length
         width = standing_width if closing and k >= steps - 2 else p.step_width
         height = 0.0 if heights is None else float(heights[k])
-        falls.append(_Fall(begin + k * p.step_time, place, side, width, height))
+        strike = begin + k * p.step_time + float(late[: k + 1].sum())
+        falls.append(_Fall(strike, place, side, width, height))
         side = other(side)
     distance = falls[-1].place
     _check_way(falls[1:], distance, turn, p)
@@ -109,9 +113,12 @@ def walk_plan(
             strike + x * p.stride_time
             for x in (p.foot_flat, p.heel_off, p.forefoot_off, p.stance_fraction)
         )
+        following = max(k - 1, 0)  # the step that the other foot takes meanwhile
+        if following < steps:
+            heel, forefoot, off = (t + float(late[following]) for t in (heel, forefoot, off))
         if still and k < 2:
             strike = flat = 0.0
-            off = rest if k == 1 else begin + p.double_support
+            off = rest if k == 1 else begin + float(late[0]) + p.double_support
             heel = off - (p.stance_fraction - p.heel_off) * p.stride_time
             forefoot = off - (p.stance_fraction - p.forefoot_off) * p.stride_time
             if k == 1:

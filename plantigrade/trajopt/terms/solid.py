@@ -67,6 +67,9 @@ class SolidLimbs(Term):
     #: :data:`REFERENCE_HEIGHT` [m]; in proportion for others, whose arms hang as near
     arms: float = 0.0025
     ground: float = 0.003  #: Distance that arms keep from the highest tread [m]
+    #: Whether an arm keeps away from the thigh of the other side too, which only a thigh that is
+    #: raised above the horizontal comes near; rows of arms then take a fifth longer
+    opposite_thighs: bool = False
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return when a swinging foot passes the other leg: that must not happen between nodes.
@@ -93,8 +96,10 @@ class SolidLimbs(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
         near = self.arms * b.body.human.height / REFERENCE_HEIGHT
-        for family, margin in ((legs(b.body, len(b.nodes)), self.margin),
-                               (arms(b.body, len(b.nodes)), near)):  # fmt: skip
+        n, opposite = len(b.nodes), self.opposite_thighs
+        for family, margin in (
+            (legs(b.body, n), self.margin), (arms(b.body, n, opposite), near),
+        ):  # fmt: skip
             if np.isfinite(margin):
                 b.limit(b.add(family), lower=ROW_SCALE * margin)
         if np.isfinite(self.ground):
@@ -129,9 +134,10 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     )
 
 
-def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
+def arms(body: ContactBody, n_nodes: int, opposite_thighs: bool = False) -> ConstraintFamily:
     """Return how far arms are from trunk, head, thighs and each other, thighs from the trunk."""
     human = body.human
+    family = ARMS + " and both thighs" * opposite_thighs
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
@@ -139,32 +145,33 @@ def arms(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
                  if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
-            thigh, d = leg_rods(human, side)[0], []
+            near = SIDES if opposite_thighs else (side,)
+            thighs, d = [leg_rods(human, each)[0] for each in near], []
             for x in arm_spheres(human, side):
-                d.append(at.apart(x, thigh))
+                d += [at.apart(x, thigh) for thigh in thighs]
                 d += [at.distance(x, name, solid) for name, solid in trunk]
             rows.append(ROW_SCALE * _least(ca, d))
         right, left = (free_arm_rods(human, side) for side in SIDES)
         spheres = [x for rod in right for x in rod.points(sphere_count(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
         above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
-        thighs = []
+        folded = []
         for side in SIDES:  # from its middle on: it begins next to the belly
             spheres = leg_rods(human, side)[0].points(7)[3:]
-            near = [at.distance(x, *each) for x in spheres for each in above]
-            thighs.append(ROW_SCALE * _least(ca, near))
+            belly = [at.distance(x, *each) for x in spheres for each in above]
+            folded.append(ROW_SCALE * _least(ca, belly))
         # From one of them on: arms far apart leave nothing of the exponentials themselves.
         arms_apart = ROW_SCALE * (d[0] + _least(ca, [x - d[0] for x in d]))
-        return ca.vertcat(*rows, arms_apart, *thighs)
+        return ca.vertcat(*rows, arms_apart, *folded)
 
-    function = body.function(ARMS, expression)
+    function = body.function(family, expression)
     names = (
         *(f"distance of arm_{s}" for s in SIDES),
         "distance of the arms",
         *(f"distance of thigh_{s} and trunk" for s in SIDES),
     )
     return ConstraintFamily.free(
-        ARMS, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
+        family, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
     )
 
 
