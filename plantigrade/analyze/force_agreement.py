@@ -19,6 +19,7 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDE_NAMES, SIDES
 from plantigrade.dynamics.inverse import com_metrics
+from plantigrade.dynamics.plate_clock import MAX_CLOCK_RATE, clock_rate
 from plantigrade.models.usual_mass import usual_mass
 from plantigrade.motion.event_timing import is_running
 from plantigrade.spatial.conventions import rotation_matrix
@@ -98,7 +99,7 @@ def force_disagreement(trial: Trial) -> str:
         rate = _wrong_rate(
             *(s and s / scale for s in (slopes.get((n, "")) for n in ("vertical", "fore-aft")))
         )
-        if rate:
+        if rate and not plate_clock_doubt(trial):  # forces that drift away change less, too
             return rate
     wrong = {key: s for key, s in slopes.items() if not MIN_SLOPE <= s <= MAX_SLOPE}
     return _told(wrong) if wrong else ""
@@ -130,6 +131,23 @@ def support_note(trial: Trial) -> str:
         "weight less than the motion requires: something else carries the person there (a cane, "
         "a rail, a hand), the plate reads too little, or the body mass is another; forces and "
         "moments that are estimated are wrong by as much."
+    )
+
+
+def plate_clock_doubt(trial: Trial) -> str:
+    """Return a warning where the clock of the plates runs at another rate; empty otherwise."""
+    if trial.forces is None or trial.moments is None or not trial.motion.events:
+        return ""
+    needed = (trial.forces.force.sum(axis=1) + trial.moments.residual_force)[:, 2]
+    carried, plates = np.asarray(trial.forces.valid), trial.fit.recording.plates
+    rate = clock_rate(plates, trial.motion.time, needed, carried, trial.cutoff)
+    if rate is None or abs(rate) <= MAX_CLOCK_RATE:
+        return ""
+    return (
+        f"the clock of the force plates runs {100 * abs(rate):.1f} % "
+        f"{'slower' if rate > 0 else 'faster'} than that of the motion, so that both drift apart: "
+        "the rate of the plates in the file is probably wrong; correct it and do not trust the "
+        "joint moments."
     )
 
 

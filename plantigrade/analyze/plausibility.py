@@ -16,10 +16,11 @@ from plantigrade.analyze.force_agreement import (
     force_disagreement,
     mass_doubt,
     offset_note,
+    plate_clock_doubt,
     support_note,
     weak_note,
 )
-from plantigrade.analyze.gait import GaitMeasures
+from plantigrade.analyze.frame_rate import rate_doubt
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
@@ -63,10 +64,6 @@ MAX_BACKWARD_PITCH = 20.0
 there."""
 
 
-MAX_WALK_RATIO = 0.0105  # [m min] maximum step length over cadence of a walk
-MAX_WALKING_CADENCE = 190.0  # [steps/min] maximum cadence without flight; race walkers have 200
-
-
 @dataclass(frozen=True)
 class Plausibility:
     """Plausibility of a fitted motion."""
@@ -93,10 +90,15 @@ class Plausibility:
             offset_note(trial),
             weak_note(trial),
             support_note(trial),
-            clock_note(trial.measures),
+            plate_clock_doubt(trial),
         ]
         doubts += [] if mirrored else [backward_note(trial)]
         disagreement, odd_mass = "" if fast else force_disagreement(trial), mass_doubt(trial)
+        rate, certain = rate_doubt(trial)
+        if rate and (disagreement or not certain):
+            doubts.append(f"{rate}.")
+        elif rate:
+            disagreement = rate
         if odd_mass and (trial.fit.metrics.get("height_estimated") or disagreement):
             doubts.append(f"{odd_mass}.")  # the stature may be what is wrong
         elif odd_mass:
@@ -190,25 +192,6 @@ def backward_note(trial: Trial) -> str:
     return (
         "the person walks backward; if this is wrong, the frames are in reverse order, or left and "
         "right are exchanged."
-    )
-
-
-def clock_note(measures: GaitMeasures) -> str:
-    """Return a warning where steps are too slow or too fast for their length; empty otherwise.
-
-    The ratio of step length to cadence hardly depends on speed: about 0.006 m min in recordings of
-    walking, twice that at half the frame rate.
-    """
-    strides = [s.mean for s in measures.stride_length.values() if s.count]
-    if measures.running or not strides or not measures.cadence.count:
-        return ""
-    cadence, step = measures.cadence.mean, 0.5 * float(np.mean(strides))
-    slow = step / cadence > MAX_WALK_RATIO
-    if not slow and cadence <= MAX_WALKING_CADENCE:
-        return ""
-    return (
-        f"steps of {step:.2f} m at {cadence:.0f} steps/min are none of a walk: the frame rate of "
-        f"the file is probably too {'low' if slow else 'high'}."
     )
 
 

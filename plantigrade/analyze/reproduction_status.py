@@ -31,9 +31,13 @@ UNITS = {"mm": " mm", "deg": "°", "bw": " body weights"}
 ADVICE = "; the report's “Residual of each level” shows which task gave way first"
 
 
-def run_status(motion: str, forces: str = "ok") -> str:
-    """Return ``"ok"``, or the failures of each part of a run."""
-    parts = {"gait computed without forces": motion, "gait computed with forces": forces}
+def run_status(motion: str, forces: str = "ok", recording: str = "ok") -> str:
+    """Return ``"ok"``, or the failures of each part of a run and of the recording it shows."""
+    parts = {
+        "recording": recording,
+        "gait computed without forces": motion,
+        "gait computed with forces": forces,
+    }
     return (
         "; ".join(f"{part}: {status}" for part, status in parts.items() if status != "ok") or "ok"
     )

@@ -22,6 +22,12 @@ MIN_CORRECTION = 0.004  # Smallest offset that is corrected [s]: twice the error
 MAX_DISAGREEMENT = 0.006
 """Largest difference between the offsets of the vertical and the horizontal force [s]."""
 MIN_CARRIED_TIME = 0.5  # [s] shortest total time in which plates carry the whole person
+MAX_CLOCK_RATE = 0.015
+"""Largest difference of the rates of both clocks [1]. Settled on one treadmill walk, with 0.005;
+four recordings of three others have up to 0.001, and with an error of 3 % 0.026 to 0.032."""
+MIN_RATE_TIME = 1.2  # [s] shortest span for the rate; spans below 1 s are off by up to 0.06
+MAX_RATE_ERROR, RATE_STEP = 0.06, 0.005  # [1] range and step of the search for the rate
+MAX_RATE_OFFSET = 0.12  # [s] largest offset in this search: 5 % of the time before the middle
 MIN_CORRELATION = 0.9
 """Smallest correlation of force and motion at the best shift; below it there is no estimate."""
 
@@ -47,16 +53,7 @@ def clock_offset(
     """
     if len(time) < 2 or not plates or min(len(plate.time) for plate in plates) < 12:
         return None
-    clock = plates[0].time
-    net = np.sum(
-        [
-            [np.interp(clock, p.time, np.nan_to_num(axis), left=0, right=0) for axis in p.force.T]
-            for p in plates
-        ],
-        axis=0,
-    ).T
-    if cutoff is not None and cutoff < 0.4 * rate_of(clock):
-        net = lowpass(clock, net, cutoff=cutoff)
+    clock, net = _net_force(plates, cutoff)
     inner = np.zeros(len(time), dtype=bool)
     edge = int(np.ceil((MAX_OFFSET + 0.03) * rate_of(time)))
     for run in runs(carried & (time >= clock[0]) & (time <= clock[-1])):
@@ -81,6 +78,64 @@ def clock_offset(
     if abs(offsets[0] - offsets[1]) > MAX_DISAGREEMENT:
         return None
     return float(sharp @ offsets / sharp.sum())
+
+
+def clock_rate(
+    plates: Sequence[ForcePlate],
+    time: Float[Array, " n_frames"],
+    needed: Float[Array, " n_frames"],
+    carried: Bool[Array, " n_frames"],
+    cutoff: float | None,
+) -> float | None:
+    """Return by which share the clock of plates runs slower than that of the motion [1].
+
+    Args:
+        plates: The plates, all on one clock.
+        time: Time of each frame of the motion [s].
+        needed: Vertical force required by the motion, filtered [N].
+        carried: Frames in which the plates carry the whole person.
+        cutoff: Low-pass of the motion [Hz].
+    """
+    at = time[carried]
+    if not plates or not len(at) or np.ptp(at) < MIN_RATE_TIME:
+        return None
+    clock, net = _net_force(plates, cutoff)
+    middle, required = at.mean(), needed[carried]
+    rates = np.arange(-MAX_RATE_ERROR, MAX_RATE_ERROR + RATE_STEP / 2, RATE_STEP)
+    shifts = np.arange(-MAX_RATE_OFFSET, MAX_RATE_OFFSET + SEARCH_STEP, 4 * SEARCH_STEP)
+    best = np.array(
+        [
+            max(
+                np.corrcoef(
+                    required, np.interp(middle + s + (at - middle) * (1 + r), clock, net[:, 2])
+                )[0, 1]
+                for s in shifts
+            )
+            for r in rates
+        ]
+    )
+    k = int(np.argmax(best))
+    if not 0 < k < len(rates) - 1 or not best[k] > MIN_CORRELATION:
+        return None
+    before, least, after = best[k - 1 : k + 2]
+    return float(rates[k] + 0.5 * RATE_STEP * (before - after) / (before - 2 * least + after))
+
+
+def _net_force(
+    plates: Sequence[ForcePlate], cutoff: float | None
+) -> tuple[Float[Array, " n_samples"], Float[Array, "n_samples 3"]]:
+    """Return the clock of the plates and their net force, filtered like the motion."""
+    clock = plates[0].time
+    net = np.sum(
+        [
+            [np.interp(clock, p.time, np.nan_to_num(axis), left=0, right=0) for axis in p.force.T]
+            for p in plates
+        ],
+        axis=0,
+    ).T
+    if cutoff is not None and cutoff < 0.4 * rate_of(clock):
+        net = lowpass(clock, net, cutoff=cutoff)
+    return clock, net
 
 
 def on_one_clock(plates: Sequence[ForcePlate], offset: float) -> tuple[ForcePlate, ...]:

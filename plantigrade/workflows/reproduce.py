@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.gait_forces import measured_signals
+from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.recorded_walk import RecordedWalk, walk_to_reproduce
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import force_figures, gait_figures, run_status
@@ -23,7 +24,7 @@ from plantigrade.record import Record, Run
 from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
 from plantigrade.wbc.stepping import OrderedMotion
-from plantigrade.workflows.fit import fit_trial, norm_signals, personal_figures, provenance
+from plantigrade.workflows.fit import fit_trial, norm_signals, personal_figures, provenance, status
 from plantigrade.workflows.settings import ReproduceSettings
 from plantigrade.workflows.steps import Step, silent
 
@@ -100,7 +101,8 @@ def run_of(
         **gait_figures(record, held),
         **limit_figures(record),
     }
-    notes = [*walk.notes, *_notes(walk, reference), *limit_notes(record)]
+    doubts = Plausibility.of(trial).notes
+    notes = [*doubts, *walk.notes, *_notes(walk, reference), *limit_notes(record)]
     assumed = {name: s for name, s in trial.record().signals.items() if name == ASSUMED}
     others: dict[str, Record] = {}
     if not settings.no_dynamics:
@@ -117,7 +119,9 @@ def run_of(
         "reproduce",
         title=title or f"{recording.source.name}, reproduced",
         sentence=_sentence(walk.name, record, held, settings.tasks),
-        status=run_status(figures["motion_status"], figures.get("dynamics_status", "ok")),
+        status=run_status(
+            figures["motion_status"], figures.get("dynamics_status", "ok"), status(trial)
+        ),
         figures=figures,
         provenance=provenance(recording, settings, command, seed),
         others=others,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
@@ -288,7 +289,9 @@ def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
 
 
 def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
+    """Return the start from a recording; notes say what makes it doubtful."""
     record = trial.record()
+    record = replace(record, notes=(*Plausibility.of(trial).notes, *record.notes))
     sites = _carriers(record)
     stem = Path(name).stem
     return Start(

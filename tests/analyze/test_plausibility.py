@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.analyze.frame_rate import rate_doubt
 from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.kinematics import exchanged_labels
@@ -122,6 +123,43 @@ def test_a_wrong_frame_rate_shows_in_the_steps_without_plates(clock, word, run):
     fit = plated_walk().fit()
     alone = replace(fit.recording, plates=())
     assert word in run(replace(fit, time=clock * fit.time, recording=alone)).record.notes[0]
+
+
+@pytest.mark.parametrize(("rate", "how"), [(1.03, "slower"), (0.97, "faster")])
+def test_plates_whose_clock_drifts_away_are_named(rate, how, run):
+    found = run(by_plate(lambda _, p: replace(p, time=rate * p.time)))
+    (note,) = [n for n in found.record.notes if "drift apart" in n]
+    assert how in note
+    (percent,) = re.findall(r"(\d\.\d) %", note)
+    assert float(percent) == pytest.approx(3.0, abs=1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("clock", [1.2, 1.0, 1 / 1.2])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "opensim/rajagopal_walk/markers_walk.trc",
+        "c3d/HC038A11.c3d",
+        "opensim/opencap_subject4/DJ1.trc",
+        "opensim/running_subject04/run300.trc",
+    ],
+)
+def test_gravity_shows_the_frame_rate_of_people_without_plates(name, clock, data):
+    """Walks by pendulum and steps, a jump and a run in flight."""
+    from plantigrade.workflows.fit import fit_recording, load
+
+    recording = load(data / name, FitSettings())
+    assert recording.markers is not None
+    slow = replace(recording.markers, time=clock * recording.markers.time)
+    fit = fit_recording(replace(recording, markers=slow, plates=(), events=()), FitSettings())
+    doubt, _ = rate_doubt(analyse(fit))
+    if clock == 1.0:
+        assert doubt == ""
+    else:
+        factor, how = re.findall(r"(\d\.\d) times too (low|high)", doubt)[0]
+        assert how == ("low" if clock > 1 else "high")
+        assert float(factor) == pytest.approx(max(clock, 1 / clock), abs=0.1)
 
 
 def test_forces_that_belong_to_the_motion_are_believed(run):

@@ -135,6 +135,7 @@ def test_a_fall_is_reported(forced):
     assert figures["dynamics_status"] == said and "vertical_force_rmse_bw" not in figures
     assert run_status("ok", said) == f"gait computed with forces: {said}"
     assert run_status(said, "ok").startswith("gait computed without forces: ")
+    assert run_status("ok", "ok", said) == f"recording: {said}"
     assert run_status("ok", "ok") == "ok"
 
 
