@@ -75,44 +75,10 @@ __all__ = [
     "view",
 ]
 
-_HOMES = {
-    "ContactPlan": "contact.plan",
-    "Ground": "contact.ground",
-    "Human": "models.human",
-    "Motion": "motion.motion",
-    "Person": "models.person",
-    "PlantigradeError": "errors",
-    "Record": "record.record",
-    "Recording": "motion.recording",
-    "Run": "record.run",
-    "check": "analyze.check",
-    "compare": "workflows.compare",
-    "export": "exchange.formats",
-    "fit": "workflows.fit",
-    "fit_many": "workflows.fit_many",
-    "get_data": "datasets.get",
-    "live_session": "workflows.notebook",
-    "load_run": "record.run",
-    "read": "io",
-    "report": "workflows.save",
-    "reproduce": "workflows.reproduce",
-    "reproduce_many": "workflows.reproduce_many",
-    "retarget": "robots.retargeting",
-    "simulate": "workflows.simulate",
-    "simulate_many": "workflows.simulate_many",
-    "synthesize": "workflows.motions",
-    "synthesize_many": "workflows.synthesize_many",
-    "vault": "workflows.vault",
-    "view": "workflows.notebook",
-}
-"""Public name → the module of this package it lives in."""
-
 
 def __getattr__(name: str) -> Any:
     """Return a public name, loaded when it is first used."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return import_module(f"{__name__}.lazy").lazy(__name__)(name)
 
 
 def __dir__() -> list[str]:

@@ -55,35 +55,4 @@ __all__ = [
     "study",
 ]
 
-_HOMES = {
-    "RECORDING_TOLERANCES": "tolerances",
-    "Agreement": "statistics",
-    "Comparison": "reproduction",
-    "Finding": "verdict",
-    "ForceComparison": "gait_forces",
-    "GaitCurves": "curves",
-    "GaitMeasures": "gait",
-    "Measure": "verdict",
-    "NormCurve": "norms",
-    "Population": "norms",
-    "RunComparison": "run_comparison",
-    "Statistic": "gait",
-    "Study": "gait_study",
-    "Tolerances": "tolerances",
-    "Trial": "trial",
-    "Verdict": "verdict",
-    "agreement_with_norm": "norms",
-    "analyse": "trial",
-    "compare": "reproduction",
-    "compare_curves": "statistics",
-    "compare_forces": "gait_forces",
-    "compare_runs": "run_comparison",
-    "gait_curves": "curves",
-    "gait_measures": "gait",
-    "norm": "norms",
-    "population": "norms",
-    "speed_class": "norms",
-    "study": "gait_study",
-}
-
-__getattr__ = lazy(__name__, _HOMES)
+__getattr__ = lazy(__name__)

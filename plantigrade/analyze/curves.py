@@ -140,7 +140,7 @@ def gait_curves(
 
 def _loads(
     record: Record,
-    cycles: Sequence[Cycle],
+    cycles: tuple[Cycle, ...],
     sides: Sequence[str],
     names: Sequence[str],
     estimated: bool,

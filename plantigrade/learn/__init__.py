@@ -37,7 +37,7 @@ __all__ = [
 WALK = "plantigrade/Walk-v0"
 """Name of the environment for ``gymnasium.make``."""
 
-__getattr__ = lazy(__name__, {"Walk": "environment", "Walks": "environment"})  # need Gymnasium
+__getattr__ = lazy(__name__)  # environments need Gymnasium
 
 
 def _register() -> None:

@@ -16,11 +16,4 @@ if TYPE_CHECKING:
 
 __all__ = ["FEET", "JOINT_SETS", "Dimensions", "Human", "Person"]
 
-_HOMES = {
-    "FEET": "feet",
-    "JOINT_SETS": "joint_sets",
-    "Dimensions": "anthropometry",
-    "Human": "human",
-}
-
-__getattr__ = lazy(__name__, _HOMES)
+__getattr__ = lazy(__name__)

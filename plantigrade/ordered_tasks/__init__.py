@@ -18,18 +18,6 @@ if TYPE_CHECKING:
     from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
     from plantigrade.ordered_tasks.reproduced_gait import ReproducedGait, ReproduceSettings, rebuild
 
-_HOMES = {
-    "TASKS": "gait",
-    "GaitTasks": "gait",
-    "GaitReference": "gait_reference",
-    "ReproduceSettings": "reproduced_gait",
-    "ReproducedGait": "reproduced_gait",
-    "gait_order": "gait",
-    "gait_tasks": "gait",
-    "rebuild": "reproduced_gait",
-    "reference_of": "gait_reference",
-}
-
 __all__ = [
     "TASKS",
     "GaitTasks",
@@ -42,7 +30,7 @@ __all__ = [
     "reference_of",
 ]
 
-__getattr__ = lazy(__name__, _HOMES)
+__getattr__ = lazy(__name__)
 
 
 def __dir__() -> list[str]:

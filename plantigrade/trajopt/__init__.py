@@ -28,22 +28,6 @@ if TYPE_CHECKING:
     from plantigrade.trajopt.tasks.task_file import TaskFile, parse_task_file, read_task_file
     from plantigrade.trajopt.terms.term import Term
 
-_HOMES = {
-    "problem.builder": ("ProblemBuilder",),
-    "problem.contact_body": ("ContactBody",),
-    "problem.constraint_family": ("ConstraintFamily",),
-    "problem.nlp": ("PeriodicClosure", "Problem"),
-    "solution": ("Solution",),
-    "solve": ("synthesize",),
-    "solvers.interior_point": ("InteriorPoint", "Options"),
-    "tasks.registry": ("make_task",),
-    "tasks.settings": ("TASKS",),
-    "tasks.task": ("MotionTask",),
-    "tasks.task_file": ("TaskFile", "parse_task_file", "read_task_file"),
-    "terms.term": ("Term",),
-}
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
-
 __all__ = [
     "TASKS",
     "ConstraintFamily",
@@ -63,7 +47,7 @@ __all__ = [
     "synthesize",
 ]
 
-__getattr__ = lazy(__name__, _HOME)
+__getattr__ = lazy(__name__)
 
 
 def __dir__() -> list[str]:

@@ -27,13 +27,4 @@ __all__ = [
     "sensitivity",
 ]
 
-_HOMES = {
-    "Search": "search",
-    "Segments": "segments",
-    "Vault": "hand_contact",
-    "VaultResult": "vault_result",
-    "search_activations": "search",
-    "sensitivity": "approach_sensitivity",
-}
-
-__getattr__ = lazy(__name__, _HOMES)
+__getattr__ = lazy(__name__)
