@@ -8,6 +8,11 @@ is what is reported:
 - **reporting**: angles of 42 adults at their own comfortable speed [Fukuchi2018]_, at other speeds
   with what changes from slow to fast in children [Schwartz2008]_; peak moments of the other adults.
 
+Published hip rotation is that of marker models whose knee turns about the shank. The knee of this
+skeleton is a hinge, so that the hip turns as the pelvis does over a foot that stands: recorded
+people, fitted with this skeleton, have the opposite course (r from -0.7 to 0 with the norms). Hip
+rotation is therefore compared with them (:data:`HIP_ROTATION`), at all speeds.
+
 Curves are interpolated over the dimensionless speed, moments over the speed of the adults, who
 walked at 0.8 to 1.8 m/s.
 """
@@ -45,6 +50,16 @@ PEAK_MOMENTS = {
 }
 """Peak moments of plantarflexors and knee extensors of 69 adults each [VanCriekinge2023]_: slope
 [N m s/(kg m)] and intercept of the regression on speed, and the SD about it [N m/kg]."""
+HIP_ROTATION = {
+    "settling": (-3.7, -2.6, -1.5, -1.1, 0.0, 1.8, 3.6, 4.8, 6.0, 6.9, 6.4, 4.3, 2.6, 2.1, 1.3, 0.0,
+                 -1.3, -2.3, -3.0, -3.1, -2.6),
+    "reporting": (-1.9, -1.6, -0.6, -0.6, -0.4, 0.8, 2.2, 4.1, 5.9, 7.2, 7.7, 7.0, 4.8, 2.6, 1.9,
+                  1.8, 1.2, -0.2, -1.7, -2.1, -2.0),
+}  # fmt: skip
+"""Hip rotation at 0, 5, …, 100 % of the cycle, mean of the right leg of five people each, who walk
+at 1.1 to 1.7 and at 0.9 to 1.4 m/s: the halves of :data:`experiments.gait_walks.PEOPLE`, the first
+walk of each, fitted on the 42 joints [deg]."""
+HIP_ROTATION_SD = 6.0  # [deg] between these people, mean over the cycle
 MOMENTS = {"ankle": "ankle_plantarflexor_nm_kg", "knee": "knee_extensor_early_nm_kg"}
 LEG = {"hip_flexion": 5.5, "knee_angle": 4.5, "ankle_angle": 4.0}
 """Angle → greatest RMS difference between :data:`GOAL_SPEEDS` [deg]."""
@@ -61,7 +76,8 @@ NOTES = (
     "Settling half: children at very slow, free and very fast speed, moments of every other of 138 "
     "adults. Reporting half: 42 adults at their comfortable speed (at other speeds with what "
     "changes from slow to fast in children), moments of the other adults. Constants of the walk "
-    "may be settled on the first; only the second has goals.",
+    "may be settled on the first; only the second has goals. Hip rotation is that of ten recorded "
+    "people, five in each half, fitted with the same skeleton: norms are of knees that turn.",
     "In the table a figure stands beside that of people with its SD: of turns of the pelvis and "
     "the knee the SD between people of the curve at that instant; of arms and centre of mass that "
     "of plantigrade's published ranges. Tilt and hip flexion are those of the model's pelvis.",
@@ -76,6 +92,9 @@ def curve(name: str, half: str, relative: float) -> tuple[Float[Array, " n"], Fl
         half: One of :data:`HALVES`.
         relative: Dimensionless speed.
     """
+    if name == "hip_rotation":
+        mean = np.interp(np.linspace(0, 100, 51), np.linspace(0, 100, 21), HIP_ROTATION[half])
+        return mean, np.full(len(mean), HIP_ROTATION_SD)
     classes = SETTLING if half == "settling" else OTHERS
     bands = [norms.norm(name, c) for c in classes]
     speeds = [CLASS_SPEEDS[c] for c in classes]
