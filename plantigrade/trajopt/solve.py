@@ -93,7 +93,7 @@ def synthesize(
         task: The task.
         solver: ``"interior-point"``, or ``"ipopt"`` as the reference.
         warm: Solution of a similar task to start from.
-        options: Settings of the interior point.
+        options: Settings of the interior point; by default with the tolerance of the task.
         progress: Called with the stage and every iteration; returning True stops with the best so
             far.
         c0: Initial coefficients in place of the task's guess.
@@ -113,6 +113,7 @@ def synthesize(
             f"cannot warm-start: the run has {len(warm.problem.names)} coordinates, this person "
             f"{len(body.symbolic.names)}"
         )
+    options = options or Options(tolerance=task.tolerance)
     run = _Stages(body, task, options, progress)
     nodes = None if warm is None else nodes_like(task.plan, warm.switches, warm.nodes)
     problem = task.problem(body, nodes)

@@ -118,7 +118,8 @@ def test_a_warm_start_of_other_joints_is_refused_and_other_places_are_matched_by
 def test_a_warm_start_that_leads_nowhere_is_followed_by_a_first_try():
     s = solved()
     astray = replace(_moved(s, 3.0), multipliers=None)
-    made = synthesize(body(), task(), warm=astray, refinements=0, options=Options(iterations=25))
+    options = Options(iterations=25, tolerance=task().tolerance)
+    made = synthesize(body(), task(), warm=astray, refinements=0, options=options)
     assert made.success
     assert [x.name for x in made.stages] == ["warm start", "first try"]
     assert made.objective == pytest.approx(s.objective, rel=5e-3)  # that one has more nodes

@@ -26,9 +26,11 @@ from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.constraint_block import limits_of_unknowns
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
-WARM_BARRIER = 5e-5
-"""Initial barrier parameter with known multipliers [1], about the final one of a solved problem,
-which is then solved at once and a similar one in a few iterations."""
+FINAL_BARRIER = 0.05
+"""Last barrier parameter relative to the tolerance [1]; with known multipliers also the first one:
+a solved problem is then solved at once and a similar one in a few iterations."""
+WARM_MARGIN = 0.1
+"""Room of slacks inside their limits at a warm start, relative to the tolerance [1]."""
 HALVING_ITERATIONS = 20
 """Number of iterations within which the violation must halve for the solver to continue [1]."""
 FIRST_ORDER_ITERATIONS = 4
@@ -161,8 +163,8 @@ class InteriorPoint:
 
     def _start(self, x: Array, multipliers: Multipliers | None) -> _State:
         """Return the first point, with slacks and multipliers set."""
-        e, warm = self._e, multipliers is not None
-        mu = min(self.options.initial_barrier, WARM_BARRIER if warm else np.inf)
+        e, warm, tolerance = self._e, multipliers is not None, self.options.tolerance
+        mu = min(self.options.initial_barrier, FINAL_BARRIER * tolerance if warm else np.inf)
         self._kkt.forget()
         e.linearise(x)
         x = onto_linear_equations(e, x, self.options.feasibility)
@@ -171,7 +173,7 @@ class InteriorPoint:
             mu = min(mu, GUESS_BARRIER * max(1.0, e.worst([b.r for b in e.blocks]).amount))
         for s in self._slacks:
             given = multipliers.rows.get(s.block.rows.name) if multipliers is not None else None
-            s.start(mu, 1e-4 if warm else 1e-2, given)
+            s.start(mu, WARM_MARGIN * tolerance if warm else 1e-2, given)
         return _State(x, mu, (np.inf, x))
 
     def _errors(self, at: _State) -> _Errors:
@@ -188,7 +190,7 @@ class InteriorPoint:
 
     def _lower_barrier(self, at: _State, errors: _Errors, violation: float) -> bool:
         """Lower the barrier parameter where its problem is solved well enough; say whether."""
-        least, lowered = self.options.tolerance / 20, False
+        least, lowered = FINAL_BARRIER * self.options.tolerance, False
         residual = max(float(np.abs(gap).max()) for gap in errors.gaps)
         at.at_mu += 1
         while at.mu > least:

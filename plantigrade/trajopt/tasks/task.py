@@ -58,6 +58,7 @@ class MotionTask:
     solid: bool = True
     #: What is drawn beside the person: an object, and its place [m] at times
     objects: tuple[tuple[SceneObject, Path], ...] = ()
+    tolerance: float = 1e-3  #: Largest scaled error of the optimality conditions at the end
 
     def __post_init__(self):
         """Take a whole stride where terms are one-sided."""

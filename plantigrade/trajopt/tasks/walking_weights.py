@@ -1,0 +1,38 @@
+"""Weights of the cost of walking: one set for every speed, person, foot and direction."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class WalkingWeights:
+    """Weights of the cost of walking, relative to that of hip torques, which is 1.
+
+    Settled on half of the norms, as Gauss and Newton would, at 0.7, 1.3 and 1.9 m/s together:
+    children at very slow, free and very fast speed [Schwartz2008]_ and moments of 69 adults
+    [VanCriekinge2023]_ (``plantigrade experiment walk-norms``). The sensitivity is by how much the
+    difference from these people, in goals, changes where the weight grows by a factor of e.
+    """
+
+    knee_torque: float = 1.35
+    """Squared knee torque [1]: moment arms are about 4 cm at the knee and 6 cm at the hip
+    [Rajagopal2016]_, which would be 2.25; the same torque takes 1.2 times the force."""
+    trunk_torque: float = 4.0
+    """Squared torque of the joints of the trunk [1]."""
+    ankle_endurance: float = 0.42
+    """Third power of ankle torque [1/s]."""
+    work: float = 0.36
+    """Positive and negative work of muscles [per 100 J]."""
+    jerk: float = 7.5e-8
+    """Knee jerk, divided by the sixth power of the step time [1/(s rad²)]."""
+    pelvis_acceleration: float = 1.4e-3
+    """Angular acceleration of the pelvis about the vertical [s³/rad²]: it lets the pelvis turn in
+    slow steps and not the more the faster they are; a cost of its speed would leave nothing of the
+    ±4° that people have at 0.7 m/s."""
+    frontal_momentum: float = 0.1
+    """Angular momentum about the way [1/s]."""
+    vertical_momentum: float = 0.2
+    """Angular momentum about the vertical [1/s]."""
+    pelvis_tilt: float = 5.0
+    """Pelvis tilt away from its lean in standing [1/(s rad²)]."""
+    arm_flexion: float = 0.15
+    """Arms away from hanging [1/(s rad²)]."""
