@@ -18,7 +18,8 @@ The cost is the same at every speed, for every person and every foot; the weight
   turning about the vertical changes [Pozzo1990]_, [Winter1995]_. A cost of the pelvis' angles
   instead takes the one wave a stride away that people have and leaves the faster ones that they do
   not, one of its angular velocity leaves nothing of it in slow walks;
-- weakly, leaning and bending of joints of the trunk, and of the arms from hanging.
+- leaning of the pelvis and extension of joints of the trunk away from standing, weakly their
+  bending, and the arms away from hanging.
 
 Legs and arms are solid, legs pass each other with a margin, and the plan uses no more friction than
 people do [Fong2009]_.
@@ -130,6 +131,7 @@ def walking_terms(
     torques = {"ankle_angle": 0.0, "knee_angle": weights.knee_torque}
     torques |= dict.fromkeys(TRUNK, weights.trunk_torque)
     upright = {"pelvis_tilt": weights.pelvis_tilt, "arm_flex": weights.arm_flexion}
+    upright |= {n: weights.trunk_extension for n in TRUNK if n.endswith("_extension")}
     return (
         Dynamics(),
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),

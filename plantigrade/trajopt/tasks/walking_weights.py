@@ -34,5 +34,9 @@ class WalkingWeights:
     """Angular momentum about the vertical [1/s]."""
     pelvis_tilt: float = 5.0
     """Pelvis tilt away from its lean in standing [1/(s rad²)]."""
+    trunk_extension: float = 6.0
+    """Extension of each joint of the trunk away from standing [1/(s rad²)]: below a trunk whose
+    joints bend freely the pelvis rocks against its course in people, with one that stays as it is
+    along it."""
     arm_flexion: float = 0.15
     """Arms away from hanging [1/(s rad²)]."""
