@@ -41,6 +41,9 @@ GUESS_BARRIER = 2e-4
 """First barrier parameter where a guess violates rows by 1 (a body weight) or less, in proportion
 where by more: a guess far off, as of a jump, needs room around its limits, and one near by has the
 shorter way with less."""
+NEAR = 100.0
+"""Error of a warm start that is good enough should it not get any nearer, relative to the tolerance
+[1]."""
 MAX_WARM_ITERATIONS = 3
 """Maximum number of iterations of a warm start after a nearly feasible point [1]; later it
 converges to another motion."""
@@ -128,7 +131,8 @@ class InteriorPoint:
             if error <= o.tolerance and feasible:
                 status = "solved"
                 break
-            if multipliers is not None and at.near is None and self._acceptable(now):
+            near = error <= NEAR * o.tolerance and self._acceptable(now)
+            if multipliers is not None and at.near is None and near:
                 at.near = number, at.x, self._multipliers()
             wandering = at.near is not None and number >= at.near[0] + MAX_WARM_ITERATIONS
             if wandering or _hopeless(history):

@@ -20,8 +20,8 @@ With leg length :math:`l` (hip to ground) and dimensionless speed :math:`v^* = v
   [Schwartz2008]_.
 - **Foot flat** two thirds through the first double support, 6 % of the stride at free speed
   (*estimate*; heel-only support lasts 6 to 12 % [Perry1992]_).
-- **Heel off** at 58 % of stance: 34 % of the stride at free speed, an *estimate*; 31 % is published
-  [Perry1992]_ and 32 % [Whittle2007]_, where the heel is seen to rise.
+- **Heel off** at 56 % of stance: 33 % of the stride at free speed, settled with the weights of the
+  walk; 31 % is published [Perry1992]_ and 32 % [Whittle2007]_, where the heel is seen to rise.
 - **Ball off**, when only the toes are left [Perry1992]_: at 92 % of stance (*estimate*), or as the
   other foot gets flat where that is within 1 % of the stride, below 0.9 m/s: two changes of contact
   a few milliseconds apart are hard to solve.

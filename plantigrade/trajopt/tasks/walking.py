@@ -15,11 +15,11 @@ The cost is the same at every speed, for every person and every foot; the weight
   people keep small [Herr2008]_: it brings the swing of the arms and the thorax that turns against
   the pelvis;
 - lean of head and trunk in space, turning of the trunk off the way, and how fast the pelvis'
-  turning about the vertical changes [Pozzo1990]_, [Winter1995]_. A cost of the pelvis' angles
-  instead takes the one wave a stride away that people have and leaves the faster ones that they do
-  not, one of its angular velocity leaves nothing of it in slow walks;
-- leaning of the pelvis and extension of joints of the trunk away from standing, weakly their
-  bending, and the arms away from hanging.
+  turning about the vertical changes, and the extension of the trunk [Pozzo1990]_, [Winter1995]_. A
+  cost of the pelvis' angles instead takes the one wave a stride away that people have and leaves
+  the faster ones that they do not; one of its angular velocity leaves nothing of it in slow walks;
+- the pelvis' lean away from that in standing; weakly, bending of joints of the trunk, and the arms
+  away from hanging.
 
 Legs and arms are solid, legs pass each other with a margin, and the plan uses no more friction than
 people do [Fong2009]_.
@@ -131,7 +131,7 @@ def walking_terms(
     torques = {"ankle_angle": 0.0, "knee_angle": weights.knee_torque}
     torques |= dict.fromkeys(TRUNK, weights.trunk_torque)
     upright = {"pelvis_tilt": weights.pelvis_tilt, "arm_flex": weights.arm_flexion}
-    upright |= {n: weights.trunk_extension for n in TRUNK if n.endswith("_extension")}
+    steady = ("pelvis_rotation", *(n for n in TRUNK if n.endswith("_extension")))
     return (
         Dynamics(),
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
@@ -142,11 +142,11 @@ def walking_terms(
         Endurance(weights.ankle_endurance),
         Work(weights.work),
         Jerk(weights.jerk * step_time**6, by_inertia=True),
-        Acceleration(weights.pelvis_acceleration, {"pelvis_rotation": 1.0}, others=0.0),
+        Acceleration(weights.trunk_acceleration, dict.fromkeys(steady, 1.0), others=0.0),
         Forces(rate=1.5e-4),
         AngularMomentum(forward=weights.frontal_momentum, upward=weights.vertical_momentum),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
-        Upright("trunk", sideways=3.0, away=1.2),
+        Upright("trunk", sideways=weights.trunk_lean, away=1.2),
         Posture(
             {**UPRIGHT_WEIGHTS, **upright},
             {**STANDING_POSTURE, "pelvis_tilt": -PELVIS_LEAN - slope},
