@@ -18,6 +18,7 @@ from experiments.cached_results import CachedResults
 from experiments.fit_accuracy import SETTLED as SETTLED_BEFORE
 from experiments.specification import Cases, Specification
 from experiments.table import Grid, ResultTable, Row, at_least, equal
+from plantigrade.analyze.frame_rate import flight_acceleration
 from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.arrays import Array, Float
@@ -53,9 +54,10 @@ def clock(factor: float, *, motion: bool = True, plates: bool = True) -> Faulty:
     """Return the fault of clocks that run slowly by a factor, so that all takes longer."""
 
     def make(recording: Recording, trial: Trial) -> Recording | None:
-        del trial
         if (plates and not motion and not recording.plates) or recording.markers is None:
             return None
+        if not trial.motion.events and flight_acceleration(trial) is None:
+            return None  # nothing that people do at rest or in squats has a pace of its own
         start = recording.markers.time[0]
         slow = lambda time: start + factor * (time - start)  # noqa: E731
         found = recording
