@@ -163,7 +163,9 @@ def test_footsteps_out_of_reach_are_sooner_or_shortened_and_feet_may_cross(touch
     np.testing.assert_allclose(beside[3], [0.0, reach.max_width])
     np.testing.assert_allclose(ahead[1:3], [[past, 0.03], [0.8, -0.1]])
     np.testing.assert_allclose(behind[1:3], [[-past, 0.03], [-past, -0.1]])
-    assert len(replace(reach, may_cross=False).constrained(asked)) == 1
+    in_turn = replace(reach, may_cross=False).constrained(asked)
+    placed = np.concatenate([touchdown.footstep + way for way in in_turn])
+    assert placed[:, 1].min() == 0.0  # in line, but not across
     cost = reach.swing_cost(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert cost[0] == 0.0 < cost[1]  # feet are no faster than they can be
     later = reach.at(np.zeros((3, 2)), np.array([0.05, 0.1, 0.6]))

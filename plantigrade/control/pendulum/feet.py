@@ -1,12 +1,13 @@
 """The desired motion of both feet: swing paths led to footsteps, and soles on the ground."""
 
-from math import hypot
+from math import atan2, cos, hypot, sin
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.phase import Foot
 from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Sole, Soles
 from plantigrade.control.pendulum.plan import StepPlan
@@ -139,6 +140,22 @@ class Feet:
         part *= 1.0 - self.plan.recovery_share
         return np.eye(3) - part / (now @ now) * np.outer(now, now)
 
+    def _levelled(self, foot: Foot, rotation: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
+        """Return the rotation of a swing foot, levelled at the end of a recovery step.
+
+        After a far step the heel throws the forefoot down, and the ankle cannot hold it.
+        """
+        duration = max(foot.touchdown - foot.lift_off, 1e-3)
+        left = (foot.touchdown - self.plan.gait.phase) / duration
+        part = self.plan.recovery_share * min(max(1.0 - left / self.settings.levelling, 0.0), 1.0)
+        if part <= 0.0:
+            return rotation
+        x, y, z = rotation[:, 2].tolist()
+        angle = part * atan2(hypot(x, y), z)
+        far = max(hypot(x, y), 1e-9)
+        normal = np.array([-x / far * sin(angle), -y / far * sin(angle), cos(angle)])
+        return tilt_to(normal) @ rotation
+
     def rows(
         self,
         body: State,
@@ -168,6 +185,8 @@ class Feet:
             tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
             if plan.foot_angle and not foot.in_stance:  # half of a turn's step before, half behind
                 rotation = about_vertical(plan.foot_angle) @ rotation
+            if not foot.in_stance:
+                rotation = self._levelled(foot, rotation)
             error = rotation_to(tilt @ rotation, now)
             desired = tilt @ (rate * ref.foot_angular_velocity[i]) + plan.turn_rate * normal
             change = tilt @ (rate**2 * ref.foot_angular_acceleration[i])

@@ -69,6 +69,10 @@ class SwingPathSettings:
     follow its path [leg lengths]: that passes the stance foot by itself. Feet of narrow walks went
     around it in every step, on curves that swung out 15 cm ahead of the footstep and straightened
     the leg."""
+    levelling: float = 0.5
+    """Part of a swing, at its end, in which the foot of a recovery step is levelled: a heel that
+    struck first after a far step threw the forefoot down by 20 rad/s, faster than the ankle can
+    hold it, with up to 9 body weights."""
     footstep_radius: float = 0.3
     """Distance from its footstep within which contact is a touchdown [leg lengths]."""
     grazing_lift: float = 0.05

@@ -81,6 +81,13 @@ class WalkingTaskSettings:
     max_reaching_descent: float = 7.0
     """Greatest downward acceleration where a footstep needs a low body [m/s²]: the foot hung over
     it, and the body fell over the foot."""
+    max_landing_speed: float = 0.3
+    """Greatest downward speed of the mass at a touchdown for which the body is lowered [m/s]: at
+    0.7 m/s a straight leg, which does not yield, landed with up to 9 body weights."""
+    min_braking_time: float = 0.05
+    """Shortest time in which it is slowed to that speed [s]: more would throw it up."""
+    max_braking: float = 10.0
+    """Greatest upward acceleration for it [m/s²]: that of body weight."""
     neck_error_scale: float = 0.3
     """Error of a joint of the neck that doubles its weight [rad]: the head is the cheapest
     flywheel, but people hold it still in space [Pozzo1990]_."""
@@ -279,7 +286,11 @@ class WalkingTasks:
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
         back = (vertical - velocity[2]) / own.com_height_time
         back = min(max(back, lowest), own.max_ascent)
-        least, most = min(recorded, lowest), max(recorded, own.max_ascent)
+        if time is not None and lowering > 0.0:
+            excess = -velocity[2] - own.max_landing_speed
+            brake = min(excess / max(time, own.min_braking_time), own.max_braking)
+            back = max(back, brake) if excess > 0.0 else back
+        least, most = min(recorded, lowest), max(recorded, own.max_ascent, back)
         desired[2] = min(max(recorded + back, least), most)
         return desired
 
