@@ -110,8 +110,7 @@ def forces_times(factor: float) -> Faulty:
     def make(recording: Recording, trial: Trial) -> Recording | None:
         if trial.forces is None or trial.weighed is None:
             return None
-        subject = replace(recording.subject, mass=None)
-        return replace(_scaled(recording, lambda time: np.full(len(time), factor)), subject=subject)
+        return _of_mass(_scaled(recording, lambda time: np.full(len(time), factor)), None)
 
     return make
 
@@ -133,9 +132,7 @@ def cane(share: float, *, stated: bool = True) -> Faulty:
         def factor(time: Float[Array, " n"]) -> Float[Array, " n"]:
             return 1 - share * np.interp(time, trial.fit.time, left)
 
-        mass = trial.weighed.mass if stated else None
-        subject = replace(recording.subject, mass=mass)
-        return replace(_scaled(recording, factor), subject=subject)
+        return _of_mass(_scaled(recording, factor), trial.weighed.mass if stated else None)
 
     return make
 
@@ -151,6 +148,14 @@ def handrail(share: float) -> Faulty:
         return replace(less, subject=subject)
 
     return make
+
+
+def _of_mass(recording: Recording, mass: float | None) -> Recording:
+    """Return a recording whose files, that of the standing trial too, state this mass [kg]."""
+    still = recording.static
+    if still is not None:
+        still = replace(still, subject=replace(still.subject, mass=mass))
+    return replace(recording, subject=replace(recording.subject, mass=mass), static=still)
 
 
 def _scaled(
