@@ -31,7 +31,7 @@ class StepOver(Term):
     margin: float = 0.04
     """:math:`m` of the feet, above the block [m]; older people have .13 to .18 [Kuo2022]_; with
     .06 m no way over .4 m was found."""
-    shank_margin: float = 0.01  #: :math:`m` of the shanks, which are not as near between nodes [m]
+    shank_margin: float = 0.02  #: :math:`m` of the shanks, which are not as near between nodes [m]
     node_distance: float = 0.06
     """How far a foot moves from node to node as it passes a block [m], about as far as the hill is
     wider than the block."""
