@@ -45,7 +45,7 @@ class StepOptions:
 class WalkOptions(Bounded):
     """Options of the walk of an inverted pendulum."""
 
-    ranges = {"tick": (1e-3, 0.1, "s")}
+    ranges = {"tick": (1e-3, 0.02, "s")}
 
     speed: Annotated[str | None, optional("M/S[,M/S@S,…]")] = None
     """pendulum: walking speed, with changes: 1.2,0.8@5,0@10; 0 stands."""

@@ -22,7 +22,7 @@ from plantigrade.control.pendulum.tasks import WalkingTaskSettings
 from plantigrade.control.pendulum.upper_body import UpperBodySettings
 from plantigrade.errors import ParameterError
 
-MAX_TICK = 0.1  # [s] a step has a few of them
+MAX_TICK = 0.02  # [s] longest for which walks were measured; 0.03 s is unstable
 
 
 @dataclass(frozen=True, kw_only=True)
