@@ -191,11 +191,11 @@ class SimulateSettings(RecordingSettings):
                 raise ParameterError(
                     f"{name} has no effect without controller={' or '.join(users)}"
                 )
-            if name in OPTIONS:
-                CLASSES[options_of(name)[0]](**{name: value})  # within its bounds
             if name not in WORDS:
                 word = next(word for word in controllers if word in users)
-                own[name] = typed_setting(word, name, value)
+                own[name] = value = typed_setting(word, name, value)
+            if name in OPTIONS:
+                CLASSES[options_of(name)[0]](**{name: value})  # within its bounds
         object.__setattr__(self, "own", tuple(sorted(own.items())))
         words = self.words
         for word, read in (

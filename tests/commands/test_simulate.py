@@ -13,6 +13,7 @@ from plantigrade.control.balance import BalanceSettings
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.workflows.live import prepare
+from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller, Summary, Torque
 
 STORED = Path(__file__).parents[1] / "stored"
@@ -102,6 +103,8 @@ def test_every_number_of_a_controller_can_be_set_and_is_found_in_the_run(folder,
     numbers = settings["controller_settings"]
     assert numbers["com_gain"] == 60.0 and numbers["pelvis_weight"] > 0.0
     assert numbers["recovery.step.swing_durations"] == [0.2, 0.3, 0.4, 0.5]
+    given = {"controller": "pendulum", "own": (("tick", "0.015"),)}
+    assert SimulateSettings(**given).values == {"tick": 0.015}
     options = {"rate": 300.0, "joints": "42", "feet": "rigid", "duration": 0.1}
     how = replace(BalanceSettings(), recovery=replace(BalanceSettings().recovery, crouch=0.05))
     run = pg.simulate(controller="balance", controller_settings=how, **options)
