@@ -65,6 +65,7 @@ EXPERIMENTS = {
         Experiment("human-likeness", takes=WALKING),
         Experiment("learned-feet", takes=("controllers", *CACHED)),
         Experiment("learned-walk", "learned_level:WALK", takes=CACHED),
+        Experiment("loaded-walks", "loaded_walks:EXPERIMENT", takes=CACHED),
         Experiment("moving-slope", "standing_grounds:MOVING", takes=CACHED),
         Experiment("push-any-controller", takes=WALKING),
         Experiment("push-map", takes=WALKING),

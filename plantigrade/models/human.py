@@ -321,7 +321,8 @@ class Human:
         """Return the person with loads in addition to those carried already.
 
         Args:
-            loads: Place (``"back"``, ``"hand_r"`` or ``"hand_l"``) → mass [kg].
+            loads: Place → mass [kg]; places are those of :data:`plantigrade.models.loads.PLACES`,
+                such as ``"back"``, ``"hand_r"`` and ``"foot_l"``.
 
         Raises:
             ParameterError: If there is no such place, or a mass is out of range.

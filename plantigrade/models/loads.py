@@ -1,4 +1,4 @@
-"""Loads that a person carries: rigid boxes on the back or in the hands.
+"""Loads that a person carries: rigid boxes on the back, around the waist, in hands, on the legs.
 
 A load moves with the segment that carries it. It belongs to the masses of the model, and not to the
 mass of the person, which strengths and body weights refer to.
@@ -8,19 +8,30 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plantigrade.constants import MAX_LOAD
+from plantigrade.constants import MAX_LOAD, SIDES
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.models.parts import Inertia, block, combine
 from plantigrade.models.skeleton import Skeleton
 
 REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following lengths belong to
-PLACES = {
+ON_TRUNK = {
     "back": ("thorax", (-0.2, 0.0, 0.1), (0.12, 0.15, 0.22)),
-    "hand_r": ("hand_r", (0.0, 0.0, -0.12), (0.1, 0.1, 0.1)),
-    "hand_l": ("hand_l", (0.0, 0.0, -0.12), (0.1, 0.1, 0.1)),
+    "waist": ("pelvis", (-0.07, 0.0, 0.05), (0.12, 0.16, 0.06)),
+}
+ON_LIMBS = {
+    "hand": ("hand", (0.0, 0.0, -0.12), (0.1, 0.1, 0.1)),
+    "thigh": ("femur", (0.0, 0.0, -0.22), (0.09, 0.09, 0.08)),
+    "shank": ("tibia", (0.0, 0.0, -0.21), (0.07, 0.07, 0.08)),
+    "foot": ("foot", (0.05, 0.0, -0.03), (0.08, 0.05, 0.03)),
+}
+PLACES = ON_TRUNK | {
+    f"{place}_{side}": (f"{part}_{side}", *box)
+    for place, (part, *box) in ON_LIMBS.items()
+    for side in SIDES
 }
 """Place of a load → the part that carries it, its centre in the frame of that part, and its half
-sizes along x, y and z [m]: a rucksack against the back, a box that hangs in a hand."""
+sizes along x, y and z [m]: a rucksack against the back, a belt, a box that hangs in a hand, sleeves
+around the middle of thigh and shank, a weight on the instep."""
 
 
 def check_loads(loads: Mapping[str, float]) -> None:

@@ -48,3 +48,18 @@ def test_loads_that_nobody_carries_are_refused():
         person().with_loads({"head": 5.0})
     with pytest.raises(ParameterError, match="0 to 60 kg, not 70"):
         person().with_loads({"back": 40.0}).with_loads({"back": 30.0})
+
+
+@pytest.mark.parametrize("joints", ["42", "66"])
+def test_loads_on_the_legs_are_where_they_are_named(joints):
+    bare = person(joints)
+    heights = []
+    for place in ("waist", "thigh_r", "shank_r", "foot_r"):
+        heavy = bare.with_loads({place: 5.0})
+        shift = (com(heavy) - com(bare)) * 80.0 / 5.0
+        at = com(bare) + shift
+        assert heavy.model.body_mass.sum() == pytest.approx(80.0)
+        assert abs(at[0]) < 0.15 and (at[1] < -0.04 or place == "waist")
+        heights.append(at[2])
+    assert heights == sorted(heights, reverse=True)
+    assert 0.9 < heights[0] < 1.15 and heights[-1] < 0.12

@@ -134,6 +134,16 @@ def test_a_load_is_carried_and_one_in_one_hand_makes_a_whole_stride():
     assert both.task(HUMAN, walk).plan.mirrored and not one.task(HUMAN, walk).plan.mirrored
 
 
+@pytest.mark.parametrize(
+    "pair, place", [("thighs", "thigh"), ("shanks", "shank"), ("feet", "foot")]
+)
+def test_half_of_a_load_on_both_legs_is_on_each(pair, place):
+    both, one = Impairments(load=(f"{pair}=6",)), Impairments(load=(f"{place}_r=3",))
+    assert dict(both.person(HUMAN).loads) == {f"{place}_r": 3.0, f"{place}_l": 3.0}
+    walk = make_task("walk", HUMAN, {"periodic": True})
+    assert both.task(HUMAN, walk).plan.mirrored and not one.task(HUMAN, walk).plan.mirrored
+
+
 def test_a_brace_is_a_spring_beside_the_muscles():
     task = SQUAT.with_terms(Brace("knee_angle_r", 50.0, 0.2))
     bare, braced = ContactBody.for_plan(HUMAN, task.plan), task.body_of(HUMAN)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from plantigrade.bounds import Bounded, number, shown
-from plantigrade.constants import MAX_LOAD
+from plantigrade.constants import MAX_LOAD, SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.options import optional
 
@@ -29,7 +29,11 @@ MAX_STIFFNESS = 50.0
 MAX_SOLE = 0.05  # Largest change of a sole [m], half of what a contact sphere may be moved by
 MAX_TORQUE = 300.0  # [N m] largest torque of a device; strong people push off with 200
 MAX_PULL = 999.0  # [N] largest component of a force on a body; more than a body weight
-LOAD_PLACES = ("back", "hands", "hand_r", "hand_l")
+LOAD_PAIRS = {"hands": "hand", "thighs": "thigh", "shanks": "shank", "feet": "foot"}
+"""Name of a pair of places of a load, half in each → their name, without side."""
+LOAD_PLACES = (
+    "back", "waist", *LOAD_PAIRS, *(f"{x}_{s}" for x in LOAD_PAIRS.values() for s in SIDES),
+)  # fmt: skip
 
 Words = tuple[str, ...]
 
@@ -54,8 +58,8 @@ class Impairments(Bounded):
     """Thicker sole of a foot (r or l), which lengthens its leg [m], such as r=0.02; repeatable."""
 
     load: Annotated[Words, tyro.conf.UseAppendAction, optional("PLACE=KG")] = ()
-    """Load on the back or in the hands (back, hand_r, hand_l, or hands, half in each) [kg], such
-    as back=20; repeatable."""
+    """Load on back, waist, hands, thighs, shanks or feet, half on each side, or on one side
+    (hand_r) [kg], such as back=20; repeatable."""
 
     wrench: Annotated[Words, tyro.conf.UseAppendAction, optional("BODY=FX,FY,FZ")] = ()
     """Force at the middle of a body, forward, to the left and up [N], such as pelvis=-50,0,0, or
@@ -138,7 +142,7 @@ class Impairments(Bounded):
         if sides.get("r", 0.0) != sides.get("l", 0.0):
             found += [Uneven(side) for side in sides]
         loads = self._loads()
-        if loads.get("hand_r", 0.0) != loads.get("hand_l", 0.0):
+        if any(loads.get(f"{x}_r", 0.0) != loads.get(f"{x}_l", 0.0) for x in LOAD_PAIRS.values()):
             found.append(Uneven("r"))
         for name, force in map(self._pull, self.wrench):
             body = human.trunk if name == "trunk" else name
@@ -180,9 +184,10 @@ class Impairments(Bounded):
         found: dict[str, float] = {}
         for word in self.load:
             name, value = _split("load", word, "PLACE=KG, such as back=20")
-            places = ("hand_r", "hand_l") if name == "hands" else (name,)
             if name not in LOAD_PLACES:
                 raise ParameterError(f"load={shown(word)}: {known_names(name, LOAD_PLACES)}")
+            pair = LOAD_PAIRS.get(name)
+            places = (name,) if pair is None else tuple(f"{pair}_{side}" for side in SIDES)
             (mass,) = _numbers("load", word, [value], 1, 0.0, MAX_LOAD, "kg")
             for place in places:
                 found[place] = found.get(place, 0.0) + mass / len(places)
