@@ -91,7 +91,11 @@ class _Session:
     def __init__(self, address: str, note=lambda message: None):
         from websockets.sync.client import connect
 
-        self._socket, self._next, self.note = connect(address, max_size=None, proxy=None), 0, note
+        self._socket, self._next, self.note = (
+            connect(address, max_size=None, proxy=None).__enter__(),
+            0,
+            note,
+        )
         self.close = self._socket.close
 
     def call(self, method: str, **params):

@@ -62,8 +62,9 @@ def stage(
 
     plain = not (ground.steps or ground.bumps or ground.field)
     s = np.array(ends) if plain else np.arange(ends[0], ends[1] + PROFILE_SPACING, PROFILE_SPACING)
-    s = s if plain else _corners(s, surface(s, 0.0))
-    near, far = surface(s, wide), surface(s, -wide)
+    near, far = (surface(s, side) for side in (wide, -wide))
+    if not plain:
+        near, far = _corners(near), _corners(far)
     if camera.towards @ across < 0:
         near, far = far, near
 
@@ -104,11 +105,10 @@ def _marks(ends: tuple[float, float], spacing: float, stride: float) -> np.ndarr
     return np.arange(np.ceil(ends[0] / spacing), np.floor(ends[1] / spacing) + 1) * spacing
 
 
-def _corners(s: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _corners(points: Float[Array, "n 3"]) -> Float[Array, "k 3"]:
     """Return the corners and ends of a profile."""
     bend = np.abs(np.diff(points[:, 2], 2)) > 1e-6
-    keep = np.concatenate([[True], bend, [True]])
-    return s[keep]
+    return points[np.concatenate([[True], bend, [True]])]
 
 
 def _seats(ground, model, camera, per_metre, surface, origin, forward) -> list[str]:

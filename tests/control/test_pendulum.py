@@ -343,7 +343,7 @@ def test_a_recorded_walk_goes_on_at_its_speed_after_a_push(data):
 def test_another_law_ground_or_person_is_refused(walk):
     with pytest.raises(ParameterError, match="no landing law 'moon'; there are divergent"):
         PendulumSettings(law="moon")
-    with pytest.raises(ParameterError, match="tick=0 s must be above 0 and at most 0.1 s"):
+    with pytest.raises(ParameterError, match="tick=0 s must be above 0 and at most 0.02 s"):
         PendulumSettings(tick=0.0)
     with pytest.raises(ParameterError, match="recorded on level ground"):
         Pendulum(replace(walk, ground=Ground(slope=0.1)))

@@ -10,10 +10,12 @@ import pytest
 from plantigrade import Ground
 from plantigrade.charts import theme
 from plantigrade.contact.ground import GroundStep, Seat
+from plantigrade.contact.scene_object import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.pages.animated_ground import WOOD
 from plantigrade.pages.animation import moving_picture
 from plantigrade.pages.camera import VIEWS, Camera
 from plantigrade.pages.outlines import outlines
@@ -21,6 +23,7 @@ from plantigrade.pages.playback import LOOP_PAUSE, playback
 from plantigrade.pages.scene import poses
 from plantigrade.pages.shapes import shapes_of, surface_points
 from plantigrade.record import Record
+from plantigrade.record.things import PLACES, described
 from plantigrade.spatial.conventions import rotation_matrix
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -44,6 +47,21 @@ def moving_part(svg: str) -> ET.Element:
 
 def animations(svg: str) -> list[ET.Element]:
     return [e for e in ET.fromstring(svg).iter() if e.tag.startswith(f"{SVG}animate")]
+
+
+def test_a_box_that_moves_is_drawn_where_it_is(walking):
+    n, half = len(walking.motion.time), (0.2, 0.15, 0.1)
+    pose = np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (n, 1))
+    pose[:, :3] = walking.motion.qpos[:, :3] + [0.5, 0.0, 0.0]
+    box, bar = SceneObject("box", "box", half), SceneObject("bar", "capsule", (0.05, 0.3, 0.0))
+    signals = described([box, bar]) | {PLACES: np.stack([pose, pose], axis=1)}
+    record = replace(walking, signals={**walking.signals, **signals})
+    plain, picture = (moving_picture(each, foot="none").svg for each in (walking, record))
+    outlines = [path for path in moving_part(picture) if path.get("fill") == WOOD and path.get("d")]
+    assert len(outlines) == 2 and not [p for p in moving_part(plain) if p.get("fill") == WOOD]
+    for path, width in zip(outlines, (2 * half[0], 2 * 0.05), strict=True):
+        left, _, right, _ = extent(path.get("d", ""))
+        assert right - left == pytest.approx(1000.0 * width, rel=0.15)
 
 
 def test_a_steady_walk_is_one_stride_that_ends_as_it_began(walking):
