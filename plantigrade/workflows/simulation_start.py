@@ -170,8 +170,8 @@ def _external_notes(record: Record, walk: Record) -> tuple[str, ...]:
             notes.append(Info(f"Forces of the motion act in the simulation, too: on {acting}."))
         else:
             notes.append(
-                f"forces of the motion on {acting} are left out, because one stride of it is "
-                "repeated: give a periodic motion, or another controller"
+                f"forces of the motion on {acting} are left out, because a stride of it is "
+                "repeated: give a periodic motion that leads forward, or another controller"
             )
     if record.device_torque.any():
         notes.append(

@@ -24,6 +24,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Run
+from plantigrade.spatial.conventions import about_vertical, turned
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, StablePD, World
 
@@ -52,6 +53,19 @@ def begun(walk, world_of):
         assert command.signals["solved"] == 1.0
         state = world.step(command)
     return controller, world, state
+
+
+@pytest.mark.parametrize("heading", [90.0, 180.0, -60.0])
+def test_a_walk_that_repeats_itself_is_turned_to_lead_along_x(walk, heading):
+    motion, angle = walk.motion, np.deg2rad(heading)
+    qpos, qvel, turn = motion.qpos.copy(), motion.qvel.copy(), about_vertical(angle)
+    qpos[:, :3], qpos[:, 3:7] = qpos[:, :3] @ turn.T, turned(qpos[:, 3:7], angle)
+    qvel[:, :3] = qvel[:, :3] @ turn.T
+    led = walk_of(replace(walk, motion=replace(motion, qpos=qpos, qvel=qvel))).motion
+    np.testing.assert_allclose(led.qpos[:, :3], motion.qpos[:, :3], atol=1e-9)
+    np.testing.assert_allclose(led.qvel, motion.qvel, atol=1e-9)
+    same = np.abs((led.qpos[:, 3:7] * motion.qpos[:, 3:7]).sum(axis=1))
+    np.testing.assert_allclose(same, 1.0, atol=1e-9)
 
 
 def test_a_stride_is_closed_and_a_walk_without_one_is_walked_once(walk):

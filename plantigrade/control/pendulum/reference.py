@@ -35,14 +35,17 @@ from plantigrade.control.pendulum.transition import Transition
 from plantigrade.control.pendulum.upper_body import UpperBody
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import about_vertical, turned
+
+MIN_HEADING = 0.01  # [rad] direction of a walk up to which it leads along x
 
 
 def walk_of(record: Record) -> Record:
     """Return the most even stride of a walk, closed, along x on level ground, from mid-stance on.
 
-    A walk that repeats itself already (a synthesised one) or was not recorded on level ground is
-    returned as it is. A motion without a stride that nearly closes is returned with a note: it ends
-    where it ends.
+    A walk that repeats itself already (a synthesised one) is turned to lead along x, and one that
+    was not recorded on level ground is returned as it is. A motion without a stride that nearly
+    closes is returned with a note: it ends where it ends.
 
     Args:
         record: The walk: fitted, reproduced or synthesised.
@@ -52,8 +55,11 @@ def walk_of(record: Record) -> Record:
     """
     ground = record.ground
     uneven = ground.slope or ground.steps or ground.seats or ground.uneven
-    if uneven or period_of(record)[0] is not None:
+    if uneven:
         return record
+    period, advance = period_of(record)
+    if period is not None:
+        return _along_x(record, atan2(float(advance[1]), float(advance[0])))
     stride = stride_of(record.human, record.motion)
     if not stride.cyclic:
         note = "No stride of the motion nearly closes; it is walked once, unchanged."
@@ -61,6 +67,18 @@ def walk_of(record: Record) -> Record:
     stride = stride.from_single_support(record.human)
     motion, level = stride.motion(record.human), replace(ground, height=0.0)
     return Record(record.human, motion, ground=level, notes=record.notes)
+
+
+def _along_x(record: Record, heading: float) -> Record:
+    """Return a walk on level ground turned to lead along x, without its forces if it did not."""
+    if abs(heading) < MIN_HEADING:
+        return record
+    motion, R = record.motion, about_vertical(-heading)
+    qpos, qvel = motion.qpos.copy(), motion.qvel.copy()
+    qpos[:, :3], qpos[:, 3:7] = qpos[:, :3] @ R.T, turned(qpos[:, 3:7], -heading)
+    qvel[:, :3] = qvel[:, :3] @ R.T
+    led = replace(motion, qpos=qpos, qvel=qvel, qacc=None)
+    return Record(record.human, led, ground=record.ground, notes=record.notes)
 
 
 def with_feasible_com(reference: Reference, cop_smoothing: float = 0.0) -> Reference:
