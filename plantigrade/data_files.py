@@ -26,7 +26,7 @@ def csv_rows(package: str, name: str, row: type[Row]) -> tuple[Row, ...]:
     )
 
 
-def _value(text: str, kind: type) -> str | int | float:
+def _value(text: str, kind: Any) -> str | int | float:
     return kind(text) if kind in (int, float) else text
 
 

@@ -36,12 +36,19 @@ class _Segment:
     name: str
     parent: str
     joint: str
-    bones: list[tuple[str, str]]
+    bones: tuple[tuple[str, str], ...]
     contacts: tuple[str, ...]
 
 
 _SEGMENTS = tuple(
-    _Segment(**{**each, "contacts": tuple(each["contacts"])}) for each in _TREE["segments"]
+    _Segment(
+        **{
+            **each,
+            "bones": tuple((a, b) for a, b in each["bones"]),
+            "contacts": tuple(each["contacts"]),
+        }
+    )
+    for each in _TREE["segments"]
 )
 
 

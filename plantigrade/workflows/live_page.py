@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from threading import Event, Thread
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
+@runtime_checkable
 class Page(Protocol):
     """What a live page offers."""
 
