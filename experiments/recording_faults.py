@@ -22,7 +22,7 @@ from plantigrade.analyze.frame_rate import flight_acceleration
 from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import PlantigradeError
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.models.landmarks import attachments
@@ -124,7 +124,7 @@ def cane(share: float, *, stated: bool = True) -> Faulty:
     def make(recording: Recording, trial: Trial) -> Recording | None:
         if trial.forces is None or trial.weighed is None or not trial.motion.events:
             return None
-        load = trial.forces.force[..., 2] / (trial.weighed.mass * 9.81)
+        load = trial.forces.force[..., 2] / (trial.weighed.mass * GRAVITY)
         if not (load[:, 1] > 0.5).any():
             return None
         left = np.clip(load[:, 1], 0, None) / np.maximum(load.sum(axis=1), 0.1)
@@ -326,7 +326,7 @@ def half_of(path: Path) -> str:
 
 
 def rows(cached: CachedResults) -> Iterator[Row]:
-    """Return the share of recordings in which each fault is told, for both halves."""
+    """Return the share of recordings in which each fault is named or refused, for both halves."""
     for half in ("settled on", "others"):
         for name in EVERY:
             found = [r["outcome"] for r in cached.select(half, name or "sound").values()]
@@ -336,8 +336,8 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             if not name:
                 yield equal(half, "sound, accused", sum(f != "silent" for f in found), 0)
                 continue
-            told = 100.0 * float(np.mean([f in ("refused", "named") for f in found]))
-            yield at_least(half, f"{name}, told", told, 100.0, "%")
+            named = 100.0 * float(np.mean([f in ("refused", "named") for f in found]))
+            yield at_least(half, f"{name}, named", named, 100.0, "%")
 
 
 def grids(cached: CachedResults) -> Iterator[Grid]:

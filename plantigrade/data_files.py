@@ -2,6 +2,7 @@
 
 import csv
 import tomllib
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, TypeVar, get_type_hints
 
@@ -28,6 +29,30 @@ def csv_rows(package: str, name: str, row: type[Row]) -> tuple[Row, ...]:
 
 def _value(text: str, kind: Any) -> str | int | float:
     return kind(text) if kind in (int, float) else text
+
+
+@dataclass(frozen=True)
+class _Spellings:
+    name: str
+    midline: str
+    spellings: str
+
+
+def spelling_tables(
+    package: str, name: str
+) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, ...]]]:
+    """Return name → spellings, of what has a side and of what lies on the midline.
+
+    Args:
+        package: Package with the file.
+        name: Name of the file, a table of names, of ``x`` on the midline, and of spellings.
+    """
+    rows = csv_rows(package, name, _Spellings)
+    sided, midline = (
+        {row.name: tuple(row.spellings.split()) for row in rows if bool(row.midline) == middle}
+        for middle in (False, True)
+    )
+    return sided, midline
 
 
 def toml_tree(package: str, name: str) -> dict[str, Any]:

@@ -33,11 +33,11 @@ MIN_TIME = 0.3  # [s] and their minimum duration; less is a part of a stance
 MIN_SINGLE_LOAD = 0.3  # [BW] minimum load of the foot that stands alone …
 MAX_OTHER_LOAD = 0.02  # [BW] … and maximum load of the other one
 USUAL_SLOPE = 0.95  # [1] geometric mean of the vertical and the fore-aft slope in walking
-CLOCK_SLOPES = (0.77, 1.17)
+MEAN_SLOPES = (0.77, 1.17)
 """Range of this mean in walking with a right frame rate [1]. Settled on 10 walks of 8 people, who
 have 0.86 to 1.02; 15 walks of 10 others have 0.87 to 1.09. A frame rate 1.2 times too low
 multiplies it by 1.44."""
-CLOCK_SLOPE = (0.90, 1.07)  # [1] each of both slopes is beyond this where the clock is wrong
+EACH_SLOPE = (0.90, 1.07)  # [1] each of both slopes is beyond this where the clock is wrong
 MIN_CLOCK_TIME = 0.5  # [s] minimum duration of such frames; shorter ones have 0.73 to 0.95
 MAX_MISSING = 0.075
 """Largest share of the weight that a foot alone carries less than the motion requires, or than the
@@ -73,7 +73,7 @@ def force_disagreement(trial: Trial) -> str:
             f"the free moment reaches {1e2 * most:.0f} cm times the load, more than friction under "
             f"a foot can hold ({1e2 * MAX_FREE_MOMENT:.0f} cm): the unit of moments is wrong"
         )
-    least = max(MIN_FRAMES, MIN_TIME / frame_step(trial))
+    least = max(MIN_FRAMES, MIN_TIME * trial.motion.rate)
     frames = {"": valid} | {
         f" under the {SIDE_NAMES[side]} foot": alone[:, k] for k, side in enumerate(SIDES)
     }
@@ -93,7 +93,7 @@ def force_disagreement(trial: Trial) -> str:
         and (slope := _slope(required[part] @ axis, measured[part] @ axis / weight, name))
         is not None
     }
-    if "sideways" in axes and valid.sum() * frame_step(trial) >= MIN_CLOCK_TIME:
+    if "sideways" in axes and valid.sum() / trial.motion.rate >= MIN_CLOCK_TIME:
         # A scale of forces multiplies slopes and mean alike, a wrong clock the slopes alone.
         scale = float(measured[valid, 2].sum() / (required[valid, 2].sum() * weight))
         rate = _wrong_rate(
@@ -102,7 +102,7 @@ def force_disagreement(trial: Trial) -> str:
         if rate and not plate_clock_doubt(trial):  # forces that drift away change less, too
             return rate
     wrong = {key: s for key, s in slopes.items() if not MIN_SLOPE <= s <= MAX_SLOPE}
-    return _told(wrong) if wrong else ""
+    return _disagreement(wrong) if wrong else ""
 
 
 def support_note(trial: Trial) -> str:
@@ -116,7 +116,7 @@ def support_note(trial: Trial) -> str:
     alone &= np.asarray(forces.valid)[:, None]
     less = {}
     for k, side in enumerate(SIDES):
-        if alone[:, k].sum() * frame_step(trial) >= MIN_TIME:
+        if alone[:, k].sum() / trial.motion.rate >= MIN_TIME:
             needed = (load[:, k] + missing)[alone[:, k]].sum()
             less[SIDE_NAMES[side]] = float(missing[alone[:, k]].sum() / needed)
     if is_running(trial.motion.events) or not less:
@@ -167,11 +167,6 @@ def mass_doubt(trial: Trial) -> str:
     )
 
 
-def frame_step(trial: Trial) -> float:
-    """Return the time from frame to frame [s]."""
-    return float(np.median(np.diff(trial.motion.time)))
-
-
 def offset_note(trial: Trial) -> str:
     """Return a warning where the plates seem to lie elsewhere; empty otherwise."""
     if trial.forces is None or trial.moments is None or not trial.motion.events:
@@ -212,8 +207,8 @@ def _wrong_rate(vertical: float | None, forward: float | None) -> str:
     if vertical is None or forward is None or min(vertical, forward) <= 0:
         return ""
     both = float(np.sqrt(vertical * forward))
-    slow = both > CLOCK_SLOPES[1] and min(vertical, forward) > CLOCK_SLOPE[1]
-    fast = both < CLOCK_SLOPES[0] and max(vertical, forward) < CLOCK_SLOPE[0]
+    slow = both > MEAN_SLOPES[1] and min(vertical, forward) > EACH_SLOPE[1]
+    fast = both < MEAN_SLOPES[0] and max(vertical, forward) < EACH_SLOPE[0]
     if not slow and not fast:
         return ""
     ratio = float(np.sqrt(both / USUAL_SLOPE))
@@ -225,7 +220,7 @@ def _wrong_rate(vertical: float | None, forward: float | None) -> str:
     )
 
 
-def _told(wrong: dict[tuple[str, str], float]) -> str:
+def _disagreement(wrong: dict[tuple[str, str], float]) -> str:
     """Return the sentence on wrong slopes, with the likely cause."""
     of_feet = [key for key in wrong if key[1]]
     name, where = (

@@ -22,6 +22,7 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.centroid import centroid
+from plantigrade.kinematics.contacts import stances
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import runs
@@ -180,10 +181,6 @@ def _stance(trial: Trial) -> Bool[Array, "n_frames 2"]:
     time: Float[Array, " n_frames"] = trial.motion.time
     stands = np.zeros((len(time), len(SIDES)), dtype=bool)
     for k, side in enumerate(SIDES):
-        own = [event for event in trial.motion.events if event.side == side]
-        edges = [time[0], *(event.time for event in own), time[-1]]
-        kinds = [event.kind for event in own]
-        for i, (start, stop) in enumerate(pairwise(edges)):
-            if kinds and (kinds[i - 1] == "heel_strike" if i else kinds[0] == "toe_off"):
-                stands[(time >= start) & (time <= stop), k] = True
+        for stance in stances(trial.motion.events, side, float(time[0]), float(time[-1])):
+            stands[(time >= stance.start) & (time <= stance.stop), k] = True
     return stands

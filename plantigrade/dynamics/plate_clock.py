@@ -28,6 +28,7 @@ four recordings of three others have up to 0.001, and with an error of 3 % 0.026
 MIN_RATE_TIME = 1.2  # [s] shortest span for the rate; spans below 1 s are off by up to 0.06
 MAX_RATE_ERROR, RATE_STEP = 0.06, 0.005  # [1] range and step of the search for the rate
 MAX_RATE_OFFSET = 0.12  # [s] largest offset in this search: 5 % of the time before the middle
+MIN_SAMPLES = 12  # [1] fewest samples of a plate that can be filtered
 MIN_CORRELATION = 0.9
 """Smallest correlation of force and motion at the best shift; below it there is no estimate."""
 
@@ -51,7 +52,7 @@ def clock_offset(
     Returns:
         The offset, positive for delayed plates; None if it cannot be estimated.
     """
-    if len(time) < 2 or not plates or min(len(plate.time) for plate in plates) < 12:
+    if len(time) < 2 or not plates or min(len(plate.time) for plate in plates) < MIN_SAMPLES:
         return None
     clock, net = _net_force(plates, cutoff)
     inner = np.zeros(len(time), dtype=bool)
@@ -72,8 +73,7 @@ def clock_offset(
         if not 0 < k < len(shifts) - 1 or correlation[k] < MIN_CORRELATION:
             return None
         before, best, after = correlation[k - 1 : k + 2]
-        part = 0.5 * (before - after) / (before - 2 * best + after)
-        found.append((shifts[k] + part * SEARCH_STEP, 2 * best - before - after))
+        found.append((shifts[k] + _vertex(correlation, k) * SEARCH_STEP, 2 * best - before - after))
     offsets, sharp = np.array(found).T
     if abs(offsets[0] - offsets[1]) > MAX_DISAGREEMENT:
         return None
@@ -97,28 +97,32 @@ def clock_rate(
         cutoff: Low-pass of the motion [Hz].
     """
     at = time[carried]
-    if not plates or not len(at) or np.ptp(at) < MIN_RATE_TIME:
+    if (
+        not plates
+        or min(len(plate.time) for plate in plates) < MIN_SAMPLES
+        or not len(at)
+        or np.ptp(at) < MIN_RATE_TIME
+    ):
         return None
     clock, net = _net_force(plates, cutoff)
     middle, required = at.mean(), needed[carried]
     rates = np.arange(-MAX_RATE_ERROR, MAX_RATE_ERROR + RATE_STEP / 2, RATE_STEP)
     shifts = np.arange(-MAX_RATE_OFFSET, MAX_RATE_OFFSET + SEARCH_STEP, 4 * SEARCH_STEP)
-    best = np.array(
-        [
-            max(
-                np.corrcoef(
-                    required, np.interp(middle + s + (at - middle) * (1 + r), clock, net[:, 2])
-                )[0, 1]
-                for s in shifts
-            )
-            for r in rates
-        ]
-    )
+    best = np.empty(len(rates))
+    for k, rate in enumerate(rates):
+        clocks = middle + (at - middle) * (1 + rate)
+        force = [np.interp(clocks + s, clock, net[:, 2]) for s in shifts]
+        best[k] = max(np.corrcoef(required, f)[0, 1] for f in force)
     k = int(np.argmax(best))
     if not 0 < k < len(rates) - 1 or not best[k] > MIN_CORRELATION:
         return None
-    before, least, after = best[k - 1 : k + 2]
-    return float(rates[k] + 0.5 * RATE_STEP * (before - after) / (before - 2 * least + after))
+    return float(rates[k] + _vertex(best, k) * RATE_STEP)
+
+
+def _vertex(curve: Float[Array, " n"], k: int) -> float:
+    """Return how far from its greatest value the vertex of a curve is, in steps."""
+    before, greatest, after = curve[k - 1 : k + 2]
+    return float(0.5 * (before - after) / (before - 2 * greatest + after))
 
 
 def _net_force(

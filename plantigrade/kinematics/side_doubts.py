@@ -44,7 +44,7 @@ MOVES = (
     Move("knee", "thigh", "shank", ("low", "high")),
     Move("ankle", "ankle above heel", "shank", ("high", "low")),
     Move("heel", "heel above toes", "ankle above heel", ("high", "low")),
-    Move("heel", "heel behind ankle", "toes ahead of heel, less", ("far back", "far ahead")),
+    Move("heel", "heel behind ankle", "heel to toes, negative", ("far back", "far ahead")),
 )
 
 
@@ -119,7 +119,7 @@ def _distances(
             found["ankle above heel"] = _mean((ankle - heel)[rests, 2])
             found["heel above toes"] = _mean((heel - toes)[rests, 2])
             found["heel behind ankle"] = _mean(ahead)
-            found["toes ahead of heel, less"] = -_mean(length)
+            found["heel to toes, negative"] = -_mean(length)
     return {what: length for what, length in found.items() if np.isfinite(length)}
 
 

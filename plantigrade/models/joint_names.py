@@ -16,24 +16,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.data_files import csv_rows
+from plantigrade.data_files import spelling_tables
 from plantigrade.errors import FitError
 
-
-@dataclass(frozen=True)
-class _Words:
-    joint: str
-    midline: str
-    words: str
-
-
-_ROWS = csv_rows("plantigrade.models", "joint_spellings.csv", _Words)
-SPELLINGS = {row.joint: tuple(row.words.split()) for row in _ROWS if not row.midline}
-MIDLINE = {row.joint: tuple(row.words.split()) for row in _ROWS if row.midline}
+SPELLINGS, MIDLINE = spelling_tables("plantigrade.models", "joint_spellings.csv")
 REQUIRED_JOINTS = ("hip", "knee", "ankle")
-FOREARM_RATIO = (
-    0.95  # [1] usual forearm to upper arm ratio; distinguishes the wrist from its neighbours
-)
+FOREARM_RATIO = 0.95  # [1] usual forearm to upper arm ratio; tells the wrist from its neighbours
 
 _IGNORED_WORDS = frozenset(
     "bip biped valve valvebiped mixamorig mixamo rig b j jnt jt joint bone def org character char "

@@ -9,29 +9,18 @@ base (``LAEL``, ``LWTS``), the Human Body Model (``RLKE``, ``XYPH``), OptiTrack 
 """
 
 import re
-from dataclasses import dataclass
 
-from plantigrade.data_files import csv_rows
+from plantigrade.data_files import spelling_tables
 
-
-@dataclass(frozen=True)
-class _Spellings:
-    landmark: str
-    midline: str
-    spellings: str
-
-
-_ROWS = csv_rows("plantigrade.models", "spellings.csv", _Spellings)
-SPELLINGS = {row.landmark: row.spellings for row in _ROWS if not row.midline}
-MIDLINE = {row.landmark: row.spellings for row in _ROWS if row.midline}
+SPELLINGS, MIDLINE = spelling_tables("plantigrade.models", "spellings.csv")
 # Endings of names of joint centres: the method of computation, or longer words.
 _REGRESSED = r"REG|REGRESSION|HARRINGTON|BELL|DAVIS|EST"
 _ESTIMATE = re.compile(
     rf"(JC|JOINT|JOINTCENT(RE|ER)|CENT(RE|ER))({_REGRESSED}|FUN|FUNC|FUNCTIONAL|SCORE|SARA)?$"
 )
-_BY_SPELLING = {s: mark for mark, words in SPELLINGS.items() for s in words.split()}
+_BY_SPELLING = {s: mark for mark, words in SPELLINGS.items() for s in words}
 _BY_SPELLING |= {re.sub("_", "", mark).upper(): mark for mark in SPELLINGS}
-_BY_MIDLINE = {s: mark for mark, words in MIDLINE.items() for s in words.split()}
+_BY_MIDLINE = {s: mark for mark, words in MIDLINE.items() for s in words}
 # Names with the side in the middle; OptiTrack's front of the waist lies on the iliac spines.
 _WHOLE = {f"WAIST{side}FRONT": f"asis_{side.lower()}" for side in "RL"}
 

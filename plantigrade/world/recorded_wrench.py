@@ -26,7 +26,7 @@ class RecordedWrench(Disturbance):
         period: Period of the motion [s]; infinite if it has none.
     """
 
-    interval = 0.01
+    interval = 0.01  # [s], within which forces of tasks change by a few newtons
     site: ContactSite
     times: Float[Array, " n"]
     force: Float[Array, "n 3"]

@@ -33,14 +33,14 @@ def test_forces_are_scaled_where_the_fault_says(trial):
 def test_outcomes_are_counted_for_both_halves(tmp_path, monkeypatch):
     for name in ("HC032A03", "other"):
         (tmp_path / f"{name}.c3d").touch()
-    told = {"": "silent", "right knee 4 cm low": "named", "both knees 4 cm low": "silent"}
-    found = lambda path, name: {"outcome": told.get(name, ""), "said": []}  # noqa: E731
+    outcomes = {"": "silent", "right knee 4 cm low": "named", "both knees 4 cm low": "silent"}
+    found = lambda path, name: {"outcome": outcomes.get(name, ""), "said": []}  # noqa: E731
     monkeypatch.setattr(recording_faults, "outcome", found)
     table = experiment(tmp_path).run(parts=("sound", "markers"))
     figures = {(row.subject, row.quantity): row.value for row in table.rows}
     assert half_of(tmp_path / "HC032A03.c3d") == "settled on"
     for half in ("settled on", "others"):
         assert figures[half, "sound, accused"] == 0
-        assert figures[half, "right knee 4 cm low, told"] == 100
-        assert figures[half, "both knees 4 cm low, told"] == 0
+        assert figures[half, "right knee 4 cm low, named"] == 100
+        assert figures[half, "both knees 4 cm low, named"] == 0
     assert len(EVERY) == sum(map(len, PARTS.values())) and np.isfinite(len(table.text()))

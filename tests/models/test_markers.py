@@ -141,7 +141,7 @@ def test_joint_centres_of_video_are_no_skin_markers():
 
 def test_no_spelling_is_of_two_landmarks():
     for table in (SPELLINGS, MIDLINE):
-        words = [word for spelled in table.values() for word in spelled.split()]
+        words = [word for spelled in table.values() for word in spelled]
         assert len(words) == len(set(words))
 
 

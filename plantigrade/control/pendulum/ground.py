@@ -110,7 +110,7 @@ class Sole:
 
     Args:
         leg: Length of the leg [m].
-        shape: Shape of the sole; the ground is looked at under heel, middle and ball.
+        shape: Shape of the sole; heights of the ground are sampled under heel, middle and ball.
         left: 1 for the left foot, -1 for the right.
         settings: Settings of sole and search.
     """

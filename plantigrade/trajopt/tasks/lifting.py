@@ -22,7 +22,7 @@ from plantigrade.trajopt.guess.postures import (
 )
 from plantigrade.trajopt.tasks.settings import Lift
 from plantigrade.trajopt.tasks.standing import at_rest, basics, crouch
-from plantigrade.trajopt.tasks.task import MotionTask, Path
+from plantigrade.trajopt.tasks.task import MotionTask, ObjectPath
 from plantigrade.trajopt.terms.carrying import (
     BehindTrajectory,
     Carried,
@@ -94,7 +94,9 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
     return MotionTask("lift", plan, tuple(terms), guess, objects=_drawn(way, parameters, ahead))
 
 
-def _drawn(way: Trajectory, parameters: Lift, ahead: float) -> tuple[tuple[SceneObject, Path], ...]:
+def _drawn(
+    way: Trajectory, parameters: Lift, ahead: float
+) -> tuple[tuple[SceneObject, ObjectPath], ...]:
     """Return box and table; the table begins where the box rises past its edge."""
     table = (TABLE_DEPTH, TABLE_WIDTH, TABLE_THICKNESS)
     top = (

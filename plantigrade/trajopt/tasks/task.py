@@ -33,7 +33,7 @@ ForceGuess = Callable[[ContactBody, Array, Array], Array]
 """Forces (n_times, 3 n_sites) at times [body weights], for a body and where a site may carry."""
 
 
-Path = Callable[[Array], Array]
+ObjectPath = Callable[[Array], Array]
 """Middle (n_times, 3) of an object at times."""
 
 
@@ -57,7 +57,7 @@ class MotionTask:
     #: where a recording is tracked, whose limbs are not as thick as the person's
     solid: bool = True
     #: What is drawn beside the person: an object, and its place [m] at times
-    objects: tuple[tuple[SceneObject, Path], ...] = ()
+    objects: tuple[tuple[SceneObject, ObjectPath], ...] = ()
     tolerance: float = 1e-3  #: Largest scaled error of the optimality conditions at the end
 
     def __post_init__(self):
