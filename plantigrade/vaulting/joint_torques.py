@@ -1,19 +1,9 @@
 r"""Joint torques: strength times velocity factor times activation ([Cheng2009]_, Eqs. 1 and 2).
 
-.. math:: T = T_{max}(\theta)\, h(\omega)\, A(t), \qquad
-    h(\omega) = \frac{\omega_0 - \omega}{\omega_0 + \Gamma\omega}
-    \;\text{ for } \omega/\omega_0 \le 1, \quad 0 \text{ beyond},
+.. math:: T = T_{max}(\theta)\, h(\omega)\, A(t),
 
-with :math:`\omega_0 = \pm 20` rad/s, whose sign is that of the effort, and :math:`\Gamma = 2.5`.
-Extension is positive; the shoulder extends as the angle between arm and trunk opens (anatomical
-flexion).
-
-**An error in the report.** A lengthening muscle has :math:`\omega/\omega_0 < 0`, where the formula
-has a pole at :math:`-1/\Gamma`, at 8 rad/s, which joints reach in a vault. Lengthening muscles
-therefore follow a hyperbola with the same slope at rest and the limit :math:`e = 1.4`
-[Yeadon2006]_:
-
-.. math:: h = e - \frac{e - 1}{1 - s\,\omega/\omega_0}, \qquad s = \frac{1 + \Gamma}{e - 1}.
+with the velocity factor of :mod:`plantigrade.dynamics.muscle_speed`. Extension is positive; the
+shoulder extends as the angle between arm and trunk opens (anatomical flexion).
 
 **Strength** is not in the report. :math:`T_{max}` is that of the Human (both limbs) times a
 Gaussian of the joint angle, with centre and width measured on a vaulting gymnast, for the elbow on
@@ -26,13 +16,9 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.muscle_speed import MAX_ECCENTRIC_FACTOR, OMEGA_0, velocity_factor
 from plantigrade.models import Human
 from plantigrade.vaulting.segments import COORDINATES
-
-OMEGA_0 = 20.0  #: Maximum angular velocity of a joint under muscle torque [rad/s], from the report
-GAMMA = 2.5  #: Shape parameter of the velocity factor [1], from the report
-MAX_ECCENTRIC_FACTOR = 1.4
-"""Maximum torque of lengthening muscle relative to isometric strength [1], [Yeadon2006]_."""
 
 EXTENSION_SIGN = np.array([1.0, -1.0, -1.0, -1.0, -1.0])
 """Sign of each coordinate in extension; plantarflexion extends the ankle."""
@@ -70,19 +56,6 @@ STOP_STIFFNESS = 300.0
 """Stiffness of a stop in the form of the report's Eq. 3, relative to joint strength [1/rad²].
 Estimate; full strength at 3.3°."""
 STOP_DAMPING = 3.0  #: Damping of a stop relative to joint strength [s/rad²]. Estimate
-
-
-def velocity_factor(ratio: Any, ca: Any = np) -> Any:
-    r"""Return :math:`h` of :math:`\omega/\omega_0`, an array or a CasADi expression.
-
-    Example:
-        >>> velocity_factor(np.array([-0.5, 0.0, 0.5, 1.0, 2.0])).round(3).tolist()
-        [1.326, 1.0, 0.222, 0.0, 0.0]
-    """
-    up, down = ca.fmax(ratio, 0.0), ca.fmin(ratio, 0.0)
-    slope = (1.0 + GAMMA) / (MAX_ECCENTRIC_FACTOR - 1.0)
-    shortening = ca.fmax((1.0 - up) / (1.0 + GAMMA * up), 0.0)
-    return shortening + (MAX_ECCENTRIC_FACTOR - 1.0) * (1.0 - 1.0 / (1.0 - slope * down))
 
 
 def strengths(human: Human) -> Float[Array, "5 2"]:

@@ -11,11 +11,11 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground, Seat
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import without_constraints
+from plantigrade.dynamics.muscle_speed import MAX_ECCENTRIC_FACTOR
 from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.record.record import Limits
 from plantigrade.vaulting.hand_contact import HandContact, Vault
-from plantigrade.vaulting.joint_torques import MAX_ECCENTRIC_FACTOR
 from plantigrade.vaulting.segments import COORDINATES, JOINT_NAMES, ROOT_COORDINATES
 
 TABLE_SUPPORTS = (-0.4, 0.4)

@@ -42,11 +42,15 @@ class TorqueLimits:
     """
 
     def __init__(self, low: Float[Array, " n"], high: Float[Array, " n"]):
+        self.set(low, high)
+        self.at: Int[Array, " n"] = np.zeros(len(low), dtype=int)
+        self._shares = ShareSolver()
+
+    def set(self, low: Float[Array, " n"], high: Float[Array, " n"]) -> None:
+        """Let other limits hold [N m]."""
         self.low, self.high = low, high
         slack = LIMIT_TOLERANCE * (high - low)
         self._least, self._most = low - slack, high + slack
-        self.at: Int[Array, " n"] = np.zeros(len(low), dtype=int)
-        self._shares = ShareSolver()
 
     def solve(
         self, reduced: Reduced, program: ShareProgram

@@ -95,6 +95,11 @@ class WholeBody:
         self.unit = FORCE_UNIT * human.mass * human.gravity
         self._limits = TorqueLimits(self.low, self.high)
 
+    def limit(self, limits: Float[Array, "2 n_hinges"]) -> None:
+        """Let other torque limits hold: least and greatest of each hinge [N m]."""
+        self.low, self.high = limits
+        self._limits.set(self.low, self.high)
+
     def solve(
         self,
         state: State,

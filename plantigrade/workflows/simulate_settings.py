@@ -22,7 +22,7 @@ from plantigrade.workflows.controller_options import CLASSES, OPTIONS, WORDS, Wa
 from plantigrade.workflows.controller_options import users as options_of
 from plantigrade.workflows.settings import RecordingSettings
 
-DRIVEN = ("torque_rise", "delay", "sensor_noise_deg")
+DRIVEN = ("torque_rise", "torque_speed", "delay", "sensor_noise_deg")
 """Options of a simulation that need a controller that drives the joints."""
 
 
@@ -72,6 +72,8 @@ class SimulateSettings(RecordingSettings):
     """Control and frame rate [Hz]; by default 100, for replay 500 with 100 frames."""
     torque_rise: float = 0.0
     """Time for joint torques to rise from zero to maximum [s]; 0 is instantaneous."""
+    torque_speed: bool = False
+    """Let joint torques fall with the speed of their joint, as those of muscles do."""
     load: float = 0.0
     """Backpack that the controller does not know of [kg]."""
     mass_error_pct: float = 0.0

@@ -387,6 +387,7 @@ def world_of(
         physics_rate=how.rate,
         control_rate=how.control_rate,
         torque_rise=how.torque_rise,
+        torque_speed=how.torque_speed,
         sites=begin.sites,
         seed=how.seed,
     )

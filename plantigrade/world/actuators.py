@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
+from plantigrade.dynamics.muscle_speed import OMEGA_0, velocity_factor
 from plantigrade.dynamics.passive import (
     DAMPING,
     SAGITTAL,
@@ -45,6 +46,9 @@ class Actuators:
         model: The model of the world; its actuators, armature and joint springs are set.
         passive: Whether joints have passive moments (:mod:`plantigrade.dynamics.passive`).
         rise: Rise time of a motor from zero to its maximum torque [s]; zero for none.
+        slows: Whether a motor gives less torque the faster its joint turns, as a muscle does
+            (:mod:`plantigrade.dynamics.muscle_speed`); against its effort it gives no more than at
+            rest, as strengths are those of strong people already.
         exact: Whether torque limits include the implicit part of stable PD
             (:mod:`plantigrade.world.motor_limits`).
 
@@ -61,9 +65,10 @@ class Actuators:
         *,
         passive: bool,
         rise: float = 0.0,
+        slows: bool = False,
         exact: bool = True,
     ):
-        self.model, self.n, self.rise = model, len(human.coordinates), rise
+        self.model, self.n, self.rise, self.slows = model, len(human.coordinates), rise, slows
         low, high = human.model.jnt_actfrcrange[1:].T
         self._limits = np.array([low, high])
         self.stiffness = STIFFNESS_PER_TORQUE * np.maximum(-low, high)
@@ -156,7 +161,7 @@ class Actuators:
         self._set_passive_tangents(data)
         self._motor_armature, self._is_limited = armature, not isinstance(command, Acceleration)
         if self._is_limited and not self.rise:
-            self._bounds = self._limits
+            self._bounds = self.limits(data.qvel[self._dofs])
         # Passive damping and stiffness are implicit, too.
         if self._passive_scale:
             joint_armature = self.armature + h * (
@@ -230,20 +235,34 @@ class Actuators:
         else:
             mujoco.mj_forward(self.model, data)
 
-    def limit_torque_rise(self, data: mujoco.MjData, time: float) -> None:
-        """Limit the rate of torques for the next steps.
+    def limits(self, rates: Hinges) -> Float[Array, "2 n_hinges"]:
+        """Return the least and the greatest torque of the motors at some rates [N m].
+
+        Args:
+            rates: Rates of the hinges [rad/s].
+        """
+        if not self.slows:
+            return self._limits
+        ratio = rates / OMEGA_0
+        return self._limits * np.minimum(velocity_factor(np.array([-ratio, ratio])), 1.0)
+
+    def update_limits(self, data: mujoco.MjData, time: float) -> None:
+        """Limit torques for the next steps, by rate and rise.
 
         Args:
             time: Time until the next call [s].
         """
-        if self.rise and self._is_limited:
+        if not ((self.rise or self.slows) and self._is_limited):
+            return
+        bounds = self.limits(data.qvel[self._dofs])
+        if self.rise:
             torque, step = self._limited_torques(data), time / self.rise
-            bounds = [np.clip(torque + step * x, *self._limits) for x in self._limits]
-            self._bounds = np.array(bounds)
-            if self._exact_law:
-                self._motor_limits.set_bounds(self._bounds)
-            else:
-                self.model.actuator_forcerange[: self.n] = self._bounds.T
+            bounds = np.array([np.clip(torque + step * x, *bounds) for x in self._limits])
+        self._bounds = bounds
+        if self._exact_law:
+            self._motor_limits.set_bounds(bounds)
+        else:
+            self.model.actuator_forcerange[: self.n] = bounds.T
 
     def resistance(self, angles: Hinges) -> Hinges:
         """Return the passive moments of hinges at rest [N m].

@@ -12,7 +12,8 @@ class BatchMotors:
     """Vectorised :class:`~plantigrade.world.StablePD` for parallel worlds, ten times as fast.
 
     Args:
-        worlds: Worlds with equal settings, without ``exact_limits`` and ``torque_rise``.
+        worlds: Worlds with equal settings, without ``exact_limits``, ``torque_rise`` and
+            ``torque_speed``.
     """
 
     def __init__(self, worlds: Sequence[World]):

@@ -45,7 +45,7 @@ from plantigrade.world.world_record import record_of
 RATE, CONTROL_RATE = Rates().physics, Rates().control
 """Default rates of the physics and of the controller [1/s]."""
 MAX_SPEED = 300.0  # [m/s, rad/s] of any coordinate; beyond it the simulation has diverged
-TORQUE_RISE_INTERVAL = 0.002  # [s] between updates of rate-limited torques
+LIMITS_INTERVAL = 0.002  # [s] between updates of torque limits that change
 MAX_DURATION = 3600.0  # [s] of a simulation
 
 
@@ -62,6 +62,7 @@ class World(SimulatedWorld):
         recording: Whether frames are kept for :meth:`record`.
         passive: Whether joints have passive moments of tissue.
         torque_rise: Rise time of a motor from zero to its maximum torque [s]; zero for none.
+        torque_speed: Whether a motor gives less torque the faster its joint turns, as a muscle.
         exact_limits: Whether torque limits include the implicit part of stable PD; without it a
             simulation is 10 % faster.
         qpos: Initial configuration; quiet standing if absent.
@@ -94,6 +95,7 @@ class World(SimulatedWorld):
         recording: bool = True,
         passive: bool = True,
         torque_rise: float = 0.0,
+        torque_speed: bool = False,
         exact_limits: bool = True,
         qpos: Float[Array, " nq"] | None = None,
         qvel: Float[Array, " nv"] | None = None,
@@ -107,7 +109,7 @@ class World(SimulatedWorld):
         self._per_control = _multiple(self.rate, self.control_rate, "control_rate")
         self._per_frame = _multiple(self.rate, self.record_rate, "record_rate")
         intervals = [d.interval for d in self.disturbances] + (
-            [TORQUE_RISE_INTERVAL] if torque_rise else []
+            [LIMITS_INTERVAL] if torque_rise or torque_speed else []
         )
         self._max_steps = min(
             [
@@ -123,10 +125,15 @@ class World(SimulatedWorld):
         )
         self.data = mujoco.MjData(self.model)
         # Nothing acts or is recorded within a control step.
-        self._undisturbed = not (recording or self.disturbances or torque_rise)
+        self._undisturbed = not (recording or self.disturbances or torque_rise or torque_speed)
         self.sites = (*contact_sites(human), *sites)
         self.actuators = Actuators(
-            human, self.model, passive=passive, rise=torque_rise, exact=exact_limits
+            human,
+            self.model,
+            passive=passive,
+            rise=torque_rise,
+            slows=torque_speed,
+            exact=exact_limits,
         )
         self.contacts = Contacts(human, self.model, self.sites)
         self._falls = FallWatch(human, self.model)
@@ -223,7 +230,7 @@ class World(SimulatedWorld):
             recorder = self._recorder
             if recorder is not None and self._steps % self._per_frame == 0:
                 recorder.before(data, self.time)
-                self.actuators.limit_torque_rise(data, 1.0 / self.rate)
+                self.actuators.update_limits(data, 1.0 / self.rate)
                 self.actuators.step(data, 1)
                 self._record_frame(recorder)
                 self._steps += 1
@@ -232,7 +239,7 @@ class World(SimulatedWorld):
             stop = min(stop, self._steps + self._max_steps)
             if recorder is not None:
                 stop = min(stop, (self._steps // self._per_frame + 1) * self._per_frame)
-            self.actuators.limit_torque_rise(data, (stop - self._steps) / self.rate)
+            self.actuators.update_limits(data, (stop - self._steps) / self.rate)
             self.actuators.step(data, stop - self._steps)
             self._steps = stop
         self._last_pushes, self._pushed = self._pushed, []

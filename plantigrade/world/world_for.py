@@ -17,6 +17,7 @@ def world_for(
     control_rate: float | None = None,
     recording: bool = True,
     torque_rise: float = 0.0,
+    torque_speed: bool = False,
     sites: Sequence[ContactSite] = (),
     seed: int = 0,
 ) -> World:
@@ -30,6 +31,7 @@ def world_for(
         control_rate: Commands and frames per second; the controller's if absent [1/s].
         recording: Whether frames are kept.
         torque_rise: Rise time of torques, as in :class:`World` [s].
+        torque_speed: Whether torques fall with the speed of their joints, likewise.
         sites: Additional contact sites, for seats.
         seed: Seed of :attr:`World.random`.
 
@@ -48,6 +50,7 @@ def world_for(
         recording=recording,
         passive=controller.passive,
         torque_rise=torque_rise,
+        torque_speed=torque_speed,
         exact_limits=controller.exact_limits,
         qpos=initial.qpos,
         qvel=initial.qvel,

@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 
+from plantigrade.dynamics.muscle_speed import (
+    GAMMA,
+    MAX_ECCENTRIC_FACTOR,
+    OMEGA_0,
+    velocity_factor,
+)
 from plantigrade.vaulting import Table
 from plantigrade.vaulting.joint_torques import (
     EXTENSION_SIGN,
-    GAMMA,
     JOINT_STOPS,
-    MAX_ECCENTRIC_FACTOR,
-    OMEGA_0,
     STRENGTH_BELLS,
     muscle_torques,
     relative_load,
     stop_torques,
     strengths,
-    velocity_factor,
 )
 
 

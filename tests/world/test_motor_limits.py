@@ -5,6 +5,7 @@ import pytest
 
 from plantigrade.analyze.check import check
 from plantigrade.contact.ground import Ground
+from plantigrade.dynamics.muscle_speed import OMEGA_0, velocity_factor
 from plantigrade.models import Human
 from plantigrade.world import StablePD, World, standing_on
 
@@ -61,3 +62,16 @@ def test_limits_hold_while_torques_rise():
     assert np.abs(motor / np.where(motor > 0, HIGH, -LOW)).max() < 1.0 + 1e-3
     steps = np.abs(np.diff(motor, axis=0)) / np.maximum(HIGH, -LOW)
     assert steps.max() < 1.1 * 0.01 / 0.05  # from one control step to the next at most
+
+
+def test_torques_fall_with_the_speed_of_their_joint():
+    qpos = standing_on(HUMAN, Ground())
+    qpos[2] += 1.0
+    world = World(HUMAN, rate=600.0, record_rate=600.0, qpos=qpos, torque_speed=True)
+    record = world.simulate(lambda _: StablePD(qpos[7:] + 1.0), 0.1)
+    motor, rates = record.signals["world.motor"], record.motion.qvel[:, 6:]
+    share = np.abs(motor / np.where(motor > 0, HIGH, -LOW))
+    most = np.minimum(velocity_factor(np.sign(motor) * rates / OMEGA_0), 1.0)
+    share, most = share[:-1], most[:-1]  # limits are not set anew for the last frame
+    assert (share < most + 1e-3).all() and (share > most - 1e-3)[most < 0.5].any()
+    np.testing.assert_array_equal(world.actuators.limits(np.zeros(len(LOW))), [LOW, HIGH])

@@ -295,6 +295,9 @@ class Pendulum(Controller):
         desired = tasks.posture_acceleration(body, ref, rate, swing, plan.turn_rate)
         weight = tasks.posture_cost(posture_error, plan.dcm_error)
         tasks.resist_hyperextension(body, ref, desired, weight)
+        actuators = state.world.actuators
+        if actuators.slows:
+            self.program.limit(actuators.limits(state.rates))
         answer = self.program.solve(
             body,
             contacts,
@@ -303,7 +306,7 @@ class Pendulum(Controller):
             weight=weight,
             force_weight=tasks.force_cost(held, height),
             torque_weight=tasks.torque_cost,
-            passive=state.world.actuators.passive(state.angles, state.rates),
+            passive=actuators.passive(state.angles, state.rates),
             points=points,
         )
         half = 0.5 * (1.0 / state.world.control_rate + 1.0 / state.world.rate)
