@@ -22,6 +22,8 @@ from plantigrade.charts.svg import (
 )
 from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
 
+TIMELINE_WIDTH = 1060  # [px] that of a page
+
 
 def bar_plot(
     labels: Sequence[str],
@@ -75,19 +77,13 @@ def timeline_plot(
     rows: Sequence[tuple[str, Sequence[Bar]]],
     *,
     title: str = "",
-    x_label: str = "time [s]",
     marks: Sequence[float] = (),
-    width: int = 1060,
 ) -> str:
-    """Return a timeline: rows of bars over one time axis.
+    """Return a timeline: rows of bars over one axis of time, with vertical lines at ``marks`` [s].
 
-    Args:
-        rows: Name of each row and its bars.
-        title: Above the plot.
-        x_label: With its unit.
-        marks: Positions of vertical lines.
-        width: Of the drawing [px].
+    Each row is its name and its bars.
     """
+    width = TIMELINE_WIDTH
     row, top = 19, 28
     left = 16 + 5.9 * max((len(label) for label, _ in rows), default=1)
     right, bottom = width - 12, top + row * len(rows)
@@ -116,5 +112,5 @@ def timeline_plot(
         at = float(px(tick))
         parts.append(rule(at, at, bottom, bottom + 4, SOFT))
         parts.append(text_at(number_text(tick), at, bottom + 15, anchor="middle"))
-    parts.append(text_at(x_label, (left + right) / 2, bottom + 31, anchor="middle"))
+    parts.append(text_at("time [s]", (left + right) / 2, bottom + 31, anchor="middle"))
     return "".join(parts) + "</svg>"

@@ -18,20 +18,18 @@ from plantigrade.charts.svg import (
 from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
 
 MAX_BINS = 40  # Maximum number of bars; narrower ones are indistinguishable at the usual width
+SIZE = 340, 150  # [px] of the drawing
 
 
-def histogram_plot(
-    values: Float[Array, " n"], *, title: str, x_label: str, width: int = 340, height: int = 150
-) -> str:
+def histogram_plot(values: Float[Array, " n"], *, title: str, x_label: str) -> str:
     """Return a histogram with its median; the width of bins is that of Freedman and Diaconis.
 
     Args:
         values: Two or more values; those that are not finite are omitted.
         title: Above the plot.
         x_label: With its unit.
-        width: Of the drawing [px].
-        height: Of the drawing [px].
     """
+    width, height = SIZE
     values = values[np.isfinite(values)]
     edges = np.histogram_bin_edges(values, "fd")
     if not 2 <= len(edges) - 1 <= MAX_BINS:

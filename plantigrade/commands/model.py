@@ -140,7 +140,7 @@ def summary(human: "Human", markers: "dict[str, Attachment]") -> dict[str, Any]:
     import mujoco
     import numpy as np
 
-    from plantigrade.models.human import coordinate_of
+    from plantigrade.models.coordinates import coordinate_of
 
     model = human.model
     data = mujoco.MjData(model)

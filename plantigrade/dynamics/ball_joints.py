@@ -22,7 +22,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.shoulders import ARM, arms_of, equivalent_angles
 from plantigrade.models import Human
-from plantigrade.models.human import coordinate_of
+from plantigrade.models.coordinates import coordinate_of
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 MIN_ABDUCTION_SINE = np.sin(np.deg2rad(60.0))

@@ -25,12 +25,15 @@ class PlateLoading:
     left_out: bool = False  # nothing of it is used
 
 
+MIN_CONTACT_FORCE = 20.0  # [N] vertical, of a contact; usual for force plates
+
+
 def loadings_of(
-    plate: ForcePlate, frame_time: np.ndarray, cutoff: float | None, threshold: float
+    plate: ForcePlate, frame_time: np.ndarray, cutoff: float | None
 ) -> list[PlateLoading]:
     """Return a plate's contacts, smoothed and on the frames."""
     found = []
-    for contact in contact_events(plate.time, plate.force[:, 2], threshold):
+    for contact in contact_events(plate.time, plate.force[:, 2], MIN_CONTACT_FORCE):
         start = plate.time[0] if contact.start is None else contact.start
         stop = plate.time[-1] if contact.stop is None else contact.stop
         inside = np.flatnonzero((plate.time >= start) & (plate.time <= stop))
@@ -56,7 +59,7 @@ def loadings_of(
             signal = lowpass(time, signal, cutoff=cutoff)
         signal = interpolate(frame_time[frames], time, signal)
         force, moment, load = signal[:, :3], signal[:, 3:6], signal[:, 6]
-        up = force[:, 2] > 0.05 * threshold
+        up = force[:, 2] > 0.05 * MIN_CONTACT_FORCE
         if not up.any():
             continue
         frames, force, moment, load = frames[up], force[up], moment[up], load[up]

@@ -113,7 +113,6 @@ def assign_plates(
     foot_points: Mapping[str, Float[Array, "n_frames n_points 3"]],
     *,
     cutoff: float | None = None,
-    threshold: float = 20.0,
     lift: Float[Array, " n_frames"] | None = None,
     mass: float | None = None,
 ) -> FootForces:
@@ -126,7 +125,6 @@ def assign_plates(
             heel first, toes last (:func:`sole_points`) [m].
         cutoff: Zero-lag fourth-order low-pass of the wrenches [Hz], that of the motion; None for
             none. It is skipped for plates with too low a rate.
-        threshold: Minimum vertical force of contact [N].
         lift: Vertical acceleration of the centre of mass plus gravity, smoothed like the wrenches
             [m/s²]; if given, contacts are compared with the force that the motion requires.
         mass: Body mass, if known [kg].
@@ -137,7 +135,7 @@ def assign_plates(
     n = len(frame_time)
     points = _check(frame_time, foot_points)
     notes: list[str] = []
-    loadings = [x for plate in plates for x in loadings_of(plate, frame_time, cutoff, threshold)]
+    loadings = [x for plate in plates for x in loadings_of(plate, frame_time, cutoff)]
     resting = resting_points(frame_time, points, plate_level(loadings))
     rests = (longer(frame_time, resting[k].any(axis=1), MIN_REST_TIME) for k in (0, 1))
     touch = np.stack(list(rests), axis=1)

@@ -143,9 +143,7 @@ class FootPoser:
         centres = [np.array([c.position for c in b.contacts]) for b in parts]
         self._centres = np.concatenate(centres)[:, :, None]
         self._radius = np.concatenate([[c.radius for c in b.contacts] for b in parts])
-        self.spheres = tuple(
-            f"contact_{c.segment}_{c.name}_{side}" for b in parts for c in b.contacts
-        )
+        self.spheres = tuple(name for b in parts for name in b.contact_names)
         self.segment = np.repeat(np.arange(4), [len(b.contacts) for b in parts])
         soles = [sole_plane(spheres) for spheres in _lying(parts)]
         normals = np.array([normal for normal, _ in soles])

@@ -12,7 +12,7 @@ from plantigrade.kinematics.state import PointSet, integrate
 from plantigrade.kinematics.unmeasured_joints import measured_hinges
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
-from plantigrade.models.human import coordinate_of
+from plantigrade.models.coordinates import coordinate_of
 
 # Joints and the part distal to each.
 CENTRES = {

@@ -39,7 +39,6 @@ class PointSet:
     """Points fixed to bodies of one person.
 
     Args:
-        human: The person.
         bodies: Body name of each point.
         local: Position of each point in its body's frame [m].
         model: The person's model with other segment lengths; their own if absent.
@@ -96,17 +95,11 @@ class PointSet:
 
 
 class State:
-    """A body at a configuration and velocity; it never changes.
+    """A body at a configuration ``qpos`` and velocity ``qvel``; it never changes.
 
     Args:
-        human: The person.
-        qpos: Configuration.
-        qvel: Velocity; zero if absent.
+        qvel: Zero if absent.
         model: The person's model with other segment lengths; their own if absent.
-
-    Attributes:
-        qpos: The configuration, read only.
-        qvel: The velocity, read only.
     """
 
     def __init__(
@@ -390,7 +383,6 @@ def sweep(
     """Yield the state of every frame of a motion.
 
     Args:
-        human: The person.
         motion: The motion, or its configurations alone.
         qvel: Velocities, where configurations are given; zero if absent.
         model: The person's model with other segment lengths; their own if absent.

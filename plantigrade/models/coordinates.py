@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.data_files import toml_tree
+from plantigrade.errors import CoordinateNotFound, known_names
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,19 @@ def _coordinates() -> dict[str, Coordinate]:
 
 
 COORDINATES = _coordinates()
+
+
+def coordinate_of(name: str) -> Coordinate:
+    """Return the table row of a coordinate named with its side.
+
+    Raises:
+        CoordinateNotFound: If there is none of that name.
+    """
+    plain = name[:-2] if name.endswith(("_r", "_l")) else name
+    if plain not in COORDINATES:
+        raise CoordinateNotFound(f"no coordinate {name!r}; {known_names(name, list(COORDINATES))}")
+    return COORDINATES[plain]
+
 
 REFERENCE_MASS = 73.0  # [kg] body mass of the tabulated strengths
 REFERENCE_HEIGHT = 1.74  # [m] stature of the tabulated strengths

@@ -11,11 +11,11 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.models.anthropometry import Dimensions, check_range, dimensions
-from plantigrade.models.coordinates import COORDINATES
 from plantigrade.models.joint_sets import NATIVE_FEET, moving_parts
 from plantigrade.models.loads import check_loads, loaded
 from plantigrade.models.mjcf import to_mjcf, with_contact_heights, with_gravity, with_inertia
-from plantigrade.models.skeleton import Skeleton, build, split_side
+from plantigrade.models.parts import Inertia
+from plantigrade.models.skeleton import Skeleton, build
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     PELVIS,
@@ -191,9 +191,9 @@ class Human:
     def contact_points(self) -> tuple[tuple[str, str, str], ...]:
         """(geom name, side, foot segment) of every contact sphere."""
         return tuple(
-            (f"contact_{c.segment}_{c.name}_{b.name[-1]}", b.name[-1], c.segment)
+            (name, b.name[-1], c.segment)
             for b in self.skeleton.bodies
-            for c in b.contacts
+            for name, c in zip(b.contact_names, b.contacts, strict=True)
         )
 
     def standing(self) -> Float[Array, " nq"]:
@@ -270,16 +270,7 @@ class Human:
                     f"the sole at {name} would be moved by {total:.3g} m; "
                     f"allowed are ±{MAX_SOLE_OFFSET} m"
                 )
-
-        def moved(contact, side: str):
-            up = offsets.get(f"contact_{contact.segment}_{contact.name}_{side}", 0.0)
-            return replace(contact, position=contact.position + [0.0, 0.0, up])
-
-        bodies = tuple(
-            replace(b, contacts=tuple(moved(c, b.name[-1]) for c in b.contacts))
-            for b in self.skeleton.bodies
-        )
-        skeleton = replace(self.skeleton, bodies=bodies)
+        skeleton = self.skeleton.with_contact_heights(offsets)
         total = {n: self.soles.get(n, 0.0) + offsets.get(n, 0.0) for n in {*self.soles, *offsets}}
         xml = with_contact_heights(self.xml, offsets)
         return replace(self, skeleton=skeleton, xml=xml, soles=total)
@@ -305,17 +296,17 @@ class Human:
                 f"the trunk's centre of mass would be moved by {np.linalg.norm(total):.3g} m; "
                 f"allowed are {MAX_TRUNK_SHIFT} m"
             )
-        bodies = tuple(
-            replace(b, inertia=b.inertia.shifted(offset)) if b.name == self.trunk else b
-            for b in self.skeleton.bodies
-        )
-        inertia = next(b.inertia for b in bodies if b.name == self.trunk)
-        return replace(
-            self,
-            skeleton=replace(self.skeleton, bodies=bodies),
-            xml=with_inertia(self.xml, self.trunk, inertia),
-            trunk_mass=(float(total[0]), float(total[1]), float(total[2])),
-        )
+        own = next(b.inertia for b in self.skeleton.bodies if b.name == self.trunk)
+        moved = self._with_inertia({self.trunk: own.shifted(offset)})
+        forward, left, up = total.tolist()
+        return replace(moved, trunk_mass=(forward, left, up))
+
+    def _with_inertia(self, changed: Mapping[str, Inertia]) -> "Human":
+        """Return the person with other inertia of some bodies, by name."""
+        xml = self.xml
+        for name, inertia in changed.items():
+            xml = with_inertia(xml, name, inertia)
+        return replace(self, skeleton=self.skeleton.with_inertia(changed), xml=xml)
 
     def with_loads(self, loads: Mapping[str, float]) -> "Human":
         """Return the person with loads in addition to those carried already.
@@ -329,12 +320,8 @@ class Human:
         """
         total = {**self.loads, **{n: self.loads.get(n, 0.0) + m for n, m in loads.items()}}
         check_loads(total)
-        heavier = loaded(self.skeleton, loads, self.height)
-        xml, bodies = self.xml, self.skeleton.bodies
-        for name, inertia in heavier.items():
-            xml = with_inertia(xml, name, inertia)
-        bodies = tuple(replace(b, inertia=heavier.get(b.name, b.inertia)) for b in bodies)
-        return replace(self, skeleton=replace(self.skeleton, bodies=bodies), xml=xml, loads=total)
+        heavier = self._with_inertia(loaded(self.skeleton, loads, self.height))
+        return replace(heavier, loads=total)
 
     def with_gravity(self, gravity: float) -> "Human":
         """Return the person where gravity is another one, as on the moon; weight changes with it.
@@ -344,11 +331,6 @@ class Human:
 
         Raises:
             ParameterError: If it is out of range.
-
-        Example:
-            >>> moon = Human.create().with_gravity(1.62)
-            >>> round(moon.gravity, 2)
-            1.62
         """
         check_range("gravity", gravity / GRAVITY, MIN_GRAVITY, MAX_GRAVITY, "of the earth's")
         return replace(self, xml=with_gravity(self.xml, float(gravity)))
@@ -364,22 +346,17 @@ class Human:
     def to_dict(self) -> dict:
         """Return a JSON-serialisable description of the person; see :meth:`from_dict`."""
         d = self.dimensions
-        moved = {"trunk_mass": list(self.trunk_mass)} if any(self.trunk_mass) else {}
-        touching = {"full_sole": True} if self.full_sole else {}
-        carried = {"loads": dict(self.loads)} if self.loads else {}
-        elsewhere = {} if self.gravity == GRAVITY else {"gravity": self.gravity}
+        unusual = {
+            "trunk_mass": list(self.trunk_mass) if any(self.trunk_mass) else None,
+            "full_sole": self.full_sole,
+            "loads": dict(self.loads),
+            "gravity": None if self.gravity == GRAVITY else self.gravity,
+        }
         return {
-            "height": self.height,
-            "mass": self.mass,
-            "sex": self.sex,
-            "joints": self.joints,
-            "feet": self.feet,
+            **{k: getattr(self, k) for k in ("height", "mass", "sex", "joints", "feet")},
             "lengths": {name: getattr(d, name) for name in d.names()},
             "soles": dict(self.soles),
-            **moved,
-            **touching,
-            **carried,
-            **elsewhere,
+            **{k: v for k, v in unusual.items() if v},
         }
 
     @classmethod
@@ -421,11 +398,3 @@ def require_scaled(human: Human, what: str) -> None:
             f"{what} needs a scaled human, and this run is on a model of your own: fit the "
             "recording without --model"
         )
-
-
-def coordinate_of(name: str):
-    """Return the table row of a coordinate named with its side."""
-    plain, _ = split_side(name)
-    if plain not in COORDINATES:
-        raise CoordinateNotFound(f"no coordinate {name!r}; {known_names(name, list(COORDINATES))}")
-    return COORDINATES[plain]

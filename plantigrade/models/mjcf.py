@@ -148,8 +148,7 @@ def add_shapes(element: ET.Element, body: Body) -> None:
     for solid in body.solids:
         ET.SubElement(element, "geom", {**_shape(solid), **drawn})
     touching = {"group": "3", "contype": "1", "conaffinity": "0", **_TOUCH, "rgba": "0.2 0.2 0.2 1"}
-    for contact in body.contacts:
-        name = f"contact_{contact.segment}_{contact.name}_{side}"
+    for name, contact in zip(body.contact_names, body.contacts, strict=True):
         size, pos = numbers([contact.radius]), numbers(contact.position)
         sphere = {"name": name, "type": "sphere", "size": size, "pos": pos}
         ET.SubElement(element, "geom", {**sphere, **touching})

@@ -1,5 +1,6 @@
 """Skeleton: bodies assembled from anatomical parts according to a joint set."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +36,11 @@ class Body:
     solids: tuple[Solid, ...]  #: Visual shapes
     contacts: tuple[SoleSphere, ...]  #: Contact points
 
+    @property
+    def contact_names(self) -> tuple[str, ...]:
+        """Names of the contact points in the model."""
+        return tuple(f"contact_{c.segment}_{c.name}_{self.name[-1]}" for c in self.contacts)
+
 
 @dataclass(frozen=True)
 class Skeleton:
@@ -44,6 +50,23 @@ class Skeleton:
     #: Part name → (body name, offset of the part's origin in the body's frame [m])
     parts: dict[str, tuple[str, np.ndarray]]
     origins: dict[str, np.ndarray]  #: Part name → origin in the pelvis frame, zero pose [m]
+
+    def with_inertia(self, changed: Mapping[str, Inertia]) -> "Skeleton":
+        """Return the skeleton with other mass properties of some bodies, by name."""
+        bodies = (replace(b, inertia=changed.get(b.name, b.inertia)) for b in self.bodies)
+        return replace(self, bodies=tuple(bodies))
+
+    def with_contact_heights(self, offsets: Mapping[str, float]) -> "Skeleton":
+        """Return the skeleton with contact points moved up, by name [m]."""
+
+        def moved(body: Body) -> Body:
+            named = zip(body.contact_names, body.contacts, strict=True)
+            up = ((c, np.array([0.0, 0.0, offsets.get(name, 0.0)])) for name, c in named)
+            return replace(
+                body, contacts=tuple(replace(c, position=c.position + by) for c, by in up)
+            )
+
+        return replace(self, bodies=tuple(map(moved, self.bodies)))
 
 
 def split_side(name: str) -> tuple[str, str]:

@@ -76,8 +76,6 @@ def normalise(
     values: Float[Array, " n_frames *channels"],
     start: float,
     stop: float,
-    *,
-    percent: Float[Array, " n_percent"] = PERCENT,
 ) -> Float[Array, " n_percent *channels"]:
     """Return a signal between two instants as a function of percent of the cycle (cubic splines).
 
@@ -86,23 +84,20 @@ def normalise(
         values: Signal, NaN in gaps; so is the result.
         start: Instant of 0 % [s].
         stop: Instant of 100 % [s].
-        percent: Where to sample the cycle [%].
     """
-    return resample(time, values, _instants(start, stop, percent))
+    return resample(time, values, _instants(start, stop))
 
 
 def normalise_cycles(
     time: Float[Array, " n_frames"],
     values: Float[Array, " n_frames *channels"],
     cycles: Iterable[Cycle],
-    *,
-    percent: Float[Array, " n_percent"] = PERCENT,
 ) -> Float[Array, "n_cycles n_percent *channels"]:
     """Return a signal over each cycle as a function of percent; NaN where it is unknown."""
     # One spline for all cycles, because one for each would take quadratic time.
-    instants = [_instants(c.start, c.stop, percent) for c in cycles]
+    instants = [_instants(c.start, c.stop) for c in cycles]
     curves = resample(time, values, np.concatenate([*instants, np.empty(0)]))
-    return curves.reshape((len(instants), len(percent), *np.shape(values)[1:]))
+    return curves.reshape((len(instants), len(PERCENT), *np.shape(values)[1:]))
 
 
 def frames_near(time: Float[Array, " n_frames"], cycle: Cycle) -> slice:
@@ -114,11 +109,11 @@ def frames_near(time: Float[Array, " n_frames"], cycle: Cycle) -> slice:
     return slice(max(0, int(first) - SPLINE_REACH), int(last) + SPLINE_REACH)
 
 
-def _instants(start: float, stop: float, percent: Float[Array, " n_percent"]) -> Array:
-    """Return the instants of percentages of a cycle [s]."""
+def _instants(start: float, stop: float) -> Array:
+    """Return the instants of every percent of a cycle [s]."""
     if not stop > start:
         raise ParameterError(f"a cycle must end after it starts: {start=} s, {stop=} s")
-    return start + (stop - start) * np.asarray(percent) / 100.0
+    return start + (stop - start) * PERCENT / 100.0
 
 
 def _only(times, start, stop):

@@ -38,7 +38,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.event_timing import time_events
 from plantigrade.motion.filters import derivative, fill_gaps
-from plantigrade.motion.ground_velocity import CUTOFF, MAX_GAP, ground_velocity, smooth_feet, travel
+from plantigrade.motion.ground_velocity import MAX_GAP, ground_velocity, smooth_feet, travel
 from plantigrade.motion.recording import GaitEvent
 from plantigrade.motion.swings import (
     Swing,
@@ -56,8 +56,6 @@ def detect_gait_events(
     heel: Float[Array, "n_frames 2 3"],
     toe: Float[Array, "n_frames 2 3"],
     pelvis: Float[Array, "n_frames 3"] | None = None,
-    *,
-    cutoff: float = CUTOFF,
 ) -> tuple[GaitEvent, ...]:
     """Return the heel strikes and toe offs of both feet, by time, from the motion alone.
 
@@ -71,7 +69,6 @@ def detect_gait_events(
         toe: Toe tip or head of the second metatarsal, right then left, world [m].
         pelvis: A point of the pelvis [m]; where given, moving a foot while the pelvis stays
             (sitting, standing) does not count as a step.
-        cutoff: Low-pass of the points before differentiation [Hz].
 
     Returns:
         Events by time; none for standing, squatting, jumping, hopping and kicking.
@@ -82,8 +79,8 @@ def detect_gait_events(
     check_frames(time, heel, toe, pelvis)
     if len(time) < 8:
         return ()
-    feet = smooth_feet(time, np.stack([heel, toe], axis=2), cutoff)
-    ground = ground_velocity(time, heel, toe, cutoff=cutoff)
+    feet = smooth_feet(time, np.stack([heel, toe], axis=2))
+    ground = ground_velocity(time, heel, toe)
     speeds = np.linalg.norm(derivative(time, feet) - ground[:, None, None], axis=-1)
     speed = speeds.min(axis=2)  # (n_frames, 2), NaN if either end is hidden
     way = travel(time, ground)

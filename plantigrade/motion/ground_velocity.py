@@ -24,8 +24,6 @@ def ground_velocity(
     time: Float[Array, " n_frames"],
     heel: Float[Array, "n_frames 2 3"],
     toe: Float[Array, "n_frames 2 3"],
-    *,
-    cutoff: float = CUTOFF,
 ) -> Float[Array, "n_frames 3"]:
     """Return the velocity of the ground under the feet [m/s].
 
@@ -37,12 +35,11 @@ def ground_velocity(
         time: Time of each frame [s].
         heel: Back of the heel, right then left, world [m].
         toe: Toe tip or metatarsal head, right then left, world [m].
-        cutoff: Low-pass of the points before differentiation [Hz].
     """
     still = np.zeros((len(time), 3))
     if len(time) < 8:
         return still
-    velocity = derivative(time, smooth_feet(time, np.stack([heel, toe], axis=2), cutoff))
+    velocity = derivative(time, smooth_feet(time, np.stack([heel, toe], axis=2)))
     samples = velocity.reshape(len(time), -1, 3)
     seen = np.asarray(np.isfinite(samples).all(axis=2))
     common = _densest(samples[seen])
@@ -64,10 +61,10 @@ def ground_velocity(
     return np.stack([np.interp(time, centres, followed[:, i]) for i in range(3)], axis=1)
 
 
-def smooth_feet(time, points, cutoff):
+def smooth_feet(time, points):
     """Return the points with short gaps closed, low-pass filtered."""
     rate = rate_of(time)
-    return lowpass(time, fill_gaps(time, points, longest=MAX_GAP), cutoff=min(cutoff, rate / 4))
+    return lowpass(time, fill_gaps(time, points, longest=MAX_GAP), cutoff=min(CUTOFF, rate / 4))
 
 
 def travel(time, velocity):

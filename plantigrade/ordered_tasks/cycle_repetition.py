@@ -57,10 +57,9 @@ def find_loop(
     human: Human,
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
-    settings: LoopSettings | None = None,
 ) -> Loop | None:
     """Return the closure of an evenly sampled motion; None if it does not close or stands still."""
-    n, s = len(time), settings or LoopSettings()
+    n, s = len(time), LoopSettings()
     if n < s.min_frames or not np.isfinite(qpos).all():
         return None
     columns = [7 + human.hinge(f"{name}_{side}") for name in LEG_COORDINATES for side in SIDES]

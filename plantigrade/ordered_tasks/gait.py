@@ -187,15 +187,11 @@ class PhaseValues:
         return self.values[k], float(self.ends[k])
 
 
-def phase_ends(
-    reference: GaitReference, phases: str, min_part: float = 0.02
-) -> Float[Array, " n_ends"]:
-    """Return the times at which phases end [s].
+MIN_PART = 0.02  # Minimum duration of a part of swing that counts as a phase [s]. Chosen.
 
-    Args:
-        phases: As in :class:`GaitTasks`.
-        min_part: Minimum duration of a part of swing [s].
-    """
+
+def phase_ends(reference: GaitReference, phases: str) -> Float[Array, " n_ends"]:
+    """Return the times at which phases end [s]; ``phases`` is as in :class:`GaitTasks`."""
     if phases not in ("two", "four", "six", "eight"):
         raise ParameterError(f"phases={phases!r}; allowed are two, four, six, eight")
     ends = []
@@ -208,7 +204,7 @@ def phase_ends(
             if phases == "eight":
                 parts.append(shank_upright(reference, phase, shortest))
             for end in parts:
-                if end - (ends[-1] if ends else phase.start) > min_part < phase.stop - end:
+                if end - (ends[-1] if ends else phase.start) > MIN_PART < phase.stop - end:
                     ends.append(end)
         ends.append(phase.stop)
     if not ends or ends[-1] < reference.stop:

@@ -48,7 +48,7 @@ class Phase:
 
 
 def ordered_events(
-    events: Sequence[GaitEvent], settings: PhaseSettings | None = None
+    events: Sequence[GaitEvent],
 ) -> tuple[tuple[GaitEvent, ...], int]:
     """Return the events with uncertain double supports corrected, and the number of corrections.
 
@@ -56,7 +56,7 @@ def ordered_events(
     where most double supports have the correct order, both events are moved to their mean time with
     the heel strike first; a run, with its flight phases, is unchanged.
     """
-    settings, events = settings or PhaseSettings(), sorted(events, key=lambda e: e.time)
+    settings, events = PhaseSettings(), sorted(events, key=lambda e: e.time)
     pairs = list(pairwise(events))
     regular = sum(
         a.kind == "heel_strike" and b.kind == "toe_off" and a.side != b.side for a, b in pairs
@@ -79,11 +79,9 @@ def ordered_events(
     return tuple(events), len(blurred)
 
 
-def walking_events(
-    events: Sequence[GaitEvent], settings: PhaseSettings | None = None
-) -> tuple[GaitEvent, ...]:
+def walking_events(events: Sequence[GaitEvent]) -> tuple[GaitEvent, ...]:
     """Return the longest series of events in the order of walking."""
-    longest = (settings or PhaseSettings()).max_duration
+    longest = PhaseSettings().max_duration
     events = sorted(events, key=lambda e: e.time)
     best: list[GaitEvent] = []
     run: list[GaitEvent] = []

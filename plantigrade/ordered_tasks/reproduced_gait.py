@@ -1,6 +1,5 @@
 """A gait reproduced from a recording with prioritised tasks, with or without forces."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -83,9 +82,6 @@ def rebuild(
     tasks: GaitTasks | None = None,
     *,
     forces: bool = False,
-    friction: float = FRICTION,
-    settings: ReproduceSettings | None = None,
-    progress: Callable[[float], None] | None = None,
 ) -> ReproducedGait:
     """Reproduce a recorded gait from prioritised tasks.
 
@@ -93,19 +89,16 @@ def rebuild(
         reference: The recorded gait.
         tasks: Which tasks; the default ones if absent.
         forces: Whether joint moments and ground reactions are part of the solution.
-        friction: Coefficient of friction, used with forces.
-        settings: Gains, scales and the time step.
-        progress: Called repeatedly with the completed fraction.
 
     Raises:
         ParameterError: If the division into phases is unknown.
         SolverError: If the first tick has no solution.
     """
-    tasks, s = tasks or GaitTasks(), settings or ReproduceSettings()
+    tasks, s = tasks or GaitTasks(), ReproduceSettings()
     if forces:
         support = gait_support(reference, s.support)
         reference, order = support.reference, forced_order(support, tasks, s.forced, s.gait)
-        ground = Footing(friction, support.wrench_at, s.forces)
+        ground = Footing(FRICTION, support.wrench_at, s.forces)
     else:
         order, ground, support = gait_order(reference, tasks, settings=s.gait), None, None
     motion = move(
@@ -117,6 +110,5 @@ def rebuild(
         stop=reference.stop,
         settings=s.motion,
         ground=ground,
-        progress=progress,
     )
-    return ReproducedGait(reference, tasks, motion, friction, support)
+    return ReproducedGait(reference, tasks, motion, FRICTION, support)

@@ -19,6 +19,9 @@ from plantigrade.kinematics.sole_paths import SitePoints, region_of
 from plantigrade.models import Human
 
 LAST_CONTACT_TOES = ("toe_1_", "toe_2_")  # the great toe and its neighbour leave last
+MAX_DISPLACEMENT = 0.01
+"""Distance from the stance position that ends a contact [m]; about the rolling distance of a sole
+sphere between foot flat and standing on the tip."""
 
 
 def stationary_contacts(
@@ -26,8 +29,6 @@ def stationary_contacts(
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     contacts: Sequence[ContactInterval],
-    *,
-    max_displacement: float = 0.010,
 ) -> tuple[ContactInterval, ...]:
     """Return contacts that end when their region has left its stance position.
 
@@ -38,8 +39,6 @@ def stationary_contacts(
         time: Time of each frame [s].
         qpos: The recorded motion over stationary ground.
         contacts: Contact intervals from gait events and speeds.
-        max_displacement: Distance from the stance position that ends the contact [m]; about the
-            rolling distance of a sole sphere between foot flat and standing on the tip.
     """
     sites = contact_sites(human)
     path = SitePoints(human, sites).path(qpos)
@@ -56,7 +55,7 @@ def stationary_contacts(
             continue
         place = path[:, mine].mean(axis=1)
         displacement = np.linalg.norm(place - np.median(place[middle], axis=0), axis=1)
-        at_rest = time[inside & (displacement <= max_displacement)]
+        at_rest = time[inside & (displacement <= MAX_DISPLACEMENT)]
         middle_time = contact.start + 2 * quarter
         stop = max(float(at_rest[-1]), middle_time) if len(at_rest) else middle_time
         stationary.append(replace(contact, stop=min(stop, contact.stop)))

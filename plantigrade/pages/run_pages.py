@@ -10,7 +10,7 @@ from plantigrade.pages.headline import headline_figures, person_lines
 from plantigrade.pages.moving_person import moving_person
 from plantigrade.pages.playback import part_of
 from plantigrade.pages.scene import assumed_bodies, check, nearest, scene_model
-from plantigrade.pages.section import Section, Subject, draw_all, page_html
+from plantigrade.pages.section import Subject, draw_all, page_html
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.cycles import SHOWN
 from plantigrade.pages.strip import instants, strip_svg
@@ -36,8 +36,8 @@ def pages(run: Run) -> dict[str, str]:
     return {"report.html": report_html(run), "viewer.html": run_viewer(run)}
 
 
-def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
-    """Return the report page with all sections that the run has data for, then ``more``.
+def report_html(run: Run) -> str:
+    """Return the report page with all sections that the run has data for.
 
     Raises:
         ParameterError: If the record cannot be drawn.
@@ -48,7 +48,7 @@ def report_html(run: Run, more: tuple[Section, ...] = ()) -> str:
     subject = Subject(run)
     provenance = run.metrics
     return page_html(
-        [*draw_all(SECTIONS, subject), *more],
+        draw_all(SECTIONS, subject),
         title=title_of_run(run),
         sentence=run.sentence,
         status="ok",

@@ -28,6 +28,7 @@ from plantigrade.trajopt.transcription.evaluation import Evaluation
 from plantigrade.trajopt.transcription.forces_between import remainder
 
 SAMPLES_PER_INTERVAL = 10  #: Frames of a Record between two nodes [1]
+CHECKS_PER_INTERVAL = 6  #: Times between two nodes at which a motion is judged [1]; chosen
 
 MAX_NOTED_VIOLATIONS = 5  #: Maximum number of violations in the notes [1]
 
@@ -113,33 +114,34 @@ class Solution:
         every = [inner + k * self.task.plan.duration for k in range(periods)]
         return np.concatenate([*every, [periods * self.task.plan.duration]])
 
+    @cached_property
+    def _between(self) -> Float[Array, " n"]:
+        """Times between the nodes at which the motion is judged [s]."""
+        return self.times(CHECKS_PER_INTERVAL)[:-1]
+
     def sample(self, times: Float[Array, " n_times"]) -> Sampled:
         """Return the motion at times [s], also beyond the end of a periodic one."""
         spline = self.problem, self.coefficients, self.forces
         return sample(self.body, self.task.plan, *spline, times, self.friction)
 
-    def unexplained(
-        self, samples_per_interval: int = 6
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def unexplained(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and the wrench there that no contact can provide.
 
         It is the larger of force [body weights] and moment [body weight · m].
         """
-        times = self.times(samples_per_interval)[:-1]
+        times = self._between
         q, v, a = self.problem.states(self.coefficients, times)
         force = self.sample(times).force @ self.task.plan.to_world
         return times, remainder(self.body, q, v, a, force, times)
 
-    def overloaded(
-        self, samples_per_interval: int = 6
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def overloaded(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and the largest use of a joint's limits there.
 
         They are those of torque, speed and power.
 
         A use of 1 is the limit; at nodes the solver keeps it.
         """
-        times, body = self.times(samples_per_interval)[:-1], self.body
+        times, body = self._between, self.body
         limit, speed = self.limits.torque, self.limits.velocity
         if limit is None or speed is None or not self._limited:
             return times, np.zeros(len(times))
@@ -157,31 +159,25 @@ class Solution:
             use = np.maximum(use, np.abs((tau - np.stack(tissue, axis=1)) * v) / min(powers))
         return times, use.max(axis=1, initial=0.0)
 
-    def beyond(
-        self, samples_per_interval: int = 6
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def beyond(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and how far joints are beyond their ranges [rad].
 
         Negative where all are within them, by no more than that; -inf if nothing keeps them so.
         """
-        times, limit = self.times(samples_per_interval)[:-1], self.limits.coordinate
+        times, limit = self._between, self.limits.coordinate
         if limit is None or not self._limited:
             return times, np.full(len(times), -np.inf)
         q = self.problem.states(self.coefficients, times)[0][:, 6:]
         return times, np.maximum(q - limit[1], limit[0] - q).max(axis=1, initial=-np.inf)
 
-    def overlapping(
-        self, samples_per_interval: int = 6
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def overlapping(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and how deep limbs are in each other there [m].
 
         Negative where they are apart, by no more than that; all of it if nothing keeps them so.
         """
-        times = self.times(samples_per_interval)[:-1]
-        depth, (q, v, a) = (
-            np.full(len(times), -np.inf),
-            self.problem.states(self.coefficients, times),
-        )
+        times = self._between
+        depth = np.full(len(times), -np.inf)
+        q, v, a = self.problem.states(self.coefficients, times)
         for family in self.problem.rows:
             if (name := family.name) in (LEGS, ARMS, GROUND):
                 u = np.zeros((len(times), family.function.size1_in(3)))
@@ -189,15 +185,13 @@ class Solution:
                 depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / ROW_SCALE)
         return times, depth
 
-    def too_low(
-        self, samples_per_interval: int = 6
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def too_low(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Return times between the nodes [s], and how much too low a foot in the air is there [m].
 
         Negative where all are high enough, by no more than that; -inf for a task without
         clearance.
         """
-        times, body = self.times(samples_per_interval)[:-1], self.body
+        times, body = self._between, self.body
         low = np.full(len(times), -np.inf)
         required = [c for c in self.task.conditions(body) if c.quantity == "clearance"]
         if not required:

@@ -25,13 +25,8 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.live_page import look_on
 from plantigrade.workflows.simulate import run_of
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.workflows.simulation_start import (
-    Start,
-    controller_of,
-    start_of,
-    surroundings,
-    world_of,
-)
+from plantigrade.workflows.simulated_world import surroundings, world_of
+from plantigrade.workflows.simulation_start import Start, controller_of, start_of
 from plantigrade.workflows.steps import Step, silent
 from plantigrade.world import (
     AnyController,

@@ -25,13 +25,8 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.controller_options import CLASSES
 from plantigrade.workflows.fit import personal_figures
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.workflows.simulation_start import (
-    Start,
-    controller_of,
-    start_of,
-    surroundings,
-    world_of,
-)
+from plantigrade.workflows.simulated_world import surroundings, world_of
+from plantigrade.workflows.simulation_start import Start, controller_of, start_of
 from plantigrade.workflows.steps import Step, silent
 from plantigrade.workflows.styles import THEN, timed
 from plantigrade.world import (

@@ -22,7 +22,7 @@ from plantigrade.workflows.fit_many import contents, contents_of, settings_key
 from plantigrade.workflows.settings import FitSettings, RecordingSettings
 from plantigrade.workflows.simulate import SIMULATION_OPTIONS, run_simulation
 from plantigrade.workflows.simulate_settings import SimulateSettings
-from plantigrade.workflows.simulation_start import surroundings
+from plantigrade.workflows.simulated_world import surroundings
 from plantigrade.workflows.variants import OWN, name_of, plain, settings_of, variants
 from plantigrade.world import Controller, Disturbance
 

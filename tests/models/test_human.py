@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.models import FEET, JOINT_SETS, Dimensions, Human
-from plantigrade.models.human import coordinate_of
+from plantigrade.models.coordinates import coordinate_of
 from plantigrade.spatial.conventions import PELVIS
 from tests.models.presets import (
     PRESETS,

@@ -10,7 +10,6 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.pages.run_pages import pages, report_html, run_viewer
-from plantigrade.pages.section import Section
 from plantigrade.pages.text import provenance_rows
 from plantigrade.pages.viewer import encode, viewer_html
 from plantigrade.record import Provenance, Record, Run
@@ -149,11 +148,6 @@ def test_a_motion_without_frames_is_refused(record):
 def test_a_failed_status_is_shown(record):
     failed = replace(fitted(record), status="did not converge")
     assert "The body does not fit this recording: did not converge." in report_html(failed)
-
-
-def test_an_engine_may_add_a_section(record):
-    section = Section("Solver", text="It took 3 iterations.", headers=["a"], rows=[["1"]])
-    assert "It took 3 iterations." in report_html(fitted(record), (section,))
 
 
 def test_title_is_the_folder_s_name_where_there_is_none(record, tmp_path):

@@ -131,13 +131,13 @@ def test_forces_keep_near_the_estimated_ones(human, walk, tracked):
 
 def test_no_joint_is_overloaded_and_half_the_strength_would_not_do(tracked):
     s, _ = tracked
-    times, use = s.overloaded(2)
+    times, use = s.overloaded()
     assert len(times) == len(use) and use.max() < 1.1
     weaker = tuple(
         replace(t, strength=0.5, speed=1.0) if isinstance(t, Limits) else t for t in s.task.terms
     )
     half = replace(s, task=replace(s.task, terms=weaker))
-    _, more = half.overloaded(2)
+    _, more = half.overloaded()
     assert more.max() >= 1.5 * use.max()
     speed = np.abs(s.sample(times).qvel[:, 6:]).max(axis=1)
     assert np.all(more >= speed - 1e-9)  # of 1 rad/s

@@ -124,10 +124,9 @@ USUAL_SPEED = 1.3
 """Usual walking speed [m/s]."""
 
 
-def walking_terms(
-    step_time: float, slope: float = 0.0, weights: WalkingWeights = WEIGHTS
-) -> tuple[Term, ...]:
+def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
     """Return conditions and costs of every walk, by the time of a step [s] and on a slope [rad]."""
+    weights = WEIGHTS
     torques = {"ankle_angle": 0.0, "knee_angle": weights.knee_torque}
     torques |= dict.fromkeys(TRUNK, weights.trunk_torque)
     upright = {"pelvis_tilt": weights.pelvis_tilt, "arm_flex": weights.arm_flexion}

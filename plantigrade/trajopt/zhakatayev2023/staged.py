@@ -169,24 +169,26 @@ def without_edges(problem: Problem) -> Problem:
     return replace(problem, rows=tuple(relaxed(rows) for rows in problem.rows))
 
 
+MAX_VIOLATION = 1e-7  # Violation of the program below which its constraints are met [1]. Chosen.
+
+
 def least_squares(
     program: SparseProgram,
     c: Float[Array, "n_coefficients nv"],
     *,
     iterations: int = 40,
-    enough: float = 1e-7,
 ) -> tuple[Float[Array, "n_coefficients nv"], int, float]:
     """Return coefficients that satisfy constraints, steps taken, and the largest violation left.
 
-    Damped least-squares steps lead there from ``c``, until violations are small ``enough``; the
-    program's objective is ignored.
+    Damped least-squares steps lead there from ``c``, until violations are below
+    :data:`MAX_VIOLATION`; the program's objective is ignored.
     """
     x = np.clip(program.pack(c), *program.bounds)
     free = program.bounds[0] < program.bounds[1]
     damping, steps = 1e-4, 0
     v = program.excess(program.constraints(x))
     for steps in range(1, iterations + 1):
-        if np.abs(v).max(initial=0.0) <= enough:
+        if np.abs(v).max(initial=0.0) <= MAX_VIOLATION:
             steps -= 1
             break
         active = np.flatnonzero(v)
