@@ -21,6 +21,7 @@ from plantigrade.analyze.force_agreement import (
     weak_note,
 )
 from plantigrade.analyze.frame_rate import rate_doubt
+from plantigrade.analyze.standing_feet import sway_doubt
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
@@ -91,6 +92,7 @@ class Plausibility:
             weak_note(trial),
             support_note(trial),
             plate_clock_doubt(trial),
+            sway_doubt(trial),
         ]
         doubts += [] if mirrored else [backward_note(trial)]
         disagreement, odd_mass = "" if fast else force_disagreement(trial), mass_doubt(trial)

@@ -22,6 +22,7 @@ from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.joint_distances import late_notes
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
+from plantigrade.kinematics.knee_height import knee_notes
 from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, twin_notes, unseen_notes
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
@@ -126,7 +127,9 @@ def fit_markers(
         wrong += scale_notes(places, samples)
         wrong += late_notes(places, markers.rate, samples)
         wrong += spine_notes(fitted, landmark_names(tracked, marker_set), places)
-        wrong += side_notes(fitted, landmarks_of(tracked, marker_set), human, qpos)
+        known = landmarks_of(tracked, marker_set)
+        wrong += side_notes(fitted, known, human, qpos)
+        wrong += knee_notes(fitted, known, places, human, qpos)
         wrong += tilt_notes(human, qpos, body.standing)
         wrong += sideways_notes(fitted, landmark_names(tracked, marker_set), human, qpos)
         bent = qpos[:, [7 + human.hinge(f"knee_angle_{side}") for side in SIDES]]

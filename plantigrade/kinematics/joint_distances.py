@@ -44,7 +44,7 @@ class Segment:
     origin: Float[Array, "n_frames 3"]  #: Middle of its markers [m]
 
     @classmethod
-    def of(cls, x: Float[Array, "n_frames n_markers 3"], margin: int) -> "Segment | None":
+    def of(cls, x: Float[Array, "n_frames n_markers 3"], margin: int = 0) -> "Segment | None":
         """Return the poses in frames that show all markers; None where there are too few.
 
         Args:
@@ -106,8 +106,8 @@ def late_notes(
         pairs = [("pelvis", f"{side} thigh")]
         pairs += [(f"{side} shank", f"{side} {other}") for other in ("thigh", "foot")]
         for one, other in pairs:
-            segment = Segment.of(samples[:, _columns(places, samples, one)], margin)
-            x = samples[:, _columns(places, samples, other)]
+            segment = Segment.of(samples[:, seen_markers(places, samples, one)], margin)
+            x = samples[:, seen_markers(places, samples, other)]
             if segment is None or not x.shape[1]:
                 continue
             delay = _delay(segment, x, margin) / rate
@@ -132,7 +132,7 @@ def _delay(segment: Segment, x: Float[Array, "n_frames n_markers 3"], margin: in
     return float(steps[best] + 0.5 * (before - after) / (before - 2 * least + after))
 
 
-def _columns(
+def seen_markers(
     places: Sequence[Attachment], samples: Float[Array, "n_frames n_markers 3"], segment: str
 ) -> list[int]:
     """Return the markers of a segment that are seen nearly always."""

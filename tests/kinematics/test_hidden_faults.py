@@ -10,9 +10,12 @@ from scipy.spatial.transform import Rotation
 from plantigrade.kinematics.axis_scale import scale_notes, vertical_scale
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.joint_distances import Segment, joint_centre, late_notes
+from plantigrade.kinematics.knee_height import knee_notes
 from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.kinematics.side_doubts import side_notes
 from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes
+from plantigrade.kinematics.state import PointSet
+from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmark_names, landmarks_of, place_markers
 from plantigrade.motion import Markers
 from plantigrade.workflows.fit import load
@@ -38,9 +41,6 @@ def moved(markers: Markers, names, by) -> Markers:
 
 def test_the_point_that_markers_keep_their_distance_to_is_the_joint(walk):
     human, places, markers, qpos = walk
-    from plantigrade.kinematics.state import PointSet
-    from plantigrade.models.landmarks import attachments
-
     pelvis = [i for i, p in enumerate(places) if p.body == "pelvis"]
     thigh = [i for i, p in enumerate(places) if p.body == "femur_r"]
     segment = Segment.of(markers.positions[:, pelvis], 0)
@@ -121,6 +121,20 @@ def test_a_marker_elsewhere_than_on_the_other_leg_is_named(walk, name, by, said)
     assert side_notes(markers, known, human, qpos) == []
     (note,) = side_notes(moved(markers, [name], by), known, human, qpos)
     assert f"{name} is probably too {said}" in note or f"or {name} too {said}" in note
+
+
+@pytest.mark.parametrize(("by", "said"), [(-0.045, "low"), (0.045, "high")])
+def test_knee_markers_that_are_off_alike_on_both_legs_are_named(walk, by, said):
+    human, places, markers, qpos = walk
+    known = landmarks_of(NAMES)
+    assert knee_notes(markers, known, places, human, qpos) == []
+    x = markers.positions.copy()
+    for name, side in (("RKNE", "r"), ("LKNE", "l")):
+        hip = PointSet.of(human, [attachments(human)[f"hip_joint_{side}"]]).path(qpos)[:, 0]
+        up = hip - x[:, markers.index(name)]
+        x[:, markers.index(name)] += by * up / np.linalg.norm(up, axis=1, keepdims=True)
+    (note,) = knee_notes(replace(markers, positions=x), known, places, human, qpos)
+    assert f"too {said}" in note and "RKNE" in note and "LKNE" in note
 
 
 def test_legs_of_unequal_length_are_none_of_it(walk):
